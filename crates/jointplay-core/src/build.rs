@@ -1,0 +1,147 @@
+//! Building a mechanism from its specification, with every reference checked.
+
+use crate::clearance::Set;
+use crate::joint::Joint;
+use crate::mechanism::{Mechanism, Point, Row, Source};
+use crate::space::{Component, norm, scale, sub};
+use crate::spec::{Spec, Target};
+
+/// A mistake in a specification: an index out of range or a set that does not fit its joint.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("inconsistent mechanism: {0}")]
+pub struct SpecError(String);
+
+fn fail<T>(message: impl Into<String>) -> Result<T, SpecError> {
+    Err(SpecError(message.into()))
+}
+
+impl Mechanism {
+    /// Builds a mechanism.
+    ///
+    /// # Errors
+    /// An index out of range, a set that does not fit what it belongs to, a degenerate axis.
+    pub fn new(spec: &Spec) -> Result<Self, SpecError> {
+        if spec.guess.len() != spec.n_bodies || spec.guess.iter().any(|g| g.len() != spec.space.size()) {
+            return fail("one guess of the right size per body is needed");
+        }
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        if !positive(spec.length) || !positive(spec.singular_value) {
+            return fail("length and singular_value must be positive");
+        }
+        let mut points = points(spec)?;
+        if spec.output.point >= points.len() || spec.loads.iter().any(|l| l.point >= points.len()) {
+            return fail("the output or a load refers to a point that does not exist");
+        }
+        let joints = joints(spec, &points)?;
+        let mut rows: Vec<Row> = Vec::new();
+        for (joint, j) in joints.iter().enumerate() {
+            rows.extend(j.locked.iter().map(|&component| Row { joint, component, drive: None, parameter: None }));
+        }
+        let mut driven_rows = Vec::with_capacity(spec.drives.len());
+        for (d, drive) in spec.drives.iter().enumerate() {
+            let coordinate = joints.get(drive.joint).and_then(|j| j.coordinate);
+            let Some(component) = coordinate else { return fail(format!("drive {d} has no coordinate to drive")) };
+            driven_rows.push(rows.len());
+            rows.push(Row { joint: drive.joint, component, drive: Some(d), parameter: None });
+        }
+        let mut sources = Vec::with_capacity(spec.sources.len());
+        let mut centre = Vec::new();
+        for (i, s) in spec.sources.iter().enumerate() {
+            let set = Set::from(s.set);
+            let first = centre.len();
+            let components = attach(&s.target, first, &mut points, &joints, &mut rows, &driven_rows)
+                .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;
+            if components.len() != set.size() || s.centre.len() != set.size() {
+                return fail(format!("source {i}: its set or centre has the wrong size"));
+            }
+            centre.extend_from_slice(&s.centre);
+            let is_clearance = matches!(s.target, Target::Clearance { .. });
+            sources.push(Source { set, law: s.law, first, is_clearance, components });
+        }
+        Ok(Self {
+            space: spec.space,
+            guess: spec.guess.clone(),
+            length: spec.length,
+            singular_value: spec.singular_value,
+            points,
+            joints,
+            rows,
+            n_drives: spec.drives.len(),
+            driven_rows,
+            output: spec.output.point,
+            loads: spec.loads.clone(),
+            sources,
+            centre,
+        })
+    }
+}
+
+fn points(spec: &Spec) -> Result<Vec<Point>, SpecError> {
+    let place = |(i, p): (usize, &crate::spec::PointSpec)| {
+        let body = match usize::try_from(p.body) {
+            Err(_) => None,
+            Ok(b) if b < spec.n_bodies => Some(b),
+            Ok(b) => return fail(format!("point {i} is on body {b}, which does not exist")),
+        };
+        Ok(Point { body, at: p.at, moved_by: Vec::new() })
+    };
+    spec.points.iter().enumerate().map(place).collect()
+}
+
+fn joints(spec: &Spec, points: &[Point]) -> Result<Vec<Joint>, SpecError> {
+    let connect = |(i, j): (usize, &crate::spec::JointSpec)| {
+        let (Some(first), Some(second)) = (points.get(j.first), points.get(j.second)) else {
+            return fail(format!("joint {i} refers to a point that does not exist"));
+        };
+        if first.body == second.body {
+            return fail(format!("joint {i} connects a body to itself"));
+        }
+        Joint::new(spec.space, j).map_or_else(|| fail(format!("joint {i} has no direction")), Ok)
+    };
+    spec.joints.iter().enumerate().map(connect).collect()
+}
+
+/// Lets the parameters from `first` on displace what the target names; gives their names.
+fn attach(
+    target: &Target,
+    first: usize,
+    points: &mut [Point],
+    joints: &[Joint],
+    rows: &mut [Row],
+    driven_rows: &[usize],
+) -> Result<Vec<&'static str>, SpecError> {
+    match *target {
+        Target::Clearance { joint } => {
+            let Some(j) = joints.get(joint) else { return fail("there is no such joint") };
+            let start = rows.iter().position(|r| r.joint == joint).unwrap_or(0);
+            for (k, &locked) in j.play.iter().enumerate() {
+                rows[start + locked].parameter = Some(first + k);
+            }
+            Ok(j.play.iter().map(|&locked| j.component_name(locked)).collect())
+        }
+        Target::Angle { joint } => {
+            let is_angle = |r: &&mut Row| r.joint == joint && matches!(r.component, Component::About(_));
+            let fixed = joints.get(joint).is_some_and(|j| j.coordinate.is_none());
+            let Some(row) = rows.iter_mut().find(is_angle).filter(|_| fixed) else {
+                return fail("an angle error needs a fixed joint");
+            };
+            row.parameter = Some(first);
+            Ok(vec!["angle"])
+        }
+        Target::Dimension { from, to } => {
+            let (Some(a), Some(b)) = (points.get(from), points.get(to)) else { return fail("there is no such point") };
+            let between = sub(b.at, a.at);
+            let distance = norm(&between);
+            if a.body != b.body || distance == 0.0 {
+                return fail("a dimension needs two points of one body, apart from each other");
+            }
+            points[to].moved_by.push((first, scale(between, 1.0 / distance)));
+            Ok(vec!["length"])
+        }
+        Target::Drive { drive } => {
+            let Some(&row) = driven_rows.get(drive) else { return fail("there is no such drive") };
+            rows[row].parameter = Some(first);
+            Ok(vec!["value"])
+        }
+    }
+}

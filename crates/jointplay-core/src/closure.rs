@@ -1,0 +1,228 @@
+//! Loop closure: residual and Jacobian of all joints at once.
+//!
+//! The unknowns are the twists of all bodies (ground axes, each at its body's origin). Row k of a
+//! joint between points P1 and P2 reads
+//!
+//! ```text
+//! translation:  e . (P2 - P1) - (drive + parameter) = 0
+//! rotation:     angle of body 2 relative to body 1 about e - (drive + parameter) = 0
+//! ```
+//!
+//! with e an axis of the joint, fixed to the ground or to body 1. Its derivative along the twists
+//! (v1, w1), (v2, w2) is, with `rho_i = P_i - origin of body i` and `d = P2 - P1`,
+//!
+//! ```text
+//! e.v2 + (rho2 x e).w2 - e.v1 - (rho1 x e).w1 + (e x d).w1      (last term when e is fixed to body 1)
+//! ```
+
+use crate::joint::Frame;
+use crate::mechanism::Mechanism;
+use crate::real::Real;
+use crate::space::{Component, Pose, Vec3, add, cross, dot, scale, sub};
+
+/// What a configuration is asked for: drive values and the values of all parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inputs<S> {
+    /// One value per drive.
+    pub drives: Vec<S>,
+    /// One value per parameter: clearance offsets, deviations, drive errors.
+    pub parameters: Vec<S>,
+}
+
+impl Inputs<f64> {
+    /// Perfect joints and dimensions.
+    #[must_use]
+    pub fn nominal(mechanism: &Mechanism, drives: &[f64]) -> Self {
+        Self { drives: drives.to_vec(), parameters: vec![0.0; mechanism.n_parameters()] }
+    }
+}
+
+/// A point in ground axes, with its lever arm from the origin of its body.
+#[derive(Clone, Copy)]
+pub(crate) struct Placed<S> {
+    pub position: Vec3<S>,
+    pub lever: Vec3<S>,
+}
+
+pub(crate) fn constant<S: Real>(v: Vec3<f64>) -> Vec3<S> {
+    v.map(S::from_f64)
+}
+
+impl Mechanism {
+    /// Where a point is.
+    pub(crate) fn place<S: Real>(&self, point: usize, poses: &[Pose<S>], parameters: &[S]) -> Placed<S> {
+        let point = &self.points[point];
+        let mut at = constant(point.at);
+        for &(parameter, direction) in &point.moved_by {
+            at = add(at, scale(constant(direction), parameters[parameter]));
+        }
+        match point.body {
+            None => Placed { position: at, lever: at },
+            Some(b) => {
+                let lever = poses[b].turn(at);
+                Placed { position: add(poses[b].position, lever), lever }
+            }
+        }
+    }
+
+    /// Poses of all bodies from their coordinates.
+    pub(crate) fn poses(&self, coordinates: &[f64]) -> Vec<Pose<f64>> {
+        coordinates.chunks_exact(self.size()).map(|c| self.space.pose(c)).collect()
+    }
+
+    /// The axes of a joint in ground axes.
+    pub(crate) fn axes<S: Real>(&self, joint: usize, poses: &[Pose<S>]) -> [Vec3<S>; 3] {
+        let joint = &self.joints[joint];
+        match &joint.frame {
+            Frame::Ground => Pose::<S>::identity().rotation,
+            Frame::First(axes) => {
+                let body = self.points[joint.first].body;
+                axes.map(|axis| body.map_or_else(|| constant(axis), |b| poses[b].turn(constant(axis))))
+            }
+        }
+    }
+
+    /// Sine and cosine of the angle of the second body's joint axes relative to the first's about axis 2.
+    fn relative_angle<S: Real>(&self, joint: usize, poses: &[Pose<S>]) -> (S, S) {
+        let joint = &self.joints[joint];
+        let on = |point: usize, axis: Vec3<f64>| match self.points[point].body {
+            None => constant(axis),
+            Some(b) => poses[b].turn(constant(axis)),
+        };
+        let along = on(joint.second, joint.axes_second[0]);
+        (dot(on(joint.first, joint.axes_first[1]), along), dot(on(joint.first, joint.axes_first[0]), along))
+    }
+
+    /// The value of a joint component, angles between -pi and pi.
+    pub(crate) fn joint_value(&self, row: usize, poses: &[Pose<f64>], parameters: &[f64]) -> f64 {
+        let row = &self.rows[row];
+        let joint = &self.joints[row.joint];
+        match row.component {
+            Component::About(_) => {
+                let (s, c) = self.relative_angle(row.joint, poses);
+                s.atan2(c)
+            }
+            Component::Along(i) => {
+                let d = sub(
+                    self.place(joint.second, poses, parameters).position,
+                    self.place(joint.first, poses, parameters).position,
+                );
+                dot(self.axes(row.joint, poses)[i], d)
+            }
+        }
+    }
+
+    /// Residual of every row, and the derivatives of each row along the twist of its first body and
+    /// then of its second (zeros for the ground): `2 size()` numbers per row.
+    pub(crate) fn evaluate<S: Real>(
+        &self,
+        poses: &[Pose<S>],
+        inputs: &Inputs<S>,
+        residual: &mut [S],
+        derivatives: &mut [S],
+    ) {
+        let components = self.space.components();
+        let zero = S::from_f64(0.0);
+        let one = S::from_f64(1.0);
+        for (k, row) in self.rows.iter().enumerate() {
+            let joint = &self.joints[row.joint];
+            let mut value = row.parameter.map_or(zero, |p| inputs.parameters[p]);
+            if let Some(d) = row.drive {
+                value = value + inputs.drives[d];
+            }
+            let (linear, angular_1, angular_2);
+            match row.component {
+                Component::Along(i) => {
+                    let (p1, p2) = (
+                        self.place(joint.first, poses, &inputs.parameters),
+                        self.place(joint.second, poses, &inputs.parameters),
+                    );
+                    let e = self.axes(row.joint, poses)[i];
+                    let d = sub(p2.position, p1.position);
+                    residual[k] = dot(e, d) - value;
+                    linear = e;
+                    let mut turning = cross(e, p1.lever);
+                    if matches!(joint.frame, Frame::First(_)) {
+                        turning = add(turning, cross(e, d));
+                    }
+                    angular_1 = turning;
+                    angular_2 = cross(p2.lever, e);
+                }
+                Component::About(i) => {
+                    let (s, c) = self.relative_angle(row.joint, poses);
+                    let (sv, cv) = value.sin_cos();
+                    let (r, slope) = S::angle_residual(s * cv - c * sv, c * cv + s * sv);
+                    residual[k] = r;
+                    linear = [zero; 3];
+                    let mut e = [zero; 3];
+                    e[i] = slope * one;
+                    angular_1 = [-e[0], -e[1], -e[2]];
+                    angular_2 = e;
+                }
+            }
+            let out = &mut derivatives[2 * components.len() * k..2 * components.len() * (k + 1)];
+            let (on_first, on_second) = out.split_at_mut(components.len());
+            let moving = |point: usize| self.points[point].body.is_some();
+            for (slot, &component) in on_first.iter_mut().zip(components) {
+                *slot = match component {
+                    _ if !moving(joint.first) => zero,
+                    Component::Along(i) => -linear[i],
+                    Component::About(i) => angular_1[i],
+                };
+            }
+            for (slot, &component) in on_second.iter_mut().zip(components) {
+                *slot = match component {
+                    _ if !moving(joint.second) => zero,
+                    Component::Along(i) => linear[i],
+                    Component::About(i) => angular_2[i],
+                };
+            }
+        }
+    }
+
+    /// The bodies of a row.
+    pub(crate) fn row_bodies(&self, row: usize) -> [Option<usize>; 2] {
+        let joint = &self.joints[self.rows[row].joint];
+        [self.points[joint.first].body, self.points[joint.second].body]
+    }
+
+    /// Adds `-(d residual / d inputs)^T multipliers` to the gradient along drives and parameters.
+    ///
+    /// With `J^T multipliers = d cost / d x` this is the gradient of the cost along the inputs on the
+    /// closed mechanism.
+    pub(crate) fn pull_back(&self, poses: &[Pose<f64>], multipliers: &[f64], gradient: &mut Inputs<f64>) {
+        for (row, &l) in self.rows.iter().zip(multipliers) {
+            if let Some(p) = row.parameter {
+                gradient.parameters[p] += l;
+            }
+            if let Some(d) = row.drive {
+                gradient.drives[d] += l;
+            }
+            let Component::Along(i) = row.component else { continue };
+            let joint = &self.joints[row.joint];
+            let moved = |p: usize| !self.points[p].moved_by.is_empty();
+            if !moved(joint.first) && !moved(joint.second) {
+                continue;
+            }
+            let e = self.axes(row.joint, poses)[i];
+            for (sign, point) in [(1.0, joint.first), (-1.0, joint.second)] {
+                for (parameter, direction) in self.ground_directions(point, poses) {
+                    gradient.parameters[parameter] += sign * l * dot(e, direction);
+                }
+            }
+        }
+    }
+
+    /// The parameters that move a point, each with its direction in ground axes.
+    pub(crate) fn ground_directions<'a>(
+        &'a self,
+        point: usize,
+        poses: &'a [Pose<f64>],
+    ) -> impl Iterator<Item = (usize, Vec3<f64>)> + 'a {
+        let point = &self.points[point];
+        point
+            .moved_by
+            .iter()
+            .map(move |&(parameter, direction)| (parameter, point.body.map_or(direction, |b| poses[b].turn(direction))))
+    }
+}

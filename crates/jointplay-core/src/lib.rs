@@ -1,0 +1,29 @@
+//! Accuracy of mechanisms with joint clearance: loop closure, statics, worst case, statistics.
+//!
+//! Bodies' poses are the unknowns and every joint gives its locked components as equations, so that
+//! statics is the transposed system and its solution the joint reactions. All quantities are in SI
+//! units and radians; an error is actual minus nominal.
+
+pub mod ascent;
+mod build;
+pub mod clearance;
+pub mod closure;
+pub mod extremes;
+pub mod given;
+mod joint;
+pub mod linear;
+pub mod loaded;
+pub mod mechanism;
+pub mod path;
+pub mod real;
+pub mod sampling;
+pub mod sensitivity;
+pub mod solver;
+pub mod space;
+pub mod spec;
+pub mod status;
+
+pub use build::SpecError;
+pub use mechanism::Mechanism;
+pub use spec::Spec;
+pub use status::Status;

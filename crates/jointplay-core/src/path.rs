@@ -1,0 +1,296 @@
+//! First assembly, the nominal path of the drives, inverse kinematics and nearness to singularity.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::closure::Inputs;
+use crate::mechanism::Mechanism;
+use crate::sensitivity::Output;
+use crate::solver::{Solver, State};
+use crate::space::Component;
+use crate::status::Status;
+
+/// Damped steps of the first assembly.
+const ASSEMBLY_STEPS: usize = 200;
+/// Residual (in characteristic lengths and radians) of an assembled mechanism.
+const ASSEMBLED: f64 = 1e-11;
+/// Gauss-Newton steps per target of the inverse kinematics.
+const INVERSE_STEPS: usize = 200;
+
+/// The result of a first assembly.
+#[derive(Clone, Debug)]
+pub struct Assembly {
+    /// Coordinates of all bodies.
+    pub coordinates: Vec<f64>,
+    /// Largest residual, in characteristic lengths and radians.
+    pub residual: f64,
+    /// Whether the rows are satisfied.
+    pub converged: bool,
+}
+
+/// One configuration of the nominal mechanism.
+#[derive(Clone, Debug)]
+pub struct Configuration {
+    /// The assembled state, where there is one.
+    pub state: Option<State>,
+    /// Outcome.
+    pub status: Status,
+    /// Smallest singular value of the length-scaled closure Jacobian.
+    pub singular_value: f64,
+    /// The motion that belongs to it: a twist of every body, the largest part of unit size.
+    pub singular_motion: Vec<f64>,
+    /// Distance left to the target (inverse kinematics).
+    pub mismatch: f64,
+}
+
+impl Mechanism {
+    /// The closure Jacobian with lengths as they are: rows by unknowns.
+    #[must_use]
+    pub fn jacobian(&self, coordinates: &[f64]) -> DMatrix<f64> {
+        self.dense(coordinates, &vec![0.0; self.n_drives()]).1
+    }
+
+    fn dense(&self, coordinates: &[f64], drives: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+        let size = self.size();
+        let mut residual = vec![0.0; self.n_rows()];
+        let mut derivatives = vec![0.0; 2 * size * self.n_rows()];
+        self.evaluate(&self.poses(coordinates), &Inputs::nominal(self, drives), &mut residual, &mut derivatives);
+        let mut matrix = DMatrix::zeros(self.n_rows(), self.n_unknowns());
+        for row in 0..self.n_rows() {
+            for (side, body) in self.row_bodies(row).into_iter().enumerate() {
+                let Some(b) = body else { continue };
+                for c in 0..size {
+                    matrix[(row, b * size + c)] += derivatives[(2 * row + side) * size + c];
+                }
+            }
+        }
+        (DVector::from_vec(residual), matrix)
+    }
+
+    /// Residual and Jacobian with every length divided by the characteristic one.
+    fn scaled(&self, coordinates: &[f64], drives: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+        let (mut residual, mut matrix) = self.dense(coordinates, drives);
+        for (k, row) in self.rows.iter().enumerate() {
+            if matches!(row.component, Component::Along(_)) {
+                residual[k] /= self.length;
+                matrix.row_mut(k).scale_mut(1.0 / self.length);
+            }
+        }
+        for j in 0..self.n_unknowns() {
+            if matches!(self.space.components()[j % self.size()], Component::Along(_)) {
+                matrix.column_mut(j).scale_mut(self.length);
+            }
+        }
+        (residual, matrix)
+    }
+
+    /// Brings the bodies together from the guess by damped steps of least norm; works for any number
+    /// of rows. `held` rows are the joints' and, if asked, the drives'.
+    #[must_use]
+    pub fn assemble(&self, drives: &[f64], hold_drives: bool) -> Assembly {
+        let rows = if hold_drives { self.n_rows() } else { self.n_rows() - self.n_drives };
+        let mut coordinates = self.guess();
+        let evaluate = |c: &[f64]| {
+            let (r, j) = self.scaled(c, drives);
+            (r.rows(0, rows).into_owned(), j.rows(0, rows).into_owned())
+        };
+        let (mut residual, mut matrix) = evaluate(&coordinates);
+        for _ in 0..ASSEMBLY_STEPS {
+            if residual.amax() <= ASSEMBLED * 1e-3 {
+                break;
+            }
+            let svd = matrix.clone().svd(true, true);
+            let Ok(step) = svd.solve(&residual, 1e-9 * svd.singular_values.max()) else { break };
+            let mut part = (0.5 / step.amax()).min(1.0);
+            let improved = loop {
+                let mut trial = coordinates.clone();
+                for (j, c) in trial.iter_mut().enumerate() {
+                    let unit = match self.space.components()[j % self.size()] {
+                        Component::Along(_) => self.length,
+                        Component::About(_) => 1.0,
+                    };
+                    *c -= part * step[j] * unit;
+                }
+                let (r, j) = evaluate(&trial);
+                if r.norm() < residual.norm() {
+                    (coordinates, residual, matrix) = (trial, r, j);
+                    break true;
+                }
+                part *= 0.5;
+                if part < 1e-6 {
+                    break false;
+                }
+            };
+            if !improved {
+                break;
+            }
+        }
+        let largest = residual.amax();
+        Assembly { coordinates, residual: largest, converged: largest <= ASSEMBLED }
+    }
+
+    /// The value of a drive's coordinate, continued from a nearby value over full turns.
+    fn drive_value(&self, drive: usize, coordinates: &[f64], near: f64) -> f64 {
+        let row = self.driven_rows[drive];
+        let value = self.joint_value(row, &self.poses(coordinates), &vec![0.0; self.n_parameters()]);
+        match self.rows[row].component {
+            Component::Along(_) => value,
+            Component::About(_) => value + std::f64::consts::TAU * ((near - value) / std::f64::consts::TAU).round(),
+        }
+    }
+
+    /// The first assembled state of the nominal mechanism and the solver planned there.
+    ///
+    /// Tries the drive values as asked; where the guess is too far from them, closes the joints first
+    /// and drives from there.
+    fn first_state(&self, drives: &[f64]) -> Option<(Solver<'_>, State)> {
+        let held = self.assemble(drives, true);
+        if held.converged {
+            let solver = Solver::new(self, &held.coordinates);
+            if let Some(state) = solver.polish(&held.coordinates, &Inputs::nominal(self, drives)) {
+                return Some((solver, state));
+            }
+        }
+        let free = self.assemble(drives, false);
+        if !free.converged {
+            return None;
+        }
+        let solver = Solver::new(self, &free.coordinates);
+        let values: Vec<f64> = (0..self.n_drives).map(|d| self.drive_value(d, &free.coordinates, drives[d])).collect();
+        let state = solver.polish(&free.coordinates, &Inputs::nominal(self, &values))?;
+        Some((solver, state))
+    }
+
+    fn unsolved(&self, status: Status) -> Configuration {
+        Configuration {
+            state: None,
+            status,
+            singular_value: f64::NAN,
+            singular_motion: vec![f64::NAN; self.n_unknowns()],
+            mismatch: f64::NAN,
+        }
+    }
+
+    /// Smallest singular value of the length-scaled closure Jacobian, and its motion (length-scaled).
+    pub(crate) fn singular_value_at(&self, state: &State) -> (f64, Vec<f64>) {
+        let (_, matrix) = self.scaled(&state.coordinates, &state.inputs.drives);
+        let svd = matrix.svd(false, true);
+        let (index, value) = svd.singular_values.argmin();
+        (value, svd.v_t.map_or_else(Vec::new, |v_t| v_t.row(index).iter().copied().collect()))
+    }
+
+    fn judge(&self, state: State) -> Configuration {
+        let (value, mut motion) = self.singular_value_at(&state);
+        let largest = motion.iter().fold(0.0_f64, |a, v| if v.abs() > a.abs() { *v } else { a });
+        for (j, v) in motion.iter_mut().enumerate() {
+            *v /= largest;
+            if matches!(self.space.components()[j % self.size()], Component::Along(_)) {
+                *v *= self.length;
+            }
+        }
+        let status = if value < self.singular_value { Status::Singular } else { Status::Ok };
+        Configuration { state: Some(state), status, singular_value: value, singular_motion: motion, mismatch: f64::NAN }
+    }
+
+    /// Solves the nominal mechanism for every row of drive values, keeping to the assembly branch.
+    #[must_use]
+    pub fn solve(&self, drives: &[Vec<f64>]) -> Vec<Configuration> {
+        let Some((solver, mut state)) = drives.first().and_then(|d| self.first_state(d)) else {
+            return drives.iter().map(|_| self.unsolved(Status::NotAssembled)).collect();
+        };
+        drives
+            .iter()
+            .map(|values| match solver.follow(&state, &Inputs::nominal(self, values)) {
+                Ok(next) => {
+                    state = next.clone();
+                    self.judge(next)
+                }
+                Err(status) => self.unsolved(status),
+            })
+            .collect()
+    }
+
+    /// Finds the drive values that bring the output to every target, least squares over the components
+    /// with a positive weight, keeping to the assembly branch of the guess. Drives start at `start`.
+    #[must_use]
+    pub fn inverse(&self, targets: &[Vec<f64>], weights: &[f64], start: &[f64]) -> Vec<Configuration> {
+        let Some((solver, mut state)) = self.first_state(start) else {
+            return targets.iter().map(|_| self.unsolved(Status::NotAssembled)).collect();
+        };
+        targets
+            .iter()
+            .map(|target| match self.reach(&solver, &state, target, weights) {
+                Ok((next, mismatch)) => {
+                    state = next.clone();
+                    let asked = weights.iter().filter(|w| **w > 0.0).count();
+                    let missed = asked <= self.n_drives && mismatch > 1e-9 * self.length;
+                    if missed {
+                        return self.unsolved(Status::NotAssembled);
+                    }
+                    Configuration { mismatch, ..self.judge(next) }
+                }
+                Err(status) => self.unsolved(status),
+            })
+            .collect()
+    }
+
+    /// Gauss-Newton on the drives with the loops closed at every step.
+    fn reach(
+        &self,
+        solver: &Solver<'_>,
+        from: &State,
+        target: &[f64],
+        weights: &[f64],
+    ) -> Result<(State, f64), Status> {
+        let drive_unit = |d: usize| match self.rows[self.driven_rows[d]].component {
+            Component::Along(_) => self.length,
+            Component::About(_) => 1.0,
+        };
+        let gap = |state: &State| {
+            let output = self.output(&state.coordinates, &state.inputs);
+            let gaps = output.iter().zip(target).zip(weights);
+            DVector::from_iterator(weights.len(), gaps.map(|((o, t), w)| if *w > 0.0 { w * (t - o) } else { 0.0 }))
+        };
+        let mut state = from.clone();
+        let mut error = gap(&state);
+        for _ in 0..INVERSE_STEPS {
+            let linearised = solver.linearise(&state).ok_or(Status::Singular)?;
+            let Output { drives, .. } = self.output_sensitivity(&linearised, &state);
+            let map =
+                DMatrix::from_fn(weights.len(), self.n_drives, |i, d| weights[i] * drives[(i, d)] * drive_unit(d));
+            let svd = map.svd(true, true);
+            let step = svd.solve(&error, 1e-9 * svd.singular_values.max()).map_err(|_| Status::Singular)?;
+            let mut part = (0.3 / step.amax()).min(1.0);
+            // The last Gauss-Newton step: what is left is its square, or rounding.
+            let last = step.amax() < 1e-10;
+            loop {
+                let values: Vec<f64> =
+                    state.inputs.drives.iter().enumerate().map(|(d, q)| q + part * step[d] * drive_unit(d)).collect();
+                let next = solver.follow(&state, &Inputs::nominal(self, &values)).ok();
+                if let Some(next) = next {
+                    let next_error = gap(&next);
+                    if last || next_error.norm() < error.norm() {
+                        (state, error) = (next, next_error);
+                        break;
+                    }
+                }
+                part *= 0.5;
+                if part < 1e-5 {
+                    return Ok((state, error.norm()));
+                }
+            }
+            if last {
+                break;
+            }
+        }
+        Ok((state, error.norm()))
+    }
+
+    /// A nominal state from its coordinates; drive values are read off near the given ones.
+    pub(crate) fn restore(&self, solver: &Solver<'_>, coordinates: &[f64], near: &[f64]) -> Option<State> {
+        if coordinates.iter().any(|c| !c.is_finite()) {
+            return None;
+        }
+        let drives: Vec<f64> = near.iter().enumerate().map(|(d, &q)| self.drive_value(d, coordinates, q)).collect();
+        solver.polish(coordinates, &Inputs::nominal(self, &drives))
+    }
+}

@@ -1,0 +1,262 @@
+//! Scatter from unit to unit: seeded Monte Carlo on the exact closure beside its first order.
+//!
+//! Samples are drawn in chunks, each with a random stream of its own, and merged in a fixed order:
+//! the result does not depend on the number of threads, and memory does not grow with the samples.
+
+pub mod law;
+mod tally;
+
+use nalgebra::DMatrix;
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+
+use crate::closure::Inputs;
+use crate::loaded::Case;
+use crate::mechanism::{Mechanism, Source};
+use crate::sensitivity::Output;
+use crate::solver::{Solver, State};
+use crate::space::norm;
+use crate::spec::Law;
+use crate::status::Status;
+pub use tally::BINS;
+use tally::{Ranges, Tally};
+
+/// Samples per random stream.
+const CHUNK: usize = 2048;
+/// Chunks in memory at once.
+const BLOCK: usize = 32;
+
+/// What to draw.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Samples per configuration.
+    pub samples: usize,
+    /// Seed of all random streams.
+    pub seed: u64,
+    /// Probabilities of the quantiles asked for.
+    pub probabilities: Vec<f64>,
+    /// Acceptance limit of the position error; NaN for none.
+    pub limit_position: f64,
+    /// Acceptance limit of the rotation; NaN for none.
+    pub limit_rotation: f64,
+    /// A law for all clearances instead of their own.
+    pub law: Option<Law>,
+}
+
+/// Scatter of one configuration. Quantities: the components, the size of the position error, the size
+/// of the rotation.
+#[derive(Clone, Debug)]
+pub struct Scatter {
+    /// Mean of every component.
+    pub mean: Vec<f64>,
+    /// Covariance of the components, row by row.
+    pub covariance: Vec<f64>,
+    /// Mean to first order.
+    pub mean_first_order: Vec<f64>,
+    /// Covariance to first order.
+    pub covariance_first_order: Vec<f64>,
+    /// First-order variance of every component by source, source by source.
+    pub contribution: Vec<f64>,
+    /// Quantiles, probability by probability, of every quantity.
+    pub quantile: Vec<f64>,
+    /// The width within which every quantity's quantiles are known.
+    pub quantile_resolution: Vec<f64>,
+    /// Histogram of every quantity.
+    pub histogram: Vec<u64>,
+    /// Edges of its bins.
+    pub edges: Vec<f64>,
+    /// Share of the solved samples beyond an acceptance limit; NaN without limits.
+    pub outside: f64,
+    /// Largest size of every quantity met.
+    pub largest: Vec<f64>,
+    /// Number of samples by status.
+    pub failures: [u64; Status::ALL.len()],
+    /// Outcome of the nominal configuration.
+    pub status: Status,
+}
+
+impl Mechanism {
+    /// Number of quantities of a scatter.
+    #[must_use]
+    pub fn n_quantities(&self) -> usize {
+        self.size() + 2
+    }
+
+    fn law(source: &Source, request: &Request) -> Law {
+        if source.is_clearance { request.law.unwrap_or(source.law) } else { source.law }
+    }
+
+    /// Scatter of every case.
+    #[must_use]
+    pub fn random(&self, cases: &[Case], request: &Request) -> Vec<Scatter> {
+        self.each(
+            cases,
+            |solver, number, case, nominal| self.scatter(solver, case, &nominal, request, number),
+            || self.no_scatter(request, Status::NotAssembled),
+        )
+    }
+
+    fn no_scatter(&self, request: &Request, status: Status) -> Scatter {
+        let n = self.size();
+        let nan = |n: usize| vec![f64::NAN; n];
+        let mut failures = [0; Status::ALL.len()];
+        failures[status as usize] = request.samples as u64;
+        Scatter {
+            mean: nan(n),
+            covariance: nan(n * n),
+            mean_first_order: nan(n),
+            covariance_first_order: nan(n * n),
+            contribution: nan(self.sources.len() * n),
+            quantile: nan(request.probabilities.len() * self.n_quantities()),
+            quantile_resolution: nan(self.n_quantities()),
+            histogram: vec![0; self.n_quantities() * BINS],
+            edges: nan(self.n_quantities() * (BINS + 1)),
+            outside: f64::NAN,
+            largest: nan(self.n_quantities()),
+            failures,
+            status,
+        }
+    }
+
+    fn scatter(&self, solver: &Solver<'_>, case: &Case, nominal: &State, request: &Request, number: usize) -> Scatter {
+        let n = self.size();
+        let Some(linearised) = solver.linearise(nominal) else { return self.no_scatter(request, Status::Singular) };
+        let map = self.output_sensitivity(&linearised, nominal);
+        let built = match solver.follow(nominal, &self.built(&case.drives)) {
+            Ok(state) => state,
+            Err(status) => return self.no_scatter(request, status),
+        };
+        let mut mean_first_order = self.drive_shift(&map, case, nominal);
+        for (i, mean) in mean_first_order.iter_mut().enumerate() {
+            *mean += self.centre.iter().enumerate().map(|(p, u)| map.parameters[(i, p)] * u).sum::<f64>();
+        }
+        let mut covariance = DMatrix::<f64>::zeros(n, n);
+        let mut contribution = vec![0.0; self.sources.len() * n];
+        for (s, source) in self.sources.iter().enumerate() {
+            let (mean, variance) = source.set.moments(Self::law(source, request));
+            for (k, p) in source.range().enumerate() {
+                let column = map.parameters.column(p);
+                covariance += column * column.transpose() * variance[k];
+                for i in 0..n {
+                    contribution[s * n + i] += column[i] * column[i] * variance[k];
+                    mean_first_order[i] += column[i] * mean[k];
+                }
+            }
+        }
+
+        let ranges = self.ranges(&map, &mean_first_order, request);
+        let mut tally = Tally::new(n, &ranges);
+        let chunks = request.samples.div_ceil(CHUNK);
+        for block in 0..chunks.div_ceil(BLOCK) {
+            let parts: Vec<Tally> = (block * BLOCK..((block + 1) * BLOCK).min(chunks))
+                .into_par_iter()
+                .map(|chunk| {
+                    let count = CHUNK.min(request.samples - chunk * CHUNK);
+                    let rng = stream(request.seed, number as u64, chunk as u64);
+                    self.draw(solver, &built, nominal, request, &ranges, rng, count)
+                })
+                .collect();
+            for part in &parts {
+                tally.merge(part);
+            }
+        }
+        Scatter {
+            mean: tally.mean.clone(),
+            covariance: tally.covariance(),
+            mean_first_order,
+            covariance_first_order: covariance.transpose().as_slice().to_vec(),
+            contribution,
+            quantile: request.probabilities.iter().flat_map(|&p| tally.quantiles(&ranges, p)).collect(),
+            quantile_resolution: ranges.resolution(),
+            histogram: tally.histogram(),
+            edges: ranges.edges(),
+            outside: if request.limit_position.is_nan() && request.limit_rotation.is_nan() {
+                f64::NAN
+            } else {
+                tally.outside as f64 / tally.count as f64
+            },
+            largest: tally.largest,
+            failures: tally.statuses,
+            status: self.nominal_status(nominal),
+        }
+    }
+
+    /// Ranges of the histograms: the first-order worst case with room to spare.
+    fn ranges(&self, map: &Output, mean: &[f64], request: &Request) -> Ranges {
+        let n = self.size();
+        let mut half = vec![0.0; n];
+        for (i, h) in half.iter_mut().enumerate() {
+            for source in &self.sources {
+                let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
+                let opposite: Vec<f64> = row.iter().map(|r| -r).collect();
+                // An untruncated law reaches beyond its set of three standard deviations.
+                let reach = if Self::law(source, request) == Law::Gauss { 2.0 } else { 1.0 };
+                *h += reach * 0.5 * (source.set.support(&row) + source.set.support(&opposite));
+            }
+        }
+        Ranges::new(mean, &half, self.n_translations())
+    }
+
+    #[allow(clippy::too_many_arguments)] // one private call; a struct of its own would only rename them
+    fn draw(
+        &self,
+        solver: &Solver<'_>,
+        built: &State,
+        nominal: &State,
+        request: &Request,
+        ranges: &Ranges,
+        mut rng: Xoshiro256PlusPlus,
+        count: usize,
+    ) -> Tally {
+        let n = self.size();
+        let translations = self.n_translations();
+        let mut tally = Tally::new(n, ranges);
+        let mut inputs = Inputs { drives: built.inputs.drives.clone(), parameters: self.centre.clone() };
+        let reference = self.output(&nominal.coordinates, &nominal.inputs);
+        for _ in 0..count {
+            for source in &self.sources {
+                let range = source.range();
+                source.set.sample(Self::law(source, request), &mut rng, &mut inputs.parameters[range.clone()]);
+                for p in range {
+                    inputs.parameters[p] += self.centre[p];
+                }
+            }
+            let solved = solver.close(built, &inputs).map_or_else(|| solver.follow(built, &inputs), Ok);
+            match solved {
+                Ok(state) if state.negative == built.negative => {
+                    let mut quantities = self.output(&state.coordinates, &state.inputs);
+                    quantities.iter_mut().zip(&reference).for_each(|(a, r)| *a -= r);
+                    let (position, rotation) = (norm(&quantities[..translations]), norm(&quantities[translations..]));
+                    quantities.extend([position, rotation]);
+                    let outside = position > request.limit_position || rotation > request.limit_rotation;
+                    tally.add(ranges, &quantities, outside);
+                }
+                Ok(_) => tally.statuses[Status::Singular as usize] += 1,
+                Err(status) => tally.statuses[status as usize] += 1,
+            }
+        }
+        tally
+    }
+}
+
+/// The random stream of one chunk: a hash (splitmix64) of seed, configuration and chunk fills the state.
+fn stream(seed: u64, case: u64, chunk: u64) -> Xoshiro256PlusPlus {
+    let mut bytes = [0_u8; 32];
+    let mut state = seed;
+    for salt in [case, chunk] {
+        state = splitmix(state ^ splitmix(salt));
+    }
+    for word in bytes.chunks_exact_mut(8) {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        word.copy_from_slice(&splitmix(state).to_le_bytes());
+    }
+    Xoshiro256PlusPlus::from_seed(bytes)
+}
+
+const fn splitmix(seed: u64) -> u64 {
+    let z = seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}

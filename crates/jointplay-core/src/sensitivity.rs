@@ -1,0 +1,132 @@
+//! First-order maps from the inputs to the output, by the transposed closure Jacobian.
+//!
+//! For a cost c on the poses, `J^T l = dc/dx` gives the multipliers l, and the gradient of c along the
+//! inputs u of the closed mechanism is `-(dr/du)^T l`. With c the work of a load, l are the
+//! reactions; with c a component of the output's pose, the gradient is that component's row of the
+//! sensitivity. One solve serves all inputs.
+
+use nalgebra::DMatrix;
+
+use crate::closure::Inputs;
+use crate::loaded::Case;
+use crate::mechanism::Mechanism;
+use crate::solver::{Linearised, State};
+use crate::space::{Component, Pose, Vec3, add, cross, dot};
+
+/// First-order maps of the output.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// Output components by parameters.
+    pub parameters: DMatrix<f64>,
+    /// Output components by drives.
+    pub drives: DMatrix<f64>,
+}
+
+/// A cost's gradient along the inputs, and the multipliers of the closure rows.
+#[derive(Clone, Debug)]
+pub struct Gradient {
+    /// Along drives and parameters.
+    pub inputs: Inputs<f64>,
+    /// One per row; the joint pushes its second body by their negative.
+    pub multipliers: Vec<f64>,
+}
+
+impl Mechanism {
+    /// Coordinates of the output: position of its point, rotation of its body.
+    #[must_use]
+    pub fn output(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> Vec<f64> {
+        let poses = self.poses(coordinates);
+        let place = self.place(self.output, &poses, &inputs.parameters);
+        let body = self.points[self.output].body;
+        self.space
+            .components()
+            .iter()
+            .enumerate()
+            .map(|(k, component)| match component {
+                Component::Along(i) => place.position[*i],
+                Component::About(_) => body.map_or(0.0, |b| coordinates[b * self.size() + k]),
+            })
+            .collect()
+    }
+
+    /// Adds a wrench on the body of a point: the gradient of its work along the twists and along the
+    /// parameters that move the point.
+    pub(crate) fn add_wrench(
+        &self,
+        point: usize,
+        force: Vec3<f64>,
+        moment: Vec3<f64>,
+        poses: &[Pose<f64>],
+        inputs: &Inputs<f64>,
+        cost: &mut Cost,
+    ) {
+        let Some(body) = self.points[point].body else { return };
+        let lever = self.place(point, poses, &inputs.parameters).lever;
+        let moment = add(moment, cross(lever, force));
+        for (k, component) in self.space.components().iter().enumerate() {
+            cost.twists[body * self.size() + k] += match component {
+                Component::Along(i) => force[*i],
+                Component::About(i) => moment[*i],
+            };
+        }
+        for (parameter, direction) in self.ground_directions(point, poses) {
+            cost.parameters[parameter] += dot(force, direction);
+        }
+    }
+
+    /// A cost without any term.
+    pub(crate) fn no_cost(&self) -> Cost {
+        Cost { twists: vec![0.0; self.n_unknowns()], parameters: vec![0.0; self.n_parameters()] }
+    }
+
+    /// The cost whose gradient is one component of the output.
+    pub(crate) fn component_cost(&self, component: usize, linearised: &Linearised<'_>, state: &State) -> Cost {
+        let mut cost = self.no_cost();
+        let (mut force, mut moment) = ([0.0; 3], [0.0; 3]);
+        match self.space.components()[component] {
+            Component::Along(i) => force[i] = 1.0,
+            Component::About(i) => moment[i] = 1.0,
+        }
+        self.add_wrench(self.output, force, moment, &linearised.poses, &state.inputs, &mut cost);
+        cost
+    }
+
+    /// Gradient of a cost along the inputs of the closed mechanism.
+    pub(crate) fn gradient(&self, linearised: &Linearised<'_>, cost: Cost) -> Gradient {
+        let Cost { mut twists, parameters } = cost;
+        let mut multipliers = vec![0.0; self.n_rows()];
+        linearised.factors.solve_transposed(&mut twists, &mut multipliers);
+        let mut inputs = Inputs { drives: vec![0.0; self.n_drives], parameters };
+        self.pull_back(&linearised.poses, &multipliers, &mut inputs);
+        Gradient { inputs, multipliers }
+    }
+
+    /// Sensitivity of every output component to every parameter and drive.
+    #[must_use]
+    pub fn output_sensitivity(&self, linearised: &Linearised<'_>, state: &State) -> Output {
+        let mut parameters = DMatrix::zeros(self.size(), self.n_parameters());
+        let mut drives = DMatrix::zeros(self.size(), self.n_drives);
+        for i in 0..self.size() {
+            let gradient = self.gradient(linearised, self.component_cost(i, linearised, state));
+            parameters.row_mut(i).iter_mut().zip(&gradient.inputs.parameters).for_each(|(a, b)| *a = *b);
+            drives.row_mut(i).iter_mut().zip(&gradient.inputs.drives).for_each(|(a, b)| *a = *b);
+        }
+        Output { parameters, drives }
+    }
+
+    /// First-order shift of the output by drive values that differ from the nominal ones.
+    pub(crate) fn drive_shift(&self, map: &Output, case: &Case, nominal: &State) -> Vec<f64> {
+        (0..self.size())
+            .map(|i| {
+                let drives = case.drives.iter().zip(&nominal.inputs.drives).enumerate();
+                drives.map(|(d, (q, q0))| map.drives[(i, d)] * (q - q0)).sum()
+            })
+            .collect()
+    }
+}
+
+/// The gradient of a cost along the twists of all bodies and, directly, along the parameters.
+pub(crate) struct Cost {
+    pub twists: Vec<f64>,
+    pub parameters: Vec<f64>,
+}

@@ -1,0 +1,291 @@
+//! Python's view of the core: whole arrays in, dictionaries of whole arrays out. SI units, radians.
+
+// PyO3 hands array arguments over by value.
+#![allow(clippy::needless_pass_by_value)]
+
+mod arrays;
+
+use jointplay_core::sampling::{BINS, Request};
+use jointplay_core::spec::Law;
+use jointplay_core::{Mechanism as Core, Spec, Status};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use arrays::{Table, cases, rows};
+
+/// A checked, immutable mechanism.
+#[pyclass(frozen, module = "jointplay._core")]
+struct Mechanism {
+    core: Core,
+}
+
+fn flat(parts: impl Iterator<Item = impl AsRef<[f64]>>) -> Vec<f64> {
+    parts.flat_map(|p| p.as_ref().to_vec()).collect()
+}
+
+impl Mechanism {
+    fn solved<'py>(
+        &self,
+        py: Python<'py>,
+        configurations: &[jointplay_core::path::Configuration],
+    ) -> PyResult<Table<'py>> {
+        let core = &self.core;
+        let (n, nb, size) = (configurations.len(), core.n_bodies(), core.size());
+        let nan = |n: usize| vec![f64::NAN; n];
+        let of = |pick: &dyn Fn(&jointplay_core::solver::State) -> Vec<f64>, width: usize| {
+            flat(configurations.iter().map(|c| c.state.as_ref().map_or_else(|| nan(width), pick)))
+        };
+        Table::new(py)
+            .array("poses", &[n, nb, size], of(&|s| s.coordinates.clone(), nb * size))?
+            .array("output", &[n, size], of(&|s| core.output(&s.coordinates, &s.inputs), size))?
+            .array("drives", &[n, core.n_drives()], of(&|s| s.inputs.drives.clone(), core.n_drives()))?
+            .array("singular_value", &[n], configurations.iter().map(|c| c.singular_value).collect())?
+            .array("singular_motion", &[n, nb, size], flat(configurations.iter().map(|c| &c.singular_motion)))?
+            .status(configurations.iter().map(|c| c.status))
+    }
+}
+
+#[pymethods]
+impl Mechanism {
+    #[new]
+    fn new(spec: &str) -> PyResult<Self> {
+        let spec: Spec = serde_json::from_str(spec).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Ok(Self { core: Core::new(&spec).map_err(|e| PyValueError::new_err(e.to_string()))? })
+    }
+
+    #[getter]
+    fn parameters(&self) -> Vec<(usize, &'static str)> {
+        self.core.parameters().collect()
+    }
+
+    #[getter]
+    fn rows(&self) -> Vec<(usize, &'static str)> {
+        self.core.row_names().collect()
+    }
+
+    fn assemble<'py>(&self, py: Python<'py>, drives: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
+        let drives = drives.as_array().to_vec();
+        if drives.len() != self.core.n_drives() {
+            return Err(PyValueError::new_err(format!("{} drive values are needed", self.core.n_drives())));
+        }
+        let assembly = py.detach(|| self.core.assemble(&drives, true));
+        Ok(Table::new(py)
+            .array("poses", &[self.core.n_bodies(), self.core.size()], assembly.coordinates)?
+            .value("residual", assembly.residual)?
+            .value("converged", assembly.converged)?
+            .finish())
+    }
+
+    fn jacobian<'py>(
+        &self,
+        py: Python<'py>,
+        poses: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
+        let coordinates = rows(&poses, "poses", self.core.size())?.concat();
+        if coordinates.len() != self.core.n_unknowns() {
+            return Err(PyValueError::new_err(format!("poses of {} bodies are needed", self.core.n_bodies())));
+        }
+        let matrix = self.core.jacobian(&coordinates);
+        let array = numpy::ndarray::Array2::from_shape_fn(matrix.shape(), |at| matrix[at]);
+        Ok(numpy::IntoPyArray::into_pyarray(array, py))
+    }
+
+    fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
+        self.require_square()?;
+        let drives = rows(&drives, "drives", self.core.n_drives())?;
+        let configurations = py.detach(|| self.core.solve(&drives));
+        Ok(self.solved(py, &configurations)?.finish())
+    }
+
+    fn inverse<'py>(
+        &self,
+        py: Python<'py>,
+        targets: PyReadonlyArray2<'py, f64>,
+        weights: PyReadonlyArray1<'py, f64>,
+        drives0: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.require_square()?;
+        let targets = rows(&targets, "targets", self.core.size())?;
+        let (weights, start) = (weights.as_array().to_vec(), drives0.as_array().to_vec());
+        if weights.len() != self.core.size() || start.len() != self.core.n_drives() {
+            return Err(PyValueError::new_err("one weight per component and one start value per drive are needed"));
+        }
+        let configurations = py.detach(|| self.core.inverse(&targets, &weights, &start));
+        let mismatch = configurations.iter().map(|c| c.mismatch).collect();
+        Ok(self.solved(py, &configurations)?.array("mismatch", &[configurations.len()], mismatch)?.finish())
+    }
+
+    fn given<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        u: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.require_square()?;
+        let core = &self.core;
+        let parameters = rows(&u, "u", core.n_parameters())?;
+        let cases = cases(core, &drives, &poses)?;
+        if parameters.len() != cases.len() {
+            return Err(PyValueError::new_err("one row of u per configuration is needed"));
+        }
+        let results = py.detach(|| core.given(&cases, &parameters));
+        let (n, size) = (cases.len(), core.size());
+        Ok(Table::new(py)
+            .array("error", &[n, size], flat(results.iter().map(|r| &r.error)))?
+            .array("error_first_order", &[n, size], flat(results.iter().map(|r| &r.error_first_order)))?
+            .array("poses", &[n, core.n_bodies(), size], flat(results.iter().map(|r| &r.coordinates)))?
+            .status(results.iter().map(|r| r.status))?
+            .finish())
+    }
+
+    fn sensitivity<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.require_square()?;
+        let core = &self.core;
+        let cases = cases(core, &drives, &poses)?;
+        let results = py.detach(|| core.sensitivities(&cases));
+        let (n, size) = (cases.len(), core.size());
+        // nalgebra stores columns, numpy rows.
+        let by_rows = |m: &nalgebra::DMatrix<f64>| m.transpose().as_slice().to_vec();
+        Ok(Table::new(py)
+            .array(
+                "source",
+                &[n, size, core.n_parameters()],
+                flat(results.iter().map(|r| by_rows(&r.output.parameters))),
+            )?
+            .array("drive", &[n, size, core.n_drives()], flat(results.iter().map(|r| by_rows(&r.output.drives))))?
+            .status(results.iter().map(|r| r.status))?
+            .finish())
+    }
+
+    fn loaded<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.require_square()?;
+        let core = &self.core;
+        let cases = cases(core, &drives, &poses)?;
+        let results = py.detach(|| core.loaded(&cases));
+        let (n, size) = (cases.len(), core.size());
+        Ok(Table::new(py)
+            .array("error", &[n, size], flat(results.iter().map(|r| &r.error)))?
+            .array("error_first_order", &[n, size], flat(results.iter().map(|r| &r.error_first_order)))?
+            .array("undetermined", &[n, size], flat(results.iter().map(|r| &r.undetermined)))?
+            .array("reaction", &[n, core.n_joints(), size], flat(results.iter().map(|r| &r.reaction)))?
+            .array("offset", &[n, core.n_parameters()], flat(results.iter().map(|r| &r.offset)))?
+            .array("contribution", &[n, core.sources().len(), size], flat(results.iter().map(|r| &r.contribution)))?
+            .array("iterations", &[n], results.iter().map(|r| r.steps as u64).collect())?
+            .status(results.iter().map(|r| r.status))?
+            .finish())
+    }
+
+    #[pyo3(signature = (drives, poses, starts = 24))]
+    fn worst<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        starts: usize,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.require_square()?;
+        let core = &self.core;
+        let cases = cases(core, &drives, &poses)?;
+        let results = py.detach(|| core.worst(&cases, starts));
+        let (n, size, ne) = (cases.len(), core.size(), core.n_extremes());
+        Ok(Table::new(py)
+            .array("position", &[n], results.iter().map(|r| r.position).collect())?
+            .array("position_first_order", &[n], results.iter().map(|r| r.position_first_order).collect())?
+            .array("rotation", &[n], results.iter().map(|r| r.rotation).collect())?
+            .array("rotation_first_order", &[n], results.iter().map(|r| r.rotation_first_order).collect())?
+            .array("component", &[n, size, 2], flat(results.iter().flat_map(|r| &r.component)))?
+            .array("component_first_order", &[n, size, 2], flat(results.iter().flat_map(|r| &r.component_first_order)))?
+            .array("direction", &[n, core.n_translations()], flat(results.iter().map(|r| &r.direction)))?
+            .array("offset", &[n, ne, core.n_parameters()], flat(results.iter().flat_map(|r| &r.offset)))?
+            .array("contribution", &[n, ne, core.sources().len()], flat(results.iter().flat_map(|r| &r.contribution)))?
+            .status(results.iter().map(|r| r.status))?
+            .finish())
+    }
+
+    #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method
+    #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0))]
+    fn random<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        samples: usize,
+        seed: u64,
+        probabilities: PyReadonlyArray1<'py, f64>,
+        limit_position: f64,
+        limit_rotation: f64,
+        law: Option<&str>,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.require_square()?;
+        let core = &self.core;
+        let law = match law {
+            None => None,
+            Some("uniform") => Some(Law::Uniform),
+            Some("boundary") => Some(Law::Boundary),
+            Some("normal") => Some(Law::Normal),
+            Some(other) => return Err(PyValueError::new_err(format!("unknown law '{other}'"))),
+        };
+        let probabilities = probabilities.as_array().to_vec();
+        let np = probabilities.len();
+        let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law };
+        let cases = cases(core, &drives, &poses)?;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        let results = py.detach(|| pool.install(|| core.random(&cases, &request)));
+        let (n, size, nq) = (cases.len(), core.size(), core.n_quantities());
+        Ok(Table::new(py)
+            .array("mean", &[n, size], flat(results.iter().map(|r| &r.mean)))?
+            .array("covariance", &[n, size, size], flat(results.iter().map(|r| &r.covariance)))?
+            .array("mean_first_order", &[n, size], flat(results.iter().map(|r| &r.mean_first_order)))?
+            .array("covariance_first_order", &[n, size, size], flat(results.iter().map(|r| &r.covariance_first_order)))?
+            .array("contribution", &[n, core.sources().len(), size], flat(results.iter().map(|r| &r.contribution)))?
+            .array("quantile", &[n, np, nq], flat(results.iter().map(|r| &r.quantile)))?
+            .array("quantile_resolution", &[n, nq], flat(results.iter().map(|r| &r.quantile_resolution)))?
+            .array(
+                "histogram",
+                &[n, nq, BINS],
+                results.iter().flat_map(|r| r.histogram.iter().copied()).collect::<Vec<u64>>(),
+            )?
+            .array("edges", &[n, nq, BINS + 1], flat(results.iter().map(|r| &r.edges)))?
+            .array("outside", &[n], results.iter().map(|r| r.outside).collect())?
+            .array("largest", &[n, nq], flat(results.iter().map(|r| &r.largest)))?
+            .array("failures", &[n, Status::ALL.len()], results.iter().flat_map(|r| r.failures).collect::<Vec<u64>>())?
+            .status(results.iter().map(|r| r.status))?
+            .finish())
+    }
+}
+
+impl Mechanism {
+    fn require_square(&self) -> PyResult<()> {
+        if self.core.n_rows() == self.core.n_unknowns() {
+            return Ok(());
+        }
+        Err(PyValueError::new_err(format!(
+            "{} closure rows for {} unknowns: too few or too many joints and drives",
+            self.core.n_rows(),
+            self.core.n_unknowns()
+        )))
+    }
+}
+
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("STATUSES", Status::ALL.map(Status::name).to_vec())?;
+    module.add_class::<Mechanism>()
+}

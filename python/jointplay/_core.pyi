@@ -1,0 +1,46 @@
+"""The compiled core: whole arrays in, dictionaries of whole arrays out; SI units and radians."""
+
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+STATUSES: list[str]
+
+@final
+class Mechanism:
+    """A checked, immutable mechanism."""
+
+    def __new__(cls, spec: str) -> Mechanism: ...
+    @property
+    def parameters(self) -> list[tuple[int, str]]: ...
+    @property
+    def rows(self) -> list[tuple[int, str]]: ...
+    def assemble(self, drives: NDArray[np.float64]) -> dict[str, Any]: ...
+    def jacobian(self, poses: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    def solve(self, drives: NDArray[np.float64]) -> dict[str, NDArray[Any]]: ...
+    def inverse(
+        self, targets: NDArray[np.float64], weights: NDArray[np.float64], drives0: NDArray[np.float64]
+    ) -> dict[str, NDArray[Any]]: ...
+    def given(
+        self, drives: NDArray[np.float64], poses: NDArray[np.float64], u: NDArray[np.float64]
+    ) -> dict[str, NDArray[Any]]: ...
+    def sensitivity(
+        self, drives: NDArray[np.float64], poses: NDArray[np.float64]
+    ) -> dict[str, NDArray[Any]]: ...
+    def loaded(self, drives: NDArray[np.float64], poses: NDArray[np.float64]) -> dict[str, NDArray[Any]]: ...
+    def worst(
+        self, drives: NDArray[np.float64], poses: NDArray[np.float64], starts: int = 24
+    ) -> dict[str, NDArray[Any]]: ...
+    def random(
+        self,
+        drives: NDArray[np.float64],
+        poses: NDArray[np.float64],
+        samples: int,
+        seed: int,
+        probabilities: NDArray[np.float64],
+        limit_position: float,
+        limit_rotation: float,
+        law: str | None = None,
+        threads: int = 0,
+    ) -> dict[str, NDArray[Any]]: ...
