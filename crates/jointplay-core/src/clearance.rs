@@ -9,8 +9,6 @@
 //! The disc is the "clearance link" of Ting, Zhu and Watkins (Mech. Mach. Theory 35, 2000, 391); the
 //! diamond is the linearised condition that both corners of the slider stay inside the guide.
 
-use rand::Rng;
-
 use crate::sampling::law;
 use crate::spec::{Law, SetSpec};
 
@@ -203,25 +201,6 @@ impl Set {
             }
         }
     }
-
-    /// Draws one offset.
-    pub fn sample<R: Rng + ?Sized>(&self, law: Law, rng: &mut R, offset: &mut [f64]) {
-        match *self {
-            Self::Disc { radius } => {
-                let [x, y] = law::disc(law, rng);
-                offset[0] = radius * x;
-                offset[1] = radius * y;
-            }
-            Self::Diamond { gap, half_length } => {
-                let [a, b] = law::diamond(law, rng);
-                offset[0] = gap * a;
-                offset[1] = gap / half_length * b;
-            }
-            Self::Interval { low, high } => {
-                offset[0] = 0.5 * (low + high) + 0.5 * (high - low) * law::interval(law, rng);
-            }
-        }
-    }
 }
 
 pub(crate) fn inner(a: &[f64], b: &[f64]) -> f64 {
@@ -231,8 +210,8 @@ pub(crate) fn inner(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::SeedableRng;
-    use rand_xoshiro::Xoshiro256PlusPlus;
+    use crate::batch::draw::Stream;
+    use crate::batch::lanes::LANES;
 
     const SETS: [Set; 4] = [
         Set::Disc { radius: 0.7 },
@@ -241,20 +220,28 @@ mod tests {
         Set::Interval { low: 0.0, high: 0.0 },
     ];
 
+    fn samples(set: &Set, law: Law, blocks: usize) -> Vec<Vec<f64>> {
+        let mut stream = Stream::new(1, 2, 3);
+        let mut samples = Vec::with_capacity(blocks * LANES);
+        for _ in 0..blocks {
+            let drawn = stream.draw(set, law);
+            samples.extend((0..LANES).map(|i| drawn.iter().take(set.size()).map(|b| b.0[i]).collect()));
+        }
+        samples
+    }
+
     #[test]
     fn support_is_attained_on_the_face_and_never_exceeded_by_samples() {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
         for set in SETS {
-            for _ in 0..200 {
-                let w = [rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)];
-                let face = set.face(&w, 0.0);
-                assert!((inner(&w[..set.size()], &face.centre) - set.support(&w)).abs() < 1e-15);
-                assert!(set.contains(&face.centre[..set.size()], 1e-14));
-                for law in [Law::Uniform, Law::Boundary, Law::Normal] {
-                    let mut offset = [0.0; MAX_SIZE];
-                    set.sample(law, &mut rng, &mut offset[..set.size()]);
-                    assert!(set.contains(&offset[..set.size()], 1e-14), "{set:?} {law:?} {offset:?}");
-                    assert!(inner(&w[..set.size()], &offset) <= set.support(&w) + 1e-15);
+            for law in [Law::Uniform, Law::Boundary, Law::Normal] {
+                for (k, offset) in samples(&set, law, 500).into_iter().enumerate() {
+                    let angle = k as f64;
+                    let w = [angle.cos(), angle.sin()];
+                    let face = set.face(&w[..set.size()], 0.0);
+                    assert!((inner(&w[..set.size()], &face.centre) - set.support(&w)).abs() < 1e-15);
+                    assert!(set.contains(&face.centre[..set.size()], 1e-14));
+                    assert!(set.contains(&offset, 1e-14), "{set:?} {law:?} {offset:?}");
+                    assert!(inner(&w, &offset) <= set.support(&w) + 1e-15);
                 }
             }
         }
@@ -262,25 +249,22 @@ mod tests {
 
     #[test]
     fn moments_agree_with_samples() {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
-        let n = 200_000;
         for set in SETS {
             for law in [Law::Uniform, Law::Boundary, Law::Normal, Law::Gauss] {
                 let (mean, variance) = set.moments(law);
-                let (mut sum, mut squares) = ([0.0; 2], [0.0; 2]);
-                for _ in 0..n {
-                    let mut offset = [0.0; MAX_SIZE];
-                    set.sample(law, &mut rng, &mut offset[..set.size()]);
-                    for i in 0..set.size() {
-                        sum[i] += offset[i];
-                        squares[i] += (offset[i] - mean[i]).powi(2);
-                    }
-                }
+                let samples = samples(&set, law, 20_000);
+                let n = samples.len() as f64;
                 for i in 0..set.size() {
-                    let sigma = variance[i].sqrt();
+                    let sum: f64 = samples.iter().map(|s| s[i]).sum();
+                    let squares: f64 = samples.iter().map(|s| (s[i] - mean[i]).powi(2)).sum();
                     // Five standard errors of the mean; the variance's is below 1 % for every law here.
-                    assert!((sum[i] / f64::from(n) - mean[i]).abs() <= 5.0 * sigma / f64::from(n).sqrt() + 1e-15);
-                    assert!((squares[i] / f64::from(n) - variance[i]).abs() <= 0.02 * variance[i], "{set:?} {law:?}");
+                    assert!((sum / n - mean[i]).abs() <= 5.0 * (variance[i] / n).sqrt() + 1e-15);
+                    assert!((squares / n - variance[i]).abs() <= 0.02 * variance[i], "{set:?} {law:?}");
+                    if set.size() == 2 {
+                        let other = 1 - i;
+                        let mixed: f64 = samples.iter().map(|s| s[i] * s[other]).sum();
+                        assert!((mixed / n).abs() <= 5.0 * (variance[0] * variance[1] / n).sqrt());
+                    }
                 }
             }
         }

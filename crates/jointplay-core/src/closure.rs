@@ -22,14 +22,33 @@ use crate::space::{Component, Pose, Vec3, add, cross, dot, scale, sub};
 
 /// What a configuration is asked for: drive values and the values of all parameters.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Inputs<S> {
+pub struct Inputs<D, P = D> {
     /// One value per drive.
-    pub drives: Vec<S>,
+    pub drives: Vec<D>,
     /// One value per parameter: clearance offsets, deviations, drive errors.
-    pub parameters: Vec<S>,
+    pub parameters: Vec<P>,
+}
+
+/// A drive's value with its sine and cosine, whichever its joint asks for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Command<S> {
+    pub value: S,
+    pub sine: S,
+    pub cosine: S,
+}
+
+/// Sine and cosine of the difference of two angles.
+fn turn_back<S: Real>((s, c): (S, S), (sine, cosine): (S, S)) -> (S, S) {
+    (s * cosine - c * sine, c * cosine + s * sine)
 }
 
 impl Inputs<f64> {
+    /// The inputs as the closure equations take them.
+    pub(crate) fn commands(&self) -> Inputs<Command<f64>, f64> {
+        let command = |&value: &f64| Command { value, sine: value.sin(), cosine: value.cos() };
+        Inputs { drives: self.drives.iter().map(command).collect(), parameters: self.parameters.clone() }
+    }
+
     /// Perfect joints and dimensions.
     #[must_use]
     pub fn nominal(mechanism: &Mechanism, drives: &[f64]) -> Self {
@@ -117,7 +136,7 @@ impl Mechanism {
     pub(crate) fn evaluate<S: Real>(
         &self,
         poses: &[Pose<S>],
-        inputs: &Inputs<S>,
+        inputs: &Inputs<Command<S>, S>,
         residual: &mut [S],
         derivatives: &mut [S],
     ) {
@@ -126,10 +145,7 @@ impl Mechanism {
         let one = S::from_f64(1.0);
         for (k, row) in self.rows.iter().enumerate() {
             let joint = &self.joints[row.joint];
-            let mut value = row.parameter.map_or(zero, |p| inputs.parameters[p]);
-            if let Some(d) = row.drive {
-                value = value + inputs.drives[d];
-            }
+            let parameter = row.parameter.map_or(zero, |p| inputs.parameters[p]);
             let (linear, angular_1, angular_2);
             match row.component {
                 Component::Along(i) => {
@@ -139,7 +155,8 @@ impl Mechanism {
                     );
                     let e = self.axes(row.joint, poses)[i];
                     let d = sub(p2.position, p1.position);
-                    residual[k] = dot(e, d) - value;
+                    let command = row.drive.map_or(zero, |d| inputs.drives[d].value);
+                    residual[k] = dot(e, d) - (command + parameter);
                     linear = e;
                     let mut turning = cross(e, p1.lever);
                     if matches!(joint.frame, Frame::First(_)) {
@@ -149,9 +166,12 @@ impl Mechanism {
                     angular_2 = cross(p2.lever, e);
                 }
                 Component::About(i) => {
-                    let (s, c) = self.relative_angle(row.joint, poses);
-                    let (sv, cv) = value.sin_cos();
-                    let (r, slope) = S::angle_residual(s * cv - c * sv, c * cv + s * sv);
+                    let mut left = self.relative_angle(row.joint, poses);
+                    if let Some(d) = row.drive {
+                        left = turn_back(left, (inputs.drives[d].sine, inputs.drives[d].cosine));
+                    }
+                    let (sine, cosine) = turn_back(left, parameter.sin_cos());
+                    let (r, slope) = S::angle_residual(sine, cosine);
                     residual[k] = r;
                     linear = [zero; 3];
                     let mut e = [zero; 3];

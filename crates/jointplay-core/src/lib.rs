@@ -5,6 +5,7 @@
 //! units and radians; an error is actual minus nominal.
 
 pub mod ascent;
+pub mod batch;
 mod build;
 pub mod clearance;
 pub mod closure;

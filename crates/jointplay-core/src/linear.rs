@@ -7,6 +7,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::real::Real;
+
 /// A pivot must be at least this large relative to the largest entry of its row.
 const THRESHOLD: f64 = 0.05;
 /// A replayed pivot smaller than this part of the planned one fails the guard.
@@ -44,9 +46,9 @@ pub struct Elimination {
 
 /// The factors of one matrix.
 #[derive(Clone, Debug)]
-pub struct Factors {
-    values: Vec<f64>,
-    inverse_pivots: Vec<f64>,
+pub struct Factors<S> {
+    values: Vec<S>,
+    inverse_pivots: Vec<S>,
 }
 
 impl Elimination {
@@ -138,65 +140,83 @@ impl Elimination {
     /// Factors a matrix given by its non-zeros in the order of the plan; `None` when a pivot shrinks
     /// too far below the planned one.
     #[must_use]
-    pub fn factor(&self, entries: impl Iterator<Item = f64>) -> Option<Factors> {
-        let mut values = vec![0.0; self.n_slots];
+    pub fn factor(&self, entries: impl Iterator<Item = f64>) -> Option<Factors<f64>> {
+        // Written so that NaN fails, too.
+        self.replay(entries, |planned, pivot| pivot.abs() >= GUARD * planned)
+    }
+
+    /// Replays the elimination as long as `accept` likes the pivot beside the planned one.
+    #[must_use]
+    pub fn replay<S: Real>(
+        &self,
+        entries: impl Iterator<Item = S>,
+        accept: impl Fn(f64, S) -> bool,
+    ) -> Option<Factors<S>> {
+        let mut values = vec![S::from_f64(0.0); self.n_slots];
         for (&slot, v) in self.slots.iter().zip(entries) {
-            values[slot] += v;
+            values[slot] = values[slot] + v;
         }
         let mut inverse_pivots = Vec::with_capacity(self.pivots.len());
         for pivot in &self.pivots {
             let size = values[pivot.slot];
-            // Written so that NaN fails, too.
-            if !(size.abs() >= GUARD * pivot.planned) {
+            if !accept(pivot.planned, size) {
                 return None;
             }
-            let inverse = 1.0 / size;
+            let inverse = S::from_f64(1.0) / size;
             inverse_pivots.push(inverse);
             for &(_, lower) in &pivot.lower {
-                values[lower] *= inverse;
+                values[lower] = values[lower] * inverse;
             }
             for u in &pivot.updates {
-                values[u.target as usize] -= values[u.lower as usize] * values[u.upper as usize];
+                let (target, lower, upper) = (u.target as usize, u.lower as usize, u.upper as usize);
+                values[target] = values[target] - values[lower] * values[upper];
             }
         }
         Some(Factors { values, inverse_pivots })
     }
 
-    fn solve(&self, f: &Factors, b: &mut [f64], x: &mut [f64]) {
+    /// Solves `A x = b`; overwrites `b`.
+    pub fn solve<S: Real>(&self, f: &Factors<S>, b: &mut [S], x: &mut [S]) {
         for pivot in &self.pivots {
             let v = b[pivot.row];
             for &(i, lower) in &pivot.lower {
-                b[i] -= f.values[lower] * v;
+                b[i] = b[i] - f.values[lower] * v;
             }
         }
         for (pivot, inverse) in self.pivots.iter().zip(&f.inverse_pivots).rev() {
             let mut v = b[pivot.row];
             for &(j, upper) in &pivot.upper {
-                v -= f.values[upper] * x[j];
+                v = v - f.values[upper] * x[j];
             }
-            x[pivot.column] = v * inverse;
+            x[pivot.column] = v * *inverse;
         }
     }
 
-    fn solve_transposed(&self, f: &Factors, b: &mut [f64], x: &mut [f64]) {
+    /// Solves `A^T x = b`; overwrites `b`.
+    pub fn solve_transposed<S: Real>(&self, f: &Factors<S>, b: &mut [S], x: &mut [S]) {
         for (pivot, inverse) in self.pivots.iter().zip(&f.inverse_pivots) {
-            let v = b[pivot.column] * inverse;
+            let v = b[pivot.column] * *inverse;
             x[pivot.row] = v;
             for &(j, upper) in &pivot.upper {
-                b[j] -= f.values[upper] * v;
+                b[j] = b[j] - f.values[upper] * v;
             }
         }
         for pivot in self.pivots.iter().rev() {
             let mut v = x[pivot.row];
             for &(i, lower) in &pivot.lower {
-                v -= f.values[lower] * x[i];
+                v = v - f.values[lower] * x[i];
             }
             x[pivot.row] = v;
         }
     }
 
-    fn negative(&self, f: &Factors) -> bool {
+    fn negative(&self, f: &Factors<f64>) -> bool {
         f.inverse_pivots.iter().filter(|p| **p < 0.0).count() % 2 == usize::from(!self.odd)
+    }
+
+    /// The product of the pivots: it vanishes and changes sign with the determinant.
+    pub fn pivot_product<S: Real>(&self, f: &Factors<S>) -> S {
+        self.pivots.iter().fold(S::from_f64(1.0), |product, pivot| product * f.values[pivot.slot])
     }
 }
 
@@ -220,7 +240,7 @@ fn is_odd(permutation: &[usize]) -> bool {
 #[derive(Clone, Debug)]
 pub enum Factored<'a> {
     /// The recorded order suited the numbers.
-    Recorded(&'a Elimination, Factors),
+    Recorded(&'a Elimination, Factors<f64>),
     /// Full pivoting.
     Full(Box<nalgebra::linalg::FullPivLU<f64, nalgebra::Dyn, nalgebra::Dyn>>, Box<DMatrix<f64>>),
 }

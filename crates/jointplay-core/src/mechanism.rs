@@ -78,7 +78,7 @@ pub struct Mechanism {
 impl Mechanism {
     /// Number of moving bodies.
     #[must_use]
-    pub fn n_bodies(&self) -> usize {
+    pub const fn n_bodies(&self) -> usize {
         self.guess.len()
     }
 
@@ -96,7 +96,7 @@ impl Mechanism {
 
     /// Number of closure rows, drive rows (the last ones) included.
     #[must_use]
-    pub fn n_rows(&self) -> usize {
+    pub const fn n_rows(&self) -> usize {
         self.rows.len()
     }
 
@@ -132,6 +132,11 @@ impl Mechanism {
     /// Joint and component name of every row.
     pub fn row_names(&self) -> impl Iterator<Item = (usize, &'static str)> + '_ {
         self.rows.iter().map(|r| (r.joint, self.joints[r.joint].name_of(r.component)))
+    }
+
+    /// Indices of the rotations among the components of a twist.
+    pub(crate) fn rotations(&self) -> impl Iterator<Item = usize> {
+        self.space.components().iter().enumerate().filter(|(_, c)| matches!(c, Component::About(_))).map(|(k, _)| k)
     }
 
     /// Coordinates of all bodies at the guess.

@@ -53,7 +53,12 @@ impl Mechanism {
         let size = self.size();
         let mut residual = vec![0.0; self.n_rows()];
         let mut derivatives = vec![0.0; 2 * size * self.n_rows()];
-        self.evaluate(&self.poses(coordinates), &Inputs::nominal(self, drives), &mut residual, &mut derivatives);
+        self.evaluate(
+            &self.poses(coordinates),
+            &Inputs::nominal(self, drives).commands(),
+            &mut residual,
+            &mut derivatives,
+        );
         let mut matrix = DMatrix::zeros(self.n_rows(), self.n_unknowns());
         for row in 0..self.n_rows() {
             for (side, body) in self.row_bodies(row).into_iter().enumerate() {

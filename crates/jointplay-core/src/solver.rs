@@ -48,10 +48,10 @@ pub struct Linearised<'a> {
 pub struct Solver<'m> {
     /// The mechanism.
     pub mechanism: &'m Mechanism,
-    pattern: Vec<(usize, usize)>,
+    pub(crate) pattern: Vec<(usize, usize)>,
     /// Where the entries of the pattern stand among the row derivatives.
-    picks: Vec<usize>,
-    plan: Option<Elimination>,
+    pub(crate) picks: Vec<usize>,
+    pub(crate) plan: Option<Elimination>,
 }
 
 impl<'m> Solver<'m> {
@@ -87,7 +87,7 @@ impl<'m> Solver<'m> {
         let m = self.mechanism;
         let mut residual = vec![0.0; m.n_rows()];
         let mut derivatives = vec![0.0; 2 * m.size() * m.n_rows()];
-        m.evaluate(poses, inputs, &mut residual, &mut derivatives);
+        m.evaluate(poses, &inputs.commands(), &mut residual, &mut derivatives);
         (residual, derivatives)
     }
 
@@ -215,7 +215,7 @@ fn structure(mechanism: &Mechanism, coordinates: &[f64]) -> Vec<bool> {
             // Irrational strides: any numbers without a pattern would do.
             *c += (f64::from(k) * 0.754_877 + f64::from(i) * 0.569_840).fract() * mechanism.length.max(1.0);
         }
-        mechanism.evaluate(&mechanism.poses(&moved), &inputs, &mut residual, &mut derivatives);
+        mechanism.evaluate(&mechanism.poses(&moved), &inputs.commands(), &mut residual, &mut derivatives);
         found.iter_mut().zip(&derivatives).for_each(|(f, d)| *f |= *d != 0.0);
     }
     found

@@ -55,6 +55,44 @@ impl Space {
         }
     }
 
+    /// How many numbers a recorded program keeps of one body's pose.
+    #[must_use]
+    pub const fn n_pose_numbers(self) -> usize {
+        match self {
+            Self::Planar => 4,
+        }
+    }
+
+    /// Those numbers (planar: x, y, cosine, sine).
+    #[must_use]
+    pub fn pose_numbers(self, coordinates: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Planar => vec![coordinates[0], coordinates[1], coordinates[2].cos(), coordinates[2].sin()],
+        }
+    }
+
+    /// The pose of those numbers.
+    pub fn pose_of_numbers<S: Real>(self, numbers: &[S]) -> Pose<S> {
+        let (o, l) = (S::from_f64(0.0), S::from_f64(1.0));
+        match self {
+            Self::Planar => {
+                let (c, s) = (numbers[2], numbers[3]);
+                Pose { position: [numbers[0], numbers[1], o], rotation: [[c, -s, o], [s, c, o], [o, o, l]] }
+            }
+        }
+    }
+
+    /// Those numbers after a small twist.
+    pub fn move_numbers<S: Real>(self, numbers: &[S], twist: &[S]) -> Vec<S> {
+        match self {
+            Self::Planar => {
+                let (s, c) = twist[2].sin_cos();
+                let (c0, s0) = (numbers[2], numbers[3]);
+                vec![numbers[0] + twist[0], numbers[1] + twist[1], c0 * c - s0 * s, s0 * c + c0 * s]
+            }
+        }
+    }
+
     /// Moves one body's coordinates by a small twist taken at the body's origin, in ground axes.
     pub fn retract(self, coordinates: &mut [f64], twist: &[f64]) {
         match self {

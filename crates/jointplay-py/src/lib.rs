@@ -266,6 +266,7 @@ impl Mechanism {
             .array("outside", &[n], results.iter().map(|r| r.outside).collect())?
             .array("largest", &[n, nq], flat(results.iter().map(|r| &r.largest)))?
             .array("failures", &[n, Status::ALL.len()], results.iter().flat_map(|r| r.failures).collect::<Vec<u64>>())?
+            .array("fallbacks", &[n], results.iter().map(|r| r.fallbacks).collect())?
             .status(results.iter().map(|r| r.status))?
             .finish())
     }

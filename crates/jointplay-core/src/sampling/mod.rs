@@ -3,29 +3,27 @@
 //! Samples are drawn in chunks, each with a random stream of its own, and merged in a fixed order:
 //! the result does not depend on the number of threads, and memory does not grow with the samples.
 
+mod chunk;
 pub mod law;
 mod tally;
 
 use nalgebra::DMatrix;
-use rand::SeedableRng;
-use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-use crate::closure::Inputs;
+use crate::batch::Newton;
 use crate::loaded::Case;
 use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::Output;
 use crate::solver::{Solver, State};
-use crate::space::norm;
 use crate::spec::Law;
 use crate::status::Status;
 pub use tally::BINS;
 use tally::{Ranges, Tally};
 
 /// Samples per random stream.
-const CHUNK: usize = 2048;
+const CHUNK: usize = 8192;
 /// Chunks in memory at once.
-const BLOCK: usize = 32;
+const BLOCK: usize = 64;
 
 /// What to draw.
 #[derive(Clone, Debug)]
@@ -72,6 +70,8 @@ pub struct Scatter {
     pub largest: Vec<f64>,
     /// Number of samples by status.
     pub failures: [u64; Status::ALL.len()],
+    /// Samples that the batch engine handed to the plain solver.
+    pub fallbacks: u64,
     /// Outcome of the nominal configuration.
     pub status: Status,
 }
@@ -83,16 +83,17 @@ impl Mechanism {
         self.size() + 2
     }
 
-    fn law(source: &Source, request: &Request) -> Law {
+    pub(crate) fn law(source: &Source, request: &Request) -> Law {
         if source.is_clearance { request.law.unwrap_or(source.law) } else { source.law }
     }
 
     /// Scatter of every case.
     #[must_use]
     pub fn random(&self, cases: &[Case], request: &Request) -> Vec<Scatter> {
+        let newton = self.solver(cases).and_then(|solver| Newton::record(&solver));
         self.each(
             cases,
-            |solver, number, case, nominal| self.scatter(solver, case, &nominal, request, number),
+            |solver, number, case, nominal| self.scatter(solver, newton.as_ref(), case, &nominal, request, number),
             || self.no_scatter(request, Status::NotAssembled),
         )
     }
@@ -115,11 +116,20 @@ impl Mechanism {
             outside: f64::NAN,
             largest: nan(self.n_quantities()),
             failures,
+            fallbacks: 0,
             status,
         }
     }
 
-    fn scatter(&self, solver: &Solver<'_>, case: &Case, nominal: &State, request: &Request, number: usize) -> Scatter {
+    fn scatter(
+        &self,
+        solver: &Solver<'_>,
+        newton: Option<&Newton>,
+        case: &Case,
+        nominal: &State,
+        request: &Request,
+        number: usize,
+    ) -> Scatter {
         let n = self.size();
         let Some(linearised) = solver.linearise(nominal) else { return self.no_scatter(request, Status::Singular) };
         let map = self.output_sensitivity(&linearised, nominal);
@@ -146,16 +156,22 @@ impl Mechanism {
         }
 
         let ranges = self.ranges(&map, &mean_first_order, request);
+        let job = chunk::Job {
+            solver,
+            bound: newton.map(|newton| newton.bind(self, nominal, &case.drives)),
+            built: &built,
+            nominal,
+            request,
+            ranges: &ranges,
+            shift: &mean_first_order,
+            number: number as u64,
+        };
         let mut tally = Tally::new(n, &ranges);
         let chunks = request.samples.div_ceil(CHUNK);
         for block in 0..chunks.div_ceil(BLOCK) {
             let parts: Vec<Tally> = (block * BLOCK..((block + 1) * BLOCK).min(chunks))
                 .into_par_iter()
-                .map(|chunk| {
-                    let count = CHUNK.min(request.samples - chunk * CHUNK);
-                    let rng = stream(request.seed, number as u64, chunk as u64);
-                    self.draw(solver, &built, nominal, request, &ranges, rng, count)
-                })
+                .map(|chunk| job.draw(chunk as u64, CHUNK.min(request.samples - chunk * CHUNK)))
                 .collect();
             for part in &parts {
                 tally.merge(part);
@@ -178,6 +194,7 @@ impl Mechanism {
             },
             largest: tally.largest,
             failures: tally.statuses,
+            fallbacks: tally.fallbacks,
             status: self.nominal_status(nominal),
         }
     }
@@ -197,66 +214,4 @@ impl Mechanism {
         }
         Ranges::new(mean, &half, self.n_translations())
     }
-
-    #[allow(clippy::too_many_arguments)] // one private call; a struct of its own would only rename them
-    fn draw(
-        &self,
-        solver: &Solver<'_>,
-        built: &State,
-        nominal: &State,
-        request: &Request,
-        ranges: &Ranges,
-        mut rng: Xoshiro256PlusPlus,
-        count: usize,
-    ) -> Tally {
-        let n = self.size();
-        let translations = self.n_translations();
-        let mut tally = Tally::new(n, ranges);
-        let mut inputs = Inputs { drives: built.inputs.drives.clone(), parameters: self.centre.clone() };
-        let reference = self.output(&nominal.coordinates, &nominal.inputs);
-        for _ in 0..count {
-            for source in &self.sources {
-                let range = source.range();
-                source.set.sample(Self::law(source, request), &mut rng, &mut inputs.parameters[range.clone()]);
-                for p in range {
-                    inputs.parameters[p] += self.centre[p];
-                }
-            }
-            let solved = solver.close(built, &inputs).map_or_else(|| solver.follow(built, &inputs), Ok);
-            match solved {
-                Ok(state) if state.negative == built.negative => {
-                    let mut quantities = self.output(&state.coordinates, &state.inputs);
-                    quantities.iter_mut().zip(&reference).for_each(|(a, r)| *a -= r);
-                    let (position, rotation) = (norm(&quantities[..translations]), norm(&quantities[translations..]));
-                    quantities.extend([position, rotation]);
-                    let outside = position > request.limit_position || rotation > request.limit_rotation;
-                    tally.add(ranges, &quantities, outside);
-                }
-                Ok(_) => tally.statuses[Status::Singular as usize] += 1,
-                Err(status) => tally.statuses[status as usize] += 1,
-            }
-        }
-        tally
-    }
-}
-
-/// The random stream of one chunk: a hash (splitmix64) of seed, configuration and chunk fills the state.
-fn stream(seed: u64, case: u64, chunk: u64) -> Xoshiro256PlusPlus {
-    let mut bytes = [0_u8; 32];
-    let mut state = seed;
-    for salt in [case, chunk] {
-        state = splitmix(state ^ splitmix(salt));
-    }
-    for word in bytes.chunks_exact_mut(8) {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        word.copy_from_slice(&splitmix(state).to_le_bytes());
-    }
-    Xoshiro256PlusPlus::from_seed(bytes)
-}
-
-const fn splitmix(seed: u64) -> u64 {
-    let z = seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
 }

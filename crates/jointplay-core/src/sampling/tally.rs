@@ -1,11 +1,12 @@
 //! Moments, histograms and counts of samples, mergeable without loss.
 
+use crate::batch::lanes::{Block, LANES};
 use crate::status::Status;
 
 /// Bins of the histograms that are handed out.
 pub const BINS: usize = 128;
 /// Fine bins per handed-out bin; quantiles are read from the fine ones.
-const FINE: usize = 32;
+const FINE: usize = 8;
 /// Room beyond the first-order range, for what the exact closure adds.
 const ROOM: f64 = 1.25;
 
@@ -13,6 +14,8 @@ const ROOM: f64 = 1.25;
 pub struct Ranges {
     low: Vec<f64>,
     width: Vec<f64>,
+    /// Fine bins per unit of each quantity.
+    density: Vec<f64>,
 }
 
 impl Ranges {
@@ -27,7 +30,8 @@ impl Ranges {
             |range: std::ops::Range<usize>| range.map(|i| (mean[i].abs() + reach[i]).powi(2)).sum::<f64>().sqrt();
         low.extend([0.0, 0.0]);
         width.extend([size(0..translations), size(translations..mean.len())]);
-        Self { low, width }
+        let density = width.iter().map(|w| (BINS * FINE) as f64 / w).collect();
+        Self { low, width, density }
     }
 
     fn len(&self) -> usize {
@@ -61,6 +65,46 @@ pub struct Tally {
     pub outside: u64,
     /// Samples by status.
     pub statuses: [u64; Status::ALL.len()],
+    /// Samples solved plainly.
+    pub fallbacks: u64,
+}
+
+/// Sums of the components and of their products about a common shift, lane by lane.
+pub struct Sums {
+    count: Block,
+    values: Vec<Block>,
+    /// Lower triangle, row by row.
+    products: Vec<Block>,
+}
+
+impl Sums {
+    pub fn new(components: usize) -> Self {
+        let zero = Block::splat(0.0);
+        Self { count: zero, values: vec![zero; components], products: vec![zero; components * (components + 1) / 2] }
+    }
+
+    /// Adds a block; lanes of weight zero do not count.
+    #[inline(always)]
+    pub fn add(&mut self, quantities: &[Block], weight: &Block, shift: &[f64]) {
+        self.count = self.count.add(*weight);
+        let mut k = 0;
+        for i in 0..self.values.len() {
+            let about = |q: usize| {
+                let mut out = quantities[q].sub(Block::splat(shift[q]));
+                for l in 0..LANES {
+                    // Selected, not multiplied: an unsolved lane may hold anything.
+                    out.0[l] = if weight.0[l] > 0.0 { out.0[l] } else { 0.0 };
+                }
+                out
+            };
+            let value = about(i);
+            self.values[i] = self.values[i].add(value);
+            for j in 0..=i {
+                self.products[k] = value.mul_add(about(j), self.products[k]);
+                k += 1;
+            }
+        }
+    }
 }
 
 impl Tally {
@@ -73,51 +117,94 @@ impl Tally {
             largest: vec![0.0; ranges.len()],
             outside: 0,
             statuses: [0; Status::ALL.len()],
+            fallbacks: 0,
         }
     }
 
-    /// Adds a solved sample (Welford's update).
-    pub fn add(&mut self, ranges: &Ranges, quantities: &[f64], outside: bool) {
-        let n = self.mean.len();
-        self.count += 1;
+    /// Adds one solved sample.
+    pub fn add(&mut self, ranges: &Ranges, shift: &[f64], quantities: &[f64], outside: bool) {
+        let mut sums = Sums::new(self.mean.len());
+        let blocks: Vec<Block> = quantities.iter().map(|&q| Block::splat(q)).collect();
+        let mut first = [0.0; LANES];
+        first[0] = 1.0;
+        sums.add(&blocks, &Block(first), shift);
+        let mut good = [false; LANES];
+        good[0] = true;
+        self.count_block(ranges, &blocks, &good, 1);
         self.statuses[Status::Ok as usize] += 1;
         self.outside += u64::from(outside);
-        let weight = 1.0 / self.count as f64;
-        let before: Vec<f64> = (0..n).map(|i| quantities[i] - self.mean[i]).collect();
-        for i in 0..n {
-            self.mean[i] += before[i] * weight;
-        }
-        for i in 0..n {
-            for j in 0..n {
-                self.products[i * n + j] += before[i] * before[j] * (1.0 - weight);
+        self.absorb(&sums, shift);
+    }
+
+    /// Counts a block of quantities into the histograms.
+    #[inline(always)]
+    pub fn count_block(&mut self, ranges: &Ranges, quantities: &[Block], good: &[bool; LANES], lanes: usize) {
+        const ALL: usize = BINS * FINE;
+        for (q, values) in quantities.iter().enumerate() {
+            let place = values.sub(Block::splat(ranges.low[q])).mul(Block::splat(ranges.density[q]));
+            let bins = &mut self.bins[q * ALL..(q + 1) * ALL];
+            for i in 0..lanes {
+                // Beyond the range the end bins serve; casts saturate.
+                let bin = (place.0[i] as i32).clamp(0, ALL as i32 - 1) as usize;
+                bins[bin] += u64::from(good[i]);
             }
-        }
-        for (q, &value) in quantities.iter().enumerate() {
-            self.largest[q] = self.largest[q].max(value.abs());
-            let place = (value - ranges.low[q]) / ranges.width[q] * (BINS * FINE) as f64;
-            // Beyond the range the end bins serve; casts saturate.
-            let bin = (place.max(0.0) as usize).min(BINS * FINE - 1);
-            self.bins[q * BINS * FINE + bin] += 1;
+            let mut largest = self.largest[q];
+            for i in 0..lanes {
+                if good[i] && values.0[i].abs() > largest {
+                    largest = values.0[i].abs();
+                }
+            }
+            self.largest[q] = largest;
         }
     }
 
-    /// Adds all samples of another tally (Chan's update).
-    pub fn merge(&mut self, other: &Self) {
+    /// Adds the moments of the samples summed about `shift`.
+    pub fn absorb(&mut self, sums: &Sums, shift: &[f64]) {
         let n = self.mean.len();
-        if other.count > 0 {
-            let (a, b) = (self.count as f64, other.count as f64);
-            let between: Vec<f64> = (0..n).map(|i| other.mean[i] - self.mean[i]).collect();
-            for i in 0..n {
-                for j in 0..n {
-                    self.products[i * n + j] += other.products[i * n + j] + between[i] * between[j] * (a * b / (a + b));
-                }
-            }
-            for i in 0..n {
-                self.mean[i] += between[i] * (b / (a + b));
+        let total = |b: &Block| b.0.iter().sum::<f64>();
+        let count = total(&sums.count);
+        if count == 0.0 {
+            return;
+        }
+        let offset: Vec<f64> = sums.values.iter().map(|b| total(b) / count).collect();
+        let mean: Vec<f64> = offset.iter().zip(shift).map(|(o, s)| o + s).collect();
+        let mut products = vec![0.0; n * n];
+        let mut k = 0;
+        for i in 0..n {
+            for j in 0..=i {
+                let about_mean = total(&sums.products[k]) - count * offset[i] * offset[j];
+                products[i * n + j] = about_mean;
+                products[j * n + i] = about_mean;
+                k += 1;
             }
         }
-        self.count += other.count;
+        self.merge_moments(count as u64, &mean, &products);
+    }
+
+    /// Chan's update.
+    fn merge_moments(&mut self, count: u64, mean: &[f64], products: &[f64]) {
+        let n = self.mean.len();
+        if count == 0 {
+            return;
+        }
+        let (a, b) = (self.count as f64, count as f64);
+        let between: Vec<f64> = (0..n).map(|i| mean[i] - self.mean[i]).collect();
+        for i in 0..n {
+            for j in 0..n {
+                self.products[i * n + j] += products[i * n + j] + between[i] * between[j] * (a * b / (a + b));
+            }
+        }
+        for i in 0..n {
+            self.mean[i] += between[i] * (b / (a + b));
+        }
+        self.count += count;
+    }
+
+    /// Adds all samples of another tally.
+    pub fn merge(&mut self, other: &Self) {
+        self.merge_moments(other.count, &other.mean, &other.products);
         self.outside += other.outside;
+        self.fallbacks += other.fallbacks;
         self.bins.iter_mut().zip(&other.bins).for_each(|(a, b)| *a += b);
         self.statuses.iter_mut().zip(&other.statuses).for_each(|(a, b)| *a += b);
         self.largest.iter_mut().zip(&other.largest).for_each(|(a, b)| *a = a.max(*b));

@@ -1,0 +1,188 @@
+//! Blocks of samples, and the elementary functions that sampling needs on them.
+//!
+//! Everything here is plain arithmetic on fixed arrays, inlined into functions that are compiled for
+//! several widths of vector registers. The operations and their order do not depend on the width, so
+//! neither do the results.
+
+/// Samples per block.
+pub const LANES: usize = 16;
+
+/// One number for every sample of a block.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub struct Block(pub [f64; LANES]);
+
+macro_rules! each {
+    ($i:ident, $value:expr) => {{
+        let mut out = [0.0; LANES];
+        let mut $i = 0;
+        while $i < LANES {
+            out[$i] = $value;
+            $i += 1;
+        }
+        Block(out)
+    }};
+}
+
+#[allow(clippy::should_implement_trait)] // inlining must be forced, which operators cannot promise
+impl Block {
+    /// The same number for every sample.
+    #[inline(always)]
+    #[must_use]
+    pub fn splat(value: f64) -> Self {
+        Self([value; LANES])
+    }
+    /// Sum.
+    #[inline(always)]
+    #[must_use]
+    pub fn add(self, o: Self) -> Self {
+        each!(i, self.0[i] + o.0[i])
+    }
+    /// Difference.
+    #[inline(always)]
+    #[must_use]
+    pub fn sub(self, o: Self) -> Self {
+        each!(i, self.0[i] - o.0[i])
+    }
+    /// Product.
+    #[inline(always)]
+    #[must_use]
+    pub fn mul(self, o: Self) -> Self {
+        each!(i, self.0[i] * o.0[i])
+    }
+    /// Quotient.
+    #[inline(always)]
+    #[must_use]
+    pub fn div(self, o: Self) -> Self {
+        each!(i, self.0[i] / o.0[i])
+    }
+    /// Negative.
+    #[inline(always)]
+    #[must_use]
+    pub fn neg(self) -> Self {
+        each!(i, -self.0[i])
+    }
+    /// Absolute value.
+    #[inline(always)]
+    #[must_use]
+    pub fn abs(self) -> Self {
+        each!(i, self.0[i].abs())
+    }
+    /// Square root.
+    #[inline(always)]
+    #[must_use]
+    pub fn sqrt(self) -> Self {
+        each!(i, self.0[i].sqrt())
+    }
+    /// The larger; not a number when either is not.
+    #[inline(always)]
+    #[must_use]
+    pub fn max(self, o: Self) -> Self {
+        each!(i, if self.0[i] > o.0[i] || self.0[i].is_nan() { self.0[i] } else { o.0[i] })
+    }
+    /// `self o + c` with one rounding.
+    #[inline(always)]
+    #[must_use]
+    pub fn mul_add(self, o: Self, c: Self) -> Self {
+        each!(i, self.0[i].mul_add(o.0[i], c.0[i]))
+    }
+    /// A polynomial, highest coefficient first.
+    #[inline(always)]
+    #[must_use]
+    pub fn polynomial(self, coefficients: &[f64]) -> Self {
+        let mut sum = Self::splat(coefficients[0]);
+        let mut k = 1;
+        while k < coefficients.len() {
+            sum = sum.mul_add(self, Self::splat(coefficients[k]));
+            k += 1;
+        }
+        sum
+    }
+
+    /// Sine and cosine of `self` eighths of a turn, for `self` from -1 to 1 (power series).
+    #[inline(always)]
+    #[must_use]
+    pub fn sin_cos_eighths(self) -> (Self, Self) {
+        const SINE: [f64; 8] = [
+            -1.0 / 1_307_674_368_000.0,
+            1.0 / 6_227_020_800.0,
+            -1.0 / 39_916_800.0,
+            1.0 / 362_880.0,
+            -1.0 / 5_040.0,
+            1.0 / 120.0,
+            -1.0 / 6.0,
+            1.0,
+        ];
+        const COSINE: [f64; 9] = [
+            1.0 / 20_922_789_888_000.0,
+            -1.0 / 87_178_291_200.0,
+            1.0 / 479_001_600.0,
+            -1.0 / 3_628_800.0,
+            1.0 / 40_320.0,
+            -1.0 / 720.0,
+            1.0 / 24.0,
+            -0.5,
+            1.0,
+        ];
+        let angle = self.mul(Self::splat(std::f64::consts::FRAC_PI_4));
+        let square = angle.mul(angle);
+        (angle.mul(square.polynomial(&SINE)), square.polynomial(&COSINE))
+    }
+
+    /// Natural logarithm of positive, normal numbers: `2 atanh((m-1)/(m+1)) + e ln 2` with the
+    /// mantissa m between 1/sqrt 2 and sqrt 2.
+    #[inline(always)]
+    #[must_use]
+    pub fn ln(self) -> Self {
+        const SERIES: [f64; 10] = [
+            2.0 / 19.0,
+            2.0 / 17.0,
+            2.0 / 15.0,
+            2.0 / 13.0,
+            2.0 / 11.0,
+            2.0 / 9.0,
+            2.0 / 7.0,
+            2.0 / 5.0,
+            2.0 / 3.0,
+            2.0,
+        ];
+        // 2^52 + x holds the small integer x in its low bits: a conversion that every width has.
+        const MAGIC: f64 = 4_503_599_627_370_496.0;
+        // Bits of 1/sqrt 2.
+        const START: u64 = 0x3FE6_A09E_667F_3BCD;
+        let mut mantissa = [0.0; LANES];
+        let mut exponent = [0.0; LANES];
+        let mut i = 0;
+        while i < LANES {
+            let s = self.0[i].to_bits().wrapping_sub(START);
+            // Biased by 2048, so that the exponent shifted out is never negative.
+            let e = s.wrapping_add(2048 << 52) >> 52;
+            mantissa[i] = f64::from_bits((s & 0x000F_FFFF_FFFF_FFFF).wrapping_add(START));
+            exponent[i] = f64::from_bits(e | MAGIC.to_bits()) - MAGIC - 2048.0;
+            i += 1;
+        }
+        let m = Self(mantissa);
+        let one = Self::splat(1.0);
+        let z = m.sub(one).div(m.add(one));
+        let square = z.mul(z);
+        Self(exponent).mul_add(Self::splat(std::f64::consts::LN_2), z.mul(square.polynomial(&SERIES)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elementary_functions_agree_with_the_library() {
+        for k in 0..4000 {
+            let x = f64::from(k) / 2000.0 - 1.0;
+            let (s, c) = Block::splat(x).sin_cos_eighths();
+            let angle = x * std::f64::consts::FRAC_PI_4;
+            assert!((s.0[3] - angle.sin()).abs() < 3e-16 && (c.0[5] - angle.cos()).abs() < 3e-16);
+            let y = (f64::from(k) * 0.01 - 38.0).exp();
+            let l = Block::splat(y).ln().0[0];
+            assert!((l - y.ln()).abs() < 1e-14 * (1.0 + y.ln().abs()), "{y} {l} {}", y.ln());
+        }
+    }
+}

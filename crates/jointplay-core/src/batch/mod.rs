@@ -1,0 +1,19 @@
+//! The batch engine: the closure solved for blocks of samples by recorded programs.
+//!
+//! For a mechanism the Newton iteration is recorded once, elimination included, as two programs: the
+//! first step from the nominal pose, where the Jacobian is common to all samples, and a full step from
+//! any pose. A configuration binds the quantities common to its samples; a block of samples then takes
+//! the first step and full steps until every lane's predicted remaining error is below rounding. Lanes
+//! that do not get there are handed to the plain solver, and counted.
+
+pub mod draw;
+pub mod lanes;
+mod program;
+pub mod simd;
+pub mod tape;
+
+pub use program::{Bound, Newton};
+
+/// Angles of samples from the nominal pose stay below this (rad), or the plain solver takes over: the
+/// power series of sine and cosine are exact to rounding up to here.
+pub const SMALL_ANGLE: f64 = 0.35;

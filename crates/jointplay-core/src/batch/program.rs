@@ -1,0 +1,265 @@
+//! Newton's iteration recorded as programs, and its run on a block of samples.
+
+use super::SMALL_ANGLE;
+use super::lanes::{Block, LANES};
+use super::tape::{Program, Recorder, Symbol};
+use crate::closure::{Command, Inputs};
+use crate::mechanism::Mechanism;
+use crate::solver::{Solver, State};
+use crate::space::{Component, Pose, sub};
+
+/// Full steps that a block takes at most.
+const STEPS: usize = 7;
+/// Predicted remaining error (length-scaled) at which a sample is solved.
+const SOLVED: f64 = 1e-15;
+/// A step below this is rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// The recorded Newton iteration of one mechanism.
+#[derive(Clone, Debug)]
+pub struct Newton {
+    /// The step from the nominal pose: parameters to pose.
+    first: Program,
+    /// A step from any pose: parameters and pose to pose.
+    step: Program,
+    /// Parameters and pose to the output's error.
+    finish: Program,
+    n_parameters: usize,
+    n_pose: usize,
+    n_outputs: usize,
+    n_turns: usize,
+}
+
+/// The programs with the quantities of one configuration in place, and room to work.
+#[derive(Clone)]
+pub struct Bound<'n> {
+    newton: &'n Newton,
+    first: Vec<Block>,
+    step: Vec<Block>,
+    finish: Vec<Block>,
+    /// Sign of the pivots' product at the nominal pose.
+    sign: f64,
+}
+
+/// A mechanism whose quantities are symbols.
+struct Symbolic<'r> {
+    numbers: Vec<Symbol<'r>>,
+    inputs: Inputs<Command<Symbol<'r>>, Symbol<'r>>,
+}
+
+/// Where the common quantities of a configuration stand.
+struct Layout {
+    n_pose: usize,
+    n_drives: usize,
+}
+
+impl Layout {
+    const fn new(m: &Mechanism) -> Self {
+        Self { n_pose: m.n_bodies() * m.space.n_pose_numbers(), n_drives: m.n_drives() }
+    }
+
+    fn command<'r>(&self, recorder: &'r Recorder, drive: usize) -> Command<Symbol<'r>> {
+        let at = |k: usize| recorder.common(self.n_pose + 3 * drive + k);
+        Command { value: at(0), sine: at(1), cosine: at(2) }
+    }
+
+    fn reference<'r>(&self, recorder: &'r Recorder, component: usize) -> Symbol<'r> {
+        recorder.common(self.n_pose + 3 * self.n_drives + component)
+    }
+
+    /// The common quantities of a nominal state and drive values near its own.
+    fn values(m: &Mechanism, nominal: &State, drives: &[f64]) -> Vec<f64> {
+        let mut values: Vec<f64> =
+            nominal.coordinates.chunks_exact(m.size()).flat_map(|c| m.space.pose_numbers(c)).collect();
+        for command in Inputs::nominal(m, drives).commands().drives {
+            values.extend([command.value, command.sine, command.cosine]);
+        }
+        values.extend(m.output(&nominal.coordinates, &nominal.inputs));
+        values
+    }
+}
+
+/// What one recorded step gives.
+struct Step<'r> {
+    numbers: Vec<Symbol<'r>>,
+    /// Rotation of the output's body.
+    turns: Vec<Symbol<'r>>,
+    size: Symbol<'r>,
+    pivots: Symbol<'r>,
+}
+
+fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>) -> Option<Step<'r>> {
+    let m = solver.mechanism;
+    let zero = Symbol::Constant(0.0);
+    let width = m.space.n_pose_numbers();
+    let poses: Vec<Pose<Symbol<'r>>> =
+        symbolic.numbers.chunks_exact(width).map(|n| m.space.pose_of_numbers(n)).collect();
+    let mut residual = vec![zero; m.n_rows()];
+    let mut derivatives = vec![zero; 2 * m.size() * m.n_rows()];
+    m.evaluate(&poses, &symbolic.inputs, &mut residual, &mut derivatives);
+    let plan = solver.plan.as_ref()?;
+    let factors = plan.replay(solver.picks.iter().map(|&p| derivatives[p]), |_, _| true)?;
+    let mut right: Vec<Symbol<'r>> = residual.into_iter().map(|r| -r).collect();
+    let mut step = vec![zero; m.n_unknowns()];
+    plan.solve(&factors, &mut right, &mut step);
+
+    let mut size = zero;
+    for (j, s) in step.iter().enumerate() {
+        let unit = match m.space.components()[j % m.size()] {
+            Component::Along(_) => 1.0 / m.length,
+            Component::About(_) => 1.0,
+        };
+        size = *s * *s * Symbol::Constant(unit * unit) + size;
+    }
+    let bodies = symbolic.numbers.chunks_exact(width).zip(step.chunks_exact(m.size()));
+    let numbers = bodies.flat_map(|(n, s)| m.space.move_numbers(n, s)).collect();
+    let turns = m.rotations().map(|k| m.points[m.output].body.map_or(zero, |b| step[b * m.size() + k])).collect();
+    Some(Step { numbers, turns, size, pivots: plan.pivot_product(&factors) })
+}
+
+impl Newton {
+    /// Records the iteration of a solver's mechanism; `None` when it has no plan or is too large.
+    #[must_use]
+    pub fn record(solver: &Solver<'_>) -> Option<Self> {
+        let m = solver.mechanism;
+        let layout = Layout::new(m);
+        let (n_u, n_pose) = (m.n_parameters(), layout.n_pose);
+        let recorder = Recorder::default();
+        let inputs = || Inputs {
+            drives: (0..m.n_drives()).map(|d| layout.command(&recorder, d)).collect(),
+            parameters: (0..n_u).map(|p| recorder.varying(p)).collect(),
+        };
+        let nominal = Symbolic { numbers: (0..n_pose).map(|i| recorder.common(i)).collect(), inputs: inputs() };
+        let begun = record_step(solver, &nominal)?;
+        let mut outputs = begun.numbers;
+        outputs.extend(begun.turns);
+        outputs.extend([begun.size, begun.pivots]);
+        let first = Program::new(&recorder, n_u, &outputs)?;
+
+        let n_turns = m.rotations().count();
+        let any = Symbolic { numbers: (0..n_pose).map(|i| recorder.varying(n_u + i)).collect(), inputs: inputs() };
+        let next = record_step(solver, &any)?;
+        let mut outputs = next.numbers;
+        outputs.extend(next.turns.iter().enumerate().map(|(k, t)| recorder.varying(n_u + n_pose + k) + *t));
+        outputs.extend([next.size, next.pivots]);
+        let step = Program::new(&recorder, n_u + n_pose + n_turns, &outputs)?;
+
+        let width = m.space.n_pose_numbers();
+        let poses: Vec<Pose<Symbol<'_>>> =
+            any.numbers.chunks_exact(width).map(|n| m.space.pose_of_numbers(n)).collect();
+        let place = m.place(m.output, &poses, &any.inputs.parameters).position;
+        let mut outputs = Vec::new();
+        let mut turn = 0;
+        for (k, component) in m.space.components().iter().enumerate() {
+            outputs.push(match component {
+                Component::Along(i) => {
+                    let mut reference = [Symbol::Constant(0.0); 3];
+                    reference[*i] = layout.reference(&recorder, k);
+                    sub(place, reference)[*i]
+                }
+                Component::About(_) => {
+                    turn += 1;
+                    recorder.varying(n_u + n_pose + turn - 1)
+                }
+            });
+        }
+        let finish = Program::new(&recorder, n_u + n_pose + n_turns, &outputs)?;
+        Some(Self { first, step, finish, n_parameters: n_u, n_pose, n_outputs: m.size(), n_turns })
+    }
+
+    /// Operations of the first step, a full step and the output.
+    #[must_use]
+    pub fn n_operations(&self) -> [usize; 3] {
+        [self.first.n_operations(), self.step.n_operations(), self.finish.n_operations()]
+    }
+
+    /// The programs at a nominal state, for drive values near its own.
+    #[must_use]
+    pub fn bind(&self, mechanism: &Mechanism, nominal: &State, drives: &[f64]) -> Bound<'_> {
+        let common = Layout::values(mechanism, nominal, drives);
+        let mut bound = Bound {
+            newton: self,
+            first: self.first.registers(&common),
+            step: self.step.registers(&common),
+            finish: self.finish.registers(&common),
+            sign: 0.0,
+        };
+        bound.sign = self.first.output(&bound.first, self.n_pose + self.n_turns + 1).0[0];
+        bound
+    }
+}
+
+impl Bound<'_> {
+    /// Where the parameters of a block go before [`Self::solve`].
+    #[inline(always)]
+    pub fn parameters(&mut self) -> &mut [Block] {
+        &mut self.first[..self.newton.n_parameters]
+    }
+
+    /// Solves a block; tells which lanes are solved. Their errors are then in [`Self::error`].
+    #[inline(always)]
+    pub fn solve(&mut self) -> [bool; LANES] {
+        let n = self.newton;
+        let (size, pivots) = (n.n_pose + n.n_turns, n.n_pose + n.n_turns + 1);
+        n.first.run(&mut self.first);
+        self.step[..n.n_parameters].copy_from_slice(&self.first[..n.n_parameters]);
+        for k in 0..size {
+            self.step[n.n_parameters + k] = *n.first.output(&self.first, k);
+        }
+        let mut last = *n.first.output(&self.first, size);
+        let mut good = [true; LANES];
+        let mut i = 0;
+        while i < LANES {
+            good[i] = last.0[i] <= SMALL_ANGLE * SMALL_ANGLE;
+            i += 1;
+        }
+        let mut solved = [false; LANES];
+        for step in 0..STEPS {
+            n.step.run(&mut self.step);
+            let now = *n.step.output(&self.step, size);
+            let determinant = *n.step.output(&self.step, pivots);
+            let mut all = true;
+            let mut i = 0;
+            while i < LANES {
+                // The second step must be well below the first, or the branch is in doubt.
+                good[i] &= step > 0 || now.0[i] <= 0.25 * last.0[i] || now.0[i] <= ROUNDING * ROUNDING;
+                good[i] &= determinant.0[i] * self.sign > 0.0;
+                // Newton converges quadratically: the next step is about now^3 / last^2.
+                let cube = now.0[i] * now.0[i] * now.0[i];
+                solved[i] |= now.0[i] <= ROUNDING * ROUNDING || cube <= SOLVED * SOLVED * last.0[i] * last.0[i];
+                all &= solved[i] || !good[i];
+                i += 1;
+            }
+            for k in 0..size {
+                let value = *n.step.output(&self.step, k);
+                self.step[n.n_parameters + k] = value;
+            }
+            if all {
+                break;
+            }
+            last = now;
+        }
+        let inputs = n.n_parameters + size;
+        self.finish[..inputs].copy_from_slice(&self.step[..inputs]);
+        n.finish.run(&mut self.finish);
+        let mut i = 0;
+        while i < LANES {
+            good[i] &= solved[i];
+            i += 1;
+        }
+        good
+    }
+
+    /// One component of the output's error for every lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn error(&self, component: usize) -> Block {
+        *self.newton.finish.output(&self.finish, component)
+    }
+
+    /// Number of output components.
+    #[must_use]
+    pub const fn n_outputs(&self) -> usize {
+        self.newton.n_outputs
+    }
+}

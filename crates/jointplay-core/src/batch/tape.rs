@@ -1,0 +1,493 @@
+//! Straight-line programs recorded from the equations and replayed on many samples at a time.
+//!
+//! The equations are written once over [`Real`]. Run on the symbols of this module they leave a graph
+//! of operations in which constants are folded, equal sub-expressions are shared and multiplications
+//! by 0 and 1 vanish, so that the plane costs no more than plane geometry. Operations that depend only
+//! on quantities common to all samples of a configuration are done once for it; the rest is replayed
+//! on blocks of samples.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::lanes::Block;
+use crate::real::Real;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Binary {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Max,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Node {
+    /// The bits of a constant.
+    Constant(u64),
+    /// A quantity common to all samples.
+    Common(u32),
+    /// A quantity of its own for every sample.
+    Varying(u32),
+    Neg(u32),
+    Abs(u32),
+    Binary(Binary, u32, u32),
+}
+
+/// Records operations on symbols.
+#[derive(Default)]
+pub struct Recorder {
+    nodes: RefCell<Vec<Node>>,
+    known: RefCell<HashMap<Node, u32>>,
+}
+
+/// A number of a recorded program.
+#[derive(Clone, Copy)]
+pub enum Symbol<'r> {
+    /// Known while recording.
+    Constant(f64),
+    /// A node of the graph.
+    Node(u32, &'r Recorder),
+}
+
+impl Recorder {
+    fn node(&self, node: Node) -> u32 {
+        *self.known.borrow_mut().entry(node).or_insert_with(|| {
+            let mut nodes = self.nodes.borrow_mut();
+            nodes.push(node);
+            nodes.len() as u32 - 1
+        })
+    }
+
+    fn id(&self, symbol: Symbol<'_>) -> u32 {
+        match symbol {
+            Symbol::Constant(value) => self.node(Node::Constant(value.to_bits())),
+            Symbol::Node(id, _) => id,
+        }
+    }
+
+    /// A quantity common to all samples of a configuration.
+    pub fn common(&self, index: usize) -> Symbol<'_> {
+        Symbol::Node(self.node(Node::Common(index as u32)), self)
+    }
+
+    /// A quantity of its own for every sample.
+    pub fn varying(&self, index: usize) -> Symbol<'_> {
+        Symbol::Node(self.node(Node::Varying(index as u32)), self)
+    }
+
+    fn binary(&self, kind: Binary, a: Symbol<'_>, b: Symbol<'_>) -> Symbol<'_> {
+        let (a, b) = (self.id(a), self.id(b));
+        // One order for what commutes, so that equal expressions meet.
+        let ordered = matches!(kind, Binary::Add | Binary::Mul | Binary::Max) && a > b;
+        let (a, b) = if ordered { (b, a) } else { (a, b) };
+        Symbol::Node(self.node(Node::Binary(kind, a, b)), self)
+    }
+}
+
+impl<'r> Symbol<'r> {
+    fn recorder(a: Self, b: Self) -> Option<&'r Recorder> {
+        match (a, b) {
+            (Self::Node(_, r), _) | (_, Self::Node(_, r)) => Some(r),
+            _ => None,
+        }
+    }
+
+    fn same(a: Self, b: Self) -> bool {
+        matches!((a, b), (Self::Node(i, _), Self::Node(j, _)) if i == j)
+    }
+
+    fn is(self, value: f64) -> bool {
+        // Both zeros count as zero.
+        matches!(self, Self::Constant(c) if c == value)
+    }
+
+    /// Absolute value.
+    #[must_use]
+    pub fn abs(self) -> Self {
+        match self {
+            Self::Constant(c) => Self::Constant(c.abs()),
+            Self::Node(id, r) => Self::Node(r.node(Node::Abs(id)), r),
+        }
+    }
+
+    /// The larger of two numbers; not a number when either is not.
+    #[must_use]
+    pub fn max(self, other: Self) -> Self {
+        match (Self::recorder(self, other), self, other) {
+            (None, Self::Constant(a), Self::Constant(b)) => Self::Constant(a.max(b)),
+            (Some(r), ..) => r.binary(Binary::Max, self, other),
+            _ => self,
+        }
+    }
+}
+
+impl Add for Symbol<'_> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a + b),
+            _ if self.is(0.0) => other,
+            _ if other.is(0.0) => self,
+            (Self::Node(_, r), _) | (_, Self::Node(_, r)) => r.binary(Binary::Add, self, other),
+        }
+    }
+}
+
+impl Sub for Symbol<'_> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a - b),
+            _ if other.is(0.0) => self,
+            _ if self.is(0.0) => -other,
+            _ if Self::same(self, other) => Self::Constant(0.0),
+            (Self::Node(_, r), _) | (_, Self::Node(_, r)) => r.binary(Binary::Sub, self, other),
+        }
+    }
+}
+
+impl Mul for Symbol<'_> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a * b),
+            _ if self.is(0.0) || other.is(0.0) => Self::Constant(0.0),
+            _ if self.is(1.0) => other,
+            _ if other.is(1.0) => self,
+            _ if self.is(-1.0) => -other,
+            _ if other.is(-1.0) => -self,
+            (Self::Node(_, r), _) | (_, Self::Node(_, r)) => r.binary(Binary::Mul, self, other),
+        }
+    }
+}
+
+impl Div for Symbol<'_> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a / b),
+            (_, Self::Constant(b)) => self * Self::Constant(1.0 / b),
+            _ if self.is(0.0) => Self::Constant(0.0),
+            (_, Self::Node(_, r)) => r.binary(Binary::Div, self, other),
+        }
+    }
+}
+
+impl Neg for Symbol<'_> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        match self {
+            Self::Constant(c) => Self::Constant(-c),
+            Self::Node(id, r) => {
+                let inner = r.nodes.borrow()[id as usize];
+                match inner {
+                    Node::Neg(of) => Self::Node(of, r),
+                    Node::Binary(Binary::Sub, a, b) => Self::Node(r.node(Node::Binary(Binary::Sub, b, a)), r),
+                    _ => Self::Node(r.node(Node::Neg(id)), r),
+                }
+            }
+        }
+    }
+}
+
+impl Real for Symbol<'_> {
+    fn from_f64(value: f64) -> Self {
+        Self::Constant(value)
+    }
+
+    /// Power series, to rounding for angles up to [`super::SMALL_ANGLE`]: samples turn by small angles.
+    fn sin_cos(self) -> (Self, Self) {
+        if let Self::Constant(c) = self {
+            let (s, c) = c.sin_cos();
+            return (Self::Constant(s), Self::Constant(c));
+        }
+        let square = self * self;
+        let series = |first: u32| {
+            // 1 - x^2/((n+1)(n+2)) (1 - x^2/((n+3)(n+4)) (...)), innermost first.
+            let mut sum = Self::Constant(1.0);
+            for k in (0..6).rev() {
+                let n = f64::from(first + 2 * k);
+                sum = Self::Constant(1.0) - square * (sum * Self::Constant(1.0 / ((n + 1.0) * (n + 2.0))));
+            }
+            sum
+        };
+        (self * series(1), series(0))
+    }
+
+    // Close to the solution the sine serves as well as the angle, without an arc tangent.
+    fn angle_residual(sine: Self, cosine: Self) -> (Self, Self) {
+        (sine, cosine)
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Max,
+    Neg,
+    Abs,
+    /// a b + c
+    MulAdd,
+    /// a b - c
+    MulSub,
+    /// c - a b
+    NegMulAdd,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Instruction {
+    kind: Kind,
+    a: u16,
+    b: u16,
+    c: u16,
+    target: u16,
+}
+
+/// A recorded program.
+///
+/// Registers: first the varying inputs, then the values common to all samples, then temporaries.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// What is done once per configuration, on the nodes of the graph.
+    common: Vec<(usize, Node)>,
+    n_nodes: usize,
+    /// Nodes whose common value goes to which register.
+    broadcast: Vec<(usize, u16)>,
+    instructions: Vec<Instruction>,
+    n_registers: usize,
+    outputs: Vec<u16>,
+}
+
+impl Program {
+    /// The program that computes `outputs`; `None` when it needs more registers than can be numbered.
+    #[must_use]
+    pub fn new(recorder: &Recorder, n_inputs: usize, outputs: &[Symbol<'_>]) -> Option<Self> {
+        let roots: Vec<u32> = outputs.iter().map(|&s| recorder.id(s)).collect();
+        let nodes = recorder.nodes.borrow();
+        let varying = varying(&nodes);
+        let order = reachable(&nodes, &roots);
+        let mut uses = vec![0_u32; nodes.len()];
+        for &id in &order {
+            operands(nodes[id as usize]).for_each(|o| uses[o as usize] += 1);
+        }
+        for &id in &roots {
+            // An output is never absorbed into another operation.
+            uses[id as usize] += 2;
+        }
+        let fused = |id: u32| match nodes[id as usize] {
+            Node::Binary(Binary::Mul, x, y) if uses[id as usize] == 1 && varying[id as usize] => Some((x, y)),
+            _ => None,
+        };
+        // Expand into instructions on nodes first, then give out registers.
+        let mut work: Vec<(Kind, [u32; 3], u32)> = Vec::new();
+        let mut absorbed = vec![false; nodes.len()];
+        for &id in &order {
+            if !varying[id as usize] {
+                continue;
+            }
+            let instruction = match nodes[id as usize] {
+                Node::Neg(a) => (Kind::Neg, [a, a, a]),
+                Node::Abs(a) => (Kind::Abs, [a, a, a]),
+                Node::Binary(Binary::Add, a, b) => match (fused(a), fused(b)) {
+                    (Some((x, y)), _) if !absorbed[a as usize] => {
+                        absorbed[a as usize] = true;
+                        (Kind::MulAdd, [x, y, b])
+                    }
+                    (_, Some((x, y))) => {
+                        absorbed[b as usize] = true;
+                        (Kind::MulAdd, [x, y, a])
+                    }
+                    _ => (Kind::Add, [a, b, b]),
+                },
+                Node::Binary(Binary::Sub, a, b) => match (fused(a), fused(b)) {
+                    (_, Some((x, y))) => {
+                        absorbed[b as usize] = true;
+                        (Kind::NegMulAdd, [x, y, a])
+                    }
+                    (Some((x, y)), _) => {
+                        absorbed[a as usize] = true;
+                        (Kind::MulSub, [x, y, b])
+                    }
+                    _ => (Kind::Sub, [a, b, b]),
+                },
+                Node::Binary(Binary::Mul, a, b) => (Kind::Mul, [a, b, b]),
+                Node::Binary(Binary::Div, a, b) => (Kind::Div, [a, b, b]),
+                Node::Binary(Binary::Max, a, b) => (Kind::Max, [a, b, b]),
+                Node::Constant(_) | Node::Common(_) | Node::Varying(_) => continue,
+            };
+            work.push((instruction.0, instruction.1, id));
+        }
+        work.retain(|(_, _, id)| !absorbed[*id as usize]);
+        let common = order.iter().filter(|&&id| !varying[id as usize]).map(|&id| (id as usize, nodes[id as usize]));
+        let mut program = Self {
+            common: common.collect(),
+            n_nodes: nodes.len(),
+            broadcast: Vec::new(),
+            instructions: Vec::with_capacity(work.len()),
+            n_registers: n_inputs,
+            outputs: Vec::new(),
+        };
+        program.give_registers(&nodes, &varying, &work, &roots)?;
+        Some(program)
+    }
+
+    /// Linear scan: a temporary's register is free again after its last use.
+    fn give_registers(
+        &mut self,
+        nodes: &[Node],
+        varying: &[bool],
+        work: &[(Kind, [u32; 3], u32)],
+        roots: &[u32],
+    ) -> Option<()> {
+        const NONE: u16 = u16::MAX;
+        let mut last = vec![0_usize; nodes.len()];
+        for (at, (_, operands, _)) in work.iter().enumerate() {
+            operands.iter().for_each(|&o| last[o as usize] = at);
+        }
+        for &root in roots {
+            last[root as usize] = usize::MAX;
+        }
+        let mut register = vec![NONE; nodes.len()];
+        let needed = work.iter().flat_map(|(_, operands, _)| operands).chain(roots);
+        for &o in needed {
+            let o = o as usize;
+            if register[o] != NONE {
+                continue;
+            }
+            if let Node::Varying(index) = nodes[o] {
+                register[o] = u16::try_from(index).ok()?;
+            } else if !varying[o] {
+                register[o] = u16::try_from(self.n_registers).ok().filter(|r| *r != NONE)?;
+                self.n_registers += 1;
+                self.broadcast.push((o, register[o]));
+            }
+        }
+        let mut free: Vec<u16> = Vec::new();
+        for (at, &(kind, operands, id)) in work.iter().enumerate() {
+            let [a, b, c] = operands.map(|o| register[o as usize]);
+            let mut released: Vec<u32> = Vec::new();
+            for o in operands {
+                let temporary = varying[o as usize] && !matches!(nodes[o as usize], Node::Varying(_));
+                if temporary && last[o as usize] == at && !released.contains(&o) {
+                    released.push(o);
+                    free.push(register[o as usize]);
+                }
+            }
+            let target = if let Some(r) = free.pop() {
+                r
+            } else {
+                self.n_registers += 1;
+                u16::try_from(self.n_registers - 1).ok().filter(|r| *r != NONE)?
+            };
+            register[id as usize] = target;
+            self.instructions.push(Instruction { kind, a, b, c, target });
+        }
+        self.outputs = roots.iter().map(|&r| register[r as usize]).collect();
+        Some(())
+    }
+
+    /// Number of operations per sample.
+    #[must_use]
+    pub fn n_operations(&self) -> usize {
+        self.instructions.len()
+    }
+
+    /// Registers with everything common to the samples of one configuration in place.
+    #[must_use]
+    pub fn registers(&self, common: &[f64]) -> Vec<Block> {
+        let mut values = vec![0.0; self.n_nodes];
+        for &(id, node) in &self.common {
+            let value = |o: u32| values[o as usize];
+            values[id] = match node {
+                Node::Constant(bits) => f64::from_bits(bits),
+                Node::Common(index) => common[index as usize],
+                Node::Varying(_) => f64::NAN,
+                Node::Neg(a) => -value(a),
+                Node::Abs(a) => value(a).abs(),
+                Node::Binary(Binary::Add, a, b) => value(a) + value(b),
+                Node::Binary(Binary::Sub, a, b) => value(a) - value(b),
+                Node::Binary(Binary::Mul, a, b) => value(a) * value(b),
+                Node::Binary(Binary::Div, a, b) => value(a) / value(b),
+                Node::Binary(Binary::Max, a, b) => value(a).max(value(b)),
+            };
+        }
+        let mut registers = vec![Block::splat(0.0); self.n_registers];
+        for &(id, register) in &self.broadcast {
+            registers[register as usize] = Block::splat(values[id]);
+        }
+        registers
+    }
+
+    /// An output after a run.
+    #[inline(always)]
+    #[must_use]
+    pub fn output<'b>(&self, registers: &'b [Block], index: usize) -> &'b Block {
+        &registers[self.outputs[index] as usize]
+    }
+
+    /// Replays the program; the varying inputs stand in the first registers.
+    // Inlined into callers that are compiled for a given width of vector registers.
+    #[inline(always)]
+    pub fn run(&self, registers: &mut [Block]) {
+        for i in &self.instructions {
+            let a = registers[i.a as usize];
+            let b = registers[i.b as usize];
+            let target = i.target as usize;
+            registers[target] = match i.kind {
+                Kind::Add => a.add(b),
+                Kind::Sub => a.sub(b),
+                Kind::Mul => a.mul(b),
+                Kind::Div => a.div(b),
+                Kind::Max => a.max(b),
+                Kind::Neg => a.neg(),
+                Kind::Abs => a.abs(),
+                Kind::MulAdd => a.mul_add(b, registers[i.c as usize]),
+                Kind::MulSub => a.mul_add(b, registers[i.c as usize].neg()),
+                Kind::NegMulAdd => a.neg().mul_add(b, registers[i.c as usize]),
+            };
+        }
+    }
+}
+
+fn operands(node: Node) -> impl Iterator<Item = u32> {
+    let (a, b) = match node {
+        Node::Constant(_) | Node::Common(_) | Node::Varying(_) => (None, None),
+        Node::Neg(a) | Node::Abs(a) => (Some(a), None),
+        Node::Binary(_, a, b) => (Some(a), Some(b)),
+    };
+    a.into_iter().chain(b)
+}
+
+/// Which nodes depend on the sample. Operands come before their users.
+fn varying(nodes: &[Node]) -> Vec<bool> {
+    let mut varying: Vec<bool> = Vec::with_capacity(nodes.len());
+    for &node in nodes {
+        let depends = matches!(node, Node::Varying(_)) || operands(node).any(|o| varying[o as usize]);
+        varying.push(depends);
+    }
+    varying
+}
+
+/// What the roots need, operands first, each as late as its first user allows.
+fn reachable(nodes: &[Node], roots: &[u32]) -> Vec<u32> {
+    let mut order = Vec::new();
+    let mut seen = vec![false; nodes.len()];
+    for &root in roots {
+        let mut stack = vec![(root, false)];
+        while let Some((id, expanded)) = stack.pop() {
+            if expanded {
+                order.push(id);
+            } else if !seen[id as usize] {
+                seen[id as usize] = true;
+                stack.push((id, true));
+                stack.extend(operands(nodes[id as usize]).filter(|&o| !seen[o as usize]).map(|o| (o, false)));
+            }
+        }
+    }
+    order
+}

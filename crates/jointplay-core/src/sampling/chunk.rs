@@ -1,0 +1,135 @@
+//! One chunk of samples: drawn, solved and counted block by block.
+
+use super::Request;
+use super::tally::{Ranges, Tally};
+use crate::batch::Bound;
+use crate::batch::draw::Stream;
+use crate::batch::lanes::{Block, LANES};
+use crate::batch::simd::{Kernel, dispatch};
+use crate::closure::Inputs;
+use crate::mechanism::Mechanism;
+use crate::solver::{Solver, State};
+use crate::space::norm;
+use crate::status::Status;
+
+/// What all chunks of one configuration share.
+pub struct Job<'a> {
+    pub solver: &'a Solver<'a>,
+    /// The recorded programs at this configuration; without them every sample is solved plainly.
+    pub bound: Option<Bound<'a>>,
+    pub built: &'a State,
+    pub nominal: &'a State,
+    pub request: &'a Request,
+    pub ranges: &'a Ranges,
+    /// A value near the mean, about which products are summed.
+    pub shift: &'a [f64],
+    pub number: u64,
+}
+
+impl Job<'_> {
+    /// Draws and solves a chunk.
+    pub fn draw(&self, chunk: u64, count: usize) -> Tally {
+        dispatch(Chunk { job: self, chunk, count })
+    }
+
+    const fn mechanism(&self) -> &Mechanism {
+        self.solver.mechanism
+    }
+
+    /// One sample by the plain solver.
+    #[inline(never)]
+    fn solve_plainly(&self, tally: &mut Tally, parameters: &[Block], lane: usize) {
+        let m = self.mechanism();
+        let inputs = Inputs {
+            drives: self.built.inputs.drives.clone(),
+            parameters: parameters.iter().map(|b| b.0[lane]).collect(),
+        };
+        tally.fallbacks += 1;
+        let solver = self.solver;
+        match solver.close(self.built, &inputs).map_or_else(|| solver.follow(self.built, &inputs), Ok) {
+            Ok(state) if state.negative == self.built.negative => {
+                let mut quantities = m.error(&state, self.nominal);
+                let (translations, rotations) = quantities.split_at(m.n_translations());
+                let sizes = [norm(translations), norm(rotations)];
+                quantities.extend(sizes);
+                tally.add(self.ranges, self.shift, &quantities, self.outside(sizes[0], sizes[1]));
+            }
+            Ok(_) => tally.statuses[Status::Singular as usize] += 1,
+            Err(status) => tally.statuses[status as usize] += 1,
+        }
+    }
+
+    #[inline(always)]
+    fn outside(&self, position: f64, rotation: f64) -> bool {
+        position > self.request.limit_position || rotation > self.request.limit_rotation
+    }
+}
+
+struct Chunk<'j, 'a> {
+    job: &'j Job<'a>,
+    chunk: u64,
+    count: usize,
+}
+
+impl Kernel for Chunk<'_, '_> {
+    type Output = Tally;
+
+    #[inline(always)]
+    fn run(self) -> Tally {
+        let job = self.job;
+        let m = job.mechanism();
+        let n = m.size();
+        let translations = m.n_translations();
+        let mut tally = Tally::new(n, job.ranges);
+        let mut sums = super::tally::Sums::new(n);
+        let mut stream = Stream::new(job.request.seed, job.number, self.chunk);
+        let mut bound = job.bound.clone();
+        let mut parameters = vec![Block::splat(0.0); m.n_parameters()];
+        let mut quantities = vec![Block::splat(0.0); n + 2];
+        let mut left = self.count;
+        while left > 0 {
+            let lanes = left.min(LANES);
+            left -= lanes;
+            for source in m.sources() {
+                let drawn = stream.draw(&source.set, Mechanism::law(source, job.request));
+                for (k, p) in source.range().enumerate() {
+                    parameters[p] = drawn[k].add(Block::splat(m.centre[p]));
+                }
+            }
+            let mut good = [false; LANES];
+            if let Some(bound) = &mut bound {
+                bound.parameters().copy_from_slice(&parameters);
+                good = bound.solve();
+                let (mut position, mut rotation) = (Block::splat(0.0), Block::splat(0.0));
+                for k in 0..n {
+                    let error = bound.error(k);
+                    quantities[k] = error;
+                    let size = if k < translations { &mut position } else { &mut rotation };
+                    *size = error.mul_add(error, *size);
+                }
+                quantities[n] = position.sqrt();
+                quantities[n + 1] = rotation.sqrt();
+            }
+            for (i, good) in good.iter().enumerate().take(lanes) {
+                if !good {
+                    job.solve_plainly(&mut tally, &parameters, i);
+                }
+            }
+            let mut use_lane = [0.0; LANES];
+            let mut used = 0;
+            for i in 0..lanes {
+                use_lane[i] = f64::from(u8::from(good[i]));
+                used += u64::from(good[i]);
+            }
+            sums.add(&quantities, &Block(use_lane), job.shift);
+            tally.count_block(job.ranges, &quantities, &good, lanes);
+            tally.statuses[Status::Ok as usize] += used;
+            for i in 0..lanes {
+                let out = job.outside(quantities[n].0[i], quantities[n + 1].0[i]);
+                tally.outside += u64::from(out && good[i]);
+            }
+        }
+        tally.absorb(&sums, job.shift);
+        tally
+    }
+}
