@@ -139,6 +139,24 @@ impl Mechanism {
         self.space.components().iter().enumerate().filter(|(_, c)| matches!(c, Component::About(_))).map(|(k, _)| k)
     }
 
+    /// The largest angle among the parameters, twice the sets' own to leave room for untruncated laws.
+    pub(crate) fn largest_angle(&self) -> f64 {
+        self.rows
+            .iter()
+            .filter(|row| matches!(row.component, Component::About(_)))
+            .filter_map(|row| row.parameter)
+            .fold(0.0, |largest: f64, p| {
+                let source = self.sources.iter().find(|s| s.range().contains(&p));
+                let half_width = source.map_or(0.0, |s| {
+                    let mut unit = [0.0; crate::clearance::MAX_SIZE];
+                    unit[p - s.first] = 1.0;
+                    let opposite = unit.map(|u| -u);
+                    s.set.support(&unit).max(s.set.support(&opposite))
+                });
+                largest.max(self.centre[p].abs() + 2.0 * half_width)
+            })
+    }
+
     /// Coordinates of all bodies at the guess.
     #[must_use]
     pub fn guess(&self) -> Vec<f64> {

@@ -71,7 +71,7 @@ impl Stream {
     /// Uniform from -1 to 1.
     #[inline(always)]
     fn symmetric(&mut self) -> Block {
-        self.unit().mul_add(Block::splat(2.0), Block::splat(-1.0))
+        self.unit().mul_add(&Block::splat(2.0), &Block::splat(-1.0))
     }
 
     /// -1 or 1.
@@ -117,17 +117,17 @@ impl Stream {
     #[inline(always)]
     fn normals(&mut self) -> [Block; 2] {
         // 1 - u is never zero.
-        let log = Block::splat(1.0).sub(self.unit()).ln();
-        let radius = log.mul(Block::splat(-2.0)).sqrt();
+        let log = Block::splat(1.0).sub(&self.unit()).ln();
+        let radius = log.mul(&Block::splat(-2.0)).sqrt();
         let [x, y] = self.circle();
-        [x.mul(radius), y.mul(radius)]
+        [x.mul(&radius), y.mul(&radius)]
     }
 
     /// Two independent centred normal numbers truncated to -1 and 1. Lanes that fall outside are drawn
     /// again; more than 96 of 100 draws stay inside for the two widths in use.
     #[inline(always)]
     fn truncated(&mut self, sigma: f64) -> [Block; 2] {
-        let scaled = |[a, b]: [Block; 2]| [a.mul(Block::splat(sigma)), b.mul(Block::splat(sigma))];
+        let scaled = |[a, b]: [Block; 2]| [a.mul(&Block::splat(sigma)), b.mul(&Block::splat(sigma))];
         let mut drawn = scaled(self.normals());
         loop {
             let mut outside = false;
@@ -152,26 +152,26 @@ impl Stream {
         let radius = match law {
             Law::Gauss => {
                 let [x, y] = self.normals();
-                return [x.mul(Block::splat(1.0 / SIGMAS)), y.mul(Block::splat(1.0 / SIGMAS))];
+                return [x.mul(&Block::splat(1.0 / SIGMAS)), y.mul(&Block::splat(1.0 / SIGMAS))];
             }
             Law::Boundary => return self.circle(),
             Law::Uniform => self.unit().sqrt(),
             Law::Normal => {
                 // Rayleigh radius truncated at the boundary, by its inverse distribution.
                 let k = 0.5 * SIGMAS * SIGMAS;
-                let inside = self.unit().mul_add(Block::splat((-k).exp_m1()), Block::splat(1.0));
-                inside.ln().mul(Block::splat(-2.0 / (SIGMAS * SIGMAS))).sqrt()
+                let inside = self.unit().mul_add(&Block::splat((-k).exp_m1()), &Block::splat(1.0));
+                inside.ln().mul(&Block::splat(-2.0 / (SIGMAS * SIGMAS))).sqrt()
             }
         };
         let [x, y] = self.circle();
-        [x.mul(radius), y.mul(radius)]
+        [x.mul(&radius), y.mul(&radius)]
     }
 
     /// The diamond `|a| + |b| <= 1` is the square `|p|, |q| <= 1` turned: `a = (p+q)/2, b = (p-q)/2`.
     #[inline(always)]
     fn diamond(&mut self, law: Law) -> [Block; 2] {
         let [p, q] = match law {
-            Law::Gauss => return self.normals().map(|n| n.mul(Block::splat(1.0 / SIGMAS))),
+            Law::Gauss => return self.normals().map(|n| n.mul(&Block::splat(1.0 / SIGMAS))),
             Law::Uniform => [self.symmetric(), self.symmetric()],
             Law::Normal => self.truncated(std::f64::consts::SQRT_2 / SIGMAS),
             Law::Boundary => {
@@ -186,7 +186,7 @@ impl Stream {
             }
         };
         let half = Block::splat(0.5);
-        [p.add(q).mul(half), p.sub(q).mul(half)]
+        [p.add(&q).mul(&half), p.sub(&q).mul(&half)]
     }
 
     #[inline(always)]
@@ -195,7 +195,7 @@ impl Stream {
             Law::Uniform => self.symmetric(),
             Law::Boundary => self.sign(),
             Law::Normal => self.truncated(1.0 / SIGMAS)[0],
-            Law::Gauss => self.normals()[0].mul(Block::splat(1.0 / SIGMAS)),
+            Law::Gauss => self.normals()[0].mul(&Block::splat(1.0 / SIGMAS)),
         }
     }
 
@@ -205,14 +205,14 @@ impl Stream {
     pub fn draw(&mut self, set: &Set, law: Law) -> [Block; MAX_SIZE] {
         let zero = Block::splat(0.0);
         match *set {
-            Set::Disc { radius } => self.disc(law).map(|b| b.mul(Block::splat(radius))),
+            Set::Disc { radius } => self.disc(law).map(|b| b.mul(&Block::splat(radius))),
             Set::Diamond { gap, half_length } => {
                 let [a, b] = self.diamond(law);
-                [a.mul(Block::splat(gap)), b.mul(Block::splat(gap / half_length))]
+                [a.mul(&Block::splat(gap)), b.mul(&Block::splat(gap / half_length))]
             }
             Set::Interval { low, high } => {
                 let half = Block::splat(0.5 * (high - low));
-                [self.interval(law).mul_add(half, Block::splat(0.5 * (low + high))), zero]
+                [self.interval(law).mul_add(&half, &Block::splat(0.5 * (low + high))), zero]
             }
         }
     }

@@ -5,7 +5,7 @@
 //! neither do the results.
 
 /// Samples per block.
-pub const LANES: usize = 16;
+pub const LANES: usize = 64;
 
 /// One number for every sample of a block.
 #[derive(Clone, Copy, Debug)]
@@ -35,65 +35,77 @@ impl Block {
     /// Sum.
     #[inline(always)]
     #[must_use]
-    pub fn add(self, o: Self) -> Self {
+    pub fn add(&self, o: &Self) -> Self {
         each!(i, self.0[i] + o.0[i])
     }
     /// Difference.
     #[inline(always)]
     #[must_use]
-    pub fn sub(self, o: Self) -> Self {
+    pub fn sub(&self, o: &Self) -> Self {
         each!(i, self.0[i] - o.0[i])
     }
     /// Product.
     #[inline(always)]
     #[must_use]
-    pub fn mul(self, o: Self) -> Self {
+    pub fn mul(&self, o: &Self) -> Self {
         each!(i, self.0[i] * o.0[i])
     }
     /// Quotient.
     #[inline(always)]
     #[must_use]
-    pub fn div(self, o: Self) -> Self {
+    pub fn div(&self, o: &Self) -> Self {
         each!(i, self.0[i] / o.0[i])
     }
     /// Negative.
     #[inline(always)]
     #[must_use]
-    pub fn neg(self) -> Self {
+    pub fn neg(&self) -> Self {
         each!(i, -self.0[i])
     }
     /// Absolute value.
     #[inline(always)]
     #[must_use]
-    pub fn abs(self) -> Self {
+    pub fn abs(&self) -> Self {
         each!(i, self.0[i].abs())
     }
     /// Square root.
     #[inline(always)]
     #[must_use]
-    pub fn sqrt(self) -> Self {
+    pub fn sqrt(&self) -> Self {
         each!(i, self.0[i].sqrt())
     }
     /// The larger; not a number when either is not.
     #[inline(always)]
     #[must_use]
-    pub fn max(self, o: Self) -> Self {
+    pub fn max(&self, o: &Self) -> Self {
         each!(i, if self.0[i] > o.0[i] || self.0[i].is_nan() { self.0[i] } else { o.0[i] })
     }
     /// `self o + c` with one rounding.
     #[inline(always)]
     #[must_use]
-    pub fn mul_add(self, o: Self, c: Self) -> Self {
+    pub fn mul_add(&self, o: &Self, c: &Self) -> Self {
         each!(i, self.0[i].mul_add(o.0[i], c.0[i]))
+    }
+    /// `self o - c` with one rounding.
+    #[inline(always)]
+    #[must_use]
+    pub fn mul_sub(&self, o: &Self, c: &Self) -> Self {
+        each!(i, self.0[i].mul_add(o.0[i], -c.0[i]))
+    }
+    /// `c - self o` with one rounding.
+    #[inline(always)]
+    #[must_use]
+    pub fn neg_mul_add(&self, o: &Self, c: &Self) -> Self {
+        each!(i, (-self.0[i]).mul_add(o.0[i], c.0[i]))
     }
     /// A polynomial, highest coefficient first.
     #[inline(always)]
     #[must_use]
-    pub fn polynomial(self, coefficients: &[f64]) -> Self {
+    pub fn polynomial(&self, coefficients: &[f64]) -> Self {
         let mut sum = Self::splat(coefficients[0]);
         let mut k = 1;
         while k < coefficients.len() {
-            sum = sum.mul_add(self, Self::splat(coefficients[k]));
+            sum = sum.mul_add(self, &Self::splat(coefficients[k]));
             k += 1;
         }
         sum
@@ -102,7 +114,7 @@ impl Block {
     /// Sine and cosine of `self` eighths of a turn, for `self` from -1 to 1 (power series).
     #[inline(always)]
     #[must_use]
-    pub fn sin_cos_eighths(self) -> (Self, Self) {
+    pub fn sin_cos_eighths(&self) -> (Self, Self) {
         const SINE: [f64; 8] = [
             -1.0 / 1_307_674_368_000.0,
             1.0 / 6_227_020_800.0,
@@ -124,16 +136,16 @@ impl Block {
             -0.5,
             1.0,
         ];
-        let angle = self.mul(Self::splat(std::f64::consts::FRAC_PI_4));
-        let square = angle.mul(angle);
-        (angle.mul(square.polynomial(&SINE)), square.polynomial(&COSINE))
+        let angle = self.mul(&Self::splat(std::f64::consts::FRAC_PI_4));
+        let square = angle.mul(&angle);
+        (angle.mul(&square.polynomial(&SINE)), square.polynomial(&COSINE))
     }
 
     /// Natural logarithm of positive, normal numbers: `2 atanh((m-1)/(m+1)) + e ln 2` with the
     /// mantissa m between 1/sqrt 2 and sqrt 2.
     #[inline(always)]
     #[must_use]
-    pub fn ln(self) -> Self {
+    pub fn ln(&self) -> Self {
         const SERIES: [f64; 10] = [
             2.0 / 19.0,
             2.0 / 17.0,
@@ -163,9 +175,9 @@ impl Block {
         }
         let m = Self(mantissa);
         let one = Self::splat(1.0);
-        let z = m.sub(one).div(m.add(one));
-        let square = z.mul(z);
-        Self(exponent).mul_add(Self::splat(std::f64::consts::LN_2), z.mul(square.polynomial(&SERIES)))
+        let z = m.sub(&one).div(&m.add(&one));
+        let square = z.mul(&z);
+        Self(exponent).mul_add(&Self::splat(std::f64::consts::LN_2), &z.mul(&square.polynomial(&SERIES)))
     }
 }
 

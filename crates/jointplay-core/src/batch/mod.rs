@@ -6,6 +6,9 @@
 //! the first step and full steps until every lane's predicted remaining error is below rounding. Lanes
 //! that do not get there are handed to the plain solver, and counted.
 
+// Kernels must be inlined into callers compiled for a width of vector registers.
+#![allow(clippy::inline_always)]
+
 pub mod draw;
 pub mod lanes;
 mod program;
@@ -14,6 +17,9 @@ pub mod tape;
 
 pub use program::{Bound, Newton};
 
-/// Angles of samples from the nominal pose stay below this (rad), or the plain solver takes over: the
-/// power series of sine and cosine are exact to rounding up to here.
+/// The first step from the nominal pose turns by less than this (rad), or the plain solver takes over:
+/// the power series of sine and cosine are cut for it.
 pub const SMALL_ANGLE: f64 = 0.35;
+
+/// Steps after the first turn by less than this (rad), or the plain solver takes over.
+pub const LATER_ANGLE: f64 = 0.05;

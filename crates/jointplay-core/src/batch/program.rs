@@ -1,8 +1,8 @@
 //! Newton's iteration recorded as programs, and its run on a block of samples.
 
-use super::SMALL_ANGLE;
 use super::lanes::{Block, LANES};
 use super::tape::{Program, Recorder, Symbol};
+use super::{LATER_ANGLE, SMALL_ANGLE};
 use crate::closure::{Command, Inputs};
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
@@ -61,6 +61,13 @@ impl Layout {
     fn command<'r>(&self, recorder: &'r Recorder, drive: usize) -> Command<Symbol<'r>> {
         let at = |k: usize| recorder.common(self.n_pose + 3 * drive + k);
         Command { value: at(0), sine: at(1), cosine: at(2) }
+    }
+
+    fn inputs<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Inputs<Command<Symbol<'r>>, Symbol<'r>> {
+        Inputs {
+            drives: (0..m.n_drives()).map(|d| self.command(recorder, d)).collect(),
+            parameters: (0..m.n_parameters()).map(|p| recorder.varying(p)).collect(),
+        }
     }
 
     fn reference<'r>(&self, recorder: &'r Recorder, component: usize) -> Symbol<'r> {
@@ -124,20 +131,28 @@ impl Newton {
         let m = solver.mechanism;
         let layout = Layout::new(m);
         let (n_u, n_pose) = (m.n_parameters(), layout.n_pose);
-        let recorder = Recorder::default();
-        let inputs = || Inputs {
-            drives: (0..m.n_drives()).map(|d| layout.command(&recorder, d)).collect(),
-            parameters: (0..n_u).map(|p| recorder.varying(p)).collect(),
+        // Angles among the parameters go through the same series as the steps.
+        let given = m.largest_angle();
+        if given > SMALL_ANGLE {
+            return None;
+        }
+        let recorder = Recorder::new(SMALL_ANGLE);
+        let nominal = Symbolic {
+            numbers: (0..n_pose).map(|i| recorder.common(i)).collect(),
+            inputs: layout.inputs(m, &recorder),
         };
-        let nominal = Symbolic { numbers: (0..n_pose).map(|i| recorder.common(i)).collect(), inputs: inputs() };
         let begun = record_step(solver, &nominal)?;
         let mut outputs = begun.numbers;
         outputs.extend(begun.turns);
         outputs.extend([begun.size, begun.pivots]);
         let first = Program::new(&recorder, n_u, &outputs)?;
 
+        let recorder = Recorder::new(LATER_ANGLE.max(given));
         let n_turns = m.rotations().count();
-        let any = Symbolic { numbers: (0..n_pose).map(|i| recorder.varying(n_u + i)).collect(), inputs: inputs() };
+        let any = Symbolic {
+            numbers: (0..n_pose).map(|i| recorder.varying(n_u + i)).collect(),
+            inputs: layout.inputs(m, &recorder),
+        };
         let next = record_step(solver, &any)?;
         let mut outputs = next.numbers;
         outputs.extend(next.turns.iter().enumerate().map(|(k, t)| recorder.varying(n_u + n_pose + k) + *t));
@@ -223,7 +238,7 @@ impl Bound<'_> {
             while i < LANES {
                 // The second step must be well below the first, or the branch is in doubt.
                 good[i] &= step > 0 || now.0[i] <= 0.25 * last.0[i] || now.0[i] <= ROUNDING * ROUNDING;
-                good[i] &= determinant.0[i] * self.sign > 0.0;
+                good[i] &= now.0[i] <= LATER_ANGLE * LATER_ANGLE && determinant.0[i] * self.sign > 0.0;
                 // Newton converges quadratically: the next step is about now^3 / last^2.
                 let cube = now.0[i] * now.0[i] * now.0[i];
                 solved[i] |= now.0[i] <= ROUNDING * ROUNDING || cube <= SOLVED * SOLVED * last.0[i] * last.0[i];

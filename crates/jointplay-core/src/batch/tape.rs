@@ -36,10 +36,11 @@ enum Node {
 }
 
 /// Records operations on symbols.
-#[derive(Default)]
 pub struct Recorder {
     nodes: RefCell<Vec<Node>>,
     known: RefCell<HashMap<Node, u32>>,
+    /// Terms of the power series of sine and cosine.
+    terms: usize,
 }
 
 /// A number of a recorded program.
@@ -52,6 +53,19 @@ pub enum Symbol<'r> {
 }
 
 impl Recorder {
+    /// A recorder whose angles stay below `largest_angle` (rad).
+    #[must_use]
+    pub fn new(largest_angle: f64) -> Self {
+        let (mut terms, mut next) = (1, 1.0);
+        // The first term left out of the cosine is below half of the last place.
+        while next > 1e-17 {
+            let n = 2.0 * terms as f64;
+            next *= largest_angle * largest_angle / (n * (n - 1.0));
+            terms += 1;
+        }
+        Self { nodes: RefCell::default(), known: RefCell::default(), terms: terms - 1 }
+    }
+
     fn node(&self, node: Node) -> u32 {
         *self.known.borrow_mut().entry(node).or_insert_with(|| {
             let mut nodes = self.nodes.borrow_mut();
@@ -197,21 +211,24 @@ impl Real for Symbol<'_> {
         Self::Constant(value)
     }
 
-    /// Power series, to rounding for angles up to [`super::SMALL_ANGLE`]: samples turn by small angles.
+    /// Power series, to rounding for the recorder's largest angle.
     fn sin_cos(self) -> (Self, Self) {
-        if let Self::Constant(c) = self {
-            let (s, c) = c.sin_cos();
-            return (Self::Constant(s), Self::Constant(c));
-        }
-        let square = self * self;
-        let series = |first: u32| {
-            // 1 - x^2/((n+1)(n+2)) (1 - x^2/((n+3)(n+4)) (...)), innermost first.
-            let mut sum = Self::Constant(1.0);
-            for k in (0..6).rev() {
-                let n = f64::from(first + 2 * k);
-                sum = Self::Constant(1.0) - square * (sum * Self::Constant(1.0 / ((n + 1.0) * (n + 2.0))));
+        let (terms, square) = match self {
+            Self::Constant(c) => {
+                let (s, c) = c.sin_cos();
+                return (Self::Constant(s), Self::Constant(c));
             }
-            sum
+            Self::Node(_, r) => (r.terms, self * self),
+        };
+        let series = |first: usize| {
+            // Coefficients of x^first, x^(first+2), ... with alternating signs.
+            let mut coefficients = vec![1.0];
+            for k in 1..terms {
+                let n = (first + 2 * k) as f64;
+                coefficients.push(-coefficients[k - 1] / (n * (n - 1.0)));
+            }
+            let last = Self::Constant(coefficients[terms - 1]);
+            coefficients[..terms - 1].iter().rev().fold(last, |sum, &c| sum * square + Self::Constant(c))
         };
         (self * series(1), series(0))
     }
@@ -433,12 +450,19 @@ impl Program {
     /// Replays the program; the varying inputs stand in the first registers.
     // Inlined into callers that are compiled for a given width of vector registers.
     #[inline(always)]
+    #[allow(unsafe_code)]
     pub fn run(&self, registers: &mut [Block]) {
+        assert_eq!(registers.len(), self.n_registers, "registers of another program");
         for i in &self.instructions {
-            let a = registers[i.a as usize];
-            let b = registers[i.b as usize];
-            let target = i.target as usize;
-            registers[target] = match i.kind {
+            // SAFETY: `give_registers` numbers every operand and target below `n_registers`.
+            let (a, b, c) = unsafe {
+                (
+                    registers.get_unchecked(i.a as usize),
+                    registers.get_unchecked(i.b as usize),
+                    registers.get_unchecked(i.c as usize),
+                )
+            };
+            let value = match i.kind {
                 Kind::Add => a.add(b),
                 Kind::Sub => a.sub(b),
                 Kind::Mul => a.mul(b),
@@ -446,10 +470,12 @@ impl Program {
                 Kind::Max => a.max(b),
                 Kind::Neg => a.neg(),
                 Kind::Abs => a.abs(),
-                Kind::MulAdd => a.mul_add(b, registers[i.c as usize]),
-                Kind::MulSub => a.mul_add(b, registers[i.c as usize].neg()),
-                Kind::NegMulAdd => a.neg().mul_add(b, registers[i.c as usize]),
+                Kind::MulAdd => a.mul_add(b, c),
+                Kind::MulSub => a.mul_sub(b, c),
+                Kind::NegMulAdd => a.neg_mul_add(b, c),
             };
+            // SAFETY: as above.
+            unsafe { *registers.get_unchecked_mut(i.target as usize) = value };
         }
     }
 }

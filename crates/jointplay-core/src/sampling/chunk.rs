@@ -93,7 +93,7 @@ impl Kernel for Chunk<'_, '_> {
             for source in m.sources() {
                 let drawn = stream.draw(&source.set, Mechanism::law(source, job.request));
                 for (k, p) in source.range().enumerate() {
-                    parameters[p] = drawn[k].add(Block::splat(m.centre[p]));
+                    parameters[p] = drawn[k].add(&Block::splat(m.centre[p]));
                 }
             }
             let mut good = [false; LANES];
@@ -105,7 +105,7 @@ impl Kernel for Chunk<'_, '_> {
                     let error = bound.error(k);
                     quantities[k] = error;
                     let size = if k < translations { &mut position } else { &mut rotation };
-                    *size = error.mul_add(error, *size);
+                    *size = error.mul_add(&error, size);
                 }
                 quantities[n] = position.sqrt();
                 quantities[n + 1] = rotation.sqrt();

@@ -69,6 +69,16 @@ pub struct Tally {
     pub fallbacks: u64,
 }
 
+/// A block less a shift; zero in the lanes of weight zero, which may hold anything.
+#[inline(always)]
+fn about(block: &Block, shift: f64, weight: &Block) -> Block {
+    let mut out = block.sub(&Block::splat(shift));
+    for l in 0..LANES {
+        out.0[l] = if weight.0[l] > 0.0 { out.0[l] } else { 0.0 };
+    }
+    out
+}
+
 /// Sums of the components and of their products about a common shift, lane by lane.
 pub struct Sums {
     count: Block,
@@ -86,21 +96,13 @@ impl Sums {
     /// Adds a block; lanes of weight zero do not count.
     #[inline(always)]
     pub fn add(&mut self, quantities: &[Block], weight: &Block, shift: &[f64]) {
-        self.count = self.count.add(*weight);
+        self.count = self.count.add(weight);
         let mut k = 0;
         for i in 0..self.values.len() {
-            let about = |q: usize| {
-                let mut out = quantities[q].sub(Block::splat(shift[q]));
-                for l in 0..LANES {
-                    // Selected, not multiplied: an unsolved lane may hold anything.
-                    out.0[l] = if weight.0[l] > 0.0 { out.0[l] } else { 0.0 };
-                }
-                out
-            };
-            let value = about(i);
-            self.values[i] = self.values[i].add(value);
+            let value = about(&quantities[i], shift[i], weight);
+            self.values[i] = self.values[i].add(&value);
             for j in 0..=i {
-                self.products[k] = value.mul_add(about(j), self.products[k]);
+                self.products[k] = value.mul_add(&about(&quantities[j], shift[j], weight), &self.products[k]);
                 k += 1;
             }
         }
@@ -141,7 +143,7 @@ impl Tally {
     pub fn count_block(&mut self, ranges: &Ranges, quantities: &[Block], good: &[bool; LANES], lanes: usize) {
         const ALL: usize = BINS * FINE;
         for (q, values) in quantities.iter().enumerate() {
-            let place = values.sub(Block::splat(ranges.low[q])).mul(Block::splat(ranges.density[q]));
+            let place = values.sub(&Block::splat(ranges.low[q])).mul(&Block::splat(ranges.density[q]));
             let bins = &mut self.bins[q * ALL..(q + 1) * ALL];
             for i in 0..lanes {
                 // Beyond the range the end bins serve; casts saturate.
