@@ -215,6 +215,7 @@ impl Elimination {
     }
 
     /// The product of the pivots: it vanishes and changes sign with the determinant.
+    #[must_use]
     pub fn pivot_product<S: Real>(&self, f: &Factors<S>) -> S {
         self.pivots.iter().fold(S::from_f64(1.0), |product, pivot| product * f.values[pivot.slot])
     }

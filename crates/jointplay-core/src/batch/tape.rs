@@ -112,8 +112,8 @@ impl<'r> Symbol<'r> {
         matches!((a, b), (Self::Node(i, _), Self::Node(j, _)) if i == j)
     }
 
+    #[allow(clippy::float_cmp)] // exact: only these very constants fold away; both zeros count as zero
     fn is(self, value: f64) -> bool {
-        // Both zeros count as zero.
         matches!(self, Self::Constant(c) if c == value)
     }
 
@@ -290,7 +290,9 @@ impl Program {
         let order = reachable(&nodes, &roots);
         let mut uses = vec![0_u32; nodes.len()];
         for &id in &order {
-            operands(nodes[id as usize]).for_each(|o| uses[o as usize] += 1);
+            for o in operands(nodes[id as usize]) {
+                uses[o as usize] += 1;
+            }
         }
         for &id in &roots {
             // An output is never absorbed into another operation.
@@ -364,7 +366,9 @@ impl Program {
         const NONE: u16 = u16::MAX;
         let mut last = vec![0_usize; nodes.len()];
         for (at, (_, operands, _)) in work.iter().enumerate() {
-            operands.iter().for_each(|&o| last[o as usize] = at);
+            for &o in operands {
+                last[o as usize] = at;
+            }
         }
         for &root in roots {
             last[root as usize] = usize::MAX;
@@ -448,6 +452,9 @@ impl Program {
     }
 
     /// Replays the program; the varying inputs stand in the first registers.
+    ///
+    /// # Panics
+    /// When the registers are not this program's.
     // Inlined into callers that are compiled for a given width of vector registers.
     #[inline(always)]
     #[allow(unsafe_code)]

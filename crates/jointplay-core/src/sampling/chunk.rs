@@ -29,7 +29,7 @@ pub struct Job<'a> {
 impl Job<'_> {
     /// Draws and solves a chunk.
     pub fn draw(&self, chunk: u64, count: usize) -> Tally {
-        dispatch(Chunk { job: self, chunk, count })
+        dispatch(Chunk { job: self, number: chunk, count })
     }
 
     const fn mechanism(&self) -> &Mechanism {
@@ -67,7 +67,7 @@ impl Job<'_> {
 
 struct Chunk<'j, 'a> {
     job: &'j Job<'a>,
-    chunk: u64,
+    number: u64,
     count: usize,
 }
 
@@ -82,7 +82,7 @@ impl Kernel for Chunk<'_, '_> {
         let translations = m.n_translations();
         let mut tally = Tally::new(n, job.ranges);
         let mut sums = super::tally::Sums::new(n);
-        let mut stream = Stream::new(job.request.seed, job.number, self.chunk);
+        let mut stream = Stream::new(job.request.seed, job.number, self.number);
         let mut bound = job.bound.clone();
         let mut parameters = vec![Block::splat(0.0); m.n_parameters()];
         let mut quantities = vec![Block::splat(0.0); n + 2];

@@ -3,6 +3,9 @@
 //! Samples are drawn in chunks, each with a random stream of its own, and merged in a fixed order:
 //! the result does not depend on the number of threads, and memory does not grow with the samples.
 
+// Kernels must be inlined into callers compiled for a width of vector registers.
+#![allow(clippy::inline_always)]
+
 mod chunk;
 pub mod law;
 mod tally;

@@ -147,7 +147,7 @@ impl Tally {
             let bins = &mut self.bins[q * ALL..(q + 1) * ALL];
             for i in 0..lanes {
                 // Beyond the range the end bins serve; casts saturate.
-                let bin = (place.0[i] as i32).clamp(0, ALL as i32 - 1) as usize;
+                let bin = (place.0[i].max(0.0) as u32 as usize).min(ALL - 1);
                 bins[bin] += u64::from(good[i]);
             }
             let mut largest = self.largest[q];
