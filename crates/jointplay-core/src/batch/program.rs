@@ -199,6 +199,8 @@ impl Newton {
             finish: self.finish.registers(&common),
             sign: 0.0,
         };
+        // Perfect parameters: the registers start at zero.
+        self.first.run(&mut bound.first);
         bound.sign = self.first.output(&bound.first, self.n_pose + self.n_turns + 1).0[0];
         bound
     }
