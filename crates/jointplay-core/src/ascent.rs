@@ -19,6 +19,8 @@ const STEPS: usize = 200;
 const BISECTIONS: usize = 50;
 /// An ascent stands still when no offset changes by more than this part of its set.
 const STILL: f64 = 1e-13;
+/// Steps after which an ascent that gains nothing but rounding has settled.
+const CALM: usize = 30;
 /// A reaction below this part of the largest one decides nothing.
 pub const UNDECIDED: f64 = 1e-9;
 
@@ -110,15 +112,14 @@ impl Mechanism {
         }
     }
 
-    pub(crate) fn objective_cost(&self, objective: &Objective, linearised: &Linearised<'_>, state: &State) -> Cost {
+    pub(crate) fn objective_cost(
+        &self,
+        objective: &Objective,
+        linearised: &Linearised<'_>,
+        state: &State,
+    ) -> Cost<f64> {
         match objective {
-            Objective::Load => {
-                let mut cost = self.no_cost();
-                for load in &self.loads {
-                    self.add_wrench(load.point, load.force, load.moment, &linearised.poses, &state.inputs, &mut cost);
-                }
-                cost
-            }
+            Objective::Load => self.load_cost(&linearised.poses, &state.inputs.parameters),
             Objective::Position { from } => {
                 let at = self.place(self.output, &linearised.poses, &state.inputs.parameters).position;
                 let error = sub(at, *from);
@@ -126,11 +127,18 @@ impl Mechanism {
                 // At the nominal position itself every direction is as good: take the first.
                 let direction = if size > 0.0 { error.map(|e| e / size) } else { [1.0, 0.0, 0.0] };
                 let mut cost = self.no_cost();
-                self.add_wrench(self.output, direction, [0.0; 3], &linearised.poses, &state.inputs, &mut cost);
+                self.add_wrench(
+                    self.output,
+                    direction,
+                    [0.0; 3],
+                    &linearised.poses,
+                    &state.inputs.parameters,
+                    &mut cost,
+                );
                 cost
             }
             Objective::Component { index, sign } => {
-                let mut cost = self.component_cost(*index, linearised, state);
+                let mut cost = self.component_cost(*index, &linearised.poses, &state.inputs.parameters);
                 cost.twists.iter_mut().chain(cost.parameters.iter_mut()).for_each(|v| *v *= sign);
                 cost
             }
@@ -182,13 +190,7 @@ impl Mechanism {
     fn change(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
         self.sources.iter().filter(|s| !s.set.is_zero()).fold(0.0, |largest: f64, source| {
             source.range().enumerate().fold(largest, |largest, (k, p)| {
-                let mut unit = [0.0; crate::clearance::MAX_SIZE];
-                unit[k] = 1.0;
-                let mut opposite = unit;
-                opposite[k] = -1.0;
-                let n = source.set.size();
-                let size = source.set.support(&unit[..n]).max(source.set.support(&opposite[..n]));
-                largest.max((to.parameters[p] - from.parameters[p]).abs() / size)
+                largest.max((to.parameters[p] - from.parameters[p]).abs() / source.set.half_width(k))
             })
         })
     }
@@ -209,7 +211,7 @@ impl Solver<'_> {
         let mut state = from;
         let mut value = m.objective_value(objective, &state);
         let mut gradient = self.slope(objective, &state)?;
-        let mut blocked = false;
+        let (mut blocked, mut searched) = (false, false);
         for step in 0..STEPS {
             let pushed = m.pushed(objective, &gradient, &state.inputs);
             if m.change(&state.inputs, &pushed) <= STILL {
@@ -225,7 +227,8 @@ impl Solver<'_> {
                     })
             };
             let (gain, size) = rise(&gradient);
-            if gain <= 1e-15 * size && step > 0 {
+            // Searches along a step, and reactions near zero, end in rounding before the offsets stand still.
+            if gain <= 1e-15 * size && (searched || step >= CALM) {
                 return Some(Summit { state, value, gradient, steps: step, settled: true, blocked });
             }
             // Try the whole step, then ever shorter ones until one can be assembled.
@@ -246,7 +249,9 @@ impl Solver<'_> {
             };
             let mut next_gradient = self.slope(objective, &next)?;
             let mut next_value = m.objective_value(objective, &next);
-            if next_value < value && rise(&next_gradient).0 < 0.0 {
+            // A slope at the end that rounding made does not count.
+            if next_value < value && rise(&next_gradient).0 < -1e-12 * size {
+                searched = true;
                 // The cost turns down on the way: find where its slope along the step vanishes.
                 let (mut low, mut high) = (0.0, part);
                 for _ in 0..BISECTIONS {

@@ -95,6 +95,23 @@ impl Set {
         }
     }
 
+    /// The largest absolute value of one component.
+    #[inline]
+    #[must_use]
+    pub fn half_width(&self, component: usize) -> f64 {
+        match *self {
+            Self::Disc { radius } => radius,
+            Self::Diamond { gap, half_length } => {
+                if component == 0 {
+                    gap
+                } else {
+                    gap / half_length
+                }
+            }
+            Self::Interval { low, high } => high.max(-low),
+        }
+    }
+
     /// Whether the set is the single point zero.
     #[must_use]
     pub fn is_zero(&self) -> bool {
@@ -119,6 +136,7 @@ impl Set {
     ///
     /// `tolerance` (in the units of `w[0]`) is the size below which a component of `w`, or the
     /// difference between two competing ones, counts as zero, so that rounding noise decides nothing.
+    #[inline]
     #[must_use]
     pub fn face(&self, w: &[f64], tolerance: f64) -> Face {
         let point = |centre| Face { centre, extent: Extent::Point };

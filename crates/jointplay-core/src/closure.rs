@@ -210,13 +210,13 @@ impl Mechanism {
     ///
     /// With `J^T multipliers = d cost / d x` this is the gradient of the cost along the inputs on the
     /// closed mechanism.
-    pub(crate) fn pull_back(&self, poses: &[Pose<f64>], multipliers: &[f64], gradient: &mut Inputs<f64>) {
+    pub(crate) fn pull_back<S: Real>(&self, poses: &[Pose<S>], multipliers: &[S], gradient: &mut Inputs<S>) {
         for (row, &l) in self.rows.iter().zip(multipliers) {
             if let Some(p) = row.parameter {
-                gradient.parameters[p] += l;
+                gradient.parameters[p] = gradient.parameters[p] + l;
             }
             if let Some(d) = row.drive {
-                gradient.drives[d] += l;
+                gradient.drives[d] = gradient.drives[d] + l;
             }
             let Component::Along(i) = row.component else { continue };
             let joint = &self.joints[row.joint];
@@ -227,22 +227,22 @@ impl Mechanism {
             let e = self.axes(row.joint, poses)[i];
             for (sign, point) in [(1.0, joint.first), (-1.0, joint.second)] {
                 for (parameter, direction) in self.ground_directions(point, poses) {
-                    gradient.parameters[parameter] += sign * l * dot(e, direction);
+                    let slot = &mut gradient.parameters[parameter];
+                    *slot = *slot + S::from_f64(sign) * l * dot(e, direction);
                 }
             }
         }
     }
 
     /// The parameters that move a point, each with its direction in ground axes.
-    pub(crate) fn ground_directions<'a>(
+    pub(crate) fn ground_directions<'a, S: Real>(
         &'a self,
         point: usize,
-        poses: &'a [Pose<f64>],
-    ) -> impl Iterator<Item = (usize, Vec3<f64>)> + 'a {
+        poses: &'a [Pose<S>],
+    ) -> impl Iterator<Item = (usize, Vec3<S>)> + 'a {
         let point = &self.points[point];
-        point
-            .moved_by
-            .iter()
-            .map(move |&(parameter, direction)| (parameter, point.body.map_or(direction, |b| poses[b].turn(direction))))
+        point.moved_by.iter().map(move |&(parameter, direction)| {
+            (parameter, point.body.map_or_else(|| constant(direction), |b| poses[b].turn(constant(direction))))
+        })
     }
 }

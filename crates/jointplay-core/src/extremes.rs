@@ -66,7 +66,7 @@ impl Mechanism {
 
     /// The worst errors of every case, each extreme climbed from `starts` starts.
     #[must_use]
-    pub fn worst(&self, cases: &[Case], starts: usize) -> Vec<Worst> {
+    pub fn worst(&self, cases: &[Case<'_>], starts: usize) -> Vec<Worst> {
         self.each(
             cases,
             |solver, _, case, nominal| self.worst_at(solver, case, &nominal, starts),
@@ -180,11 +180,11 @@ impl Mechanism {
         (best.unwrap_or_else(|| self.extent(map, shift, &zero)), maxima.into_iter().map(|(_, p)| p).collect())
     }
 
-    fn worst_at(&self, solver: &Solver<'_>, case: &Case, nominal: &State, starts: usize) -> Worst {
+    fn worst_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State, starts: usize) -> Worst {
         let size = self.size();
         let Some(linearised) = solver.linearise(nominal) else { return self.no_worst(Status::Singular) };
         let map = self.output_sensitivity(&linearised, nominal);
-        let built = match solver.follow(nominal, &self.built(&case.drives)) {
+        let built = match solver.follow(nominal, &self.built(case.drives)) {
             Ok(state) => state,
             Err(status) => return self.no_worst(status),
         };

@@ -33,7 +33,7 @@ pub struct Sensitivity {
 impl Mechanism {
     /// The error of every case for its own row of parameter values.
     #[must_use]
-    pub fn given(&self, cases: &[Case], parameters: &[Vec<f64>]) -> Vec<Given> {
+    pub fn given(&self, cases: &[Case<'_>], parameters: &[Vec<f64>]) -> Vec<Given> {
         let missing = |status| Given {
             error: vec![f64::NAN; self.size()],
             error_first_order: vec![f64::NAN; self.size()],
@@ -49,7 +49,7 @@ impl Mechanism {
                 let u = &parameters[number];
                 let linear =
                     |i: usize| shift[i] + u.iter().enumerate().map(|(p, u)| map.parameters[(i, p)] * u).sum::<f64>();
-                let inputs = Inputs { drives: case.drives.clone(), parameters: u.clone() };
+                let inputs = Inputs { drives: case.drives.to_vec(), parameters: u.clone() };
                 let error_first_order = (0..self.size()).map(linear).collect();
                 match solver.follow(&nominal, &inputs) {
                     Ok(state) => Given {
@@ -67,7 +67,7 @@ impl Mechanism {
 
     /// Sensitivity of the output of every case, at its nominal coordinates.
     #[must_use]
-    pub fn sensitivities(&self, cases: &[Case]) -> Vec<Sensitivity> {
+    pub fn sensitivities(&self, cases: &[Case<'_>]) -> Vec<Sensitivity> {
         let missing = |status| {
             let nan = |columns| DMatrix::from_element(self.size(), columns, f64::NAN);
             Sensitivity {

@@ -7,15 +7,24 @@
 //! does not decide: the offset is put in the middle of the exposed face, and the half-width of the
 //! output's error over all exposed faces is given beside it.
 
+// Kernels must be inlined into callers compiled for a width of vector registers.
+#![allow(clippy::inline_always)]
+
 use rayon::prelude::*;
 
 use crate::ascent::{Objective, UNDECIDED};
+use crate::batch::Contact;
+use crate::batch::lanes::LANES;
+use crate::batch::simd::{Kernel, dispatch};
 use crate::closure::Inputs;
 use crate::mechanism::Mechanism;
-use crate::sensitivity::Gradient;
+use crate::real::Real;
 use crate::solver::{Solver, State};
 use crate::space::{Component, Pose};
 use crate::status::Status;
+
+/// Configurations that one task solves.
+const RUN: usize = 16 * LANES;
 
 /// The load-determined error of one configuration.
 #[derive(Clone, Debug)]
@@ -39,27 +48,100 @@ pub struct Loaded {
 }
 
 /// One configuration to analyse: drive values, and the nominal coordinates that errors refer to.
-#[derive(Clone, Debug)]
-pub struct Case {
+#[derive(Clone, Copy, Debug)]
+pub struct Case<'a> {
     /// Drive values.
-    pub drives: Vec<f64>,
+    pub drives: &'a [f64],
     /// Nominal coordinates of all bodies; not finite where the nominal mechanism is not assembled.
-    pub coordinates: Vec<f64>,
+    pub coordinates: &'a [f64],
+}
+
+/// Load-determined errors of many configurations, column by column, row after row.
+#[derive(Clone, Debug, Default)]
+#[allow(missing_docs)] // the columns are the fields of [`Loaded`]
+pub struct Table {
+    pub error: Vec<f64>,
+    pub error_first_order: Vec<f64>,
+    pub undetermined: Vec<f64>,
+    pub reaction: Vec<f64>,
+    pub offset: Vec<f64>,
+    pub contribution: Vec<f64>,
+    pub steps: Vec<u64>,
+    pub status: Vec<Status>,
+    /// Configurations that the batch engine handed to the plain solver.
+    pub fallbacks: u64,
+}
+
+impl Table {
+    fn push(&mut self, row: Loaded) {
+        self.error.extend(row.error);
+        self.error_first_order.extend(row.error_first_order);
+        self.undetermined.extend(row.undetermined);
+        self.reaction.extend(row.reaction);
+        self.offset.extend(row.offset);
+        self.contribution.extend(row.contribution);
+        self.steps.push(row.steps as u64);
+        self.status.push(row.status);
+    }
+
+    fn append(&mut self, other: &mut Self) {
+        self.error.append(&mut other.error);
+        self.error_first_order.append(&mut other.error_first_order);
+        self.undetermined.append(&mut other.undetermined);
+        self.reaction.append(&mut other.reaction);
+        self.offset.append(&mut other.offset);
+        self.contribution.append(&mut other.contribution);
+        self.steps.append(&mut other.steps);
+        self.status.append(&mut other.status);
+        self.fallbacks += other.fallbacks;
+    }
+}
+
+/// A run of cases solved block by block.
+struct Run<'r, 'm> {
+    solver: &'r Solver<'m>,
+    contact: Option<&'r Contact<'m>>,
+    cases: &'r [Case<'r>],
+}
+
+impl Kernel for Run<'_, '_> {
+    type Output = Table;
+
+    #[inline(always)]
+    fn run(self) -> Table {
+        let m = self.solver.mechanism;
+        let plainly = |case: &Case<'_>, table: &mut Table| {
+            table.fallbacks += 1;
+            table.push(m.loaded_plainly(self.solver, case));
+        };
+        let mut table = Table::default();
+        if let Some(contact) = self.contact {
+            let mut workspace = contact.workspace();
+            for block in self.cases.chunks(LANES) {
+                contact.solve(&mut workspace, block, &mut table, plainly);
+            }
+        } else {
+            for case in self.cases {
+                plainly(case, &mut table);
+            }
+        }
+        table
+    }
 }
 
 impl Mechanism {
     /// A solver planned at the first case that is assembled, if any.
     #[must_use]
-    pub fn solver(&self, cases: &[Case]) -> Option<Solver<'_>> {
-        let assembled = |case: &&Case| case.coordinates.iter().all(|c| c.is_finite());
-        cases.iter().find(assembled).map(|case| Solver::new(self, &case.coordinates))
+    pub fn solver(&self, cases: &[Case<'_>]) -> Option<Solver<'_>> {
+        let assembled = |case: &&Case<'_>| case.coordinates.iter().all(|c| c.is_finite());
+        cases.iter().find(assembled).map(|case| Solver::new(self, case.coordinates))
     }
 
     /// Runs an analysis on every case that is assembled, on all cores; the others get `missing`.
     pub(crate) fn each<T: Send>(
         &self,
-        cases: &[Case],
-        analysis: impl Fn(&Solver<'_>, usize, &Case, State) -> T + Sync,
+        cases: &[Case<'_>],
+        analysis: impl Fn(&Solver<'_>, usize, &Case<'_>, State) -> T + Sync,
         missing: impl Fn() -> T + Sync,
     ) -> Vec<T> {
         let solver = self.solver(cases);
@@ -67,7 +149,7 @@ impl Mechanism {
             .par_iter()
             .enumerate()
             .map(|(number, case)| {
-                let state = solver.as_ref().and_then(|s| Some((s, self.restore(s, &case.coordinates, &case.drives)?)));
+                let state = solver.as_ref().and_then(|s| Some((s, self.restore(s, case.coordinates, case.drives)?)));
                 state.map_or_else(&missing, |(s, state)| analysis(s, number, case, state))
             })
             .collect()
@@ -92,35 +174,50 @@ impl Mechanism {
     }
 
     /// The reactions that the multipliers of the closure rows stand for.
-    fn reactions(&self, poses: &[Pose<f64>], gradient: &Gradient) -> Vec<f64> {
+    pub(crate) fn reactions<S: Real>(&self, poses: &[Pose<S>], multipliers: &[S]) -> Vec<S> {
         let size = self.size();
-        let mut reactions = vec![0.0; self.n_joints() * size];
-        for (row, l) in self.rows.iter().zip(&gradient.multipliers) {
+        let mut reactions = vec![S::from_f64(0.0); self.n_joints() * size];
+        for (row, &l) in self.rows.iter().zip(multipliers) {
             let direction = match row.component {
                 Component::Along(i) => self.axes(row.joint, poses)[i],
-                Component::About(i) => std::array::from_fn(|k| f64::from(u8::from(i == k))),
+                Component::About(i) => std::array::from_fn(|k| S::from_f64(f64::from(u8::from(i == k)))),
             };
             for (k, component) in self.space.components().iter().enumerate() {
-                let part = match (row.component, component) {
-                    (Component::Along(_), Component::Along(i)) | (Component::About(_), Component::About(i)) => {
-                        direction[*i]
-                    }
-                    _ => 0.0,
-                };
-                reactions[row.joint * size + k] -= l * part;
+                if let (Component::Along(_), Component::Along(i)) | (Component::About(_), Component::About(i)) =
+                    (row.component, component)
+                {
+                    let slot = &mut reactions[row.joint * size + k];
+                    *slot = *slot - l * direction[*i];
+                }
             }
         }
         reactions
     }
 
-    /// Where the load pushes the output, for every case.
+    /// Where the load pushes the output, for every case, in blocks on all cores.
     #[must_use]
-    pub fn loaded(&self, cases: &[Case]) -> Vec<Loaded> {
-        self.each(
-            cases,
-            |solver, _, case, nominal| self.loaded_at(solver, case, &nominal),
-            || self.no_load_result(Status::NotAssembled),
-        )
+    pub fn loaded(&self, cases: &[Case<'_>]) -> Table {
+        let Some(solver) = self.solver(cases) else {
+            let mut table = Table::default();
+            for _ in cases {
+                table.push(self.no_load_result(Status::NotAssembled));
+            }
+            return table;
+        };
+        // A handful of configurations is solved before the programs are recorded.
+        let contact = if cases.len() >= LANES { Contact::record(&solver) } else { None };
+        let run = |part: &[Case<'_>]| dispatch(Run { solver: &solver, contact: contact.as_ref(), cases: part });
+        let parts: Vec<Table> = cases.par_chunks(RUN).map(run).collect();
+        let mut table = Table::default();
+        for mut part in parts {
+            table.append(&mut part);
+        }
+        table
+    }
+
+    fn loaded_plainly(&self, solver: &Solver<'_>, case: &Case<'_>) -> Loaded {
+        self.restore(solver, case.coordinates, case.drives)
+            .map_or_else(|| self.no_load_result(Status::NotAssembled), |nominal| self.loaded_at(solver, case, &nominal))
     }
 
     fn no_load_result(&self, status: Status) -> Loaded {
@@ -137,11 +234,11 @@ impl Mechanism {
         }
     }
 
-    fn loaded_at(&self, solver: &Solver<'_>, case: &Case, nominal: &State) -> Loaded {
+    fn loaded_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State) -> Loaded {
         let size = self.size();
         let status = self.nominal_status(nominal);
         let Some(at_nominal) = solver.linearise(nominal) else { return self.no_load_result(Status::Singular) };
-        let start = match solver.follow(nominal, &self.built(&case.drives)) {
+        let start = match solver.follow(nominal, &self.built(case.drives)) {
             Ok(state) => state,
             Err(status) => return self.no_load_result(status),
         };
@@ -149,7 +246,7 @@ impl Mechanism {
 
         // First order, at the nominal pose. Drive values that differ from the nominal ones count too.
         let gradient = self.gradient(&at_nominal, self.objective_cost(&Objective::Load, &at_nominal, nominal));
-        let offsets = self.pushed(&Objective::Load, &gradient, &self.built(&case.drives));
+        let offsets = self.pushed(&Objective::Load, &gradient, &self.built(case.drives));
         let map = self.output_sensitivity(&at_nominal, nominal);
         let mut contribution = vec![0.0; self.sources.len() * size];
         let mut error_first_order = self.drive_shift(&map, case, nominal);
@@ -178,7 +275,7 @@ impl Mechanism {
             error: self.error(&summit.state, nominal),
             error_first_order,
             undetermined,
-            reaction: self.reactions(&at_summit.poses, &summit.gradient),
+            reaction: self.reactions(&at_summit.poses, &summit.gradient.multipliers),
             offset: summit.state.inputs.parameters,
             contribution,
             steps: summit.steps,

@@ -84,13 +84,13 @@ impl Mechanism {
 
     /// Number of components of a twist.
     #[must_use]
-    pub fn size(&self) -> usize {
+    pub const fn size(&self) -> usize {
         self.space.size()
     }
 
     /// Number of unknowns: the twist components of all bodies.
     #[must_use]
-    pub fn n_unknowns(&self) -> usize {
+    pub const fn n_unknowns(&self) -> usize {
         self.n_bodies() * self.size()
     }
 
@@ -102,7 +102,7 @@ impl Mechanism {
 
     /// Number of joints.
     #[must_use]
-    pub fn n_joints(&self) -> usize {
+    pub const fn n_joints(&self) -> usize {
         self.joints.len()
     }
 
@@ -120,7 +120,7 @@ impl Mechanism {
 
     /// Number of parameters: the components of all sources.
     #[must_use]
-    pub fn n_parameters(&self) -> usize {
+    pub const fn n_parameters(&self) -> usize {
         self.centre.len()
     }
 
@@ -147,12 +147,7 @@ impl Mechanism {
             .filter_map(|row| row.parameter)
             .fold(0.0, |largest: f64, p| {
                 let source = self.sources.iter().find(|s| s.range().contains(&p));
-                let half_width = source.map_or(0.0, |s| {
-                    let mut unit = [0.0; crate::clearance::MAX_SIZE];
-                    unit[p - s.first] = 1.0;
-                    let opposite = unit.map(|u| -u);
-                    s.set.support(&unit).max(s.set.support(&opposite))
-                });
+                let half_width = source.map_or(0.0, |s| s.set.half_width(p - s.first));
                 largest.max(self.centre[p].abs() + 2.0 * half_width)
             })
     }

@@ -7,9 +7,10 @@
 
 use nalgebra::DMatrix;
 
-use crate::closure::Inputs;
+use crate::closure::{Inputs, constant};
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
+use crate::real::Real;
 use crate::solver::{Linearised, State};
 use crate::space::{Component, Pose, Vec3, add, cross, dot};
 
@@ -51,48 +52,61 @@ impl Mechanism {
 
     /// Adds a wrench on the body of a point: the gradient of its work along the twists and along the
     /// parameters that move the point.
-    pub(crate) fn add_wrench(
+    pub(crate) fn add_wrench<S: Real>(
         &self,
         point: usize,
-        force: Vec3<f64>,
-        moment: Vec3<f64>,
-        poses: &[Pose<f64>],
-        inputs: &Inputs<f64>,
-        cost: &mut Cost,
+        force: Vec3<S>,
+        moment: Vec3<S>,
+        poses: &[Pose<S>],
+        parameters: &[S],
+        cost: &mut Cost<S>,
     ) {
         let Some(body) = self.points[point].body else { return };
-        let lever = self.place(point, poses, &inputs.parameters).lever;
+        let lever = self.place(point, poses, parameters).lever;
         let moment = add(moment, cross(lever, force));
         for (k, component) in self.space.components().iter().enumerate() {
-            cost.twists[body * self.size() + k] += match component {
-                Component::Along(i) => force[*i],
-                Component::About(i) => moment[*i],
-            };
+            let slot = &mut cost.twists[body * self.size() + k];
+            *slot = *slot
+                + match component {
+                    Component::Along(i) => force[*i],
+                    Component::About(i) => moment[*i],
+                };
         }
         for (parameter, direction) in self.ground_directions(point, poses) {
-            cost.parameters[parameter] += dot(force, direction);
+            let slot = &mut cost.parameters[parameter];
+            *slot = *slot + dot(force, direction);
         }
     }
 
     /// A cost without any term.
-    pub(crate) fn no_cost(&self) -> Cost {
-        Cost { twists: vec![0.0; self.n_unknowns()], parameters: vec![0.0; self.n_parameters()] }
+    pub(crate) fn no_cost<S: Real>(&self) -> Cost<S> {
+        let zero = S::from_f64(0.0);
+        Cost { twists: vec![zero; self.n_unknowns()], parameters: vec![zero; self.n_parameters()] }
+    }
+
+    /// The work of the dead loads.
+    pub(crate) fn load_cost<S: Real>(&self, poses: &[Pose<S>], parameters: &[S]) -> Cost<S> {
+        let mut cost = self.no_cost();
+        for load in &self.loads {
+            self.add_wrench(load.point, constant(load.force), constant(load.moment), poses, parameters, &mut cost);
+        }
+        cost
     }
 
     /// The cost whose gradient is one component of the output.
-    pub(crate) fn component_cost(&self, component: usize, linearised: &Linearised<'_>, state: &State) -> Cost {
+    pub(crate) fn component_cost<S: Real>(&self, component: usize, poses: &[Pose<S>], parameters: &[S]) -> Cost<S> {
         let mut cost = self.no_cost();
         let (mut force, mut moment) = ([0.0; 3], [0.0; 3]);
         match self.space.components()[component] {
             Component::Along(i) => force[i] = 1.0,
             Component::About(i) => moment[i] = 1.0,
         }
-        self.add_wrench(self.output, force, moment, &linearised.poses, &state.inputs, &mut cost);
+        self.add_wrench(self.output, constant(force), constant(moment), poses, parameters, &mut cost);
         cost
     }
 
     /// Gradient of a cost along the inputs of the closed mechanism.
-    pub(crate) fn gradient(&self, linearised: &Linearised<'_>, cost: Cost) -> Gradient {
+    pub(crate) fn gradient(&self, linearised: &Linearised<'_>, cost: Cost<f64>) -> Gradient {
         let Cost { mut twists, parameters } = cost;
         let mut multipliers = vec![0.0; self.n_rows()];
         linearised.factors.solve_transposed(&mut twists, &mut multipliers);
@@ -107,7 +121,8 @@ impl Mechanism {
         let mut parameters = DMatrix::zeros(self.size(), self.n_parameters());
         let mut drives = DMatrix::zeros(self.size(), self.n_drives);
         for i in 0..self.size() {
-            let gradient = self.gradient(linearised, self.component_cost(i, linearised, state));
+            let gradient =
+                self.gradient(linearised, self.component_cost(i, &linearised.poses, &state.inputs.parameters));
             parameters.row_mut(i).iter_mut().zip(&gradient.inputs.parameters).for_each(|(a, b)| *a = *b);
             drives.row_mut(i).iter_mut().zip(&gradient.inputs.drives).for_each(|(a, b)| *a = *b);
         }
@@ -115,7 +130,7 @@ impl Mechanism {
     }
 
     /// First-order shift of the output by drive values that differ from the nominal ones.
-    pub(crate) fn drive_shift(&self, map: &Output, case: &Case, nominal: &State) -> Vec<f64> {
+    pub(crate) fn drive_shift(&self, map: &Output, case: &Case<'_>, nominal: &State) -> Vec<f64> {
         (0..self.size())
             .map(|i| {
                 let drives = case.drives.iter().zip(&nominal.inputs.drives).enumerate();
@@ -126,7 +141,7 @@ impl Mechanism {
 }
 
 /// The gradient of a cost along the twists of all bodies and, directly, along the parameters.
-pub(crate) struct Cost {
-    pub twists: Vec<f64>,
-    pub parameters: Vec<f64>,
+pub(crate) struct Cost<S> {
+    pub twists: Vec<S>,
+    pub parameters: Vec<S>,
 }

@@ -63,11 +63,16 @@ impl Space {
         }
     }
 
-    /// Those numbers (planar: x, y, cosine, sine).
-    #[must_use]
-    pub fn pose_numbers(self, coordinates: &[f64]) -> Vec<f64> {
+    /// Puts those numbers (planar: x, y, cosine, sine) one by one.
+    pub fn put_pose_numbers(self, coordinates: &[f64], mut put: impl FnMut(f64)) {
         match self {
-            Self::Planar => vec![coordinates[0], coordinates[1], coordinates[2].cos(), coordinates[2].sin()],
+            Self::Planar => {
+                let (sine, cosine) = coordinates[2].sin_cos();
+                put(coordinates[0]);
+                put(coordinates[1]);
+                put(cosine);
+                put(sine);
+            }
         }
     }
 

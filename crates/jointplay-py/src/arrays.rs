@@ -17,20 +17,43 @@ pub fn rows(matrix: &PyReadonlyArray2<'_, f64>, name: &str, columns: usize) -> P
     Ok(view.rows().into_iter().map(|row| row.to_vec()).collect())
 }
 
-/// Configurations from drive values and nominal poses.
-pub fn cases(
-    mechanism: &Mechanism,
-    drives: &PyReadonlyArray2<'_, f64>,
-    poses: &PyReadonlyArray3<'_, f64>,
-) -> PyResult<Vec<Case>> {
-    let drives = rows(drives, "drives", mechanism.n_drives())?;
-    let poses = poses.as_array();
-    let shape = [drives.len(), mechanism.n_bodies(), mechanism.size()];
-    if poses.shape() != shape {
-        return Err(PyValueError::new_err(format!("poses have shape {:?}, {shape:?} is needed", poses.shape())));
+/// Drive values and nominal coordinates of many configurations, in one piece each.
+pub struct Configurations {
+    n: usize,
+    drives: Vec<f64>,
+    coordinates: Vec<f64>,
+}
+
+impl Configurations {
+    /// Copies the arrays, checked for their shapes.
+    pub fn new(
+        mechanism: &Mechanism,
+        drives: &PyReadonlyArray2<'_, f64>,
+        poses: &PyReadonlyArray3<'_, f64>,
+    ) -> PyResult<Self> {
+        let (drives, poses) = (drives.as_array(), poses.as_array());
+        let n = drives.nrows();
+        let wanted = [n, mechanism.n_bodies(), mechanism.size()];
+        if drives.ncols() != mechanism.n_drives() || poses.shape() != wanted {
+            return Err(PyValueError::new_err(format!(
+                "drives {:?} and poses {:?} do not fit: {wanted:?} is needed of the poses",
+                drives.shape(),
+                poses.shape()
+            )));
+        }
+        Ok(Self { n, drives: drives.iter().copied().collect(), coordinates: poses.iter().copied().collect() })
     }
-    let coordinates = poses.outer_iter().map(|p| p.iter().copied().collect());
-    Ok(drives.into_iter().zip(coordinates).map(|(drives, coordinates)| Case { drives, coordinates }).collect())
+
+    /// One view per configuration.
+    pub fn cases(&self) -> Vec<Case<'_>> {
+        let width = |all: &[f64]| all.len() / self.n.max(1);
+        let part = |all, i: usize| -> &[f64] {
+            let all: &[f64] = all;
+            &all[i * width(all)..(i + 1) * width(all)]
+        };
+        let case = |i| Case { drives: part(&self.drives, i), coordinates: part(&self.coordinates, i) };
+        (0..self.n).map(case).collect()
+    }
 }
 
 /// A dictionary of arrays under construction.

@@ -13,7 +13,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use arrays::{Table, cases, rows};
+use arrays::{Configurations, Table, rows};
 
 /// A checked, immutable mechanism.
 #[pyclass(frozen, module = "jointplay._core")]
@@ -127,7 +127,8 @@ impl Mechanism {
         self.require_square()?;
         let core = &self.core;
         let parameters = rows(&u, "u", core.n_parameters())?;
-        let cases = cases(core, &drives, &poses)?;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
         if parameters.len() != cases.len() {
             return Err(PyValueError::new_err("one row of u per configuration is needed"));
         }
@@ -149,7 +150,8 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
         let core = &self.core;
-        let cases = cases(core, &drives, &poses)?;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
         let results = py.detach(|| core.sensitivities(&cases));
         let (n, size) = (cases.len(), core.size());
         // nalgebra stores columns, numpy rows.
@@ -173,18 +175,20 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
         let core = &self.core;
-        let cases = cases(core, &drives, &poses)?;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
         let results = py.detach(|| core.loaded(&cases));
         let (n, size) = (cases.len(), core.size());
         Ok(Table::new(py)
-            .array("error", &[n, size], flat(results.iter().map(|r| &r.error)))?
-            .array("error_first_order", &[n, size], flat(results.iter().map(|r| &r.error_first_order)))?
-            .array("undetermined", &[n, size], flat(results.iter().map(|r| &r.undetermined)))?
-            .array("reaction", &[n, core.n_joints(), size], flat(results.iter().map(|r| &r.reaction)))?
-            .array("offset", &[n, core.n_parameters()], flat(results.iter().map(|r| &r.offset)))?
-            .array("contribution", &[n, core.sources().len(), size], flat(results.iter().map(|r| &r.contribution)))?
-            .array("iterations", &[n], results.iter().map(|r| r.steps as u64).collect())?
-            .status(results.iter().map(|r| r.status))?
+            .status(results.status.iter().copied())?
+            .array("error", &[n, size], results.error)?
+            .array("error_first_order", &[n, size], results.error_first_order)?
+            .array("undetermined", &[n, size], results.undetermined)?
+            .array("reaction", &[n, core.n_joints(), size], results.reaction)?
+            .array("offset", &[n, core.n_parameters()], results.offset)?
+            .array("contribution", &[n, core.sources().len(), size], results.contribution)?
+            .array("iterations", &[n], results.steps)?
+            .value("fallbacks", results.fallbacks)?
             .finish())
     }
 
@@ -198,7 +202,8 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
         let core = &self.core;
-        let cases = cases(core, &drives, &poses)?;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
         let results = py.detach(|| core.worst(&cases, starts));
         let (n, size, ne) = (cases.len(), core.size(), core.n_extremes());
         Ok(Table::new(py)
@@ -242,7 +247,8 @@ impl Mechanism {
         let probabilities = probabilities.as_array().to_vec();
         let np = probabilities.len();
         let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law };
-        let cases = cases(core, &drives, &poses)?;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()

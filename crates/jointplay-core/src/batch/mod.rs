@@ -9,12 +9,14 @@
 // Kernels must be inlined into callers compiled for a width of vector registers.
 #![allow(clippy::inline_always)]
 
+mod contact;
 pub mod draw;
 pub mod lanes;
 mod program;
 pub mod simd;
 pub mod tape;
 
+pub use contact::Contact;
 pub use program::{Bound, Newton};
 
 /// The first step from the nominal pose turns by less than this (rad), or the plain solver takes over:

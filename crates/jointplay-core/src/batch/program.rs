@@ -4,6 +4,7 @@ use super::lanes::{Block, LANES};
 use super::tape::{Program, Recorder, Symbol};
 use super::{LATER_ANGLE, SMALL_ANGLE};
 use crate::closure::{Command, Inputs};
+use crate::linear::Factors;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
 use crate::space::{Component, Pose, sub};
@@ -42,24 +43,65 @@ pub struct Bound<'n> {
 }
 
 /// A mechanism whose quantities are symbols.
-struct Symbolic<'r> {
-    numbers: Vec<Symbol<'r>>,
-    inputs: Inputs<Command<Symbol<'r>>, Symbol<'r>>,
+pub(super) struct Symbolic<'r> {
+    pub numbers: Vec<Symbol<'r>>,
+    pub inputs: Inputs<Command<Symbol<'r>>, Symbol<'r>>,
 }
 
-/// Where the common quantities of a configuration stand.
-struct Layout {
-    n_pose: usize,
-    n_drives: usize,
+/// Where the quantities of a configuration stand, common to its samples or varying after the
+/// parameters: pose numbers, then value, sine and cosine of every drive, then what the output's body
+/// has turned.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    pose: usize,
+    drives: usize,
+    turns: usize,
 }
 
 impl Layout {
-    const fn new(m: &Mechanism) -> Self {
-        Self { n_pose: m.n_bodies() * m.space.n_pose_numbers(), n_drives: m.n_drives() }
+    pub fn new(m: &Mechanism) -> Self {
+        Self { pose: m.n_bodies() * m.space.n_pose_numbers(), drives: m.n_drives(), turns: m.rotations().count() }
+    }
+
+    /// Varying quantities after the parameters.
+    pub const fn n_varying(&self) -> usize {
+        self.pose + 3 * self.drives + self.turns
+    }
+
+    /// Varying quantities that a step changes.
+    pub const fn n_state(&self) -> usize {
+        self.pose + self.turns
+    }
+
+    /// Where the k-th of those stands after the parameters.
+    #[inline(always)]
+    pub const fn varying_state(&self, k: usize) -> usize {
+        if k < self.pose { k } else { k + 3 * self.drives }
+    }
+
+    /// What the output's body has turned, as a varying quantity.
+    pub fn turn<'r>(&self, m: &Mechanism, recorder: &'r Recorder, rotation: usize) -> Symbol<'r> {
+        recorder.varying(m.n_parameters() + self.pose + 3 * self.drives + rotation)
+    }
+
+    /// A mechanism with everything varying.
+    pub fn varying<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Symbolic<'r> {
+        let at = |k: usize| recorder.varying(m.n_parameters() + k);
+        let command = |d: usize| {
+            let first = self.pose + 3 * d;
+            Command { value: at(first), sine: at(first + 1), cosine: at(first + 2) }
+        };
+        Symbolic {
+            numbers: (0..self.pose).map(at).collect(),
+            inputs: Inputs {
+                drives: (0..self.drives).map(command).collect(),
+                parameters: (0..m.n_parameters()).map(|p| recorder.varying(p)).collect(),
+            },
+        }
     }
 
     fn command<'r>(&self, recorder: &'r Recorder, drive: usize) -> Command<Symbol<'r>> {
-        let at = |k: usize| recorder.common(self.n_pose + 3 * drive + k);
+        let at = |k: usize| recorder.common(self.pose + 3 * drive + k);
         Command { value: at(0), sine: at(1), cosine: at(2) }
     }
 
@@ -71,13 +113,15 @@ impl Layout {
     }
 
     fn reference<'r>(&self, recorder: &'r Recorder, component: usize) -> Symbol<'r> {
-        recorder.common(self.n_pose + 3 * self.n_drives + component)
+        recorder.common(self.pose + 3 * self.drives + component)
     }
 
     /// The common quantities of a nominal state and drive values near its own.
     fn values(m: &Mechanism, nominal: &State, drives: &[f64]) -> Vec<f64> {
-        let mut values: Vec<f64> =
-            nominal.coordinates.chunks_exact(m.size()).flat_map(|c| m.space.pose_numbers(c)).collect();
+        let mut values = Vec::new();
+        for coordinates in nominal.coordinates.chunks_exact(m.size()) {
+            m.space.put_pose_numbers(coordinates, |number| values.push(number));
+        }
         for command in Inputs::nominal(m, drives).commands().drives {
             values.extend([command.value, command.sine, command.cosine]);
         }
@@ -87,15 +131,18 @@ impl Layout {
 }
 
 /// What one recorded step gives.
-struct Step<'r> {
-    numbers: Vec<Symbol<'r>>,
+pub(super) struct Step<'r> {
+    pub numbers: Vec<Symbol<'r>>,
     /// Rotation of the output's body.
-    turns: Vec<Symbol<'r>>,
-    size: Symbol<'r>,
-    pivots: Symbol<'r>,
+    pub turns: Vec<Symbol<'r>>,
+    /// Squared length of the step, length-scaled.
+    pub size: Symbol<'r>,
+    pub pivots: Symbol<'r>,
+    pub residual: Vec<Symbol<'r>>,
+    pub factors: Factors<Symbol<'r>>,
 }
 
-fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>) -> Option<Step<'r>> {
+pub(super) fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>) -> Option<Step<'r>> {
     let m = solver.mechanism;
     let zero = Symbol::Constant(0.0);
     let width = m.space.n_pose_numbers();
@@ -106,7 +153,7 @@ fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>) -> Option<Step<
     m.evaluate(&poses, &symbolic.inputs, &mut residual, &mut derivatives);
     let plan = solver.plan.as_ref()?;
     let factors = plan.replay(solver.picks.iter().map(|&p| derivatives[p]), |_, _| true)?;
-    let mut right: Vec<Symbol<'r>> = residual.into_iter().map(|r| -r).collect();
+    let mut right: Vec<Symbol<'r>> = residual.iter().map(|&r| -r).collect();
     let mut step = vec![zero; m.n_unknowns()];
     plan.solve(&factors, &mut right, &mut step);
 
@@ -121,7 +168,7 @@ fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>) -> Option<Step<
     let bodies = symbolic.numbers.chunks_exact(width).zip(step.chunks_exact(m.size()));
     let numbers = bodies.flat_map(|(n, s)| m.space.move_numbers(n, s)).collect();
     let turns = m.rotations().map(|k| m.points[m.output].body.map_or(zero, |b| step[b * m.size() + k])).collect();
-    Some(Step { numbers, turns, size, pivots: plan.pivot_product(&factors) })
+    Some(Step { numbers, turns, size, pivots: plan.pivot_product(&factors), residual, factors })
 }
 
 impl Newton {
@@ -130,7 +177,7 @@ impl Newton {
     pub fn record(solver: &Solver<'_>) -> Option<Self> {
         let m = solver.mechanism;
         let layout = Layout::new(m);
-        let (n_u, n_pose) = (m.n_parameters(), layout.n_pose);
+        let (n_u, n_pose) = (m.n_parameters(), layout.pose);
         // Angles among the parameters go through the same series as the steps.
         let given = m.largest_angle();
         if given > SMALL_ANGLE {
@@ -148,7 +195,7 @@ impl Newton {
         let first = Program::new(&recorder, n_u, &outputs)?;
 
         let recorder = Recorder::new(LATER_ANGLE.max(given));
-        let n_turns = m.rotations().count();
+        let n_turns = layout.turns;
         let any = Symbolic {
             numbers: (0..n_pose).map(|i| recorder.varying(n_u + i)).collect(),
             inputs: layout.inputs(m, &recorder),

@@ -92,7 +92,7 @@ impl Mechanism {
 
     /// Scatter of every case.
     #[must_use]
-    pub fn random(&self, cases: &[Case], request: &Request) -> Vec<Scatter> {
+    pub fn random(&self, cases: &[Case<'_>], request: &Request) -> Vec<Scatter> {
         let newton = self.solver(cases).and_then(|solver| Newton::record(&solver));
         self.each(
             cases,
@@ -128,7 +128,7 @@ impl Mechanism {
         &self,
         solver: &Solver<'_>,
         newton: Option<&Newton>,
-        case: &Case,
+        case: &Case<'_>,
         nominal: &State,
         request: &Request,
         number: usize,
@@ -136,7 +136,7 @@ impl Mechanism {
         let n = self.size();
         let Some(linearised) = solver.linearise(nominal) else { return self.no_scatter(request, Status::Singular) };
         let map = self.output_sensitivity(&linearised, nominal);
-        let built = match solver.follow(nominal, &self.built(&case.drives)) {
+        let built = match solver.follow(nominal, &self.built(case.drives)) {
             Ok(state) => state,
             Err(status) => return self.no_scatter(request, status),
         };
@@ -161,7 +161,7 @@ impl Mechanism {
         let ranges = self.ranges(&map, &mean_first_order, request);
         let job = chunk::Job {
             solver,
-            bound: newton.map(|newton| newton.bind(self, nominal, &case.drives)),
+            bound: newton.map(|newton| newton.bind(self, nominal, case.drives)),
             built: &built,
             nominal,
             request,

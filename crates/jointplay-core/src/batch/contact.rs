@@ -1,0 +1,423 @@
+//! Load-determined poses of a block of configurations.
+//!
+//! One recorded program gives the statics of the nominal pose (reactions, first-order maps, nearness
+//! to a singular pose), another takes a Newton step of the closure together with the reactions at the
+//! pose it starts from. Between steps every offset is moved to the support point of its set, until
+//! pose, reactions and contacts stand still together. Lanes where the load decides nothing, contacts
+//! flip or the closure is in doubt are left to the plain solver.
+
+use super::SMALL_ANGLE;
+use super::lanes::{Block, LANES};
+use super::program::{Layout, Symbolic, record_step};
+use super::tape::{Program, Recorder, Symbol};
+use crate::ascent::UNDECIDED;
+use crate::clearance::Set;
+use crate::closure::Inputs;
+use crate::linear::Elimination;
+use crate::loaded::{Case, Table};
+use crate::mechanism::Mechanism;
+use crate::sensitivity::Cost;
+use crate::solver::Solver;
+use crate::space::{Component, Pose};
+use crate::status::Status;
+
+/// Steps that a block takes at most.
+const STEPS: usize = 40;
+/// Largest change of an offset, as a part of its set, of a block that stands still.
+const STILL: f64 = 1e-13;
+/// A step below this (length-scaled) is rounding.
+const ROUNDING: f64 = 1e-13;
+/// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
+const SAME_DRIVES: f64 = 1e-12;
+/// The estimate of the smallest singular value must clear the limit by this factor, or the plain
+/// solver judges it exactly.
+const CLEAR: f64 = 30.0;
+
+/// The recorded programs of one mechanism under its loads.
+#[derive(Clone, Debug)]
+pub struct Contact<'m> {
+    mechanism: &'m Mechanism,
+    layout: Layout,
+    statics: Program,
+    step: Program,
+    finish: Program,
+}
+
+/// Reactions and gradient of the work of the loads at a pose.
+struct Statics<'r> {
+    gradient: Vec<Symbol<'r>>,
+    scale: Symbol<'r>,
+    reactions: Vec<Symbol<'r>>,
+}
+
+impl<'m> Contact<'m> {
+    /// Records the programs; `None` when the mechanism has no plan, turns too far or is too large.
+    #[must_use]
+    pub fn record(solver: &Solver<'m>) -> Option<Self> {
+        let m = solver.mechanism;
+        if m.largest_angle() > SMALL_ANGLE {
+            return None;
+        }
+        let layout = Layout::new(m);
+        Some(Self {
+            mechanism: m,
+            statics: record_statics(solver, &layout)?,
+            step: record_contact_step(solver, &layout)?,
+            finish: record_finish(m, &layout)?,
+            layout,
+        })
+    }
+
+    /// Registers of the three programs.
+    #[must_use]
+    pub fn workspace(&self) -> [Vec<Block>; 3] {
+        [&self.statics, &self.step, &self.finish].map(|p| p.registers(&[]))
+    }
+
+    /// Solves up to a block of cases; appends a row for each to the table, by `plainly` where the
+    /// batch is in doubt.
+    #[inline(always)]
+    pub fn solve(
+        &self,
+        workspace: &mut [Vec<Block>; 3],
+        cases: &[Case<'_>],
+        table: &mut Table,
+        mut plainly: impl FnMut(&Case<'_>, &mut Table),
+    ) {
+        let m = self.mechanism;
+        let (n_u, size) = (m.n_parameters(), m.size());
+        let [statics, step, finish] = workspace;
+        self.load(cases, statics);
+        self.statics.run(statics);
+        let at = StaticsOutputs::new(m);
+        let out = |k: usize| self.statics.output(statics, k);
+        let mut good = [false; LANES];
+        for (i, case) in cases.iter().enumerate() {
+            good[i] = case.coordinates.iter().all(|c| c.is_finite()) && out(at.clear).0[i] >= CLEAR * m.singular_value;
+            for d in 0..m.n_drives() {
+                good[i] &= out(at.drives + d).0[i].abs() <= SAME_DRIVES;
+            }
+        }
+        let mut pushed = vec![Block::splat(0.0); n_u];
+        self.push(|p| out(at.gradient + p), out(at.scale), &mut pushed, &mut good);
+        let first: Vec<Block> = pushed.clone();
+
+        let inputs = n_u + self.layout.n_varying();
+        step[n_u..inputs].copy_from_slice(&statics[n_u..inputs]);
+        let to = StepOutputs::new(m, &self.layout);
+        let sign = *out(at.pivots);
+        let mut still = [false; LANES];
+        let mut steps = [0_u64; LANES];
+        for _ in 0..STEPS {
+            step[..n_u].copy_from_slice(&pushed);
+            self.step.run(step);
+            let out = |k: usize| self.step.output(step, k);
+            self.push(|p| out(to.gradient + p), out(to.scale), &mut pushed, &mut good);
+            let mut all = true;
+            for i in 0..cases.len() {
+                let moved = out(to.size).0[i];
+                good[i] &= moved <= SMALL_ANGLE * SMALL_ANGLE && out(to.pivots).0[i] * sign.0[i] > 0.0;
+                still[i] = moved <= ROUNDING * ROUNDING && self.change(&step[..n_u], &pushed, i) <= STILL;
+                steps[i] += u64::from(!still[i]);
+                all &= still[i] || !good[i];
+            }
+            for k in 0..to.size {
+                let value = *self.step.output(step, k);
+                step[n_u + self.layout.varying_state(k)] = value;
+            }
+            if all {
+                break;
+            }
+        }
+        finish[..inputs].copy_from_slice(&step[..inputs]);
+        self.finish.run(finish);
+        for (i, case) in cases.iter().enumerate() {
+            if !good[i] || !still[i] {
+                plainly(case, table);
+                continue;
+            }
+            let lane = |b: &Block| b.0[i];
+            let out = |k: usize| lane(self.statics.output(statics, k));
+            for k in 0..size {
+                table.error.push(lane(self.finish.output(finish, k)) - out(at.output + k));
+                let mut sum = 0.0;
+                for source in m.sources() {
+                    sum += source.range().map(|p| out(at.map + k * n_u + p) * lane(&first[p])).sum::<f64>();
+                }
+                table.error_first_order.push(sum);
+                table.undetermined.push(0.0);
+            }
+            for source in m.sources() {
+                for k in 0..size {
+                    let share = source.range().map(|p| out(at.map + k * n_u + p) * lane(&first[p])).sum();
+                    table.contribution.push(share);
+                }
+            }
+            let reactions = to.reactions..to.reactions + m.n_joints() * size;
+            table.reaction.extend(reactions.map(|k| lane(self.step.output(step, k))));
+            table.offset.extend(step[..n_u].iter().map(lane));
+            table.steps.push(steps[i]);
+            table.status.push(Status::Ok);
+        }
+    }
+
+    /// Puts poses and drive values of the cases into the varying inputs; idle lanes repeat the first.
+    #[inline(always)]
+    fn load(&self, cases: &[Case<'_>], registers: &mut [Block]) {
+        let m = self.mechanism;
+        for lane in 0..LANES {
+            let case = cases.get(lane).unwrap_or(&cases[0]);
+            let mut k = m.n_parameters();
+            let mut put = |value: f64| {
+                registers[k].0[lane] = value;
+                k += 1;
+            };
+            for coordinates in case.coordinates.chunks_exact(m.size()) {
+                m.space.put_pose_numbers(coordinates, &mut put);
+            }
+            for &q in case.drives {
+                let (sine, cosine) = q.sin_cos();
+                put(q);
+                put(sine);
+                put(cosine);
+            }
+            // No turn yet.
+            m.rotations().for_each(|_| put(0.0));
+        }
+    }
+
+    /// Moves every clearance to the support point of its set along the gradient. Lanes that a tie or a
+    /// vanishing reaction leaves undecided are no longer good.
+    #[inline(always)]
+    fn push<'b>(
+        &self,
+        gradient: impl Fn(usize) -> &'b Block,
+        scale: &Block,
+        pushed: &mut [Block],
+        good: &mut [bool; LANES],
+    ) {
+        let m = self.mechanism;
+        for (p, centre) in m.centre.iter().enumerate() {
+            pushed[p] = Block::splat(*centre);
+        }
+        for source in m.sources().iter().filter(|s| s.is_clearance && !s.set.is_zero()) {
+            let p = source.first;
+            match source.set {
+                Set::Disc { radius } => {
+                    let (x, y) = (gradient(p), gradient(p + 1));
+                    for i in 0..LANES {
+                        let size = (x.0[i] * x.0[i] + y.0[i] * y.0[i]).sqrt();
+                        good[i] &= size > UNDECIDED * scale.0[i];
+                        pushed[p].0[i] += radius * x.0[i] / size;
+                        pushed[p + 1].0[i] += radius * y.0[i] / size;
+                    }
+                }
+                Set::Diamond { .. } | Set::Interval { .. } => {
+                    for i in 0..LANES {
+                        let mut w = [0.0; crate::clearance::MAX_SIZE];
+                        for k in 0..source.set.size() {
+                            w[k] = gradient(p + k).0[i];
+                        }
+                        let face = source.set.face(&w[..source.set.size()], UNDECIDED * scale.0[i]);
+                        good[i] &= face.is_point();
+                        for k in 0..source.set.size() {
+                            pushed[p + k].0[i] += face.centre[k];
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Largest change of an offset of one lane, as a part of its set.
+    #[inline(always)]
+    fn change(&self, from: &[Block], to: &[Block], lane: usize) -> f64 {
+        let mut largest = 0.0_f64;
+        for source in self.mechanism.sources().iter().filter(|s| s.is_clearance && !s.set.is_zero()) {
+            for p in source.range() {
+                let size = source.set.half_width(p - source.first);
+                largest = largest.max((to[p].0[lane] - from[p].0[lane]).abs() / size);
+            }
+        }
+        largest
+    }
+}
+
+/// Where the outputs of the statics program stand.
+struct StaticsOutputs {
+    gradient: usize,
+    scale: usize,
+    pivots: usize,
+    clear: usize,
+    output: usize,
+    map: usize,
+    drives: usize,
+}
+
+impl StaticsOutputs {
+    #[inline(always)]
+    const fn new(m: &Mechanism) -> Self {
+        let n_u = m.n_parameters();
+        Self {
+            gradient: 0,
+            scale: n_u,
+            pivots: n_u + 1,
+            clear: n_u + 2,
+            output: n_u + 3,
+            map: n_u + 3 + m.size(),
+            drives: n_u + 3 + m.size() + m.size() * n_u,
+        }
+    }
+}
+
+/// Where the outputs of the step program stand.
+struct StepOutputs {
+    size: usize,
+    pivots: usize,
+    scale: usize,
+    gradient: usize,
+    reactions: usize,
+}
+
+impl StepOutputs {
+    #[inline(always)]
+    const fn new(m: &Mechanism, layout: &Layout) -> Self {
+        let size = layout.n_state();
+        Self { size, pivots: size + 1, scale: size + 2, gradient: size + 3, reactions: size + 3 + m.n_parameters() }
+    }
+}
+
+fn poses_of<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Pose<Symbol<'r>>> {
+    symbolic.numbers.chunks_exact(m.space.n_pose_numbers()).map(|n| m.space.pose_of_numbers(n)).collect()
+}
+
+/// Gradient of a cost along the parameters, and the multipliers.
+fn gradient<'r>(
+    m: &Mechanism,
+    plan: &Elimination,
+    factors: &crate::linear::Factors<Symbol<'r>>,
+    poses: &[Pose<Symbol<'r>>],
+    cost: Cost<Symbol<'r>>,
+) -> (Vec<Symbol<'r>>, Vec<Symbol<'r>>) {
+    let zero = Symbol::Constant(0.0);
+    let Cost { mut twists, parameters } = cost;
+    let mut multipliers = vec![zero; m.n_rows()];
+    plan.solve_transposed(factors, &mut twists, &mut multipliers);
+    let mut inputs = Inputs { drives: vec![zero; m.n_drives()], parameters };
+    m.pull_back(poses, &multipliers, &mut inputs);
+    (inputs.parameters, multipliers)
+}
+
+fn load_statics<'r>(
+    m: &Mechanism,
+    plan: &Elimination,
+    factors: &crate::linear::Factors<Symbol<'r>>,
+    symbolic: &Symbolic<'r>,
+) -> Statics<'r> {
+    let poses = poses_of(m, symbolic);
+    let cost = m.load_cost(&poses, &symbolic.inputs.parameters);
+    let (gradient, multipliers) = gradient(m, plan, factors, &poses, cost);
+    let scale = m.rows.iter().zip(&multipliers).fold(Symbol::Constant(0.0), |scale, (row, l)| {
+        scale.max(match row.component {
+            Component::Along(_) => l.abs(),
+            Component::About(_) => l.abs() * Symbol::Constant(1.0 / m.length),
+        })
+    });
+    Statics { gradient, scale, reactions: m.reactions(&poses, &multipliers) }
+}
+
+/// Statics and first-order maps of the nominal pose.
+fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
+    let m = solver.mechanism;
+    let recorder = Recorder::new(SMALL_ANGLE);
+    let mut symbolic = layout.varying(m, &recorder);
+    symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
+    let step = record_step(solver, &symbolic)?;
+    let plan = solver.plan.as_ref()?;
+    let statics = load_statics(m, plan, &step.factors, &symbolic);
+    let poses = poses_of(m, &symbolic);
+
+    let mut outputs = statics.gradient;
+    outputs.extend([statics.scale, step.pivots, clearance_from_singular(m, plan, &step.factors)]);
+    outputs.extend(output_of(m, layout, &recorder, &poses, &symbolic));
+    for k in 0..m.size() {
+        let cost = m.component_cost(k, &poses, &symbolic.inputs.parameters);
+        outputs.extend(gradient(m, plan, &step.factors, &poses, cost).0);
+    }
+    outputs.extend(m.driven_rows.iter().map(|&r| step.residual[r]));
+    Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
+}
+
+/// An estimate of the smallest singular value of the length-scaled Jacobian, too large by no more than
+/// about the square root of the number of unknowns: the inverse of `|J^-1 b|` for a unit vector b
+/// without a pattern.
+fn clearance_from_singular<'r>(
+    m: &Mechanism,
+    plan: &Elimination,
+    factors: &crate::linear::Factors<Symbol<'r>>,
+) -> Symbol<'r> {
+    let n = m.n_rows();
+    let unit = |component: &Component| match component {
+        Component::Along(_) => m.length,
+        Component::About(_) => 1.0,
+    };
+    let mut right: Vec<Symbol<'r>> = m
+        .rows
+        .iter()
+        .enumerate()
+        .map(|(k, row)| {
+            let sign = if (k as f64 * 0.618_034).fract() < 0.5 { 1.0 } else { -1.0 };
+            Symbol::Constant(sign * unit(&row.component) / (n as f64).sqrt())
+        })
+        .collect();
+    let mut x = vec![Symbol::Constant(0.0); n];
+    plan.solve(factors, &mut right, &mut x);
+    let largest = x.iter().enumerate().fold(Symbol::Constant(0.0), |largest, (j, v)| {
+        largest.max(v.abs() * Symbol::Constant(1.0 / unit(&m.space.components()[j % m.size()])))
+    });
+    Symbol::Constant(1.0) / largest
+}
+
+/// A Newton step with the reactions at the pose it starts from.
+fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
+    let m = solver.mechanism;
+    let recorder = Recorder::new(SMALL_ANGLE);
+    let symbolic = layout.varying(m, &recorder);
+    let step = record_step(solver, &symbolic)?;
+    let statics = load_statics(m, solver.plan.as_ref()?, &step.factors, &symbolic);
+    let mut outputs = step.numbers;
+    outputs.extend(step.turns.iter().enumerate().map(|(k, t)| layout.turn(m, &recorder, k) + *t));
+    outputs.extend([step.size, step.pivots, statics.scale]);
+    outputs.extend(statics.gradient);
+    outputs.extend(statics.reactions);
+    Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
+}
+
+fn output_of<'r>(
+    m: &Mechanism,
+    layout: &Layout,
+    recorder: &'r Recorder,
+    poses: &[Pose<Symbol<'r>>],
+    symbolic: &Symbolic<'r>,
+) -> Vec<Symbol<'r>> {
+    let place = m.place(m.output, poses, &symbolic.inputs.parameters).position;
+    let mut turn = 0;
+    m.space
+        .components()
+        .iter()
+        .map(|component| match component {
+            Component::Along(i) => place[*i],
+            Component::About(_) => {
+                turn += 1;
+                layout.turn(m, recorder, turn - 1)
+            }
+        })
+        .collect()
+}
+
+fn record_finish(m: &Mechanism, layout: &Layout) -> Option<Program> {
+    let recorder = Recorder::new(SMALL_ANGLE);
+    let symbolic = layout.varying(m, &recorder);
+    let outputs = output_of(m, layout, &recorder, &poses_of(m, &symbolic), &symbolic);
+    Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
+}
