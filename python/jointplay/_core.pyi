@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 STATUSES: list[str]
 
+def simd(limit: str | None = None) -> str: ...
+
 @final
 class Mechanism:
     """A checked, immutable mechanism."""
@@ -43,4 +45,5 @@ class Mechanism:
         limit_rotation: float,
         law: str | None = None,
         threads: int = 0,
+        keep: bool = False,
     ) -> dict[str, NDArray[Any]]: ...

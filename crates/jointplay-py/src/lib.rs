@@ -221,7 +221,7 @@ impl Mechanism {
     }
 
     #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method
-    #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0))]
+    #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0, keep = false))]
     fn random<'py>(
         &self,
         py: Python<'py>,
@@ -234,6 +234,7 @@ impl Mechanism {
         limit_rotation: f64,
         law: Option<&str>,
         threads: usize,
+        keep: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
         let core = &self.core;
@@ -246,7 +247,7 @@ impl Mechanism {
         };
         let probabilities = probabilities.as_array().to_vec();
         let np = probabilities.len();
-        let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law };
+        let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law, keep };
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
         let pool = rayon::ThreadPoolBuilder::new()
@@ -255,7 +256,21 @@ impl Mechanism {
             .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
         let results = py.detach(|| pool.install(|| core.random(&cases, &request)));
         let (n, size, nq) = (cases.len(), core.size(), core.n_quantities());
-        Ok(Table::new(py)
+        let mut table = Table::new(py);
+        if keep {
+            let kept = || results.iter().filter_map(|r| r.kept.as_ref());
+            // A configuration that is not assembled has no samples.
+            let count = kept().map(|k| k.statuses.len()).sum();
+            table = table
+                .array("kept_parameters", &[count, core.n_parameters()], flat(kept().map(|k| &k.parameters)))?
+                .array("kept_errors", &[count, size], flat(kept().map(|k| &k.errors)))?
+                .array(
+                    "kept_status",
+                    &[count],
+                    kept().flat_map(|k| k.statuses.iter().map(|s| s.code())).collect::<Vec<u8>>(),
+                )?;
+        }
+        Ok(table
             .array("mean", &[n, size], flat(results.iter().map(|r| &r.mean)))?
             .array("covariance", &[n, size, size], flat(results.iter().map(|r| &r.covariance)))?
             .array("mean_first_order", &[n, size], flat(results.iter().map(|r| &r.mean_first_order)))?
@@ -291,8 +306,29 @@ impl Mechanism {
     }
 }
 
+/// The width of the vector registers in use: `plain`, `avx2` or `avx512`. With a name, at most that
+/// width is used from now on; results do not depend on it.
+#[pyfunction]
+#[pyo3(signature = (limit = None))]
+fn simd(limit: Option<&str>) -> PyResult<&'static str> {
+    use jointplay_core::batch::simd::{Width, limit as limit_width, width};
+    match limit {
+        None => {}
+        Some("plain") => limit_width(Width::Plain),
+        Some("avx2") => limit_width(Width::Avx2),
+        Some("avx512") => limit_width(Width::Avx512),
+        Some(other) => return Err(PyValueError::new_err(format!("unknown width '{other}'"))),
+    }
+    Ok(match width() {
+        Width::Plain => "plain",
+        Width::Avx2 => "avx2",
+        Width::Avx512 => "avx512",
+    })
+}
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("STATUSES", Status::ALL.map(Status::name).to_vec())?;
+    module.add_function(wrap_pyfunction!(simd, module)?)?;
     module.add_class::<Mechanism>()
 }

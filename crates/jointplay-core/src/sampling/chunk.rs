@@ -1,7 +1,7 @@
 //! One chunk of samples: drawn, solved and counted block by block.
 
 use super::Request;
-use super::tally::{Ranges, Tally};
+use super::tally::{Kept, Ranges, Tally};
 use crate::batch::Bound;
 use crate::batch::draw::Stream;
 use crate::batch::lanes::{Block, LANES};
@@ -36,9 +36,9 @@ impl Job<'_> {
         self.solver.mechanism
     }
 
-    /// One sample by the plain solver.
+    /// One sample by the plain solver; gives its error and status.
     #[inline(never)]
-    fn solve_plainly(&self, tally: &mut Tally, parameters: &[Block], lane: usize) {
+    fn solve_plainly(&self, tally: &mut Tally, parameters: &[Block], lane: usize) -> (Vec<f64>, Status) {
         let m = self.mechanism();
         let inputs = Inputs {
             drives: self.built.inputs.drives.clone(),
@@ -46,17 +46,22 @@ impl Job<'_> {
         };
         tally.fallbacks += 1;
         let solver = self.solver;
-        match solver.close(self.built, &inputs).map_or_else(|| solver.follow(self.built, &inputs), Ok) {
+        let solved = solver.close(self.built, &inputs).map_or_else(|| solver.follow(self.built, &inputs), Ok);
+        let status = match solved {
             Ok(state) if state.negative == self.built.negative => {
-                let mut quantities = m.error(&state, self.nominal);
-                let (translations, rotations) = quantities.split_at(m.n_translations());
+                let error = m.error(&state, self.nominal);
+                let (translations, rotations) = error.split_at(m.n_translations());
                 let sizes = [norm(translations), norm(rotations)];
+                let mut quantities = error.clone();
                 quantities.extend(sizes);
                 tally.add(self.ranges, self.shift, &quantities, self.outside(sizes[0], sizes[1]));
+                return (error, Status::Ok);
             }
-            Ok(_) => tally.statuses[Status::Singular as usize] += 1,
-            Err(status) => tally.statuses[status as usize] += 1,
-        }
+            Ok(_) => Status::Singular,
+            Err(status) => status,
+        };
+        tally.statuses[status as usize] += 1;
+        (vec![f64::NAN; m.size()], status)
     }
 
     #[inline(always)]
@@ -81,6 +86,7 @@ impl Kernel for Chunk<'_, '_> {
         let n = m.size();
         let translations = m.n_translations();
         let mut tally = Tally::new(n, job.ranges);
+        tally.kept = job.request.keep.then(Kept::default);
         let mut sums = super::tally::Sums::new(n);
         let mut stream = Stream::new(job.request.seed, job.number, self.number);
         let mut bound = job.bound.clone();
@@ -110,9 +116,17 @@ impl Kernel for Chunk<'_, '_> {
                 quantities[n] = position.sqrt();
                 quantities[n + 1] = rotation.sqrt();
             }
-            for (i, good) in good.iter().enumerate().take(lanes) {
-                if !good {
-                    job.solve_plainly(&mut tally, &parameters, i);
+            for i in 0..lanes {
+                let plain = if good[i] { None } else { Some(job.solve_plainly(&mut tally, &parameters, i)) };
+                if let Some(kept) = &mut tally.kept {
+                    kept.parameters.extend(parameters.iter().map(|b| b.0[i]));
+                    if let Some((error, status)) = plain {
+                        kept.errors.extend(error);
+                        kept.statuses.push(status);
+                    } else {
+                        kept.errors.extend(quantities[..n].iter().map(|b| b.0[i]));
+                        kept.statuses.push(Status::Ok);
+                    }
                 }
             }
             let mut use_lane = [0.0; LANES];

@@ -20,7 +20,7 @@ use crate::sensitivity::Output;
 use crate::solver::{Solver, State};
 use crate::spec::Law;
 use crate::status::Status;
-pub use tally::BINS;
+pub use tally::{BINS, Kept};
 use tally::{Ranges, Tally};
 
 /// Samples per random stream.
@@ -43,6 +43,8 @@ pub struct Request {
     pub limit_rotation: f64,
     /// A law for all clearances instead of their own.
     pub law: Option<Law>,
+    /// Whether the samples themselves are wanted; memory then grows with them.
+    pub keep: bool,
 }
 
 /// Scatter of one configuration. Quantities: the components, the size of the position error, the size
@@ -75,6 +77,8 @@ pub struct Scatter {
     pub failures: [u64; Status::ALL.len()],
     /// Samples that the batch engine handed to the plain solver.
     pub fallbacks: u64,
+    /// The samples themselves, if asked for.
+    pub kept: Option<Kept>,
     /// Outcome of the nominal configuration.
     pub status: Status,
 }
@@ -120,6 +124,7 @@ impl Mechanism {
             largest: nan(self.n_quantities()),
             failures,
             fallbacks: 0,
+            kept: None,
             status,
         }
     }
@@ -198,6 +203,7 @@ impl Mechanism {
             largest: tally.largest,
             failures: tally.statuses,
             fallbacks: tally.fallbacks,
+            kept: tally.kept,
             status: self.nominal_status(nominal),
         }
     }

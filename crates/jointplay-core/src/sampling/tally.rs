@@ -50,6 +50,17 @@ impl Ranges {
     }
 }
 
+/// Single samples, kept only when asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Kept {
+    /// Parameter values, sample by sample.
+    pub parameters: Vec<f64>,
+    /// Errors, sample by sample.
+    pub errors: Vec<f64>,
+    /// Outcomes.
+    pub statuses: Vec<Status>,
+}
+
 /// What is kept of a set of samples.
 pub struct Tally {
     /// Solved samples.
@@ -67,6 +78,8 @@ pub struct Tally {
     pub statuses: [u64; Status::ALL.len()],
     /// Samples solved plainly.
     pub fallbacks: u64,
+    /// The samples themselves.
+    pub kept: Option<Kept>,
 }
 
 /// A block less a shift; zero in the lanes of weight zero, which may hold anything.
@@ -120,6 +133,7 @@ impl Tally {
             outside: 0,
             statuses: [0; Status::ALL.len()],
             fallbacks: 0,
+            kept: None,
         }
     }
 
@@ -207,6 +221,12 @@ impl Tally {
         self.merge_moments(other.count, &other.mean, &other.products);
         self.outside += other.outside;
         self.fallbacks += other.fallbacks;
+        if let Some(more) = &other.kept {
+            let kept = self.kept.get_or_insert_default();
+            kept.parameters.extend(&more.parameters);
+            kept.errors.extend(&more.errors);
+            kept.statuses.extend(&more.statuses);
+        }
         self.bins.iter_mut().zip(&other.bins).for_each(|(a, b)| *a += b);
         self.statuses.iter_mut().zip(&other.statuses).for_each(|(a, b)| *a += b);
         self.largest.iter_mut().zip(&other.largest).for_each(|(a, b)| *a = a.max(*b));
