@@ -69,3 +69,15 @@ def test_loaded_equals_the_plain_solver_on_every_width(name):
         plain = np.concatenate([part[key] for part in parts])
         scale = scales.get(key, max(float(np.max(np.abs(plain))), 1e-300))
         assert np.max(np.abs(plain - results[0][key]) / scale) < 1e-12, key
+
+
+@pytest.mark.parametrize("name", WITH_DRIVES)
+def test_traced_poses_equal_the_plain_path(name):
+    mechanism = model.loads(examples.text(name, {}), name)
+    core, drives = mechanism.core, _dense_path(mechanism, 400)
+    traced = core.trace(drives)
+    # Fewer rows than a block are followed one by one; full turns in between are not lost.
+    parts = [core.solve(np.vstack([drives[:1], drives[i : i + 40]]))["poses"][1:] for i in range(0, 400, 40)]
+    difference = np.abs(traced["poses"] - np.concatenate(parts)) / [mechanism.length, mechanism.length, 1.0]
+    assert difference.max() < 1e-13
+    assert np.array_equal(traced["poses"], core.solve(drives)["poses"])

@@ -23,6 +23,7 @@ pub mod solver;
 pub mod space;
 pub mod spec;
 pub mod status;
+pub mod trace;
 
 pub use build::SpecError;
 pub use mechanism::Mechanism;

@@ -1,6 +1,7 @@
 //! First assembly, the nominal path of the drives, inverse kinematics and nearness to singularity.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use crate::closure::Inputs;
 use crate::mechanism::Mechanism;
@@ -147,7 +148,7 @@ impl Mechanism {
     ///
     /// Tries the drive values as asked; where the guess is too far from them, closes the joints first
     /// and drives from there.
-    fn first_state(&self, drives: &[f64]) -> Option<(Solver<'_>, State)> {
+    pub(crate) fn first_state(&self, drives: &[f64]) -> Option<(Solver<'_>, State)> {
         let held = self.assemble(drives, true);
         if held.converged {
             let solver = Solver::new(self, &held.coordinates);
@@ -196,20 +197,19 @@ impl Mechanism {
         Configuration { state: Some(state), status, singular_value: value, singular_motion: motion, mismatch: f64::NAN }
     }
 
-    /// Solves the nominal mechanism for every row of drive values, keeping to the assembly branch.
+    /// Solves the nominal mechanism for rows of drive values given one after the other, keeping to the
+    /// assembly branch, and measures how near each is to a singular state.
     #[must_use]
-    pub fn solve(&self, drives: &[Vec<f64>]) -> Vec<Configuration> {
-        let Some((solver, mut state)) = drives.first().and_then(|d| self.first_state(d)) else {
-            return drives.iter().map(|_| self.unsolved(Status::NotAssembled)).collect();
-        };
-        drives
-            .iter()
-            .map(|values| match solver.follow(&state, &Inputs::nominal(self, values)) {
-                Ok(next) => {
-                    state = next.clone();
-                    self.judge(next)
+    pub fn solve(&self, drives: &[f64]) -> Vec<Configuration> {
+        let trace = self.trace(drives);
+        let rows = drives.par_chunks(self.n_drives.max(1)).zip(trace.coordinates.par_chunks(self.n_unknowns().max(1)));
+        rows.zip(&trace.status)
+            .map(|((drives, coordinates), &status)| {
+                if coordinates.iter().any(|c| c.is_nan()) {
+                    return self.unsolved(status);
                 }
-                Err(status) => self.unsolved(status),
+                let inputs = Inputs::nominal(self, drives);
+                self.judge(State { coordinates: coordinates.to_vec(), inputs, negative: false })
             })
             .collect()
     }

@@ -50,6 +50,13 @@ impl Mechanism {
             .collect()
     }
 
+    /// Outputs of many perfect mechanisms, coordinates given one after the other.
+    #[must_use]
+    pub fn outputs(&self, coordinates: &[f64]) -> Vec<f64> {
+        let inputs = Inputs::nominal(self, &vec![0.0; self.n_drives]);
+        coordinates.chunks_exact(self.n_unknowns()).flat_map(|c| self.output(c, &inputs)).collect()
+    }
+
     /// Adds a wrench on the body of a point: the gradient of its work along the twists and along the
     /// parameters that move the point.
     pub(crate) fn add_wrench<S: Real>(

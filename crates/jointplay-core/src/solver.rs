@@ -176,7 +176,8 @@ impl<'m> Solver<'m> {
     /// As [`Self::follow`], giving the last state reached with the failure.
     fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
         let mut state = from.clone();
-        let (mut done, mut part) = (0.0_f64, 1.0_f64);
+        let most = self.mechanism.largest_part(&from.inputs, to);
+        let (mut done, mut part) = (0.0_f64, most);
         for _ in 0..MOST_STEPS {
             let last = done + part >= 1.0;
             let inputs = if last { to.clone() } else { between(&from.inputs, to, done + part) };
@@ -186,7 +187,7 @@ impl<'m> Solver<'m> {
                     return Ok(state);
                 }
                 done += part;
-                part *= 2.0;
+                part = (2.0 * part).min(most);
             } else {
                 part *= 0.5;
                 if part < SMALLEST_PART {
@@ -196,6 +197,18 @@ impl<'m> Solver<'m> {
         }
         let status = if self.linearise(&state).is_some() { Status::NotAssembled } else { Status::Singular };
         Err((state, status))
+    }
+}
+
+impl Mechanism {
+    /// The part of a change of the inputs in which no driven angle turns by more than a radian: beyond
+    /// half a turn a joint's angle would be taken for its remainder.
+    fn largest_part(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
+        let turns = self.driven_rows.iter().enumerate().map(|(d, &row)| match self.rows[row].component {
+            Component::Along(_) => 0.0,
+            Component::About(_) => (to.drives[d] - from.drives[d]).abs(),
+        });
+        1.0 / turns.fold(1.0, f64::max)
     }
 }
 

@@ -76,6 +76,20 @@ impl Space {
         }
     }
 
+    /// The coordinates of those numbers, continued from nearby ones over full turns.
+    #[inline]
+    pub fn coordinates_of_numbers(self, number: impl Fn(usize) -> f64, near: &[f64], coordinates: &mut [f64]) {
+        match self {
+            Self::Planar => {
+                let (sine, cosine) = near[2].sin_cos();
+                let (c, s) = (number(2), number(3));
+                coordinates[0] = number(0);
+                coordinates[1] = number(1);
+                coordinates[2] = near[2] + (s * cosine - c * sine).atan2(c * cosine + s * sine);
+            }
+        }
+    }
+
     /// The pose of those numbers.
     pub fn pose_of_numbers<S: Real>(self, numbers: &[S]) -> Pose<S> {
         let (o, l) = (S::from_f64(0.0), S::from_f64(1.0));

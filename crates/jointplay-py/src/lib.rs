@@ -94,9 +94,27 @@ impl Mechanism {
 
     fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
-        let drives = rows(&drives, "drives", self.core.n_drives())?;
+        let drives = rows(&drives, "drives", self.core.n_drives())?.concat();
         let configurations = py.detach(|| self.core.solve(&drives));
         Ok(self.solved(py, &configurations)?.finish())
+    }
+
+    /// Poses, output and status only: no singular values, for maps of many configurations.
+    fn trace<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
+        self.require_square()?;
+        let core = &self.core;
+        let drives = rows(&drives, "drives", core.n_drives())?.concat();
+        let (trace, output) = py.detach(|| {
+            let trace = core.trace(&drives);
+            let output = core.outputs(&trace.coordinates);
+            (trace, output)
+        });
+        let n = trace.status.len();
+        Ok(Table::new(py)
+            .status(trace.status.iter().copied())?
+            .array("poses", &[n, core.n_bodies(), core.size()], trace.coordinates)?
+            .array("output", &[n, core.size()], output)?
+            .finish())
     }
 
     fn inverse<'py>(

@@ -20,6 +20,7 @@ use crate::sensitivity::Cost;
 use crate::solver::Solver;
 use crate::space::{Component, Pose};
 use crate::status::Status;
+use crate::trace::CLEAR;
 
 /// Steps that a block takes at most.
 const STEPS: usize = 40;
@@ -29,9 +30,6 @@ const STILL: f64 = 1e-13;
 const ROUNDING: f64 = 1e-13;
 /// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
 const SAME_DRIVES: f64 = 1e-12;
-/// The estimate of the smallest singular value must clear the limit by this factor, or the plain
-/// solver judges it exactly.
-const CLEAR: f64 = 30.0;
 
 /// The recorded programs of one mechanism under its loads.
 #[derive(Clone, Debug)]
@@ -87,7 +85,11 @@ impl<'m> Contact<'m> {
         let m = self.mechanism;
         let (n_u, size) = (m.n_parameters(), m.size());
         let [statics, step, finish] = workspace;
-        self.load(cases, statics);
+        for lane in 0..LANES {
+            // Idle lanes repeat the first.
+            let case = cases.get(lane).unwrap_or(&cases[0]);
+            self.layout.load(m, case.coordinates, case.drives, statics, lane);
+        }
         self.statics.run(statics);
         let at = StaticsOutputs::new(m);
         let out = |k: usize| self.statics.output(statics, k);
@@ -158,31 +160,6 @@ impl<'m> Contact<'m> {
             table.offset.extend(step[..n_u].iter().map(lane));
             table.steps.push(steps[i]);
             table.status.push(Status::Ok);
-        }
-    }
-
-    /// Puts poses and drive values of the cases into the varying inputs; idle lanes repeat the first.
-    #[inline(always)]
-    fn load(&self, cases: &[Case<'_>], registers: &mut [Block]) {
-        let m = self.mechanism;
-        for lane in 0..LANES {
-            let case = cases.get(lane).unwrap_or(&cases[0]);
-            let mut k = m.n_parameters();
-            let mut put = |value: f64| {
-                registers[k].0[lane] = value;
-                k += 1;
-            };
-            for coordinates in case.coordinates.chunks_exact(m.size()) {
-                m.space.put_pose_numbers(coordinates, &mut put);
-            }
-            for &q in case.drives {
-                let (sine, cosine) = q.sin_cos();
-                put(q);
-                put(sine);
-                put(cosine);
-            }
-            // No turn yet.
-            m.rotations().for_each(|_| put(0.0));
         }
     }
 
@@ -338,7 +315,7 @@ fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let poses = poses_of(m, &symbolic);
 
     let mut outputs = statics.gradient;
-    outputs.extend([statics.scale, step.pivots, clearance_from_singular(m, plan, &step.factors)]);
+    outputs.extend([statics.scale, step.pivots, singular_estimate(m, plan, &step.factors)]);
     outputs.extend(output_of(m, layout, &recorder, &poses, &symbolic));
     for k in 0..m.size() {
         let cost = m.component_cost(k, &poses, &symbolic.inputs.parameters);
@@ -351,7 +328,7 @@ fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
 /// An estimate of the smallest singular value of the length-scaled Jacobian, too large by no more than
 /// about the square root of the number of unknowns: the inverse of `|J^-1 b|` for a unit vector b
 /// without a pattern.
-fn clearance_from_singular<'r>(
+pub(super) fn singular_estimate<'r>(
     m: &Mechanism,
     plan: &Elimination,
     factors: &crate::linear::Factors<Symbol<'r>>,

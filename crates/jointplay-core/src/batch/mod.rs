@@ -11,12 +11,14 @@
 
 mod contact;
 pub mod draw;
+mod follow;
 pub mod lanes;
 mod program;
 pub mod simd;
 pub mod tape;
 
 pub use contact::Contact;
+pub use follow::Follow;
 pub use program::{Bound, Newton};
 
 /// The first step from the nominal pose turns by less than this (rad), or the plain solver takes over:

@@ -100,6 +100,29 @@ impl Layout {
         }
     }
 
+    /// Puts a pose and drive values into the varying inputs of one lane.
+    #[inline(always)]
+    pub fn load(&self, m: &Mechanism, coordinates: &[f64], drives: &[f64], registers: &mut [Block], lane: usize) {
+        let mut k = m.n_parameters();
+        let mut put = |value: f64| {
+            registers[k].0[lane] = value;
+            k += 1;
+        };
+        for coordinates in coordinates.chunks_exact(m.size()) {
+            m.space.put_pose_numbers(coordinates, &mut put);
+        }
+        for &q in drives {
+            let (sine, cosine) = q.sin_cos();
+            put(q);
+            put(sine);
+            put(cosine);
+        }
+        for _ in 0..self.turns {
+            // No turn yet.
+            put(0.0);
+        }
+    }
+
     fn command<'r>(&self, recorder: &'r Recorder, drive: usize) -> Command<Symbol<'r>> {
         let at = |k: usize| recorder.common(self.pose + 3 * drive + k);
         Command { value: at(0), sine: at(1), cosine: at(2) }

@@ -1,0 +1,115 @@
+//! The nominal path over many rows of drive values: each row is reached on the assembly branch of the
+//! row before it, a block of rows at a time where they lie close together.
+
+// Kernels must be inlined into callers compiled for a width of vector registers.
+#![allow(clippy::inline_always)]
+
+use rayon::prelude::*;
+
+use crate::batch::Follow;
+use crate::batch::lanes::LANES;
+use crate::batch::simd::{Kernel, dispatch};
+use crate::closure::Inputs;
+use crate::mechanism::Mechanism;
+use crate::solver::{Solver, State};
+use crate::status::Status;
+
+/// The estimate of the smallest singular value must clear the limit by this factor, or it is computed.
+pub(crate) const CLEAR: f64 = 30.0;
+/// Blocks that are traced at once.
+const RUN: usize = 512;
+
+/// Nominal coordinates of many configurations; NaN where there are none.
+#[derive(Clone, Debug, Default)]
+pub struct Trace {
+    /// Coordinates of all bodies, configuration after configuration.
+    pub coordinates: Vec<f64>,
+    /// Outcomes.
+    pub status: Vec<Status>,
+}
+
+/// One block: the state it starts from and its rows.
+struct Block<'t, 'm> {
+    follow: &'t Follow<'m>,
+    from: State,
+    drives: &'t [f64],
+}
+
+/// A row's coordinates and estimate of the smallest singular value.
+type Row = Option<(Vec<f64>, f64)>;
+
+impl Kernel for &Block<'_, '_> {
+    type Output = Vec<Row>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<Row> {
+        let mut rows = Vec::with_capacity(LANES);
+        let mut registers = self.follow.workspace();
+        self.follow.solve(&mut registers, &self.from, self.drives, |_, row| {
+            rows.push(row.map(|(coordinates, clear)| (coordinates.to_vec(), clear)));
+        });
+        rows
+    }
+}
+
+impl Mechanism {
+    /// Nominal coordinates for rows of drive values, given one after the other.
+    #[must_use]
+    pub fn trace(&self, drives: &[f64]) -> Trace {
+        let width = self.n_drives();
+        let n = drives.len() / width.max(1);
+        let mut trace = Trace::default();
+        let first = drives.get(..width).filter(|_| n > 0).and_then(|d| self.first_state(d));
+        let Some((solver, mut state)) = first else {
+            trace.coordinates.resize(n * self.n_unknowns(), f64::NAN);
+            trace.status.resize(n, Status::NotAssembled);
+            return trace;
+        };
+        // A handful of rows is solved before the program is recorded.
+        let follow = if n >= LANES { Follow::record(&solver) } else { None };
+        for run in drives.chunks(RUN * LANES * width) {
+            let blocks = run.chunks(LANES * width);
+            let rows: Vec<Row> = follow.as_ref().map_or_else(
+                || vec![None; run.len() / width],
+                |follow| {
+                    // The first row of every block is followed plainly, the others from it.
+                    let anchored: Vec<Block<'_, '_>> = blocks
+                        .map(|drives| {
+                            if let Ok(next) = solver.follow(&state, &Inputs::nominal(self, &drives[..width])) {
+                                state = next;
+                            }
+                            Block { follow, from: state.clone(), drives }
+                        })
+                        .collect();
+                    anchored.par_iter().flat_map_iter(dispatch).collect()
+                },
+            );
+            for (row, drives) in rows.into_iter().zip(run.chunks(width)) {
+                self.add_row(&solver, &mut state, row, drives, &mut trace);
+            }
+        }
+        trace
+    }
+
+    /// Adds one row, followed plainly from the last one where the block is in doubt.
+    fn add_row(&self, solver: &Solver<'_>, last: &mut State, row: Row, drives: &[f64], trace: &mut Trace) {
+        if let Some((coordinates, clear)) = row
+            && clear >= CLEAR * self.singular_value
+        {
+            trace.coordinates.extend(coordinates);
+            trace.status.push(Status::Ok);
+            return;
+        }
+        match solver.follow(last, &Inputs::nominal(self, drives)) {
+            Ok(next) => {
+                *last = next;
+                trace.coordinates.extend(&last.coordinates);
+                trace.status.push(self.nominal_status(last));
+            }
+            Err(status) => {
+                trace.coordinates.resize(trace.coordinates.len() + self.n_unknowns(), f64::NAN);
+                trace.status.push(status);
+            }
+        }
+    }
+}
