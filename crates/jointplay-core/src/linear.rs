@@ -5,20 +5,24 @@
 //! on a fixed array of non-zeros. Replaying the list factors any matrix of the same pattern; the
 //! guard on the size of the pivots tells when the recorded order does not suit the numbers.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::real::Real;
 
 /// A pivot must be at least this large relative to the largest entry of its row.
 const THRESHOLD: f64 = 0.05;
+/// Rows among which a pivot is looked for: all of those of a small mechanism, enough in a large one.
+const CANDIDATES: usize = 64;
 /// A replayed pivot smaller than this part of the planned one fails the guard.
 const GUARD: f64 = 1e-3;
 
 #[derive(Clone, Copy, Debug)]
 struct Update {
-    target: u32,
-    lower: u32,
-    upper: u32,
+    target: usize,
+    lower: usize,
+    upper: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -57,84 +61,16 @@ impl Elimination {
     /// Returns `None` when the example itself is singular to working precision.
     #[must_use]
     pub fn plan(n: usize, entries: &[(usize, usize, f64)]) -> Option<Self> {
-        const NONE: usize = usize::MAX;
-        let mut slot_of = vec![NONE; n * n];
-        let mut values = Vec::new();
-        let mut slots = Vec::with_capacity(entries.len());
-        for &(i, j, v) in entries {
-            if slot_of[i * n + j] == NONE {
-                slot_of[i * n + j] = values.len();
-                values.push(0.0);
-            }
-            let slot = slot_of[i * n + j];
-            values[slot] += v;
-            slots.push(slot);
-        }
-        let largest = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
-        let (mut rows, mut columns): (Vec<usize>, Vec<usize>) = ((0..n).collect(), (0..n).collect());
-        let (mut row_order, mut column_order) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let (mut active, slots) = Active::new(n, entries);
         let mut pivots = Vec::with_capacity(n);
-        while !rows.is_empty() {
-            let present = |i: usize, j: usize| slot_of[i * n + j] != NONE;
-            let row_count: Vec<usize> =
-                rows.iter().map(|&i| columns.iter().filter(|&&j| present(i, j)).count()).collect();
-            let column_count: Vec<usize> =
-                columns.iter().map(|&j| rows.iter().filter(|&&i| present(i, j)).count()).collect();
-            let mut best: Option<(usize, f64, usize, usize)> = None;
-            for (a, &i) in rows.iter().enumerate() {
-                let entry = |j: usize| if present(i, j) { values[slot_of[i * n + j]].abs() } else { 0.0 };
-                let row_largest = columns.iter().map(|&j| entry(j)).fold(0.0, f64::max);
-                for (b, &j) in columns.iter().enumerate() {
-                    let size = entry(j);
-                    if size < THRESHOLD * row_largest || size <= 1e-13 * largest {
-                        continue;
-                    }
-                    let cost = (row_count[a] - 1) * (column_count[b] - 1);
-                    if best.is_none_or(|(c, s, ..)| cost < c || (cost == c && size > s)) {
-                        best = Some((cost, size, a, b));
-                    }
-                }
-            }
-            let (_, _, a, b) = best?;
-            let (p, q) = (rows.remove(a), columns.remove(b));
-            row_order.push(p);
-            column_order.push(q);
-            let slot = slot_of[p * n + q];
-            let mut pivot = Pivot {
-                row: p,
-                column: q,
-                slot,
-                planned: values[slot].abs(),
-                lower: Vec::new(),
-                upper: columns
-                    .iter()
-                    .filter(|&&j| slot_of[p * n + j] != NONE)
-                    .map(|&j| (j, slot_of[p * n + j]))
-                    .collect(),
-                updates: Vec::new(),
-            };
-            for &i in &rows {
-                let lower = slot_of[i * n + q];
-                if lower == NONE {
-                    continue;
-                }
-                values[lower] /= values[slot];
-                pivot.lower.push((i, lower));
-                for &(j, upper) in &pivot.upper {
-                    if slot_of[i * n + j] == NONE {
-                        slot_of[i * n + j] = values.len();
-                        values.push(0.0);
-                    }
-                    let target = slot_of[i * n + j];
-                    values[target] -= values[lower] * values[upper];
-                    let index = |s: usize| u32::try_from(s).ok();
-                    pivot.updates.push(Update { target: index(target)?, lower: index(lower)?, upper: index(upper)? });
-                }
-            }
-            pivots.push(pivot);
+        for _ in 0..n {
+            let (row, column) = active.choose()?;
+            pivots.push(active.eliminate(row, column));
         }
-        let odd = is_odd(&row_order) != is_odd(&column_order);
-        Some(Self { pivots, n_slots: values.len(), slots, odd })
+        let rows: Vec<usize> = pivots.iter().map(|p| p.row).collect();
+        let columns: Vec<usize> = pivots.iter().map(|p| p.column).collect();
+        let odd = is_odd(&rows) != is_odd(&columns);
+        Some(Self { pivots, n_slots: active.values.len(), slots, odd })
     }
 
     /// Factors a matrix given by its non-zeros in the order of the plan; `None` when a pivot shrinks
@@ -168,8 +104,7 @@ impl Elimination {
                 values[lower] = values[lower] * inverse;
             }
             for u in &pivot.updates {
-                let (target, lower, upper) = (u.target as usize, u.lower as usize, u.upper as usize);
-                values[target] = values[target] - values[lower] * values[upper];
+                values[u.target] = values[u.target] - values[u.lower] * values[u.upper];
             }
         }
         Some(Factors { values, inverse_pivots })
@@ -218,6 +153,101 @@ impl Elimination {
     #[must_use]
     pub fn pivot_product<S: Real>(&self, f: &Factors<S>) -> S {
         self.pivots.iter().fold(S::from_f64(1.0), |product, pivot| product * f.values[pivot.slot])
+    }
+}
+
+/// The part of a matrix that is not eliminated yet. Ordered maps, so that the plan is always the same.
+struct Active {
+    /// Slot of every non-zero, by row and column.
+    rows: Vec<BTreeMap<usize, usize>>,
+    columns: Vec<BTreeSet<usize>>,
+    /// Rows by their number of non-zeros.
+    by_length: BTreeSet<(usize, usize)>,
+    values: Vec<f64>,
+    largest: f64,
+}
+
+impl Active {
+    fn new(n: usize, entries: &[(usize, usize, f64)]) -> (Self, Vec<usize>) {
+        let mut active = Self {
+            rows: vec![BTreeMap::new(); n],
+            columns: vec![BTreeSet::new(); n],
+            by_length: BTreeSet::new(),
+            values: Vec::new(),
+            largest: 0.0,
+        };
+        let mut slots = Vec::with_capacity(entries.len());
+        for &(i, j, v) in entries {
+            let slot = active.slot(i, j);
+            active.values[slot] += v;
+            slots.push(slot);
+        }
+        active.largest = active.values.iter().fold(0.0, |a, v| a.max(v.abs()));
+        active.by_length = active.rows.iter().enumerate().map(|(i, row)| (row.len(), i)).collect();
+        (active, slots)
+    }
+
+    /// The slot of an entry, a new one where there was none.
+    fn slot(&mut self, i: usize, j: usize) -> usize {
+        let values = &mut self.values;
+        self.columns[j].insert(i);
+        *self.rows[i].entry(j).or_insert_with(|| {
+            values.push(0.0);
+            values.len() - 1
+        })
+    }
+
+    /// The entry of least Markowitz count among the large enough ones of the shortest rows.
+    fn choose(&self) -> Option<(usize, usize)> {
+        let mut best: Option<(usize, f64, usize, usize)> = None;
+        for &(length, i) in self.by_length.iter().take(CANDIDATES) {
+            let size = |slot: usize| self.values[slot].abs();
+            let row_largest = self.rows[i].values().map(|&slot| size(slot)).fold(0.0, f64::max);
+            for (&j, &slot) in &self.rows[i] {
+                let size = size(slot);
+                if size < THRESHOLD * row_largest || size <= 1e-13 * self.largest {
+                    continue;
+                }
+                let cost = (length - 1) * (self.columns[j].len() - 1);
+                if best.is_none_or(|(c, s, ..)| cost < c || (cost == c && size > s)) {
+                    best = Some((cost, size, i, j));
+                }
+            }
+        }
+        best.map(|(_, _, i, j)| (i, j))
+    }
+
+    /// Eliminates a column with a row and records how.
+    fn eliminate(&mut self, p: usize, q: usize) -> Pivot {
+        self.by_length.remove(&(self.rows[p].len(), p));
+        let mut upper: Vec<(usize, usize)> = std::mem::take(&mut self.rows[p]).into_iter().collect();
+        for (j, _) in &upper {
+            self.columns[*j].remove(&p);
+        }
+        let at = upper.iter().position(|(j, _)| *j == q).unwrap_or_default();
+        let (_, slot) = upper.remove(at);
+        let mut pivot = Pivot {
+            row: p,
+            column: q,
+            slot,
+            planned: self.values[slot].abs(),
+            lower: Vec::new(),
+            upper,
+            updates: Vec::new(),
+        };
+        for i in std::mem::take(&mut self.columns[q]) {
+            self.by_length.remove(&(self.rows[i].len(), i));
+            let Some(lower) = self.rows[i].remove(&q) else { continue };
+            self.values[lower] /= self.values[slot];
+            pivot.lower.push((i, lower));
+            for &(j, upper) in &pivot.upper {
+                let target = self.slot(i, j);
+                self.values[target] -= self.values[lower] * self.values[upper];
+                pivot.updates.push(Update { target, lower, upper });
+            }
+            self.by_length.insert((self.rows[i].len(), i));
+        }
+        pivot
     }
 }
 
