@@ -5,9 +5,8 @@
 //! on a fixed array of non-zeros. Replaying the list factors any matrix of the same pattern; the
 //! guard on the size of the pivots tells when the recorded order does not suit the numbers.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-
-use nalgebra::{DMatrix, DVector};
 
 use crate::real::Real;
 
@@ -267,13 +266,12 @@ fn is_odd(permutation: &[usize]) -> bool {
     odd
 }
 
-/// A factored closure Jacobian: by the recorded elimination, or with full pivoting where that fails.
+/// A factored matrix, by a recorded order of elimination or, where that does not suit its numbers, by
+/// one of its own.
 #[derive(Clone, Debug)]
-pub enum Factored<'a> {
-    /// The recorded order suited the numbers.
-    Recorded(&'a Elimination, Factors<f64>),
-    /// Full pivoting.
-    Full(Box<nalgebra::linalg::FullPivLU<f64, nalgebra::Dyn, nalgebra::Dyn>>, Box<DMatrix<f64>>),
+pub struct Factored<'a> {
+    plan: Cow<'a, Elimination>,
+    factors: Factors<f64>,
 }
 
 impl<'a> Factored<'a> {
@@ -285,64 +283,40 @@ impl<'a> Factored<'a> {
         pattern: &[(usize, usize)],
         entries: impl Iterator<Item = f64> + Clone,
     ) -> Option<Self> {
-        if let Some(plan) = plan {
-            if let Some(factors) = plan.factor(entries.clone()) {
-                return Some(Self::Recorded(plan, factors));
-            }
+        if let Some((plan, factors)) = plan.and_then(|p| Some((p, p.factor(entries.clone())?))) {
+            return Some(Self { plan: Cow::Borrowed(plan), factors });
         }
-        let mut matrix = DMatrix::<f64>::zeros(n, n);
-        for (&(i, j), v) in pattern.iter().zip(entries) {
-            matrix[(i, j)] += v;
-        }
-        if matrix.iter().any(|v| !v.is_finite()) {
+        let placed: Vec<(usize, usize, f64)> =
+            pattern.iter().zip(entries.clone()).map(|(&(i, j), v)| (i, j, v)).collect();
+        if placed.iter().any(|(_, _, v)| !v.is_finite()) {
             return None;
         }
-        let lu = matrix.clone().full_piv_lu();
-        let diagonal = lu.u().diagonal();
-        let (largest, smallest) = (diagonal.amax(), diagonal.amin());
-        // Smaller pivots are rounding noise.
-        if n > 0 && smallest <= 1e-14 * largest {
-            return None;
-        }
-        Some(Self::Full(Box::new(lu), Box::new(matrix)))
+        let own = Elimination::plan(n, &placed)?;
+        let factors = own.factor(entries)?;
+        Some(Self { plan: Cow::Owned(own), factors })
     }
 
     /// Solves `A x = b`; overwrites `b`.
     pub fn solve(&self, b: &mut [f64], x: &mut [f64]) {
-        match self {
-            Self::Recorded(plan, f) => plan.solve(f, b, x),
-            Self::Full(lu, _) => write(lu.solve(&DVector::from_column_slice(b)), x),
-        }
+        self.plan.solve(&self.factors, b, x);
     }
 
     /// Solves `A^T x = b`; overwrites `b`.
     pub fn solve_transposed(&self, b: &mut [f64], x: &mut [f64]) {
-        match self {
-            Self::Recorded(plan, f) => plan.solve_transposed(f, b, x),
-            Self::Full(_, matrix) => write(matrix.transpose().full_piv_lu().solve(&DVector::from_column_slice(b)), x),
-        }
+        self.plan.solve_transposed(&self.factors, b, x);
     }
 
     /// Whether the determinant is negative: it tells assembly branches apart.
     #[must_use]
     pub fn negative(&self) -> bool {
-        match self {
-            Self::Recorded(plan, f) => plan.negative(f),
-            Self::Full(lu, _) => lu.determinant() < 0.0,
-        }
-    }
-}
-
-fn write(solution: Option<DVector<f64>>, x: &mut [f64]) {
-    match solution {
-        Some(s) => x.copy_from_slice(s.as_slice()),
-        None => x.fill(f64::NAN),
+        self.plan.negative(&self.factors)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{DMatrix, DVector};
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 

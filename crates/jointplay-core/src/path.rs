@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::closure::Inputs;
 use crate::mechanism::Mechanism;
 use crate::sensitivity::Output;
-use crate::solver::{Solver, State};
+use crate::solver::{Solver, State, scaled_size};
 use crate::space::Component;
 use crate::status::Status;
 
@@ -14,6 +14,8 @@ use crate::status::Status;
 const ASSEMBLY_STEPS: usize = 200;
 /// Residual (in characteristic lengths and radians) of an assembled mechanism.
 const ASSEMBLED: f64 = 1e-11;
+/// Unknowns beyond which dense matrices are avoided.
+const LARGE: usize = 240;
 /// Gauss-Newton steps per target of the inverse kinematics.
 const INVERSE_STEPS: usize = 200;
 
@@ -93,6 +95,9 @@ impl Mechanism {
     /// of rows. `held` rows are the joints' and, if asked, the drives'.
     #[must_use]
     pub fn assemble(&self, drives: &[f64], hold_drives: bool) -> Assembly {
+        if hold_drives && self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
+            return self.assemble_large(drives);
+        }
         let rows = if hold_drives { self.n_rows() } else { self.n_rows() - self.n_drives };
         let mut coordinates = self.guess();
         let evaluate = |c: &[f64]| {
@@ -110,11 +115,7 @@ impl Mechanism {
             let improved = loop {
                 let mut trial = coordinates.clone();
                 for (j, c) in trial.iter_mut().enumerate() {
-                    let unit = match self.space.components()[j % self.size()] {
-                        Component::Along(_) => self.length,
-                        Component::About(_) => 1.0,
-                    };
-                    *c -= part * step[j] * unit;
+                    *c -= part * step[j] * self.unit(self.space.components()[j % self.size()]);
                 }
                 let (r, j) = evaluate(&trial);
                 if r.norm() < residual.norm() {
@@ -132,6 +133,42 @@ impl Mechanism {
         }
         let largest = residual.amax();
         Assembly { coordinates, residual: largest, converged: largest <= ASSEMBLED }
+    }
+
+    /// The same for a large mechanism with as many rows as unknowns: damped Newton steps by sparse
+    /// elimination.
+    fn assemble_large(&self, drives: &[f64]) -> Assembly {
+        let mut coordinates = self.guess();
+        let solver = Solver::new(self, &coordinates);
+        let inputs = Inputs::nominal(self, drives);
+        let mut residual = solver.residual(&coordinates, &inputs);
+        for _ in 0..ASSEMBLY_STEPS {
+            if residual <= ASSEMBLED * 1e-3 {
+                break;
+            }
+            let Some(step) = solver.newton_step(&coordinates, &inputs) else { break };
+            let mut part = (0.5 / scaled_size(self, &step)).min(1.0);
+            let improved = loop {
+                let mut trial = coordinates.clone();
+                let scaled: Vec<f64> = step.iter().map(|s| part * s).collect();
+                for (c, s) in trial.chunks_exact_mut(self.size()).zip(scaled.chunks_exact(self.size())) {
+                    self.space.retract(c, s);
+                }
+                let next = solver.residual(&trial, &inputs);
+                if next < residual {
+                    (coordinates, residual) = (trial, next);
+                    break true;
+                }
+                part *= 0.5;
+                if part < 1e-6 {
+                    break false;
+                }
+            };
+            if !improved {
+                break;
+            }
+        }
+        Assembly { coordinates, residual, converged: residual <= ASSEMBLED }
     }
 
     /// The value of a drive's coordinate, continued from a nearby value over full turns.
@@ -177,7 +214,13 @@ impl Mechanism {
     }
 
     /// Smallest singular value of the length-scaled closure Jacobian, and its motion (length-scaled).
+    ///
+    /// A large mechanism's is found by inverse iteration on the sparse factors.
     pub(crate) fn singular_value_at(&self, state: &State) -> (f64, Vec<f64>) {
+        if self.n_unknowns() > LARGE {
+            let solver = Solver::new(self, &state.coordinates);
+            return solver.inverse_iteration(state).unwrap_or_else(|| (0.0, vec![0.0; self.n_unknowns()]));
+        }
         let (_, matrix) = self.scaled(&state.coordinates, &state.inputs.drives);
         let svd = matrix.svd(false, true);
         let (index, value) = svd.singular_values.argmin();
@@ -246,10 +289,7 @@ impl Mechanism {
         target: &[f64],
         weights: &[f64],
     ) -> Result<(State, f64), Status> {
-        let drive_unit = |d: usize| match self.rows[self.driven_rows[d]].component {
-            Component::Along(_) => self.length,
-            Component::About(_) => 1.0,
-        };
+        let drive_unit = |d: usize| self.unit(self.rows[self.driven_rows[d]].component);
         let gap = |state: &State| {
             let output = self.output(&state.coordinates, &state.inputs);
             let gaps = output.iter().zip(target).zip(weights);

@@ -3,7 +3,7 @@
 use crate::closure::Inputs;
 use crate::linear::{Elimination, Factored};
 use crate::mechanism::Mechanism;
-use crate::space::{Component, Pose};
+use crate::space::{Component, Pose, norm};
 use crate::status::Status;
 
 /// Newton steps per solve.
@@ -14,6 +14,8 @@ const LAST_STEP: f64 = 1e-9;
 const LARGEST_MOVE: f64 = 0.35;
 /// Continuation gives up when a step of this part of the way fails.
 const SMALLEST_PART: f64 = 1e-6;
+/// Inverse iterations for the smallest singular value of a large mechanism.
+const INVERSE_ITERATIONS: usize = 300;
 /// Continuation gives up after this many steps.
 const MOST_STEPS: usize = 600;
 
@@ -102,6 +104,54 @@ impl<'m> Solver<'m> {
         let poses = self.mechanism.poses(&state.coordinates);
         let (_, derivatives) = self.evaluate(&poses, &state.inputs);
         Some(Linearised { factors: self.factor(&derivatives)?, poses })
+    }
+
+    /// Largest residual, in characteristic lengths and radians.
+    pub(crate) fn residual(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> f64 {
+        let m = self.mechanism;
+        let (residual, _) = self.evaluate(&m.poses(coordinates), inputs);
+        m.rows.iter().zip(&residual).fold(0.0, |largest: f64, (row, r)| {
+            let size = r.abs() / m.unit(row.component);
+            if size > largest || size.is_nan() { size } else { largest }
+        })
+    }
+
+    /// One Newton step; `None` where the Jacobian is singular.
+    pub(crate) fn newton_step(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> Option<Vec<f64>> {
+        let m = self.mechanism;
+        let (residual, derivatives) = self.evaluate(&m.poses(coordinates), inputs);
+        let mut right: Vec<f64> = residual.iter().map(|r| -r).collect();
+        let mut step = vec![0.0; m.n_unknowns()];
+        self.factor(&derivatives)?.solve(&mut right, &mut step);
+        Some(step)
+    }
+
+    /// Smallest singular value of the length-scaled Jacobian with its motion (length-scaled), by inverse
+    /// iteration.
+    pub(crate) fn inverse_iteration(&self, state: &State) -> Option<(f64, Vec<f64>)> {
+        let m = self.mechanism;
+        let n = m.n_unknowns();
+        let factors = self.linearise(state)?.factors;
+        let row_unit = |k: usize| m.unit(m.rows[k].component);
+        let column_unit = |j: usize| m.unit(m.space.components()[j % m.size()]);
+        let mut motion: Vec<f64> = (0..n).map(|j| (j as f64 * 0.618_034).fract() - 0.5).collect();
+        let (mut value, mut x) = (f64::INFINITY, vec![0.0; n]);
+        for _ in 0..INVERSE_ITERATIONS {
+            let size = norm(&motion);
+            // The scaled matrix is R^-1 J C: first its transposed inverse, then its inverse.
+            let mut right: Vec<f64> = motion.iter().enumerate().map(|(j, v)| v / size / column_unit(j)).collect();
+            factors.solve_transposed(&mut right, &mut x);
+            let mut right: Vec<f64> = x.iter().enumerate().map(|(k, v)| v * row_unit(k) * row_unit(k)).collect();
+            factors.solve(&mut right, &mut x);
+            motion = x.iter().enumerate().map(|(j, v)| v / column_unit(j)).collect();
+            let next = 1.0 / norm(&motion).sqrt();
+            let still = (value - next).abs() <= 1e-10 * next;
+            value = next;
+            if still {
+                break;
+            }
+        }
+        Some((value, motion))
     }
 
     fn newton(&self, coordinates: &mut [f64], inputs: &Inputs<f64>) -> Option<Converged> {
@@ -201,6 +251,14 @@ impl<'m> Solver<'m> {
 }
 
 impl Mechanism {
+    /// The unit by which a component is compared with others: the characteristic length, or a radian.
+    pub(crate) const fn unit(&self, component: Component) -> f64 {
+        match component {
+            Component::Along(_) => self.length,
+            Component::About(_) => 1.0,
+        }
+    }
+
     /// The part of a change of the inputs in which no driven angle turns by more than a radian: beyond
     /// half a turn a joint's angle would be taken for its remainder.
     fn largest_part(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
@@ -239,10 +297,7 @@ pub(crate) fn scaled_size(mechanism: &Mechanism, twists: &[f64]) -> f64 {
     let components = mechanism.space.components();
     twists.chunks_exact(components.len()).fold(0.0, |largest, twist| {
         components.iter().zip(twist).fold(largest, |largest: f64, (component, v)| {
-            let size = match component {
-                Component::Along(_) => v.abs() / mechanism.length,
-                Component::About(_) => v.abs(),
-            };
+            let size = v.abs() / mechanism.unit(*component);
             // `max` would lose a NaN.
             if size > largest || size.is_nan() { size } else { largest }
         })

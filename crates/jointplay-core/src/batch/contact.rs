@@ -334,23 +334,19 @@ pub(super) fn singular_estimate<'r>(
     factors: &crate::linear::Factors<Symbol<'r>>,
 ) -> Symbol<'r> {
     let n = m.n_rows();
-    let unit = |component: &Component| match component {
-        Component::Along(_) => m.length,
-        Component::About(_) => 1.0,
-    };
     let mut right: Vec<Symbol<'r>> = m
         .rows
         .iter()
         .enumerate()
         .map(|(k, row)| {
             let sign = if (k as f64 * 0.618_034).fract() < 0.5 { 1.0 } else { -1.0 };
-            Symbol::Constant(sign * unit(&row.component) / (n as f64).sqrt())
+            Symbol::Constant(sign * m.unit(row.component) / (n as f64).sqrt())
         })
         .collect();
     let mut x = vec![Symbol::Constant(0.0); n];
     plan.solve(factors, &mut right, &mut x);
     let largest = x.iter().enumerate().fold(Symbol::Constant(0.0), |largest, (j, v)| {
-        largest.max(v.abs() * Symbol::Constant(1.0 / unit(&m.space.components()[j % m.size()])))
+        largest.max(v.abs() * Symbol::Constant(1.0 / m.unit(m.space.components()[j % m.size()])))
     });
     Symbol::Constant(1.0) / largest
 }

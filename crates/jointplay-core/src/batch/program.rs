@@ -182,11 +182,8 @@ pub(super) fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>) -> O
 
     let mut size = zero;
     for (j, s) in step.iter().enumerate() {
-        let unit = match m.space.components()[j % m.size()] {
-            Component::Along(_) => 1.0 / m.length,
-            Component::About(_) => 1.0,
-        };
-        size = *s * *s * Symbol::Constant(unit * unit) + size;
+        let unit = m.unit(m.space.components()[j % m.size()]);
+        size = *s * *s * Symbol::Constant(1.0 / (unit * unit)) + size;
     }
     let bodies = symbolic.numbers.chunks_exact(width).zip(step.chunks_exact(m.size()));
     let numbers = bodies.flat_map(|(n, s)| m.space.move_numbers(n, s)).collect();
