@@ -1,26 +1,32 @@
 //! Ascent of a cost over the admissible offsets on the exact closure.
 //!
 //! The gradient of the cost along the offsets is one transposed solve; the support point of every set
-//! along it is the best admissible offset of the linearised mechanism (Frank and Wolfe). The step to
-//! it is taken whole when the cost rises, which near the nominal pose it nearly always does; else the
-//! cost is maximised along the step, which also settles a guide that hesitates between two corners.
-//! A fixed point is where contact, reactions and pose agree.
+//! along it is the best admissible offset of the linearised mechanism (Frank and Wolfe). Whole steps to
+//! it nearly always settle at once. Where they do not (a guide hesitates between two corners, a
+//! reaction passes through zero and the pin floats, an offset acts in second order only) a projected
+//! gradient ascent takes over. A fixed point is where contact, reactions and pose agree.
 
-use crate::clearance::{Face, inner};
+use std::collections::VecDeque;
+
+use crate::clearance::{Face, MAX_SIZE, inner};
 use crate::closure::Inputs;
 use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::{Cost, Gradient};
-use crate::solver::{Linearised, Solver, State, between};
+use crate::solver::{Linearised, Solver, State};
 use crate::space::{Component, norm, sub};
 
-/// Whole or shortened steps per ascent.
-const STEPS: usize = 200;
-/// Bisections of one line search.
-const BISECTIONS: usize = 50;
-/// An ascent stands still when no offset changes by more than this part of its set.
+/// Whole steps to the support points.
+const WHOLE_STEPS: usize = 25;
+/// Projected gradient steps.
+const SLOW_STEPS: usize = 1500;
+/// Values that the projected ascent may fall back to.
+const MEMORY: usize = 8;
+/// An ascent stands still when no offset wants to change by more than this part of its set.
 const STILL: f64 = 1e-13;
-/// Steps after which an ascent that gains nothing but rounding has settled.
-const CALM: usize = 30;
+/// The same for the projected ascent, whose gradient has gone through more rounding.
+const SLOWLY_STILL: f64 = 1e-11;
+/// A part of the sets within which a projected ascent counts as settled.
+const SETTLED: f64 = 1e-8;
 /// A reaction below this part of the largest one decides nothing.
 pub const UNDECIDED: f64 = 1e-9;
 
@@ -170,17 +176,16 @@ impl Mechanism {
         })
     }
 
-    /// The inputs with every source that gives way at the middle of the face it is pushed to.
+    /// The inputs with every source that gives way moved to the nearest point of the face it is pushed
+    /// to: what nothing pushes stays where it is.
     pub(crate) fn pushed(&self, objective: &Objective, gradient: &Gradient, inputs: &Inputs<f64>) -> Inputs<f64> {
-        let tolerance = match objective {
-            Objective::Load => UNDECIDED * self.force_scale(gradient),
-            Objective::Position { .. } | Objective::Component { .. } => 0.0,
-        };
+        let tolerance = UNDECIDED * self.force_scale(gradient);
         let mut pushed = inputs.clone();
         for source in self.sources.iter().filter(|s| self.gives_way(objective, s)) {
-            let face = self.exposed(source, gradient, tolerance);
+            let offset: Vec<f64> = source.range().map(|p| inputs.parameters[p] - self.centre[p]).collect();
+            let nearest = self.exposed(source, gradient, tolerance).nearest(&offset);
             for (k, p) in source.range().enumerate() {
-                pushed.parameters[p] = self.centre[p] + face.centre[k];
+                pushed.parameters[p] = self.centre[p] + nearest[k];
             }
         }
         pushed
@@ -208,67 +213,136 @@ impl Solver<'_> {
     #[must_use]
     pub fn climb(&self, objective: &Objective, from: State) -> Option<Summit> {
         let m = self.mechanism;
-        let mut state = from;
-        let mut value = m.objective_value(objective, &state);
-        let mut gradient = self.slope(objective, &state)?;
-        let (mut blocked, mut searched) = (false, false);
-        for step in 0..STEPS {
-            let pushed = m.pushed(objective, &gradient, &state.inputs);
-            if m.change(&state.inputs, &pushed) <= STILL {
-                return Some(Summit { state, value, gradient, steps: step, settled: true, blocked });
+        let value = m.objective_value(objective, &from);
+        let gradient = self.slope(objective, &from)?;
+        let mut at = Summit { state: from, value, gradient, steps: 0, settled: false, blocked: false };
+        for _ in 0..WHOLE_STEPS {
+            let pushed = m.pushed(objective, &at.gradient, &at.state.inputs);
+            if m.change(&at.state.inputs, &pushed) <= STILL {
+                at.settled = true;
+                return Some(at);
             }
-            let rise = |g: &Gradient| {
-                g.inputs
-                    .parameters
-                    .iter()
-                    .zip(pushed.parameters.iter().zip(&state.inputs.parameters))
-                    .fold((0.0_f64, 0.0_f64), |(sum, size), (g, (p, u))| {
-                        (sum + g * (p - u), size + (g * p).abs() + (g * u).abs())
-                    })
+            let Ok(next) = self.follow(&at.state, &pushed) else { break };
+            let value = m.objective_value(objective, &next);
+            // A guide that hesitates between two corners, or a pin that floats: the projected ascent
+            // settles it.
+            if value < at.value - m.noise(&at) {
+                break;
+            }
+            let gradient = self.slope(objective, &next)?;
+            at = Summit { state: next, value, gradient, steps: at.steps + 1, ..at };
+        }
+        self.climb_slowly(objective, at)
+    }
+
+    /// Projected gradient ascent in the sets' own coordinates, with the step length of Barzilai and
+    /// Borwein (IMA J. Numer. Anal. 8, 1988, 141) and a search that lets the value fall for a while
+    /// (Birgin, Martinez and Raydan, SIAM J. Optim. 10, 2000, 1196).
+    fn climb_slowly(&self, objective: &Objective, mut at: Summit) -> Option<Summit> {
+        let m = self.mechanism;
+        let free: Vec<usize> = (0..m.sources().len())
+            .filter(|&s| !m.sources()[s].set.is_zero() && m.gives_way(objective, &m.sources()[s]))
+            .collect();
+        let mut unit = m.unit_offsets(&free, &at.state.inputs);
+        let mut slope = m.unit_slope(&free, &at.gradient);
+        let largest = |v: &[f64]| v.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+        let mut length = 1.0 / largest(&slope);
+        let mut recent = VecDeque::from([at.value]);
+        for _ in 0..SLOW_STEPS {
+            let steepest = largest(&slope);
+            let moved = |length: f64| {
+                let mut to: Vec<f64> = unit.iter().zip(&slope).map(|(u, g)| u + length * g).collect();
+                m.project(&free, &mut to);
+                to.iter().zip(&unit).map(|(t, u)| t - u).collect::<Vec<f64>>()
             };
-            let (gain, size) = rise(&gradient);
-            // Searches along a step, and reactions near zero, end in rounding before the offsets stand still.
-            if gain <= 1e-15 * size && (searched || step >= CALM) {
-                return Some(Summit { state, value, gradient, steps: step, settled: true, blocked });
+            let still = if steepest > 0.0 { largest(&moved(1.0 / steepest)) } else { 0.0 };
+            at.settled = still <= SETTLED;
+            if still <= SLOWLY_STILL {
+                break;
             }
-            // Try the whole step, then ever shorter ones until one can be assembled.
+            let step = moved(length);
+            let gain = inner(&step, &slope);
+            let noise = m.noise(&at);
+            let lowest = recent.iter().copied().fold(f64::INFINITY, f64::min);
             let mut part = 1.0;
             let reached = loop {
-                let inputs = if part < 1.0 { between(&state.inputs, &pushed, part) } else { pushed.clone() };
-                if let Ok(next) = self.follow(&state, &inputs) {
-                    break Some(next);
+                let to: Vec<f64> = unit.iter().zip(&step).map(|(u, s)| u + part * s).collect();
+                match self.follow(&at.state, &m.offsets_of_unit(&free, &to, &at.state.inputs)) {
+                    Ok(next) => {
+                        let value = m.objective_value(objective, &next);
+                        if value >= lowest + 1e-4 * part * gain - noise {
+                            break Some((to, next, value));
+                        }
+                    }
+                    Err(_) => at.blocked = true,
                 }
-                blocked = true;
-                part *= 0.5;
-                if part < 1e-3 {
+                part *= 0.25;
+                if part < 1e-8 {
                     break None;
                 }
             };
-            let Some(mut next) = reached else {
-                return Some(Summit { state, value, gradient, steps: step, settled: false, blocked });
-            };
-            let mut next_gradient = self.slope(objective, &next)?;
-            let mut next_value = m.objective_value(objective, &next);
-            // A slope at the end that rounding made does not count.
-            if next_value < value && rise(&next_gradient).0 < -1e-12 * size {
-                searched = true;
-                // The cost turns down on the way: find where its slope along the step vanishes.
-                let (mut low, mut high) = (0.0, part);
-                for _ in 0..BISECTIONS {
-                    let middle = 0.5 * (low + high);
-                    let Ok(trial) = self.follow(&state, &between(&state.inputs, &pushed, middle)) else { break };
-                    let trial_gradient = self.slope(objective, &trial)?;
-                    if rise(&trial_gradient).0 > 0.0 {
-                        low = middle;
-                    } else {
-                        high = middle;
-                    }
-                    (next, next_gradient) = (trial, trial_gradient);
-                }
-                next_value = m.objective_value(objective, &next);
+            let Some((to, state, value)) = reached else { break };
+            let gradient = self.slope(objective, &state)?;
+            let next_slope = m.unit_slope(&free, &gradient);
+            let bend: f64 = (0..unit.len()).map(|k| (to[k] - unit[k]) * (slope[k] - next_slope[k])).sum();
+            let squared = part * part * inner(&step, &step);
+            let steepest = largest(&next_slope).max(f64::MIN_POSITIVE);
+            // Where the cost bends upwards the longest step is the best.
+            length = if bend > 0.0 { squared / bend } else { 1e6 / steepest };
+            length = length.clamp(1e-4 / steepest, 1e12 / steepest);
+            (unit, slope) = (to, next_slope);
+            at = Summit { state, value, gradient, steps: at.steps + 1, ..at };
+            recent.push_back(value);
+            if recent.len() > MEMORY {
+                recent.pop_front();
             }
-            (state, gradient, value) = (next, next_gradient, next_value);
         }
-        Some(Summit { state, value, gradient, steps: STEPS, settled: false, blocked })
+        Some(at)
+    }
+}
+
+impl Mechanism {
+    /// Rounding of an objective's value: poses are good to some units of the last place of the length,
+    /// and the multipliers tell what a shift of a joint makes of the value.
+    fn noise(&self, at: &Summit) -> f64 {
+        64.0 * f64::EPSILON * (self.force_scale(&at.gradient) * self.length + at.value.abs())
+    }
+
+    /// Offsets of the free sources in their sets' own coordinates, one after the other.
+    fn unit_offsets(&self, free: &[usize], inputs: &Inputs<f64>) -> Vec<f64> {
+        self.per_source(free, |source| {
+            let offset: Vec<f64> = source.range().map(|p| inputs.parameters[p] - self.centre[p]).collect();
+            source.set.to_unit(&offset)
+        })
+    }
+
+    fn unit_slope(&self, free: &[usize], gradient: &Gradient) -> Vec<f64> {
+        self.per_source(free, |source| source.set.unit_gradient(&gradient.inputs.parameters[source.range()]))
+    }
+
+    fn per_source(&self, free: &[usize], of: impl Fn(&Source) -> [f64; MAX_SIZE]) -> Vec<f64> {
+        let sources = free.iter().map(|&s| &self.sources[s]);
+        sources.flat_map(|source| of(source).into_iter().take(source.set.size())).collect()
+    }
+
+    fn project(&self, free: &[usize], unit: &mut [f64]) {
+        let mut at = 0;
+        for source in free.iter().map(|&s| &self.sources[s]) {
+            source.set.project_unit(&mut unit[at..at + source.set.size()]);
+            at += source.set.size();
+        }
+    }
+
+    fn offsets_of_unit(&self, free: &[usize], unit: &[f64], inputs: &Inputs<f64>) -> Inputs<f64> {
+        let mut inputs = inputs.clone();
+        let mut at = 0;
+        for source in free.iter().map(|&s| &self.sources[s]) {
+            let offset = source.set.of_unit(&unit[at..at + source.set.size()]);
+            for (k, p) in source.range().enumerate() {
+                inputs.parameters[p] = self.centre[p] + offset[k];
+            }
+            at += source.set.size();
+        }
+        inputs
     }
 }

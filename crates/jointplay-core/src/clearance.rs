@@ -71,6 +71,25 @@ impl Face {
         matches!(self.extent, Extent::Point)
     }
 
+    /// The point of the face nearest to an offset of the set.
+    #[must_use]
+    pub fn nearest(&self, offset: &[f64]) -> [f64; MAX_SIZE] {
+        match self.extent {
+            Extent::Point => self.centre,
+            Extent::Whole(_) => {
+                let mut nearest = [0.0; MAX_SIZE];
+                nearest[..offset.len()].copy_from_slice(offset);
+                nearest
+            }
+            Extent::Segment(half) => {
+                // Along the segment in its own proportions, since its components differ in unit.
+                let along = (0..MAX_SIZE).map(|k| (offset[k] - self.centre[k]) / half[k]).sum::<f64>();
+                let t = (0.5 * along).clamp(-1.0, 1.0);
+                std::array::from_fn(|k| self.centre[k] + t * half[k])
+            }
+        }
+    }
+
     /// Half of the range of `direction . offset` over the face.
     #[must_use]
     pub fn half_width(&self, direction: &[f64]) -> f64 {
@@ -109,6 +128,64 @@ impl Set {
                 }
             }
             Self::Interval { low, high } => high.max(-low),
+        }
+    }
+
+    /// The set's own coordinates of an offset: the disc becomes the unit disc, the interval and the
+    /// diamond (turned by 45 degrees) become the interval and the square from -1 to 1. The set must
+    /// not be a point.
+    #[must_use]
+    pub fn to_unit(&self, offset: &[f64]) -> [f64; MAX_SIZE] {
+        match *self {
+            Self::Disc { radius } => [offset[0] / radius, offset[1] / radius],
+            Self::Diamond { gap, half_length } => {
+                let (a, b) = (offset[0] / gap, offset[1] * half_length / gap);
+                [a + b, a - b]
+            }
+            Self::Interval { low, high } => [(2.0 * offset[0] - low - high) / (high - low), 0.0],
+        }
+    }
+
+    /// The offset of coordinates of the set's own.
+    #[must_use]
+    pub fn of_unit(&self, unit: &[f64]) -> [f64; MAX_SIZE] {
+        match *self {
+            Self::Disc { radius } => [radius * unit[0], radius * unit[1]],
+            Self::Diamond { gap, half_length } => {
+                [0.5 * gap * (unit[0] + unit[1]), 0.5 * gap / half_length * (unit[0] - unit[1])]
+            }
+            Self::Interval { low, high } => [0.5 * (low + high) + 0.5 * (high - low) * unit[0], 0.0],
+        }
+    }
+
+    /// A gradient along the offset, along the set's own coordinates.
+    #[must_use]
+    pub fn unit_gradient(&self, w: &[f64]) -> [f64; MAX_SIZE] {
+        match *self {
+            Self::Disc { radius } => [radius * w[0], radius * w[1]],
+            Self::Diamond { gap, half_length } => {
+                let (a, b) = (gap * w[0], gap / half_length * w[1]);
+                [0.5 * (a + b), 0.5 * (a - b)]
+            }
+            Self::Interval { low, high } => [0.5 * (high - low) * w[0], 0.0],
+        }
+    }
+
+    /// The nearest point of the set in its own coordinates.
+    pub fn project_unit(&self, unit: &mut [f64]) {
+        match *self {
+            Self::Disc { .. } => {
+                let size = unit[0].hypot(unit[1]);
+                if size > 1.0 {
+                    unit[0] /= size;
+                    unit[1] /= size;
+                }
+            }
+            Self::Diamond { .. } | Self::Interval { .. } => {
+                for u in unit {
+                    *u = u.clamp(-1.0, 1.0);
+                }
+            }
         }
     }
 
@@ -261,6 +338,31 @@ mod tests {
                     assert!(set.contains(&offset, 1e-14), "{set:?} {law:?} {offset:?}");
                     assert!(inner(&w, &offset) <= set.support(&w) + 1e-15);
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn own_coordinates_keep_offsets_gradients_and_membership() {
+        for set in &SETS[..3] {
+            let n = set.size();
+            for offset in samples(set, Law::Uniform, 20) {
+                let unit = set.to_unit(&offset);
+                let back = set.of_unit(&unit);
+                assert!((0..n).all(|k| (back[k] - offset[k]).abs() < 1e-15));
+                let mut projected = unit;
+                set.project_unit(&mut projected[..n]);
+                assert!((0..n).all(|k| (projected[k] - unit[k]).abs() < 1e-15), "inside stays");
+                // w . d offset = gradient . d unit
+                let (w, step) = ([0.3, -0.8], [0.01, -0.02]);
+                let moved: Vec<f64> = (0..n).map(|k| unit[k] + step[k]).collect();
+                let moved = set.of_unit(&[moved[0], moved.get(1).copied().unwrap_or(0.0)]);
+                let work: f64 = (0..n).map(|k| w[k] * (moved[k] - back[k])).sum();
+                assert!((work - inner(&set.unit_gradient(&w)[..n], &step)).abs() < 1e-15);
+                let mut outside: Vec<f64> = unit[..n].iter().map(|u| 5.0 * u).collect();
+                set.project_unit(&mut outside);
+                let onto = set.of_unit(&[outside[0], outside.get(1).copied().unwrap_or(0.0)]);
+                assert!(set.contains(&onto[..n], 1e-12));
             }
         }
     }

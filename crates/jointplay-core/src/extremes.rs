@@ -55,6 +55,8 @@ struct Linear {
     value: f64,
     parameters: Vec<f64>,
     contribution: Vec<f64>,
+    /// Sources without an effect to first order.
+    undecided: Vec<usize>,
 }
 
 impl Mechanism {
@@ -109,6 +111,7 @@ impl Mechanism {
     fn extent(&self, map: &Output, shift: &[f64], direction: &[f64]) -> Linear {
         let mut parameters = self.centre.clone();
         let mut contribution = Vec::with_capacity(self.sources.len());
+        let mut reach = Vec::with_capacity(self.sources.len());
         for source in &self.sources {
             let w = Self::pulled(map, direction, source.range());
             let face = source.set.face(&w[..source.set.size()], 0.0);
@@ -116,9 +119,13 @@ impl Mechanism {
                 parameters[p] += face.centre[k];
             }
             contribution.push(inner(&w, &parameters[source.range()]));
+            reach.push(source.set.support(&w));
         }
         let value = contribution.iter().sum::<f64>() + inner(shift, direction);
-        Linear { value, parameters, contribution }
+        let largest = reach.iter().copied().fold(0.0, f64::max);
+        let acts = |s: &usize| reach[*s] > 1e-9 * largest || self.sources[*s].set.is_zero();
+        let undecided = (0..self.sources.len()).filter(|s| !acts(s)).collect();
+        Linear { value, parameters, contribution, undecided }
     }
 
     /// Directions of the plane between which no support point of a polyhedral set jumps.
@@ -140,11 +147,10 @@ impl Mechanism {
         angles.into_iter().map(|a| [a.cos(), a.sin()]).collect()
     }
 
-    /// Largest position error of the linearised mechanism, and where its local maxima are.
-    fn position_extent(&self, map: &Output, shift: &[f64]) -> (Linear, Vec<Vec<f64>>) {
+    /// Local maxima of the linearised mechanism's position error over all directions, largest first.
+    fn position_extent(&self, map: &Output, shift: &[f64]) -> Vec<Linear> {
         let size = self.size();
-        let mut best: Option<Linear> = None;
-        let mut maxima: Vec<(f64, Vec<f64>)> = Vec::new();
+        let mut maxima: Vec<(Vec<f64>, Linear)> = Vec::new();
         for start in self.fan(map) {
             let mut direction = vec![0.0; size];
             direction[..2].copy_from_slice(&start);
@@ -168,16 +174,15 @@ impl Mechanism {
                     break;
                 }
             }
-            if !maxima.iter().any(|(value, _)| (value - reached.value).abs() <= 1e-9 * reached.value) {
-                maxima.push((reached.value, reached.parameters.clone()));
-            }
-            if best.as_ref().is_none_or(|b| reached.value > b.value) {
-                best = Some(reached);
+            let known = |(other, linear): &(Vec<f64>, Linear)| {
+                inner(other, &direction) > 1.0 - 1e-9 && (linear.value - reached.value).abs() <= 1e-9 * reached.value
+            };
+            if !maxima.iter().any(known) {
+                maxima.push((direction, reached));
             }
         }
-        maxima.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let zero = vec![0.0; size];
-        (best.unwrap_or_else(|| self.extent(map, shift, &zero)), maxima.into_iter().map(|(_, p)| p).collect())
+        maxima.sort_by(|(_, a), (_, b)| b.value.total_cmp(&a.value));
+        maxima.into_iter().map(|(_, linear)| linear).collect()
     }
 
     fn worst_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State, starts: usize) -> Worst {
@@ -191,16 +196,16 @@ impl Mechanism {
         let shift = self.drive_shift(&map, case, nominal);
         let reference = self.output(&nominal.coordinates, &nominal.inputs);
 
-        let (linear_position, maxima) = self.position_extent(&map, &shift);
-        let mut position_starts = maxima;
-        for k in 0..u32::try_from(starts).unwrap_or(u32::MAX) {
-            let angle = TAU * f64::from(k) / starts as f64;
+        let mut optima = self.position_extent(&map, &shift);
+        optima.truncate(starts.max(1));
+        for k in 0..starts.saturating_sub(optima.len()) {
+            let angle = TAU * k as f64 / starts as f64;
             let mut direction = vec![0.0; size];
             (direction[1], direction[0]) = angle.sin_cos();
-            position_starts.push(self.extent(&map, &shift, &direction).parameters);
+            optima.push(self.extent(&map, &shift, &direction));
         }
-        position_starts.truncate(starts.max(1));
-        self.add_corners(&mut position_starts, starts / 2);
+        let position_starts = self.starts(&optima, starts / 2);
+        let linear_position = optima.swap_remove(0);
 
         let mut from = [0.0; 3];
         for (component, value) in self.space.components().iter().zip(&reference) {
@@ -227,8 +232,9 @@ impl Mechanism {
                 let mut along = vec![0.0; size];
                 along[i] = sign;
                 let linear = self.extent(&map, &shift, &along);
-                let mut candidates = vec![linear.parameters];
-                self.add_corners(&mut candidates, starts / 4);
+                let linear = [linear];
+                let candidates = self.starts(&linear, starts / 4);
+                let [linear] = linear;
                 let (_, offset, error) = climb(&Objective::Component { index: i, sign }, candidates);
                 exact[side] = error[i];
                 first_order[side] = sign * linear.value;
@@ -267,27 +273,44 @@ impl Mechanism {
         }
     }
 
-    /// Adds boundary points drawn at random, always the same ones.
-    fn add_corners(&self, candidates: &mut Vec<Vec<f64>>, count: usize) {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
-        for _ in 0..count {
-            let mut parameters = self.centre.clone();
-            for source in &self.sources {
-                let mut w = [0.0; MAX_SIZE];
-                for v in &mut w {
-                    *v = rng.random_range(-1.0..1.0);
-                }
-                // Moments weigh as forces at the set's own proportions.
-                if let crate::clearance::Set::Diamond { half_length, .. } = source.set {
-                    w[1] *= half_length;
-                }
-                let face = source.set.face(&w[..source.set.size()], 0.0);
-                for (k, p) in source.range().enumerate() {
-                    parameters[p] += face.centre[k];
-                }
+    /// Moves the given sources of a start to corners of their sets, drawn at random.
+    fn to_corners(&self, parameters: &mut [f64], sources: &[usize], rng: &mut Xoshiro256PlusPlus) {
+        for source in sources.iter().map(|&s| &self.sources[s]) {
+            let mut w = [0.0; MAX_SIZE];
+            for v in &mut w {
+                *v = rng.random_range(-1.0..1.0);
             }
-            candidates.push(parameters);
+            // Moments weigh as forces at the set's own proportions.
+            if let crate::clearance::Set::Diamond { half_length, .. } = source.set {
+                w[1] *= half_length;
+            }
+            let face = source.set.face(&w[..source.set.size()], 0.0);
+            for (k, p) in source.range().enumerate() {
+                parameters[p] = self.centre[p] + face.centre[k];
+            }
         }
+    }
+
+    /// Adds starts: linearised optima, those without a first-order effect in corners, and corners of
+    /// all sets. The draws are always the same ones.
+    fn starts(&self, optima: &[Linear], corners: usize) -> Vec<Vec<f64>> {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
+        let mut starts = Vec::with_capacity(optima.len() + corners);
+        for optimum in optima {
+            starts.push(optimum.parameters.clone());
+            for _ in 0..if optimum.undecided.is_empty() { 0 } else { 3 } {
+                let mut start = optimum.parameters.clone();
+                self.to_corners(&mut start, &optimum.undecided, &mut rng);
+                starts.push(start);
+            }
+        }
+        let all: Vec<usize> = (0..self.sources.len()).collect();
+        for _ in 0..corners {
+            let mut start = self.centre.clone();
+            self.to_corners(&mut start, &all, &mut rng);
+            starts.push(start);
+        }
+        starts
     }
 
     /// The highest summit over all starts; a start that cannot be assembled is approached as far as

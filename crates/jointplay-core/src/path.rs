@@ -189,9 +189,11 @@ impl Mechanism {
         let held = self.assemble(drives, true);
         if held.converged {
             let solver = Solver::new(self, &held.coordinates);
-            if let Some(state) = solver.polish(&held.coordinates, &Inputs::nominal(self, drives)) {
-                return Some((solver, state));
-            }
+            let inputs = Inputs::nominal(self, drives);
+            let state = solver.polish(&held.coordinates, &inputs);
+            // A singular start assembles, but Newton's method cannot polish it.
+            let singular = State { coordinates: held.coordinates, inputs, negative: false };
+            return Some((solver, state.unwrap_or(singular)));
         }
         let free = self.assemble(drives, false);
         if !free.converged {
@@ -336,6 +338,9 @@ impl Mechanism {
             return None;
         }
         let drives: Vec<f64> = near.iter().enumerate().map(|(d, &q)| self.drive_value(d, coordinates, q)).collect();
-        solver.polish(coordinates, &Inputs::nominal(self, &drives))
+        let inputs = Inputs::nominal(self, &drives);
+        // A singular state cannot be polished; it is judged by its Jacobian later.
+        let given = || State { coordinates: coordinates.to_vec(), inputs: inputs.clone(), negative: false };
+        Some(solver.polish(coordinates, &inputs).unwrap_or_else(given))
     }
 }

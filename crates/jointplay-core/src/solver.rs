@@ -226,6 +226,9 @@ impl<'m> Solver<'m> {
     /// As [`Self::follow`], giving the last state reached with the failure.
     fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
         let mut state = from.clone();
+        if from.inputs == *to {
+            return Ok(from.clone());
+        }
         let most = self.mechanism.largest_part(&from.inputs, to);
         let (mut done, mut part) = (0.0_f64, most);
         for _ in 0..MOST_STEPS {
@@ -304,7 +307,7 @@ pub(crate) fn scaled_size(mechanism: &Mechanism, twists: &[f64]) -> f64 {
     })
 }
 
-pub(crate) fn between(from: &Inputs<f64>, to: &Inputs<f64>, t: f64) -> Inputs<f64> {
+fn between(from: &Inputs<f64>, to: &Inputs<f64>, t: f64) -> Inputs<f64> {
     let mix = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect();
     Inputs { drives: mix(&from.drives, &to.drives), parameters: mix(&from.parameters, &to.parameters) }
 }

@@ -100,11 +100,20 @@ impl Mechanism {
             trace.status.push(Status::Ok);
             return;
         }
-        match solver.follow(last, &Inputs::nominal(self, drives)) {
+        let followed = solver.follow(last, &Inputs::nominal(self, drives)).or_else(|status| {
+            // No branch leads on from a singular state: the guess chooses one anew.
+            let anew = self.first_state(drives).filter(|_| status == Status::Singular);
+            anew.map(|(_, state)| state).ok_or(status)
+        });
+        match followed {
             Ok(next) => {
-                *last = next;
-                trace.coordinates.extend(&last.coordinates);
-                trace.status.push(self.nominal_status(last));
+                let status = self.nominal_status(&next);
+                trace.coordinates.extend(&next.coordinates);
+                trace.status.push(status);
+                // The path goes on from the last regular state: at a singular one it may fork.
+                if status == Status::Ok {
+                    *last = next;
+                }
             }
             Err(status) => {
                 trace.coordinates.resize(trace.coordinates.len() + self.n_unknowns(), f64::NAN);

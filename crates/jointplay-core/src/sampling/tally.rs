@@ -234,7 +234,13 @@ impl Tally {
 
     /// Unbiased covariance.
     pub fn covariance(&self) -> Vec<f64> {
-        self.products.iter().map(|p| p / (self.count as f64 - 1.0)).collect()
+        let n = self.mean.len();
+        let of = |(k, p): (usize, &f64)| {
+            // Rounding may leave a component that does not vary slightly below zero.
+            let p = if k % (n + 1) == 0 { p.max(0.0) } else { *p };
+            p / (self.count as f64 - 1.0)
+        };
+        self.products.iter().enumerate().map(of).collect()
     }
 
     /// A quantile of every quantity, interpolated within its fine bin.

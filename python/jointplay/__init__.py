@@ -1,0 +1,79 @@
+"""How far off is the output of a mechanism with joint clearance, and which joint is to blame?
+
+    import jointplay as jp
+
+    m = jp.load("four-bar.toml")
+    worst = jp.worst(m)                      # an xarray.Dataset over the configurations
+    worst.worst_position, worst.contribution
+
+Everything is imported when it is first used, so that the command starts fast.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from . import examples, plot
+    from .analyses.check import check
+    from .analyses.compare import compare
+    from .analyses.compensate import compensate
+    from .analyses.given import given
+    from .analyses.loaded import loaded
+    from .analyses.random import random
+    from .analyses.solve import solve
+    from .analyses.sweep import sweep
+    from .analyses.worst import worst
+    from .errors import InputError, JointplayError
+    from .model import Mechanism, load, loads
+    from .write import save
+
+    __version__: str
+
+__all__ = [
+    "InputError",
+    "JointplayError",
+    "Mechanism",
+    "__version__",
+    "check",
+    "compare",
+    "compensate",
+    "examples",
+    "given",
+    "load",
+    "loaded",
+    "loads",
+    "plot",
+    "random",
+    "save",
+    "solve",
+    "sweep",
+    "worst",
+]
+
+_QUESTIONS = ("check", "compare", "compensate", "given", "loaded", "random", "solve", "sweep", "worst")
+_HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
+    "InputError": "errors",
+    "JointplayError": "errors",
+    "Mechanism": "model",
+    "load": "model",
+    "loads": "model",
+    "save": "write",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in ("examples", "plot"):
+        return importlib.import_module(f"{__name__}.{name}")
+    if name == "__version__":
+        return importlib.import_module(f"{__name__}.result").version()
+    if name not in _HOMES:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    value = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,279 @@
+"""`compensate`: drive values that bring the output back as near as they can.
+
+    dq = -(W J)^+ W (E(q) - target),   q <- q + dq,   J = dE/dq
+
+E is the error of the non-linear model at the drives q, found anew at every step, so that a load may move its contacts.
+A step counts only when it makes |W (E - target)| smaller: where contact flips back and forth the best drives met are
+kept. W weighs lengths against angles. What no drive can remove is what remains of E.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.errors import InputError, not_known, shown
+from jointplay.model import Mechanism
+from jointplay.result import Result, axes_of, to_dataset
+
+from .loaded import require_loads
+from .nominal import Codes, Floats, Nominal, nominal, report
+from .offsets import Offsets, parameters
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+QUESTIONS = ("loaded", "given")
+STEPS = 40
+#: shortest part of a step that is tried
+SHORTEST = 2.0**-10
+#: a step (radians, characteristic lengths) below this is none
+STILL = 1e-11
+#: half the distance of the drive values whose errors give J; its square is the error of J
+PROBE = 1e-5
+
+#: error of some drive values, (configuration, component), and the status of each
+Errors = Callable[[Floats], tuple[Floats, Codes]]
+
+
+def compensate(
+    m: Mechanism,
+    question: str = "loaded",
+    offsets: Offsets | xr.DataArray | xr.Dataset | None = None,
+    deviations: Mapping[str, Any] | None = None,
+    *,
+    weights: tuple[float, float] | None = None,
+    target: Sequence[float] | NDArray[np.float64] | None = None,
+) -> xr.Dataset:
+    """Correct the drives so that the output returns as near as it can to its nominal pose.
+
+    Parameters
+    ----------
+    m : Mechanism
+    question : {"loaded", "given"}
+        Which error is corrected.
+    offsets, deviations : optional
+        As for `given`; with that question only.
+    weights : (float, float), optional
+        Weights of position and rotation: a position error counts as many times its length, a rotation as
+        many times the arc it makes at the radius `weights[1]`, in the length unit of the file per radian. Default:
+        (1, 0) with fewer than three drives, else (1, characteristic length).
+    target : array, optional
+        Error to reach in place of zero: (x, y) or (x, y, angle), for all or for each configuration. With ``"given"``
+        and no offsets this is the inverse kinematics of a displaced output point.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `configuration`: `drive_nominal`, `drive_corrected` and `correction` (along `drive`), `error` (before),
+        `residual` (after: what no drive can remove), `residual_position`, `residual_rotation` (sizes), `at_limit`
+        (drives held by their range in the file), `settled` (no further step made it smaller because none was left;
+        elsewhere contact flips, and the best drives met are given), `iterations`, `nominal`, `status` (of the
+        corrected mechanism).
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> result = jp.compensate(jp.loads(jp.examples.text("four-bar")))
+    >>> result.drive_corrected[0].item() > result.theta1[0].item()
+    True
+    """
+    return to_dataset(compute(m, question, offsets, deviations, weights=weights, target=target))
+
+
+@dataclass(frozen=True)
+class Correction:
+    """Corrected drives of all configurations, SI."""
+
+    drives: Floats
+    error: Floats
+    status: Codes
+    iterations: NDArray[np.int64]
+    settled: NDArray[np.bool_]
+
+
+def compute(
+    m: Mechanism,
+    question: str = "loaded",
+    offsets: Offsets | xr.DataArray | xr.Dataset | None = None,
+    deviations: Mapping[str, Any] | None = None,
+    *,
+    weights: tuple[float, float] | None = None,
+    target: Sequence[float] | NDArray[np.float64] | None = None,
+    at: Nominal | None = None,
+) -> Result:
+    """The light form of `compensate`."""
+    if not m.drives:
+        raise InputError("a mechanism without drives has nothing to correct", file=m.file, key="drives")
+    at = at or nominal(m)
+    errors = _errors(m, at, question, offsets, deviations)
+    weight = _weights(m, weights)
+    wanted = _target(m, len(at), target)
+    before, _ = errors(at.drives)
+    correction = correct(errors, at, weight, wanted, _unit(m), _ranges(m))
+    return _report(m, at, question, before, correction, weight)
+
+
+def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: Floats, ranges: Floats) -> Correction:
+    """Damped Gauss-Newton steps on all configurations at once; see the top of the file.
+
+    Parameters
+    ----------
+    unit : ndarray
+        What makes steps of different drives comparable: one radian, or one characteristic length.
+    ranges : ndarray
+        Lowest and highest value of every drive, shape (2, drive).
+    """
+    low, high = ranges
+    drives = at.drives.copy()
+    error, status = errors(drives)
+
+    def size(e: Floats) -> Floats:
+        norm = np.linalg.norm(weight * (e - wanted), axis=1)
+        return np.where(np.isfinite(norm), norm, np.inf)
+
+    merit = size(error)
+    active = np.isfinite(merit)
+    iterations = np.zeros(len(drives), dtype=np.int64)
+    settled = np.zeros(len(drives), dtype=bool)
+    for _ in range(STEPS):
+        if not active.any():
+            break
+        slopes = _slopes(errors, drives, unit)
+        step = np.zeros_like(drives)
+        for k in np.flatnonzero(active):
+            outward = _step(slopes[k], weight, error[k] - wanted[k], unit, drives[k], ranges)
+            step[k] = np.clip(drives[k] + outward, low, high) - drives[k]
+        length = np.abs(step / unit).max(axis=1)
+        settled |= active & (length <= STILL)
+        active &= length > STILL  # also false where there is no step, nan
+        part = np.where(active, 1.0, 0.0)
+        searching = active.copy()
+        while searching.any():
+            trial = drives + part[:, None] * step
+            error_trial, status_trial = errors(trial)
+            better = searching & (size(error_trial) < merit)
+            drives[better], error[better], status[better] = trial[better], error_trial[better], status_trial[better]
+            merit[better] = size(error_trial)[better]
+            iterations[better] += 1
+            searching &= ~better
+            part[searching] *= 0.5
+            # Rounding, not contact, stops a search whose steps hardly change anything.
+            done = searching & (part < SHORTEST)
+            settled |= done & (length < 1e3 * STILL)
+            active &= ~done
+            searching &= ~done
+    return Correction(drives, error, status, iterations, settled)
+
+
+def _slopes(errors: Errors, drives: Floats, unit: Floats) -> Floats:
+    """dE/dq by central differences of the non-linear model, shape (configuration, component, drive)."""
+    columns = []
+    for d in range(drives.shape[1]):
+        shift = np.zeros(drives.shape[1])
+        shift[d] = PROBE * unit[d]
+        above, below = errors(drives + shift)[0], errors(drives - shift)[0]
+        columns.append((above - below) / (2.0 * shift[d]))
+    return np.stack(columns, axis=2)
+
+
+def _step(slopes: Floats, weight: Floats, gap: Floats, unit: Floats, drives: Floats, ranges: Floats) -> Floats:
+    """The step of least norm; drives that it would push out of their range stay where they are."""
+    if not np.isfinite(slopes).all():
+        return np.full_like(drives, np.nan)
+    free = np.ones(len(drives), dtype=bool)
+    while True:
+        matrix = weight[:, None] * slopes * unit * free
+        step: Floats = unit * free * np.linalg.lstsq(matrix, -weight * gap, rcond=1e-9)[0]
+        out = free & (((drives <= ranges[0]) & (step < 0)) | ((drives >= ranges[1]) & (step > 0)))
+        if not out.any():
+            return step
+        free &= ~out
+
+
+def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: Mapping[str, Any] | None) -> Errors:
+    if question == "given":
+        u = parameters(m, len(at), {} if offsets is None else offsets, deviations or {})
+
+        def by_offsets(drives: Floats) -> tuple[Floats, Codes]:
+            found = m.core.given(drives, at.poses, u)
+            return found["error"], at.worse(found["status"])
+
+        return by_offsets
+    if question != "loaded":
+        raise InputError(not_known(question, "an error that drives can correct", QUESTIONS), key="question")
+    if offsets is not None or deviations is not None:
+        raise InputError("offsets are given; ask for the question 'given'", file=m.file, key="offsets")
+    require_loads(m)
+
+    def by_load(drives: Floats) -> tuple[Floats, Codes]:
+        found = m.core.loaded(drives, at.poses)
+        return found["error"], at.worse(found["status"])
+
+    return by_load
+
+
+def _weights(m: Mechanism, weights: tuple[float, float] | None) -> Floats:
+    """Metres per metre and per radian, of every component."""
+    if weights is None:
+        position, rotation = 1.0, 0.0 if len(m.drives) < 3 else m.length
+    else:
+        if len(weights) != 2 or not all(np.isfinite(w) and w >= 0 for w in weights) or not any(weights):
+            problem = f"two weights, position and rotation, not negative and not both zero; here {shown(list(weights))}"
+            raise InputError(problem, key="weights")
+        position, rotation = float(weights[0]), float(weights[1]) * m.units.length
+    return np.array([rotation if c == "angle" else position for c in m.components])
+
+
+def _target(m: Mechanism, count: int, target: Any) -> Floats:
+    wanted = np.zeros((count, len(m.components)))
+    if target is None:
+        return wanted
+    array = np.asarray(target, dtype=np.float64)
+    width = array.shape[-1] if array.ndim else 0
+    if array.ndim not in (1, 2) or width not in (2, 3) or (array.ndim == 2 and len(array) != count):
+        problem = (
+            f"needs x, y or x, y, angle for all or each of the {count} configurations; here the shape is {array.shape}"
+        )
+        raise InputError(problem, file=m.file, key="target")
+    if not np.isfinite(array).all():
+        raise InputError("has values that are not finite", file=m.file, key="target")
+    wanted[:, :width] = array * m.component_factors[:width]
+    return wanted
+
+
+def _unit(m: Mechanism) -> Floats:
+    return np.array([1.0 if kind == "angle" else m.length for kind in axes_of(m)["drive"].kinds])
+
+
+def _ranges(m: Mechanism) -> Floats:
+    free = (-np.inf, np.inf)
+    return np.array([m.limits.drives.get(name, free) for name in m.drives]).T
+
+
+def _report(m: Mechanism, at: Nominal, question: str, before: Floats, found: Correction, weight: Floats) -> Result:
+    builder = report(m, "compensate", at, corrects=question)
+    builder.attrs["weight_position"] = float(weight[0])
+    builder.attrs["weight_rotation"] = float(weight[-1]) / m.units.length
+    pose, drive = ("configuration", "component"), ("configuration", "drive")
+    known = np.isfinite(found.error).all(axis=1, keepdims=True)
+    corrected = np.where(~known, np.nan, found.drives)
+    builder.add("drive_nominal", drive, at.drives, "drive value as commanded", "drive")
+    builder.add("drive_corrected", drive, corrected, "corrected drive value", "drive")
+    builder.add("correction", drive, corrected - at.drives, "corrected - nominal drive value", "drive")
+    builder.add("error", pose, before, "error with the drives as commanded", "component")
+    builder.add("residual", pose, found.error, "error with the drives corrected", "component")
+    position = np.hypot(found.error[:, 0], found.error[:, 1])
+    builder.add("residual_position", "configuration", position, "position error with the drives corrected", "length")
+    rotation = np.abs(found.error[:, 2])
+    builder.add("residual_rotation", "configuration", rotation, "rotation with the drives corrected", "angle")
+    low, high = _ranges(m)
+    builder.add("at_limit", drive, (corrected <= low) | (corrected >= high), "whether the range holds the drive")
+    builder.add("settled", "configuration", found.settled, "whether no step was left to make")
+    builder.add("iterations", "configuration", found.iterations, "steps made")
+    builder.status(found.status)
+    return builder.result()

@@ -1,0 +1,109 @@
+"""`given`: the exact pose for given clearance offsets and deviations.
+
+closure(poses, drives, u) = 0 with u given;  error = output(poses) - output(nominal poses)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jointplay.model import Mechanism
+from jointplay.result import Result, to_dataset
+
+from .nominal import Floats, Nominal, nominal, report
+from .offsets import Offsets, admissible, parameters
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def given(
+    m: Mechanism,
+    offsets: Offsets | xr.DataArray | xr.Dataset | None = None,
+    deviations: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
+    """Find the error for given clearance offsets and deviations.
+
+    Parameters
+    ----------
+    m : Mechanism
+    offsets : mapping, array, DataArray or Dataset
+        By source (``{"J1": [0.5, 0]}``: every component of its offset) or by label (``{"J1.x": 0.5}``), in the units of
+        the file; a value, or one per configuration. The offset of a pin is that of the second body's pin centre from
+        the first's, in ground axes. Or a result that has `offset`, or a certificate of the worst case:
+        ``worst.worst_offset.sel(extreme="position")``.
+    deviations : mapping, optional
+        The same for dimensions, locked angles and drive errors: the whole deviation, in place of the known one of
+        the file. They may stand among the offsets as well.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `configuration`: `error`, `error_first_order`, `contribution` (per source; they add up to the first-order
+        error), `offset` (all parameters), `admissible` (whether the offset of a source lies within its clearance or
+        tolerance; outside it counts all the same), `pose` of every body, `nominal`, `status`.
+
+    Raises
+    ------
+    InputError
+        When a name is unknown or an array has the wrong shape.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> m = jp.loads(jp.examples.text("four-bar"))
+    >>> jp.given(m, {"J1": [0.5, 0], "J3.x": -1}).error[0].values.round(3)
+    array([-0.183,  0.255,  0.12 ])
+    """
+    return to_dataset(compute(m, offsets, deviations))
+
+
+def compute(
+    m: Mechanism,
+    offsets: Offsets | xr.DataArray | xr.Dataset | None = None,
+    deviations: Mapping[str, Any] | None = None,
+    *,
+    at: Nominal | None = None,
+) -> Result:
+    """The light form of `given`."""
+    at = at or nominal(m)
+    u = parameters(m, len(at), {} if offsets is None else offsets, deviations or {})
+    # Offsets of another result are nan where it has none.
+    unknown = np.isnan(u).sum(axis=1) > 0
+    found = m.core.given(at.drives, at.poses, np.where(unknown[:, None], m.centre, u))
+    for name in ("error", "error_first_order", "poses"):
+        found[name][unknown] = np.nan
+    slopes = m.core.sensitivity(at.drives, at.poses)["source"]
+    pose = ("configuration", "component")
+    builder = report(m, "given", at)
+    builder.add("error", pose, found["error"], "error of the output, actual - nominal", "component")
+    builder.add("error_first_order", pose, found["error_first_order"], "error to first order", "component")
+    builder.add(
+        "contribution",
+        ("configuration", "source", "component"),
+        by_source(m, slopes * u[:, None, :]),
+        "part of the source in the first-order error",
+        "component",
+    )
+    builder.add("offset", ("configuration", "parameter"), u, "offset of the parameter", "parameter")
+    inside = admissible(m, u)
+    builder.add("admissible", ("configuration", "source"), inside, "whether the offset lies within its clearance")
+    builder.add("pose", ("configuration", "body", "component"), found["poses"], "pose of the body's axes", "component")
+    builder.status(at.worse(found["status"]))
+    return builder.result()
+
+
+def at_worst(m: Mechanism, worst: Result) -> Result:
+    """The light form of `given` at the offsets of the largest position error, which it reproduces."""
+    result = compute(m, worst.get("worst_offset", extreme="position"))
+    return Result(result.coords, result.data, {**result.attrs, "offsets_of": "the largest position error"})
+
+
+def by_source(m: Mechanism, parts: Floats) -> Floats:
+    """Parts of the parameters, (configuration, component, parameter), summed to (configuration, source, component)."""
+    owners = m.parameter_source[:, None] == np.arange(len(m.sources))
+    summed: Floats = np.einsum("ncp,ps->nsc", parts, owners.astype(float))
+    return summed

@@ -1,0 +1,168 @@
+"""The nominal mechanism along its drive values or its path: what every question starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.mobility import require_determinate
+from jointplay.model import Mechanism
+from jointplay.result import Builder, Result
+from jointplay.units import Units
+
+Floats = NDArray[np.float64]
+Codes = NDArray[np.uint8]
+#: called with how many steps are done and how many there are
+Progress = Callable[[int, int], None]
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during long work, with what was done until then.
+
+    Attributes
+    ----------
+    partial : Result
+        The steps that were finished; its attribute `incomplete` says so.
+    """
+
+    def __init__(self, partial: Result) -> None:
+        super().__init__()
+        self.partial = partial
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """Solved configurations, SI and radians; nan where a configuration is not assembled.
+
+    Attributes
+    ----------
+    drives : ndarray
+        Shape (configuration, drive): as commanded, or as solved from the path.
+    poses : ndarray
+        Shape (configuration, body, 3).
+    output : ndarray
+        Pose of the output point, shape (configuration, 3).
+    status : ndarray
+        The core's codes.
+    singular_value : ndarray
+        Smallest singular value of the length-scaled Jacobian.
+    singular_motion : ndarray
+        The motion that belongs to it, shape (configuration, body, 3).
+    units : Units or None
+        Units that results are asked in, when not those of the mechanism's file.
+    """
+
+    drives: Floats
+    poses: Floats
+    output: Floats
+    status: Codes
+    singular_value: Floats
+    singular_motion: Floats
+    units: Units | None = None
+
+    def __len__(self) -> int:
+        return len(self.drives)
+
+    def first(self, count: int) -> Nominal:
+        """The first configurations only."""
+        return replace(self, **{name: value[:count] for name, value in vars(self).items() if name != "units"})
+
+    def worse(self, status: NDArray[Any]) -> Codes:
+        """Status of an analysis, that of the nominal configuration where this is not ok already."""
+        return np.where(self.status != 0, self.status, status)
+
+
+def nominal(m: Mechanism) -> Nominal:
+    """Solve the nominal mechanism for its drive values, or its drives for its path.
+
+    Raises
+    ------
+    InputError
+        When the mechanism has too few or too many drives, or is over-constrained.
+    """
+    require_determinate(m)
+    if m.drive_values is not None:
+        # A drive has its commanded value also where the links cannot follow.
+        return replace(_of(m.core.solve(m.drive_values)), drives=m.drive_values)
+    assert m.targets is not None
+    return follow(m, m.targets, m.target_components)
+
+
+def follow(m: Mechanism, targets: Floats, components: tuple[str, ...]) -> Nominal:
+    """Solve the drives for target poses of the output, least squares over some components.
+
+    An angle counts as the length of its arc at the characteristic length.
+    """
+    weight = {"x": 1.0, "y": 1.0, "angle": m.length}
+    weights = np.array([weight[c] if c in components else 0.0 for c in m.components])
+    return _of(m.core.inverse(targets, weights, m.start_drives))
+
+
+def _of(solved: dict[str, NDArray[Any]]) -> Nominal:
+    return Nominal(
+        drives=solved["drives"],
+        poses=solved["poses"],
+        output=solved["output"],
+        status=solved["status"],
+        singular_value=solved["singular_value"],
+        singular_motion=solved["singular_motion"],
+    )
+
+
+def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float) -> Builder:
+    """A result that says at which drive values and nominal poses it was found."""
+    builder = Builder(m, question, at.units, **attrs)
+    builder.attrs["length"] = m.length / builder.units.length
+    builder.drives(at.drives)
+    builder.add("nominal", ("configuration", "component"), at.output, "nominal pose of the output", "component")
+    return builder
+
+
+def batched(
+    count: int,
+    size: int,
+    run: Callable[[slice], dict[str, NDArray[Any]]],
+    progress: Progress | None,
+) -> tuple[dict[str, NDArray[Any]], int]:
+    """Run over configurations in batches.
+
+    Returns
+    -------
+    joined : dict
+        The arrays of all batches, joined.
+    done : int
+        How many configurations they cover: fewer than `count` after Ctrl-C, never none.
+    """
+    parts: list[dict[str, NDArray[Any]]] = []
+    done = 0
+    try:
+        while done < count:
+            end = min(done + size, count)
+            part = run(slice(done, end))
+            parts.append(part)
+            done = end
+            if progress is not None:
+                progress(done, count)
+    except KeyboardInterrupt:
+        if not parts:
+            raise
+    done = sum(len(part["status"]) for part in parts)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}, done
+
+
+def finished(builder: Builder, done: int, count: int) -> Result:
+    """The result of batches.
+
+    Raises
+    ------
+    Interrupted
+        When not all of them were done.
+    """
+    if done < count:
+        builder.attrs["incomplete"] = f"interrupted after {done} of {count} configurations"
+        raise Interrupted(builder.result())
+    return builder.result()

@@ -1,0 +1,128 @@
+"""Offsets that a user gives, by name, as the vector u of all parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.errors import InputError, listed, not_known
+from jointplay.model import Mechanism
+from jointplay.result import axes_of
+
+from .nominal import Floats
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Offsets = Mapping[str, Any] | NDArray[np.float64]
+#: how far outside its set an offset is that rounding may have put there
+SLACK = 1e-9
+
+
+def parameters(
+    m: Mechanism, count: int, offsets: Offsets | xr.DataArray | xr.Dataset, deviations: Mapping[str, Any]
+) -> Floats:
+    """The vector u of every configuration, SI, shape (configuration, parameter).
+
+    What is not named stays at its known deviation, zero for clearances.
+    """
+    if not isinstance(offsets, Mapping) or hasattr(offsets, "data_vars"):
+        return _from_array(m, count, offsets, deviations)
+    u = np.tile(m.centre, (count, 1))
+    named: set[int] = set()
+    for name, value in offsets.items():
+        _put(m, u, _columns(m, str(name), "offsets"), value, str(name), named)
+    for name, value in deviations.items():
+        columns = _columns(m, str(name), "deviations")
+        if any(m.source_kinds[int(m.parameter_source[k])] == "clearance" for k in columns):
+            raise InputError("is a clearance, not a deviation; give it among the offsets", file=m.file, key=str(name))
+        _put(m, u, columns, value, str(name), named)
+    return u
+
+
+def _columns(m: Mechanism, name: str, what: str) -> list[int]:
+    """Parameters that a label (`J1.x`) or a source (`J1`) means."""
+    if name in m.parameters:
+        return [m.parameters.index(name)]
+    if name in m.sources:
+        source = m.sources.index(name)
+        return [k for k, owner in enumerate(m.parameter_source) if owner == source]
+    if name in m.joints:
+        problem = f"this joint has no clearance or tolerance in the file; sources: {listed(m.sources)}"
+        raise InputError(problem, file=m.file, key=f"{what}.{name}")
+    known = [*m.sources, *m.parameters]
+    raise InputError(not_known(name, "a source or a parameter", known), file=m.file, key=what)
+
+
+def _put(m: Mechanism, u: Floats, columns: list[int], value: Any, name: str, named: set[int]) -> None:
+    count = len(u)
+    labels = [m.parameters[k] for k in columns]
+    if named & set(columns):
+        raise InputError("is given twice", file=m.file, key=name)
+    named |= set(columns)
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{value!r} is not a number or an array of numbers", file=m.file, key=name) from None
+    if not np.isfinite(array).all():
+        raise InputError("has values that are not finite", file=m.file, key=name)
+    if len(columns) == 1 and array.shape in ((), (1,), (count,), (count, 1)):
+        u[:, columns[0]] = array.reshape(-1) * m.parameter_factors[columns[0]]
+    elif len(columns) > 1 and array.shape in ((len(columns),), (count, len(columns))):
+        u[:, columns] = array * m.parameter_factors[columns]
+    else:
+        one = "one number" if len(columns) == 1 else f"{len(columns)} numbers ({listed(labels)})"
+        problem = (
+            f"needs {one}, or as many for each of the {count} configurations; here is an array of shape {array.shape}"
+        )
+        raise InputError(problem, file=m.file, key=name)
+
+
+def _from_array(m: Mechanism, count: int, offsets: Any, deviations: Mapping[str, Any]) -> Floats:
+    """From a Dataset with `offset`, a DataArray along `parameter`, or a plain array in the order of the parameters."""
+    if deviations:
+        raise InputError("an array of offsets holds the deviations as well; give one or the other", file=m.file)
+    if hasattr(offsets, "data_vars"):
+        if "offset" not in offsets:
+            raise InputError(
+                "the dataset has no variable 'offset'; take one out of it, such as worst_offset", file=m.file
+            )
+        offsets = offsets["offset"]
+    if hasattr(offsets, "dims"):
+        extra = [str(dim) for dim in offsets.dims if dim not in ("configuration", "parameter")]
+        if "parameter" not in offsets.dims or extra:
+            problem = (
+                f"needs the dimensions configuration and parameter; here are {listed(str(d) for d in offsets.dims)}"
+            )
+            raise InputError(problem, file=m.file, key="offsets")
+        if offsets["parameter"].values.tolist() != list(m.parameters):
+            raise InputError("the parameters are not those of this mechanism", file=m.file, key="offsets")
+        offsets = offsets.transpose(..., "parameter").values
+    array = np.asarray(offsets, dtype=np.float64)
+    if array.shape not in ((len(m.parameters),), (count, len(m.parameters))):
+        shape = f"({count}, {len(m.parameters)})"
+        problem = f"needs the shape {shape}, configurations by parameters; here it is {array.shape}"
+        raise InputError(problem, file=m.file, key="offsets")
+    return np.ascontiguousarray(np.broadcast_to(array * m.parameter_factors, (count, len(m.parameters))))
+
+
+def admissible(m: Mechanism, u: Floats) -> NDArray[np.bool_]:
+    """Whether every source's offset lies in its set, shape (configuration, source)."""
+    inside = np.ones((len(u), len(m.sources)), dtype=bool)
+    for s, source in enumerate(m.core_spec["sources"]):
+        columns = np.flatnonzero(m.parameter_source == s)
+        away = u[:, columns] - np.array(source["centre"])
+        ((shape, size),) = source["set"].items()
+        slack = SLACK * m.length
+        if shape == "disc":
+            inside[:, s] = np.hypot(away[:, 0], away[:, 1]) <= size["radius"] + slack
+        elif shape == "diamond":
+            inside[:, s] = np.abs(away[:, 0]) + size["half_length"] * np.abs(away[:, 1]) <= size["gap"] + slack
+        else:
+            angular = axes_of(m)["parameter"].kinds[columns[0]] == "angle"
+            slack = SLACK if angular else slack
+            inside[:, s] = (away[:, 0] >= size["low"] - slack) & (away[:, 0] <= size["high"] + slack)
+    return inside

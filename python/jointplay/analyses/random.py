@@ -1,0 +1,148 @@
+"""`random`: how the error scatters from unit to unit.
+
+First order: covariance = sum over sources of A_s Sigma_s A_s'. Beside it a seeded Monte Carlo on the non-linear
+closure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.errors import InputError, not_known, shown
+from jointplay.model import Mechanism
+from jointplay.result import Builder, Result, to_dataset
+
+from .nominal import Nominal, Progress, batched, finished, nominal, report
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PROBABILITIES = (0.5, 0.9, 0.95, 0.99, 0.999)
+LAWS = ("uniform", "boundary", "normal")
+MOST_SAMPLES = 10**12
+
+
+def random(
+    m: Mechanism,
+    samples: int = 100_000,
+    seed: int = 0,
+    law: str | None = None,
+    *,
+    probabilities: Sequence[float] = PROBABILITIES,
+    threads: int = 0,
+) -> xr.Dataset:
+    """Find how the error scatters from unit to unit.
+
+    Parameters
+    ----------
+    m : Mechanism
+    samples : int
+        Random units per configuration. Every configuration gets the same random numbers, so that what differs between
+        configurations is not noise.
+    seed : int
+        Of the random numbers; the result is bit-identical for any number of threads.
+    law : {"uniform", "boundary", "normal"}, optional
+        How every clearance scatters, in place of its own law in the file: uniform in its set, on its boundary, or
+        normal with three sigma to the boundary.
+    probabilities : sequence of float
+        Of the quantiles.
+    threads : int
+        0 for all cores.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `configuration`: `mean`, `std`, `covariance` (also with `_first_order`), `quantile` and `largest` (of x, y,
+        angle, position, rotation; quantiles are known within `quantile_resolution`), `histogram` with `edge`, `outside`
+        (share beyond the limits of the file), `failures` (samples by outcome; no sample is dropped
+        silently), `contribution` (variance per source; they add up to the first-order one), `nominal`, `status`.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> result = jp.random(jp.loads(jp.examples.text("four-bar")), samples=200_000)
+    >>> result["std"].sel(component="angle")[4].item()  # doctest: +ELLIPSIS
+    0.38...
+    """
+    return to_dataset(compute(m, samples, seed, law, probabilities=probabilities, threads=threads))
+
+
+def compute(
+    m: Mechanism,
+    samples: int = 100_000,
+    seed: int = 0,
+    law: str | None = None,
+    *,
+    probabilities: Sequence[float] = PROBABILITIES,
+    threads: int = 0,
+    at: Nominal | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """The light form of `random`."""
+    levels = _checked(samples, seed, law, probabilities)
+    at = at or nominal(m)
+    drives, poses, limits = at.drives, at.poses, m.limits
+
+    def run(part: slice) -> dict[str, NDArray[Any]]:
+        # One configuration a call: the core numbers its random streams from the first configuration it gets.
+        return m.core.random(
+            drives[part], poses[part], samples, seed, levels, limits.position, limits.rotation, law, threads
+        )
+
+    found, done = batched(len(at), 1, run, progress)
+    at = at.first(done)
+    builder = report(m, "random", at, samples=samples, seed=seed, law=law or "as in the file")
+    _moments(builder, found)
+    _distribution(builder, found, levels, m)
+    builder.status(at.worse(found["status"]))
+    return finished(builder, done, len(drives))
+
+
+def _checked(samples: int, seed: int, law: str | None, probabilities: Sequence[float]) -> NDArray[np.float64]:
+    if not 2 <= samples <= MOST_SAMPLES:
+        raise InputError(f"{samples} is not a number of samples; 2 or more are needed", key="samples")
+    if not 0 <= seed < 2**64:
+        raise InputError(f"{seed} is not a seed; a whole number from 0 below 2^64 is needed", key="seed")
+    if law is not None and law not in LAWS:
+        raise InputError(not_known(law, "a law", LAWS), key="law")
+    levels = np.array(probabilities, dtype=np.float64)
+    if levels.ndim != 1 or not ((levels > 0) & (levels < 1)).all():
+        raise InputError(f"probabilities lie between 0 and 1, not {shown(list(probabilities))}", key="probabilities")
+    return levels
+
+
+def _moments(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
+    pose, square = ("configuration", "component"), ("configuration", "component", "component_other")
+    for suffix, words in (("", ""), ("_first_order", ", to first order")):
+        covariance = found[f"covariance{suffix}"]
+        std = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+        builder.add(f"mean{suffix}", pose, found[f"mean{suffix}"], f"mean error{words}", "component")
+        builder.add(f"std{suffix}", pose, std, f"standard deviation of the error{words}", "component")
+        words = f"covariance of the error{words}"
+        builder.add(f"covariance{suffix}", square, covariance, words, ("component", "component_other"))
+    words = "part of the source in the first-order variance"
+    parts = ("configuration", "source", "component")
+    builder.add("contribution", parts, found["contribution"], words, "component", power=2)
+
+
+def _distribution(builder: Builder, found: dict[str, NDArray[Any]], levels: NDArray[np.float64], m: Mechanism) -> None:
+    per = ("configuration", "quantity")
+    builder.labels("probability", levels, "share of the units that is below the quantile")
+    quantile = ("configuration", "probability", "quantity")
+    builder.add("quantile", quantile, found["quantile"], "quantile", "quantity")
+    resolution = found["quantile_resolution"]
+    builder.add("quantile_resolution", per, resolution, "width within which the quantile is known", "quantity")
+    builder.add("largest", per, found["largest"], "largest size met", "quantity")
+    builder.add("histogram", (*per, "bin"), found["histogram"].astype(np.int64), "units in the bin")
+    builder.add("edge", (*per, "bin_edge"), found["edges"], "edges of the bins", "quantity")
+    builder.add("outside", "configuration", found["outside"], "share of the units beyond the limits")
+    failures = found["failures"].astype(np.int64)
+    builder.add("failures", ("configuration", "outcome"), failures, "units by outcome")
+    if not np.isnan(m.limits.position):
+        builder.attrs["limit_position"] = m.limits.position / builder.units.length
+    if not np.isnan(m.limits.rotation):
+        builder.attrs["limit_rotation"] = m.limits.rotation / builder.units.angle

@@ -1,0 +1,157 @@
+"""`sweep`: a question asked again for every value of something in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jointplay.errors import InputError, shown
+from jointplay.model import Mechanism
+from jointplay.result import Result, Variable, stack, to_dataset
+
+from .nominal import Interrupted, Progress
+from .questions import computation
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+QUESTIONS = ("worst", "loaded", "random", "given", "solve")
+LENGTHS = frozenset({"radial", "diametral", "gap", "length", "position", "x", "y", "at"})
+
+
+def sweep(
+    m: Mechanism,
+    key: str | Sequence[str],
+    values: Iterable[float | str],
+    question: str = "worst",
+    *,
+    name: str | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Ask a question for every value of something in the file.
+
+    Parameters
+    ----------
+    m : Mechanism
+    key : str or sequence of str
+        Dotted key, ``*`` for every entry that has the rest of it: ``joints.*.clearance.radial``. Several keys get the
+        same value.
+    values : iterable of float or str
+        In the units of the file.
+    question : {"worst", "loaded", "random", "given", "solve"}
+    name : str, optional
+        Of the new dimension; the last word of the key if left out.
+    **options
+        Of the question, such as ``samples`` or ``offsets``.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of the question with a new leading dimension, its coordinate the values.
+
+    Raises
+    ------
+    InputError
+        When a key or value is not valid, or a value changes how many configurations or sources there are.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> m = jp.loads(jp.examples.text("four-bar"))
+    >>> result = jp.sweep(m, "joints.*.clearance.radial", [0.2, 1.0])
+    >>> result.worst_position[:, 0].values.round(3)
+    array([0.646, 3.245])
+    """
+    return to_dataset(compute(m, key, values, question, name=name, **options))
+
+
+def compute(
+    m: Mechanism,
+    key: str | Sequence[str],
+    values: Iterable[float | str],
+    question: str = "worst",
+    *,
+    name: str | None = None,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Result:
+    """The light form of `sweep`."""
+    ask = computation(question, QUESTIONS)
+    keys = (key,) if isinstance(key, str) else tuple(key)
+    steps = _checked(m, keys, values)
+    results: list[Result] = []
+    try:
+        for value in steps:
+            changed = m.with_(dict.fromkeys(keys, value))
+            result = ask(changed, **options)
+            if results:
+                _check_shape(m, keys[0], value, results[0], result)
+            results.append(result)
+            if progress is not None:
+                progress(len(results), len(steps))
+    except KeyboardInterrupt:
+        if not results:
+            raise
+    swept = _stacked(m, keys, steps[: len(results)], name, results)
+    if len(results) < len(steps):
+        incomplete = f"interrupted after {len(results)} of {len(steps)} values"
+        raise Interrupted(Result(swept.coords, swept.data, {**swept.attrs, "incomplete": incomplete}))
+    return swept
+
+
+def _checked(m: Mechanism, keys: tuple[str, ...], values: Iterable[float | str]) -> list[float | str]:
+    if not keys:
+        raise InputError("name at least one key of the file", file=m.file, key="sweep")
+    steps = [value.item() if isinstance(value, np.generic) else value for value in values]
+    if not steps:
+        raise InputError("needs at least one value", file=m.file, key=keys[0])
+    kinds = {str if isinstance(value, str) else float for value in steps}
+    for value in steps:
+        if isinstance(value, bool) or not isinstance(value, int | float | str) or len(kinds) > 1:
+            raise InputError(f"values are all numbers or all words; here is {shown(value)}", file=m.file, key=keys[0])
+    return steps
+
+
+def _check_shape(m: Mechanism, key: str, value: object, first: Result, result: Result) -> None:
+    for dim, size in first.sizes.items():
+        if result.sizes.get(dim) != size or (dim in first.coords and result.labels(dim) != first.labels(dim)):
+            problem = (
+                f"with {shown(value)} the results have another {dim} than before, so they cannot stand side by side"
+            )
+            raise InputError(problem, file=m.file, key=key)
+
+
+def _stacked(
+    m: Mechanism, keys: tuple[str, ...], steps: list[float | str], name: str | None, results: list[Result]
+) -> Result:
+    taken = {*results[0].coords, *results[0].data, *results[0].sizes}
+    word = name or keys[0].rpartition(".")[2]
+    dim = word if word not in taken and not word.isdigit() else keys[0].replace(".*", "").replace(".", "_")
+    along = Variable((dim,), np.array(steps), _unit(m, keys[0]), ", ".join(keys))
+    return stack(results, along, {**results[0].attrs, "sweep": dim})
+
+
+def _unit(m: Mechanism, key: str) -> str:
+    """Unit of a value of the file; none where it is a word, a count or not known."""
+    parts = key.split(".")
+    words = [part for part in parts if not part.isdigit()]
+    if parts[0] == "gravity":
+        return "m/s^2"
+    if parts[0] == "bodies":
+        return "kg" if words[-1] == "mass" else m.units.length_name
+    if parts[0] == "loads":
+        return {"force": m.units.force_name, "moment": m.units.moment_name}.get(words[-1], m.units.length_name)
+    if parts[0] == "dimensions" and words[-1] not in ("law", "body", "between"):
+        return m.units.length_name
+    if parts[0] == "drives" and words[-1] not in ("law", "count", "joint"):
+        turns = {
+            m.joint_kinds[j] == "revolute"
+            for d, j in zip(m.drives, m.drive_joints, strict=True)
+            if parts[1] in ("*", d)
+        }
+        return "" if len(turns) != 1 else m.units.angle_name if turns.pop() else m.units.length_name
+    if words[-1] in ("rotation", "angle") or (parts[0] == "joints" and "angle" in parts):
+        return m.units.angle_name if words[-1] != "law" else ""
+    return m.units.length_name if words[-1] in LENGTHS else ""

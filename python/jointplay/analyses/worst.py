@@ -1,0 +1,73 @@
+"""`worst`: the largest error that the clearances and tolerances allow, and the offsets that attain it.
+
+first order   max |A u| over u in C, by support functions
+exact         max g(output(closure(u)) - output(nominal)) over u in C, by ascent from many starts
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from jointplay.model import Mechanism
+from jointplay.result import Result, to_dataset
+
+from .nominal import Nominal, Progress, batched, finished, nominal, report
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: configurations per call of the core: enough for its threads, few enough to answer Ctrl-C
+BATCH = 16
+
+
+def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
+    """Find the largest errors that clearances and tolerances allow.
+
+    Parameters
+    ----------
+    m : Mechanism
+    starts : int
+        Starts of the ascent per extreme.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `configuration`: `worst_position` (largest displacement of the output point), `worst_rotation` (largest
+        turn), `worst_component` (lowest and highest error of each component), each also with `_first_order`;
+        `worst_direction` (unit vector of the largest displacement), `worst_offset` (where everything is at each
+        extreme; `given` reproduces the extreme from it), `contribution` (per source, of the first-order figure of
+        each extreme; they add up to it), `nominal`, `status`.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> result = jp.worst(jp.loads(jp.examples.text("four-bar")))
+    >>> result.worst_position[[0, 5, 10]].values.round(3)
+    array([3.245, 3.297, 3.848])
+    """
+    return to_dataset(compute(m, starts=starts))
+
+
+def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progress: Progress | None = None) -> Result:
+    """The light form of `worst`."""
+    at = at or nominal(m)
+    drives, poses = at.drives, at.poses
+    found, done = batched(len(at), BATCH, lambda part: m.core.worst(drives[part], poses[part], starts), progress)
+    at = at.first(done)
+    builder = report(m, "worst", at)
+    sides = ("configuration", "component", "side")
+    for suffix, words in (("", ""), ("_first_order", ", to first order")):
+        position, rotation = found[f"position{suffix}"], found[f"rotation{suffix}"]
+        component = found[f"component{suffix}"]
+        builder.add(f"worst_position{suffix}", "configuration", position, f"largest position error{words}", "length")
+        builder.add(f"worst_rotation{suffix}", "configuration", rotation, f"largest rotation{words}", "angle")
+        words = f"lowest and highest error of the component{words}"
+        builder.add(f"worst_component{suffix}", sides, component, words, "component")
+    words = "direction of the largest position error"
+    builder.add("worst_direction", ("configuration", "axis"), found["direction"], words)
+    words = "offset of the parameter at the extreme"
+    builder.add("worst_offset", ("configuration", "extreme", "parameter"), found["offset"], words, "parameter")
+    words = "part of the source in the first-order extreme"
+    builder.add("contribution", ("configuration", "extreme", "source"), found["contribution"], words, "extreme")
+    builder.status(at.worse(found["status"]))
+    return finished(builder, done, len(drives))

@@ -1,0 +1,123 @@
+"""Ask, then print, write and draw; after Ctrl-C what is done until then."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import DONE, INTERRUPTED, NOT_OK
+from .arguments import assignments, numbers, value
+from .progress import bar
+
+if TYPE_CHECKING:
+    from jointplay.model import Mechanism
+    from jointplay.result import Result
+
+#: a table that is not read on a terminal may be as wide as it needs
+UNLIMITED = 400
+
+
+def mechanism(file: str, settings: Sequence[str] | Mapping[str, str] | None) -> Mechanism:
+    """The mechanism of a file with changes."""
+    from jointplay.model import load
+
+    pairs = settings if isinstance(settings, Mapping) else assignments(settings or (), "--set")
+    m = load(file)
+    return m.with_({key: value(text) for key, text in pairs.items()}) if pairs else m
+
+
+def offsets(given: Sequence[str] | None) -> dict[str, Any]:
+    """Offsets by name."""
+    return {name: numbers(text, f"--offset {name}") for name, text in assignments(given or (), "--offset").items()}
+
+
+def check_paths(output: Path | None, plot: Path | None = None) -> None:
+    """Refuse what cannot be written before the work, not after it."""
+    if output is not None:
+        from jointplay.write import writer
+
+        writer(output)
+    if plot is not None:
+        from jointplay.plot import check_path
+
+        check_path(plot)
+
+
+def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output: Path | None, plot: Path | None) -> int:
+    """Ask the questions one after the other, then print or write what they say.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from jointplay.analyses.nominal import Interrupted
+
+    check_paths(output, plot)
+    results: dict[str, Result] = {}
+    interrupted = False
+    for name, ask in questions.items():
+        try:
+            results[name] = _asked(name, ask, m)
+        except Interrupted as stopped:
+            results[name] = stopped.partial
+            interrupted = True
+            break
+        except KeyboardInterrupt:
+            if not results:
+                raise
+            interrupted = True
+            break
+    if output is not None:
+        save(results, output)
+    else:
+        _show(results)
+    if plot is not None:
+        from jointplay.plot import draw
+
+        draw(m, results, plot)
+    if interrupted:
+        return INTERRUPTED
+    return DONE if all((result.get("status") == "ok").all() for result in results.values()) else NOT_OK
+
+
+def save(results: Mapping[str, Result], output: Path) -> None:
+    """Write results as one file."""
+    from jointplay.result import merge
+    from jointplay.write import save
+
+    save(merge(results), output)
+
+
+def _asked(name: str, ask: Callable[..., Result], m: Mechanism) -> Result:
+    if "progress" not in inspect.signature(ask).parameters:
+        return ask(m)
+    with bar(name) as progress:
+        return ask(m, progress=progress)
+
+
+def _show(results: Mapping[str, Result]) -> None:
+    from jointplay.table import tables
+
+    first = next(iter(results.values()))
+    show(
+        str(first.attrs["title"] or first.attrs["file"]),
+        [table for result in results.values() for table in tables(result)],
+    )
+
+
+def show(title: str, tables: Sequence[Any]) -> None:
+    """Print tables under a title."""
+    from rich.console import Console
+
+    from jointplay.table import show
+
+    wide = None if sys.stdout.isatty() or "COLUMNS" in os.environ else UNLIMITED
+    console = Console(width=wide, highlight=False)
+    console.print(title, markup=False, style="bold")
+    console.print()
+    show(tables, console)

@@ -1,0 +1,279 @@
+"""The subcommands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from . import DONE, NOT_OK, answer, arguments
+from .options import (
+    Compared,
+    Correctable,
+    File,
+    Offset,
+    Output,
+    Plot,
+    Question,
+    Samples,
+    Scatter,
+    Seed,
+    Settings,
+    Swept,
+)
+
+if TYPE_CHECKING:
+    from jointplay.model import Mechanism
+    from jointplay.result import Result
+
+app = typer.Typer(
+    name="jointplay",
+    help="How far off is the output of a mechanism with joint clearance, and which joint is to blame?",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+@app.callback(invoke_without_command=True)
+def root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
+) -> None:
+    """How far off is the output of a mechanism with joint clearance, and which joint is to blame?"""
+    if version:
+        from jointplay.result import version as installed
+
+        typer.echo(f"jointplay {installed()}")
+    elif context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+    if version:
+        raise typer.Exit
+
+
+@app.command()
+def new(
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Which example; lists them if left out.")] = None,
+    settings: Settings = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PATH", help="Where to write it; NAME.toml if left out.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+) -> int:
+    """Write a bundled example to start from, or list them."""
+    from jointplay import examples
+    from jointplay.write import create
+
+    if name is None:
+        width = max(map(len, examples.names()))
+        for example in examples.names():
+            typer.echo(f"{example:<{width}}  {examples.title(example)}")
+        return DONE
+    text = examples.text(name, arguments.assignments(settings or (), "--set"))
+    path = output or Path(f"{name}.toml")
+    create(text, path, replace=force)
+    typer.echo(f"wrote {path}: {examples.title(name)}")
+    return DONE
+
+
+@app.command()
+def check(file: File, settings: Settings = None, output: Output = None) -> int:
+    """Say what a mechanism is made of, how it can move, and whether it goes together."""
+    from jointplay.analyses.check import compute
+
+    answer.check_paths(output)
+    m = answer.mechanism(file, settings)
+    result = compute(m)
+    if output is not None:
+        answer.save({"check": result}, output)
+    else:
+        from jointplay.table import tables
+
+        answer.show(m.title or m.file, tables(result))
+    return DONE if result.attrs["assembled"] and result.attrs["determinate"] else NOT_OK
+
+
+@app.command()
+def solve(file: File, settings: Settings = None, output: Output = None, plot: Plot = None) -> int:
+    """Solve the nominal mechanism: output, drives of a path, nearness to a singularity."""
+    from jointplay.analyses.solve import compute
+
+    return answer.answer({"solve": compute}, answer.mechanism(file, settings), output, plot)
+
+
+@app.command()
+def error(
+    file: File,
+    question: Annotated[
+        list[Question] | None,
+        typer.Option("--question", "-q", help="Which error; all that the file allows if left out."),
+    ] = None,
+    offset: Offset = None,
+    samples: Samples = 100_000,
+    seed: Seed = 0,
+    law: Scatter = None,
+    settings: Settings = None,
+    output: Output = None,
+    plot: Plot = None,
+) -> int:
+    """Say how far off the output is, and which joint is to blame.
+
+    loaded: where the load pushes it. worst: the largest error that the clearances and tolerances allow. random: how it
+    scatters from unit to unit. given: the error for given offsets (--offset), else for those of the largest position
+    error.
+    """
+    from jointplay.analyses import given, loaded, random, worst
+
+    m = answer.mechanism(file, settings)
+    put = answer.offsets(offset)
+    asked = set(question or [Question.all])
+    if Question.all in asked:
+        asked |= {Question.worst, Question.random, Question.given} | ({Question.loaded} if m.has_loads else set())
+    if put:
+        asked.add(Question.given)
+    found: dict[str, Result] = {}
+
+    def ask_worst(m: Mechanism, progress: Any) -> Result:
+        found["worst"] = worst.compute(m, progress=progress)
+        return found["worst"]
+
+    def ask_random(m: Mechanism, progress: Any) -> Result:
+        return random.compute(m, samples, seed, law.value if law else None, progress=progress)
+
+    def ask_given(m: Mechanism, progress: Any) -> Result:
+        if put:
+            return given.compute(m, put)
+        return given.at_worst(m, found.get("worst") or ask_worst(m, progress))
+
+    asks: dict[Question, Callable[..., Result]] = {
+        Question.loaded: loaded.compute,
+        Question.worst: ask_worst,
+        Question.random: ask_random,
+        Question.given: ask_given,
+    }
+    return answer.answer({which.value: ask for which, ask in asks.items() if which in asked}, m, output, plot)
+
+
+@app.command()
+def compensate(
+    file: File,
+    question: Annotated[
+        Correctable | None,
+        typer.Option("--question", "-q", help="Which error is corrected. [default: given with --offset]"),
+    ] = None,
+    offset: Offset = None,
+    weights: Annotated[
+        str | None,
+        typer.Option("--weights", metavar="P,R", help="Weights of position and of rotation; R is a length per radian."),
+    ] = None,
+    target: Annotated[
+        str | None, typer.Option("--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero.")
+    ] = None,
+    settings: Settings = None,
+    output: Output = None,
+    plot: Plot = None,
+) -> int:
+    """Correct the drives so that the output returns as near as it can to its nominal pose."""
+    from jointplay.analyses.compensate import compute
+
+    m = answer.mechanism(file, settings)
+    put = answer.offsets(offset)
+    which = (question or (Correctable.given if put else Correctable.loaded)).value
+    pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,))
+    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3))
+
+    def correct(m: Mechanism) -> Result:
+        return compute(m, which, put or None, weights=pair, target=aim)
+
+    return answer.answer({"compensate": correct}, m, output, plot)
+
+
+@app.command()
+def sweep(
+    file: File,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            "-s",
+            metavar="KEY=A:B:N",
+            help="What is swept: KEY=from:to:count or KEY=1,2,5; KEY=VALUE only sets.",
+        ),
+    ] = None,
+    question: Annotated[Swept, typer.Option("--question", "-q", help="What is asked at every value.")] = Swept.worst,
+    offset: Offset = None,
+    samples: Samples = 100_000,
+    seed: Seed = 0,
+    law: Scatter = None,
+    output: Output = None,
+    plot: Plot = None,
+) -> int:
+    """Ask for the error at every value of a clearance size, or of anything else in the file."""
+    from jointplay.analyses.sweep import compute
+
+    keys, values, fixed = arguments.swept(arguments.assignments(settings or (), "--set"))
+    m = answer.mechanism(file, fixed)
+    options: dict[str, Any] = {}
+    if question is Swept.random:
+        options = {"samples": samples, "seed": seed, "law": law.value if law else None}
+    if question is Swept.given:
+        options = {"offsets": answer.offsets(offset)}
+
+    def ask(m: Mechanism, progress: Any) -> Result:
+        return compute(m, keys, values, question.value, progress=progress, **options)
+
+    return answer.answer({"sweep": ask}, m, output, plot)
+
+
+@app.command()
+def compare(
+    first: Annotated[str, typer.Argument(metavar="A", help="Mechanism file that gives the path.", show_default=False)],
+    second: Annotated[str, typer.Argument(metavar="B", help="Mechanism file that follows it.", show_default=False)],
+    question: Annotated[Compared, typer.Option("--question", "-q", help="What both are asked.")] = Compared.worst,
+    components: Annotated[
+        str | None,
+        typer.Option(
+            "--components", metavar="x,y,angle", help="What B follows; x,y if left out, all with three drives."
+        ),
+    ] = None,
+    samples: Samples = 100_000,
+    seed: Seed = 0,
+    law: Scatter = None,
+    settings: Settings = None,
+    output: Output = None,
+    plot: Plot = None,
+) -> int:
+    """Compare two mechanisms on one path: the drives of B are solved so that its output follows that of A."""
+    from jointplay.analyses.compare import compute
+
+    a, b = answer.mechanism(first, settings), answer.mechanism(second, settings)
+    options: dict[str, Any] = {}
+    if question is Compared.random:
+        options = {"samples": samples, "seed": seed, "law": law.value if law else None}
+    followed = None if components is None else [word.strip() for word in components.split(",")]
+
+    def ask(m: Mechanism) -> Result:
+        return compute(m, b, question.value, components=followed, **options)
+
+    return answer.answer({"compare": ask}, a, output, plot)
+
+
+@app.command()
+def schema(
+    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="PATH", help="Write it there.")] = None,
+) -> int:
+    """Print the JSON Schema of the mechanism file, with which editors complete and check it."""
+    import json
+
+    from jointplay.schema import json_schema
+    from jointplay.write import create
+
+    text = json.dumps(json_schema(), indent=2) + "\n"
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        create(text, output, replace=True)
+    return DONE

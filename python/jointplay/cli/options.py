@@ -1,0 +1,75 @@
+"""Arguments and options that commands share."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class Question(StrEnum):
+    """What `error` can be asked."""
+
+    all = "all"
+    loaded = "loaded"
+    worst = "worst"
+    random = "random"
+    given = "given"
+
+
+class Correctable(StrEnum):
+    """What `compensate` can correct."""
+
+    loaded = "loaded"
+    given = "given"
+
+
+class Swept(StrEnum):
+    """What `sweep` can ask."""
+
+    worst = "worst"
+    loaded = "loaded"
+    random = "random"
+    given = "given"
+    solve = "solve"
+
+
+class Compared(StrEnum):
+    """What `compare` can ask."""
+
+    worst = "worst"
+    loaded = "loaded"
+    random = "random"
+
+
+class Law(StrEnum):
+    """How clearances scatter."""
+
+    uniform = "uniform"
+    boundary = "boundary"
+    normal = "normal"
+
+
+File = Annotated[str, typer.Argument(metavar="FILE", help="Mechanism file (TOML).", show_default=False)]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", "-s", metavar="KEY=VALUE", help="Change a value of the file: joints.*.clearance.radial=0.2"),
+]
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "--output", "-o", metavar="PATH", help="Write the result: .nc, .csv (a row per configuration) or .json."
+    ),
+]
+Plot = Annotated[Path | None, typer.Option("--plot", metavar="PATH", help="Draw the result: .png, .svg or .pdf.")]
+Offset = Annotated[
+    list[str] | None,
+    typer.Option("--offset", metavar="NAME=VALUE", help="Given offset or deviation: J1=0.5,0 or J1.x=0.5 or l2=0.02"),
+]
+Samples = Annotated[int, typer.Option("--samples", metavar="N", help="Random units per configuration.")]
+Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the random numbers.")]
+Scatter = Annotated[
+    Law | None, typer.Option("--law", help="How every clearance scatters, in place of the file's laws.")
+]

@@ -1,0 +1,282 @@
+"""From the data of a file to the numbers of a mechanism: indices, SI units and radians.
+
+Everything that one part of the file says about another is checked here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.errors import not_known
+from jointplay.schema import MechanismFile
+from jointplay.units import Units
+
+from .drives import COMPONENTS, compile_drives, coordinate_factor
+from .graph import CompiledJoint, Graph
+from .loads import compile_loads, output_point
+from .sources import compile_sources
+from .start import compile_start
+
+__all__ = ["Compiled", "Limits", "compile_file"]
+
+#: below this (metres) a mechanism has no size of its own
+SMALLEST_LENGTH = 1e-12
+
+T = TypeVar("T", bound=np.generic)
+Floats = NDArray[np.float64]
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What is acceptable, in SI and radians; nan where the file has no limit.
+
+    Parameters
+    ----------
+    position, rotation : float
+        Largest acceptable error of the output.
+    singular_value : float
+        Smallest acceptable singular value of the length-scaled Jacobian.
+    drives, joints : mapping
+        Ranges (lowest, highest) by name.
+    """
+
+    position: float
+    rotation: float
+    singular_value: float
+    drives: Mapping[str, Range]
+    joints: Mapping[str, Range]
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Read-only views cannot be pickled.
+        drives, joints = dict(self.drives), dict(self.joints)
+        return (Limits, (self.position, self.rotation, self.singular_value, drives, joints))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Compiled:
+    """A mechanism in numbers. SI and radians, except where a factor says how to get there.
+
+    Parameters
+    ----------
+    file : str
+        Name for messages.
+    data : MechanismFile
+        The checked file.
+    units : Units
+        Units of the file.
+    bodies, joints : tuple of str
+        Names; a pin with several riders counts as several joints, ``PIN/RIDER``.
+    joint_kinds : tuple of str
+        Type of each joint.
+    sources : tuple of str
+        Names of what can be off.
+    source_kinds : tuple of str
+        ``clearance``, ``angle``, ``dimension`` or ``drive``.
+    drives : tuple of str
+        Names of the drives.
+    drive_joints : tuple of int
+        Index of the joint that each drive commands.
+    parameters : tuple of str
+        Label of every entry of the vector u of all offsets, such as ``J1.x``.
+    parameter_factors : ndarray
+        SI per file unit of every entry of u.
+    parameter_source : ndarray of int
+        Source of every entry of u.
+    centre : ndarray
+        Known deviations: where u is when nothing is off.
+    components : tuple of str
+        Components of a pose.
+    component_factors : ndarray
+        SI per file unit of the components of a pose.
+    drive_factors : ndarray
+        SI per file unit of every drive.
+    drive_values : ndarray or None
+        Commanded values, shape (configuration, drive); None when a path is followed.
+    start_drives : ndarray
+        Drive values at the start guess, from which a path is approached.
+    targets : ndarray or None
+        Output poses asked by a path, shape (configuration, 3), nan where nothing is asked.
+    target_components : tuple of str
+        Components that the path asks for.
+    limits : Limits
+        What is acceptable.
+    has_loads : bool
+        Whether any force or moment acts.
+    length : float
+        Characteristic length, by which angles and lengths are compared; never zero.
+    core_spec : mapping
+        The mechanism as the core reads it.
+    """
+
+    file: str
+    data: MechanismFile
+    units: Units
+    bodies: tuple[str, ...]
+    joints: tuple[str, ...]
+    joint_kinds: tuple[str, ...]
+    sources: tuple[str, ...]
+    source_kinds: tuple[str, ...]
+    drives: tuple[str, ...]
+    drive_joints: tuple[int, ...]
+    parameters: tuple[str, ...]
+    parameter_factors: Floats
+    parameter_source: NDArray[np.int64]
+    centre: Floats
+    components: tuple[str, ...]
+    component_factors: Floats
+    drive_factors: Floats
+    drive_values: Floats | None
+    start_drives: Floats
+    targets: Floats | None
+    target_components: tuple[str, ...]
+    limits: Limits
+    has_loads: bool
+    length: float
+    core_spec: Mapping[str, Any]
+
+
+def compile_file(data: MechanismFile, file: str) -> Compiled:
+    """Compile the checked data of a file.
+
+    Parameters
+    ----------
+    data : MechanismFile
+        The data.
+    file : str
+        Name of the file, for messages.
+
+    Raises
+    ------
+    InputError
+        When a name means nothing, bodies are not connected, or parts of the file contradict each other.
+    """
+    units = Units(data.units.length, data.units.angle, data.units.force)
+    graph = Graph(data, units, file)
+    commands = compile_drives(data, graph)
+    output = output_point(data, graph)
+    loads = compile_loads(data, graph, output)
+    guess = compile_start(data, graph, commands)
+    length = _length(graph, guess)
+    sources = compile_sources(data, graph, commands, output, length)
+    limits = _limits(data, graph)
+    spec = {
+        "space": data.space,
+        "n_bodies": len(graph.bodies),
+        "guess": guess.tolist(),
+        "length": length,
+        "singular_value": limits.singular_value,
+        "points": [{"body": p.body, "at": [*p.at, 0.0]} for p in graph.points],
+        "joints": [_joint_spec(joint) for joint in graph.joints],
+        "drives": [{"joint": j} for j in commands.joints],
+        "output": {"point": output},
+        "loads": loads,
+        "sources": [{"kind": s.kind, "centre": list(s.centre), **s.spec} for s in sources],
+    }
+    return Compiled(
+        file=file,
+        data=data,
+        units=units,
+        bodies=tuple(graph.bodies),
+        joints=tuple(joint.name for joint in graph.joints),
+        joint_kinds=tuple(joint.kind for joint in graph.joints),
+        sources=tuple(source.name for source in sources),
+        source_kinds=tuple(source.kind for source in sources),
+        drives=commands.names,
+        drive_joints=commands.joints,
+        parameters=tuple(f"{source.name}.{component}" for source in sources for component in source.components),
+        parameter_factors=_fixed([factor for source in sources for factor in source.factors]),
+        parameter_source=_frozen(
+            np.array([k for k, source in enumerate(sources) for _ in source.components], dtype=np.int64)
+        ),
+        centre=_fixed([value for source in sources for value in source.centre]),
+        components=COMPONENTS,
+        component_factors=_fixed([units.length, units.length, units.angle]),
+        drive_factors=_frozen(commands.factors),
+        drive_values=None if commands.values is None else _frozen(commands.values),
+        start_drives=_frozen(_start_drives(graph, commands.joints, guess)),
+        targets=None if commands.targets is None else _frozen(commands.targets),
+        target_components=commands.target_components,
+        limits=limits,
+        has_loads=any(any(load["force"]) or any(load["moment"]) for load in loads),
+        length=length,
+        core_spec=MappingProxyType(spec),
+    )
+
+
+def _length(graph: Graph, guess: Floats) -> float:
+    """Characteristic length in metres: the largest distance on one body, else between bodies, else one file unit."""
+    largest = graph.span()
+    if largest < SMALLEST_LENGTH:
+        largest = float(np.hypot(guess[:, 0], guess[:, 1]).max(initial=0.0))
+    return largest if largest >= SMALLEST_LENGTH else graph.units.length
+
+
+def _start_drives(graph: Graph, joints: tuple[int, ...], guess: Floats) -> Floats:
+    """Coordinates of the driven joints at the guess."""
+    poses = np.vstack([guess, np.zeros(3)])  # the ground has index -1
+
+    def place(point: int) -> tuple[Floats, float]:
+        body, at = graph.points[point].body, graph.points[point].at
+        x, y, angle = poses[body]
+        c, s = math.cos(angle), math.sin(angle)
+        return np.array([x + c * at[0] - s * at[1], y + s * at[0] + c * at[1]]), float(angle)
+
+    values = []
+    for index in joints:
+        joint = graph.joints[index]
+        (first, angle_first), (second, angle_second) = place(joint.first), place(joint.second)
+        along = angle_first + joint.axis_first
+        distance = (second - first) @ np.array([math.cos(along), math.sin(along)])
+        values.append(angle_second - angle_first if joint.is_angular else float(distance))
+    return np.array(values, dtype=np.float64)
+
+
+def _limits(data: MechanismFile, graph: Graph) -> Limits:
+    units, given = graph.units, data.limits
+    for name in given.drives:
+        if name not in data.drives:
+            raise graph.refuse(not_known(name, "a drive", data.drives), f"limits.drives.{name}")
+
+    def scaled(pair: Range, joint: int) -> Range:
+        factor = coordinate_factor(graph, graph.joints[joint])
+        return (pair[0] * factor, pair[1] * factor)
+
+    driven = {name: graph.joint_index(drive.joint, f"drives.{name}.joint") for name, drive in data.drives.items()}
+    joints = {name: graph.joint_index(name, f"limits.joints.{name}") for name in given.joints}
+    for name, index in joints.items():
+        if not graph.joints[index].can_be_driven:
+            raise graph.refuse(f"'{name}' is a fixed joint and has no coordinate to limit", f"limits.joints.{name}")
+    return Limits(
+        position=math.nan if given.position is None else given.position * units.length,
+        rotation=math.nan if given.rotation is None else given.rotation * units.angle,
+        singular_value=given.singular_value,
+        drives=MappingProxyType({name: scaled(pair, driven[name]) for name, pair in given.drives.items()}),
+        joints=MappingProxyType({name: scaled(pair, joints[name]) for name, pair in given.joints.items()}),
+    )
+
+
+def _joint_spec(joint: CompiledJoint) -> dict[str, Any]:
+    return {
+        "kind": joint.kind,
+        "first": joint.first,
+        "second": joint.second,
+        "axis_first": [math.cos(joint.axis_first), math.sin(joint.axis_first), 0.0],
+        "axis_second": [math.cos(joint.axis_second), math.sin(joint.axis_second), 0.0],
+    }
+
+
+def _fixed(values: list[float]) -> Floats:
+    return _frozen(np.array(values, dtype=np.float64))
+
+
+def _frozen(array: NDArray[T]) -> NDArray[T]:
+    array.flags.writeable = False
+    return array

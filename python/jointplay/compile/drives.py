@@ -1,0 +1,135 @@
+"""What the drives are told: their values, or the path of the output from which they are solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.errors import InputError, listed, shown
+from jointplay.schema import MechanismFile
+
+from .graph import CompiledJoint, Graph
+
+COMPONENTS = ("x", "y", "angle")
+#: names of variables and dimensions of results, beside which the drives appear as coordinates
+RESERVED = frozenset(
+    {
+        *("admissible", "at_limit", "bin", "body", "component", "configuration", "contribution", "coordinate"),
+        *("correction", "covariance", "direction", "drive", "edge", "error", "extreme", "failures", "guess"),
+        *("histogram", "iterations", "joint", "largest", "mean", "mismatch", "nominal", "offset", "outside"),
+        *("parameter", "pose", "probability", "quantile", "quantity", "question", "reaction", "residual", "rotation"),
+        *("samples", "settled", "side", "source", "status", "std", "target", "undetermined", "within_limits"),
+    }
+)
+#: and how the longer ones of them begin
+RESERVED_BEGINNINGS = (
+    "covariance_",
+    "drive_",
+    "error_",
+    "mean_",
+    "quantile_",
+    "residual_",
+    "singular_",
+    "std_",
+    "worst_",
+)
+
+
+@dataclass(frozen=True)
+class Commands:
+    """Drives in SI units.
+
+    Parameters
+    ----------
+    names : tuple of str
+    joints : tuple of int
+        Index of the driven joint.
+    factors : ndarray
+        SI per file unit of each drive.
+    values : ndarray or None
+        Commanded values, shape (configuration, drive).
+    targets : ndarray or None
+        Poses asked of the output, shape (configuration, 3), nan where nothing is asked.
+    target_components : tuple of str
+        The components that are asked.
+    """
+
+    names: tuple[str, ...]
+    joints: tuple[int, ...]
+    factors: NDArray[np.float64]
+    values: NDArray[np.float64] | None
+    targets: NDArray[np.float64] | None
+    target_components: tuple[str, ...]
+
+
+def coordinate_factor(graph: Graph, joint: CompiledJoint) -> float:
+    """SI per file unit of a joint's coordinate."""
+    return graph.units.angle if joint.is_angular else graph.units.length
+
+
+def compile_drives(data: MechanismFile, graph: Graph) -> Commands:
+    """Check the drives against the joints and bring them to SI."""
+    joints: list[int] = []
+    for name, drive in data.drives.items():
+        if name in RESERVED or name.startswith(RESERVED_BEGINNINGS):
+            raise graph.refuse(f"'{name}' is a name in results; give the drive another one", f"drives.{name}")
+        index = graph.joint_index(drive.joint, f"drives.{name}.joint")
+        if not graph.joints[index].can_be_driven:
+            free = listed(j.name for j in graph.joints if j.can_be_driven)
+            problem = f"'{drive.joint}' is a fixed joint and has no coordinate to drive; joints that have one: {free}"
+            raise graph.refuse(problem, f"drives.{name}.joint")
+        if index in joints:
+            other = list(data.drives)[joints.index(index)]
+            raise graph.refuse(f"'{drive.joint}' is already driven by '{other}'", f"drives.{name}.joint")
+        joints.append(index)
+    factors = np.array([coordinate_factor(graph, graph.joints[j]) for j in joints], dtype=np.float64)
+    values = None if data.path is not None else _values(data, graph) * factors
+    targets, asked = _targets(data, graph)
+    return Commands(tuple(data.drives), tuple(joints), factors, values, targets, asked)
+
+
+def _values(data: MechanismFile, graph: Graph) -> NDArray[np.float64]:
+    """Drive values in file units, value by value; a single value is repeated."""
+    commands = {name: drive.commands for name, drive in data.drives.items()}
+    for name, values in commands.items():
+        if not values:
+            problem = "say what it does: values = [...], or from, to and count, or a [path] for the output"
+            raise graph.refuse(problem, f"drives.{name}")
+    count = max((len(values) for values in commands.values()), default=1)
+    odd = [name for name, values in commands.items() if len(values) not in (1, count)]
+    if odd:
+        counts = ", ".join(f"{name} {len(values)}" for name, values in commands.items())
+        problem = f"drives run together and need as many values each (or a single one that is held); here: {counts}"
+        raise graph.refuse(problem, f"drives.{odd[0]}")
+    _check_ranges(data, graph, commands)
+    columns = [np.broadcast_to(np.array(values, dtype=np.float64), (count,)) for values in commands.values()]
+    return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
+
+
+def _check_ranges(data: MechanismFile, graph: Graph, commands: dict[str, tuple[float, ...]]) -> None:
+    for name, (low, high) in data.limits.drives.items():
+        for k, value in enumerate(commands.get(name, ())):
+            if not low <= value <= high:
+                key = f"drives.{name}.values.{k}" if data.drives[name].values is not None else f"drives.{name}"
+                problem = f"{value:g} is outside limits.drives.{name} = {shown([low, high])}"
+                raise graph.refuse(problem, key)
+
+
+def _targets(data: MechanismFile, graph: Graph) -> tuple[NDArray[np.float64] | None, tuple[str, ...]]:
+    if data.path is None:
+        return None, ()
+    if not data.drives:
+        raise graph.refuse("a path needs drives that follow it: [drives.NAME] with a joint", "path")
+    for name, drive in data.drives.items():
+        if drive.is_commanded:
+            problem = "either the drives have values or the output has a [path]; here are both"
+            raise InputError(problem, file=graph.file, key=f"drives.{name}")
+    asked = data.path.asked
+    factors = {"x": graph.units.length, "y": graph.units.length, "angle": graph.units.angle}
+    count = len(next(iter(asked.values())))
+    targets = np.full((count, len(COMPONENTS)), np.nan)
+    for component, values in asked.items():
+        targets[:, COMPONENTS.index(component)] = np.array(values) * factors[component]
+    return targets, tuple(asked)

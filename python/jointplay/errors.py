@@ -1,0 +1,122 @@
+"""What can go wrong with what the user gave. An outcome of an analysis is a status, never an exception."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Iterable
+
+#: how many known names a message lists before it says how many more there are
+LISTED = 24
+#: the longest value a message repeats
+SHOWN = 60
+
+
+class JointplayError(Exception):
+    """Root of every exception that jointplay raises on purpose."""
+
+
+class InputError(JointplayError):
+    """Bad input. ``str()`` is one whole line: file, key, what is wrong with the value, what would have been valid.
+
+    Parameters
+    ----------
+    problem : str
+        What is wrong, and what would be valid.
+    file : str
+        Name of the mechanism file, or of whatever else was read.
+    key : str
+        Dotted key inside the file, such as ``joints.J1.clearance``.
+    """
+
+    def __init__(self, problem: str, *, file: str = "", key: str = "") -> None:
+        self.problem = one_line(problem)
+        self.file = one_line(file)
+        self.key = one_line(key)
+        super().__init__(": ".join(part for part in (self.file, self.key, self.problem) if part))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Exceptions are rebuilt from their message by default, which would lose file and key across processes.
+        return (_rebuilt, (self.problem, self.file, self.key))
+
+
+def _rebuilt(problem: str, file: str, key: str) -> InputError:
+    return InputError(problem, file=file, key=key)
+
+
+def one_line(text: str) -> str:
+    """The text with control characters escaped, so that a message stays on its line."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def shown(value: object) -> str:
+    """A value as the file would write it, shortened."""
+    try:
+        text = json.dumps(value, ensure_ascii=False, default=str)
+    except (TypeError, ValueError, RecursionError):
+        text = str(type(value).__name__)
+    text = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}.get(text, text)
+    return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names in a row, at most `LISTED` of them."""
+    names = list(names)
+    more = len(names) - LISTED
+    return ", ".join(names[:LISTED]) + (f" and {more} more" if more > 0 else "") if names else "none"
+
+
+def nearest(word: str, known: Iterable[str], *, slips_only: bool = False) -> str | None:
+    """The known name that somebody who wrote `word` probably meant; None when there is none, or more than one.
+
+    Parameters
+    ----------
+    word : str
+        What was written.
+    known : iterable of str
+        What would have been valid.
+    slips_only : bool
+        Whether only slips of the keyboard count; otherwise a name that shares most of its letters will do.
+
+    Examples
+    --------
+    >>> nearest("radail", ["radial", "diametral"])
+    'radial'
+    >>> nearest("J7", ["J1", "J2"]) is None
+    True
+    """
+    word = word[:SHOWN].lower()
+    known = list(known)
+    ranked = sorted((_distance(word, name[:SHOWN].lower()), len(name) != len(word), name) for name in known)
+    if ranked and ranked[0][0] <= max(1, len(word) // 3) and ranked[0][0] < len(word):
+        # The same slip from two names says nothing about which was meant.
+        alone = len(ranked) == 1 or ranked[0][:2] != ranked[1][:2]
+        return ranked[0][2] if alone else None
+    return None if slips_only else next(iter(difflib.get_close_matches(word, known, n=1)), None)
+
+
+def _distance(a: str, b: str) -> int:
+    """Insertions, deletions, substitutions and swaps of neighbours that lead from one word to the other."""
+    before: list[int] = []
+    row = list(range(len(b) + 1))
+    for i, x in enumerate(a, 1):
+        before, above, row = row, before, [i]
+        for j, y in enumerate(b, 1):
+            best = min(before[j] + 1, row[j - 1] + 1, before[j - 1] + (x != y))
+            if i > 1 and j > 1 and x == b[j - 2] and a[i - 2] == y:
+                best = min(best, above[j - 2] + 1)
+            row.append(best)
+    return row[-1]
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """``did you mean 'radial'? Known: diametral, law, radial`` for a word that is not among the known ones."""
+    known = list(known)
+    near = nearest(word, known)
+    meant = f"did you mean '{near}'? " if near else ""
+    return f"{meant}Known: {listed(known)}"
+
+
+def not_known(word: str, what: str, known: Iterable[str]) -> str:
+    """``'crnk' is not a body; did you mean 'crank'? Known: crank, rocker``."""
+    return f"'{word[:SHOWN]}' is not {what}; {suggestion(word, known)}"

@@ -1,0 +1,274 @@
+"""The one mechanism type: read from a file, checked, immutable. Analyses are functions of it."""
+
+from __future__ import annotations
+
+import codecs
+import copy
+import json
+import os
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jointplay import _core
+from jointplay.compile import Compiled, compile_file
+from jointplay.errors import InputError, not_known
+from jointplay.schema import validate
+from jointplay.schema.keys import assign, expand, value_at
+
+#: no mechanism that a person wrote is longer; the bound keeps devices and archives out
+LARGEST_FILE = 8_000_000
+DEEPEST = 20
+
+
+class Mechanism(Compiled):
+    """A planar mechanism of any graph, immutable. Read one with `load` or `loads`, change a copy with `with_`.
+
+    Two mechanisms are equal when their files say the same.
+
+    Parameters
+    ----------
+    raw : mapping
+        The data of a mechanism file.
+    file : str
+        What messages call it.
+
+    Attributes
+    ----------
+    raw : mapping
+        The data of the file, as plain tables, lists and values.
+    bodies, joints, sources, drives : tuple of str
+        Names. A pin with several riders counts as several joints, ``PIN/RIDER``.
+    parameters : tuple of str
+        Label of every clearance offset, deviation and drive error, such as ``J1.x``.
+    units : Units
+        Units of the file.
+
+    Raises
+    ------
+    InputError
+        When the data is not a valid mechanism.
+    """
+
+    raw: Mapping[str, Any]
+
+    def __init__(self, raw: Mapping[str, Any], file: str = "<data>") -> None:
+        _check_depth(raw, file)
+        plain: dict[str, Any] = _plain(raw)
+        compiled = compile_file(validate(plain, file), file)
+        # The class is frozen; this is where it is made.
+        vars(self).update({f.name: getattr(compiled, f.name) for f in fields(compiled)}, raw=plain)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a mechanism is immutable; with_() gives a copy with another {name}")
+
+    @property
+    def title(self) -> str:
+        """The file's title."""
+        return self.data.title
+
+    @cached_property
+    def core(self) -> _core.Mechanism:
+        """The mechanism in the compiled core, made when first needed."""
+        try:
+            return _core.Mechanism(json.dumps(self.spec(), allow_nan=False))
+        except ValueError as error:
+            raise InputError(str(error), file=self.file) from error
+
+    def spec(self) -> dict[str, Any]:
+        """The mechanism as the core reads it: SI units, radians, points and bodies by index. A copy."""
+        return copy.deepcopy(dict(self.core_spec))
+
+    def value(self, key: str) -> Any:
+        """The value at a dotted key of the file, in file units.
+
+        Parameters
+        ----------
+        key : str
+            Such as ``joints.J1.clearance.radial``. With a ``*``, all values that it matches must be equal.
+
+        Raises
+        ------
+        InputError
+            When the file has no such value, or values that differ.
+        """
+        raw = self.raw
+        try:
+            found = [value_at(raw, steps) for steps in expand(raw, key, self.file)]
+        except (KeyError, TypeError, IndexError):
+            raise InputError(_absent(raw, key), file=self.file, key=key) from None
+        if any(value != found[0] for value in found):
+            raise InputError("the values that it matches differ; name one of them", file=self.file, key=key)
+        return copy.deepcopy(found[0])
+
+    def with_(self, changes: Mapping[str, object] | None = None, **more: object) -> Mechanism:
+        """A changed copy, checked like a file.
+
+        Parameters
+        ----------
+        changes : mapping, optional
+            Values by dotted key, in file units. ``*`` stands for every entry that has the rest of the key
+            (``joints.*.clearance.radial``), a number for an entry of a list (``loads.0.force``). None removes a value.
+        **more : object
+            The same for keys without dots, such as ``gravity=[0, -9.81]``.
+
+        Raises
+        ------
+        InputError
+            When a key or a value is not valid, or a wildcard matches nothing.
+
+        Examples
+        --------
+        >>> from jointplay import examples
+        >>> m = loads(examples.text("four-bar"))
+        >>> m.with_({"joints.*.clearance.radial": 0.2}).value("joints.J3.clearance.radial")
+        0.2
+        """
+        raw = copy.deepcopy(dict(self.raw))
+        for key, value in {**(changes or {}), **more}.items():
+            for steps in expand(raw, key, self.file):
+                assign(raw, steps, _plain(value))
+        return Mechanism(raw, self.file)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Mechanism) and _canonical(self.raw) == _canonical(other.raw)
+
+    def __hash__(self) -> int:
+        return hash(_canonical(self.raw))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (Mechanism, (dict(self.raw), self.file))
+
+    def __repr__(self) -> str:
+        bodies, joints, drives = len(self.bodies), len(self.joints), len(self.drives)
+        values = self.drive_values if self.drive_values is not None else self.targets
+        count = 0 if values is None else len(values)
+        what = self.title or self.file
+        return (
+            f"<jointplay.Mechanism {what!r}: {bodies} bodies, {joints} joints, {drives} drive{'s' * (drives != 1)}, "
+            f"{len(self.sources)} sources, {count} configuration{'s' * (count != 1)}>"
+        )
+
+
+def load(path: str | os.PathLike[str]) -> Mechanism:
+    """Read a mechanism file.
+
+    Parameters
+    ----------
+    path : path-like
+        A TOML file, see the manual for its keys.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read or is not a valid mechanism; the message names file, key, value and what would be valid.
+    """
+    name = os.fspath(path)
+    try:
+        with Path(name).open("rb") as stream:
+            content = stream.read(LARGEST_FILE + 1)
+    except FileNotFoundError:
+        raise InputError("there is no such file", file=name) from None
+    except IsADirectoryError:
+        raise InputError("this is a folder, not a mechanism file", file=name) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be read: {reason}", file=name) from None
+    if len(content) > LARGEST_FILE:
+        raise InputError(f"is longer than {LARGEST_FILE // 1_000_000} MB, too long for a mechanism file", file=name)
+    return loads(_decoded(content, name), name)
+
+
+def loads(text: str, name: str = "<text>") -> Mechanism:
+    """Read a mechanism from the text of its file.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    name : str
+        What messages call it.
+
+    Raises
+    ------
+    InputError
+        As for `load`.
+    """
+    if not text.strip():
+        raise InputError("is empty; `jointplay new` lists mechanisms to start from", file=name)
+    try:
+        raw = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(_syntax(str(error)), file=name) from None
+    except RecursionError:
+        raise InputError(f"tables and lists are nested more than {DEEPEST} deep", file=name) from None
+    except ValueError:
+        # All that is left: Python refuses to read whole numbers of thousands of digits.
+        raise InputError("a number has thousands of digits", file=name) from None
+    return Mechanism(raw, name)
+
+
+def _check_depth(node: Any, file: str) -> None:
+    level = [node]
+    for _ in range(DEEPEST):
+        level = [v for n in level for v in (n.values() if isinstance(n, Mapping) else n if isinstance(n, list) else ())]
+        if not level:
+            return
+    raise InputError(f"tables and lists are nested more than {DEEPEST} deep", file=file)
+
+
+def _decoded(content: bytes, name: str) -> str:
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise InputError("is UTF-16 text; save it as UTF-8", file=name)
+    if b"\0" in content:
+        raise InputError("is a binary file, not a mechanism in TOML", file=name)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        byte = content[error.start]
+        raise InputError(f"line {line}: is not UTF-8 text (byte 0x{byte:02x}); save it as UTF-8", file=name) from None
+
+
+def _syntax(message: str) -> str:
+    """tomllib's message with its place in front."""
+    found = re.fullmatch(r"(?s)(.*) \(at (.*)\)", message)
+    what, where = found.groups() if found else (message, "")
+    return f"{where}: is not TOML: {what}" if where else f"is not TOML: {what}"
+
+
+def _plain(value: object) -> Any:
+    """A copy of a value as TOML would give it: numpy arrays and scalars, tuples and mappings become plain ones."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items() if v is not None}
+    if isinstance(value, list | tuple | range):
+        return [_plain(v) for v in value]
+    return value
+
+
+def _canonical(raw: Mapping[str, Any]) -> str:
+    return json.dumps(raw, sort_keys=True, default=str)
+
+
+def _absent(raw: Mapping[str, Any], key: str) -> str:
+    here: Any = raw
+    above: list[str] = []
+    for part in key.split("."):
+        if isinstance(here, Mapping) and part in here:
+            here = here[part]
+        elif isinstance(here, list) and part.isdigit():
+            here = here[int(part)]
+        else:
+            break
+        above.append(part)
+    where = f" in {'.'.join(above)}" if above else ""
+    known = [str(k) for k in here] if isinstance(here, Mapping) else []
+    return not_known(key.split(".")[len(above)], f"given{where}", known)

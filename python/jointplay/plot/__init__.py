@@ -1,0 +1,19 @@
+"""Drawings of mechanisms and results; needs matplotlib (`pip install 'jointplay[plot]'`).
+
+Every function returns a `matplotlib.figure.Figure`, or draws into the axes it is given. Colours are those of Okabe and
+Ito, and series differ in marker and dash as well, so that a drawing survives colour blindness and a black-and-white
+printer.
+"""
+
+from importlib.util import find_spec
+
+from jointplay.errors import JointplayError
+
+if find_spec("matplotlib") is None:
+    raise JointplayError("drawing needs matplotlib: pip install 'jointplay[plot]'")
+
+from .figures import blame, error, histogram, sweep
+from .linkage import mechanism
+from .sheet import check_path, draw
+
+__all__ = ["blame", "check_path", "draw", "error", "histogram", "mechanism", "sweep"]

@@ -1,0 +1,246 @@
+"""Results over configurations, sweeps and units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from jointplay.errors import InputError
+from jointplay.result import Result
+from jointplay.result import blame as shares_of
+
+from .style import COLOURS, GREY, HATCHES, along, canvas, labelled, light, series
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Results = Mapping[str, "Result | xr.Dataset"]
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+QUANTITIES = ("position", "rotation")
+#: more sources than this are not told apart by eye; the smaller ones become one
+MOST_SOURCES = 7
+#: curves of a sweep beyond which a surface says more
+MOST_CURVES = 6
+
+
+def error(results: Results | Result | xr.Dataset, quantity: str = "position", *, axes: Axes | None = None) -> Figure:
+    """Draw the size of the error against the drive, or the number of the configuration.
+
+    Parameters
+    ----------
+    results : Dataset, or mapping of label to Dataset
+        Of `worst`, `loaded`, `given`, `random` (the 95 % quantile) or `compensate`; a comparison of two mechanisms.
+    quantity : {"position", "rotation"}
+    axes : matplotlib axes, optional
+    """
+    _check_quantity(quantity)
+    figure, axes = canvas(axes)
+    curves: list[tuple[str, Any, Floats, str, str]] = []
+    for label, result in _named(results).items():
+        for name, part in _mechanisms(result):
+            x, words = along(part)
+            for curve, values, unit in _sizes(part, quantity):
+                text = " ".join(dict.fromkeys(word for word in (label, name, curve) if word))
+                curves.append((text, x, values, words, unit))
+    if len({words for *_, words, _ in curves}) > 1:
+        curves = [(text, np.arange(len(values)), values, "configuration", unit) for text, _, values, _, unit in curves]
+    for k, (text, x, values, _, _) in enumerate(curves):
+        axes.plot(x, values, label=text, **series(k))
+    words, unit = curves[0][3:]
+    axes.set(xlabel=words, ylabel=labelled(f"{quantity} error" if quantity == "position" else "rotation", unit))
+    _from_zero(axes, [values for _, _, values, _, _ in curves])
+    axes.legend()
+    return figure
+
+
+def blame(result: Result | xr.Dataset, quantity: str = "position", *, axes: Axes | None = None) -> Figure:
+    """Draw the share of every source in the first-order error, configuration by configuration.
+
+    Parameters
+    ----------
+    result : Dataset
+        Of `worst`, `loaded`, `given` or `random`.
+    quantity : {"position", "rotation"}
+    axes : matplotlib axes, optional
+    """
+    _check_quantity(quantity)
+    figure, axes = canvas(axes)
+    part = light(result)
+    found = shares_of(part)
+    shares = 100.0 * np.nan_to_num(found.position if quantity == "position" else found.rotation)
+    order = np.argsort(-np.abs(shares).sum(axis=0), kind="stable")
+    kept = [int(s) for s in order if np.abs(shares[:, s]).max(initial=0.0) > 0.05]
+    shown, rest = (kept, []) if len(kept) <= MOST_SOURCES else (kept[: MOST_SOURCES - 1], kept[MOST_SOURCES - 1 :])
+    bars = [(found.sources[s], shares[:, s]) for s in shown]
+    if rest:
+        bars.append((f"{len(rest)} others", shares[:, rest].sum(axis=1)))
+    where = np.arange(len(shares))
+    above, below = np.zeros(len(shares)), np.zeros(len(shares))
+    for k, (name, values) in enumerate(bars):
+        bottom = np.where(values >= 0, above, below)
+        colour = GREY if rest and k == len(bars) - 1 else COLOURS[k % len(COLOURS)]
+        hatch = HATCHES[k % len(HATCHES)]
+        axes.bar(where, values, 0.85, bottom, label=name, color=colour, edgecolor="white", hatch=hatch, linewidth=0.5)
+        above, below = above + np.maximum(values, 0), below + np.minimum(values, 0)
+    if below.min(initial=0.0) < 0:
+        axes.axhline(0, color="black", linewidth=0.8)
+    _ticks(axes, part)
+    axes.set_ylabel(f"share in the {quantity} error [%]" if quantity == "position" else "share in the rotation [%]")
+    axes.set_title(str(part.attrs.get("question", "")))
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return figure
+
+
+def sweep(
+    result: Result | xr.Dataset, quantity: str = "position", *, surface: bool = False, axes: Axes | None = None
+) -> Figure:
+    """Draw the error against the swept value: a curve for some configurations, or a surface over both.
+
+    Parameters
+    ----------
+    result : Dataset
+        Of `sweep`.
+    quantity : {"position", "rotation"}
+    surface : bool
+        A map over value and configuration in place of curves.
+    axes : matplotlib axes, optional
+    """
+    _check_quantity(quantity)
+    part = light(result)
+    dim = str(part.attrs.get("sweep", ""))
+    if not dim:
+        raise InputError("is not the result of a sweep", key="result")
+    figure, axes = canvas(axes)
+    steps = part.sizes[dim]
+    numeric = part.coords[dim].values.dtype.kind in "fiu"
+    x: Any = part.coords[dim].values if numeric else np.arange(steps)
+    parts = [_sizes(part.isel(dim, k), quantity)[0] for k in range(steps)]
+    values, unit = np.stack([values for _, values, _ in parts]), parts[0][2]
+    where, words = along(part.isel(dim, 0))
+    title = labelled(f"{quantity} error" if quantity == "position" else "rotation", unit)
+    if surface:
+        mesh = axes.pcolormesh(x, where, values.T, cmap="cividis", shading="nearest")
+        axes.grid(visible=False)
+        lines = axes.contour(x, where, values.T, colors="white", linewidths=0.7) if min(values.shape) > 1 else None
+        if lines is not None:
+            axes.clabel(lines, fontsize=7)
+        figure.colorbar(mesh, ax=axes, label=title)
+        axes.set_ylabel(words)
+    else:
+        count = values.shape[1]
+        chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_CURVES)).round().astype(int))
+        name, _, unit = words.partition(" [")
+        for k, c in enumerate(chosen.tolist()):
+            axes.plot(x, values[:, c], label=f"{name} = {where[c]:g} {unit.rstrip(']')}".rstrip(), **series(k))
+        axes.set_ylabel(title)
+        _from_zero(axes, [values])
+        axes.legend()
+    axes.set_xlabel(labelled(dim, part.coords[dim].units))
+    if not numeric:
+        axes.set_xticks(x, [str(v) for v in part.coords[dim].values.tolist()])
+    return figure
+
+
+def histogram(
+    result: Result | xr.Dataset, quantity: str = "position", configuration: int = 0, *, axes: Axes | None = None
+) -> Figure:
+    """Draw how a quantity scatters in one configuration, with its quantiles.
+
+    Parameters
+    ----------
+    result : Dataset
+        Of `random`.
+    quantity : {"position", "rotation", "x", "y", "angle"}
+    configuration : int
+    axes : matplotlib axes, optional
+    """
+    part = light(result)
+    if "histogram" not in part.data:
+        raise InputError("has no histogram; it is the question random that has one", key="result")
+    known = part.labels("quantity")
+    if quantity not in known:
+        raise InputError(f"'{quantity}' is not one of {', '.join(known)}", key="quantity")
+    figure, axes = canvas(axes)
+    counts = part.get("histogram", quantity=quantity)[configuration]
+    edges = part.get("edge", quantity=quantity)[configuration]
+    unit = part.unit("quantile", quantity=quantity)
+    share = 100.0 * counts / max(1, counts.sum())
+    axes.stairs(share, edges, fill=True, color=COLOURS[0], alpha=0.5)
+    axes.stairs(share, edges, color=COLOURS[0])
+    top = float(share.max(initial=0.0))
+    for k, level in enumerate(part.labels("probability")):
+        value = float(part.get("quantile", probability=level, quantity=quantity)[configuration])
+        axes.axvline(value, color=COLOURS[3], linestyle=(0, (3, 1 + k)), linewidth=1.0)
+        text = f"{100 * level:g} %"
+        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
+        axes.annotate(
+            text, (value, 1.06 * top), xytext=(-2, 0), textcoords="offset points", rotation=90, ha="right", va="top",
+            fontsize=7, bbox=box,
+        )  # fmt: skip
+    axes.set_ylim(0, 1.1 * top if top > 0 else 1.0)
+    filled = np.flatnonzero(counts)
+    if len(filled):
+        axes.set_xlim(edges[max(0, filled[0] - 2)], edges[min(len(edges) - 1, filled[-1] + 3)])
+    axes.set(
+        xlabel=labelled(f"{quantity} error" if quantity != "rotation" else "rotation", unit), ylabel="units per bin [%]"
+    )
+    axes.set_title(f"random: configuration {configuration}, {part.attrs['samples']} units")
+    return figure
+
+
+def _from_zero(axes: Axes, curves: Sequence[Floats]) -> None:
+    """The error axis begins at no error, so that heights compare."""
+    top = max((float(np.nanmax(values, initial=0.0)) for values in curves), default=0.0)
+    axes.set_ylim(0, 1.1 * top if top > 0 else 1.0)
+
+
+def _check_quantity(quantity: str) -> None:
+    if quantity not in QUANTITIES:
+        raise InputError(f"'{quantity}' is not one of {', '.join(QUANTITIES)}", key="quantity")
+
+
+def _named(results: Results | Result | xr.Dataset) -> dict[str, Result]:
+    # A Dataset is a mapping as well: of its variables.
+    if isinstance(results, Mapping) and not hasattr(results, "data_vars"):
+        return {str(label): light(result) for label, result in results.items()}
+    return {"": light(results)}  # type: ignore[arg-type]
+
+
+def _mechanisms(result: Result) -> list[tuple[str, Result]]:
+    if "mechanism" not in result.sizes:
+        return [("", result)]
+    return [(str(label), result.isel("mechanism", k)) for k, label in enumerate(result.labels("mechanism"))]
+
+
+def _sizes(result: Result, quantity: str) -> list[tuple[str, Floats, str]]:
+    """The curves that a result has to show: name, sizes over configurations, unit."""
+    unit = result.unit("nominal", component="x" if quantity == "position" else "angle")
+
+    def size(name: str) -> Floats:
+        if quantity == "rotation":
+            return np.abs(result.get(name, component="angle"))
+        return np.hypot(result.get(name, component="x"), result.get(name, component="y"))
+
+    if f"worst_{quantity}" in result.data:
+        return [("worst", result.get(f"worst_{quantity}"), unit)]
+    if "quantile" in result.data:
+        level = min(result.labels("probability"), key=lambda p: abs(p - 0.95))
+        return [(f"{100 * level:g} %", result.get("quantile", probability=level, quantity=quantity), unit)]
+    if "residual" in result.data:
+        return [("as commanded", size("error"), unit), ("corrected", size("residual"), unit)]
+    if "error" in result.data:
+        return [(str(result.attrs.get("question", "")), size("error"), unit)]
+    raise InputError("has no error to draw", key="result")
+
+
+def _ticks(axes: Axes, result: Result) -> None:
+    """Configurations on the axis by their drive value, not more than can be read."""
+    values, words = along(result)
+    every = max(1, -(-len(values) // 12))
+    where = np.arange(0, len(values), every)
+    axes.set_xticks(where, [f"{values[k]:g}" for k in where])
+    axes.set_xlabel(words)

@@ -1,0 +1,229 @@
+"""The mechanism itself, with its clearances as large as one wants to see them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
+
+from jointplay.analyses.nominal import Nominal, nominal
+from jointplay.errors import InputError
+from jointplay.model import Mechanism
+from jointplay.result import Result
+
+from .style import COLOURS, GREY, canvas, light
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: sizes on the drawing, as shares of its extent
+PIN, SLIDER, SUPPORT = 0.008, 0.035, 0.03
+
+Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+def mechanism(
+    m: Mechanism,
+    configuration: int = 0,
+    *,
+    exaggerate: float = 0.0,
+    result: Result | xr.Dataset | None = None,
+    path: bool = True,
+    names: bool = True,
+    axes: Axes | None = None,
+) -> Figure:
+    """Draw a mechanism in one of its configurations.
+
+    Parameters
+    ----------
+    m : Mechanism
+    configuration : int
+        Which, counted from 0.
+    exaggerate : float
+        How many times larger than they are pin clearances and errors are drawn; 0: not at all.
+    result : Dataset, optional
+        Of `given` or `loaded`: the pins are drawn where they lie in their clearances, and the error of the output as an
+        arrow.
+    path : bool
+        Draw the path of the output over all configurations.
+    names : bool
+        Write the names of the joints.
+    axes : matplotlib axes, optional
+    """
+    at = nominal(m)
+    if not 0 <= configuration < len(at):
+        raise InputError(f"there is no configuration {configuration}; they go from 0 to {len(at) - 1}", file=m.file)
+    if not np.isfinite(at.poses[configuration]).all():
+        raise InputError(f"configuration {configuration} is not assembled and cannot be drawn", file=m.file)
+    figure, axes = canvas(axes, 7.4, 5.0)
+    drawing = _Drawing(m, at, configuration, axes)
+    if path and len(at) > 1:
+        output = at.output[:, :2] / m.units.length
+        axes.plot(*output.T, color=GREY, linewidth=1.0, linestyle=(0, (4, 2)), label="path of the output", zorder=1)
+    drawing.bodies()
+    drawing.joints(names)
+    if exaggerate > 0:
+        drawing.clearances(exaggerate, None if result is None else light(result))
+    axes.margins(0.08)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set(xlabel=f"x [{m.units.length_name}]", ylabel=f"y [{m.units.length_name}]")
+    axes.set_title(m.title)
+    handles, labels = axes.get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    axes.legend(unique.values(), unique.keys(), loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return figure
+
+
+class _Drawing:
+    """One configuration in file units."""
+
+    def __init__(self, m: Mechanism, at: Nominal, configuration: int, axes: Axes) -> None:
+        self.m, self.axes, self.configuration = m, axes, configuration
+        self.poses = np.vstack([at.poses[configuration], np.zeros(3)])  # the ground has index -1
+        self.spec = m.core_spec
+        every = np.array([self.place(k) for k in range(len(self.spec["points"]))])
+        path = at.output[:, :2] / m.units.length
+        every = np.vstack([every, path[np.isfinite(path).all(axis=1)]])
+        self.extent = float(np.ptp(every, axis=0).max()) or 1.0
+
+    def place(self, index: int) -> Points:
+        """A point of the specification, ground axes."""
+        point = self.spec["points"][index]
+        x, y, angle = self.poses[point["body"]]
+        u, v = point["at"][:2]
+        c, s = np.cos(angle), np.sin(angle)
+        placed: Points = np.array([x + c * u - s * v, y + s * u + c * v]) / self.m.units.length
+        return placed
+
+    def bodies(self) -> None:
+        """Every body as the line or the plate through its points."""
+        for b, name in enumerate(self.m.bodies):
+            used = {joint[end] for joint in self.spec["joints"] for end in ("first", "second")}
+            used.add(self.spec["output"]["point"])
+            points = [self.place(k) for k in sorted(used) if self.spec["points"][k]["body"] == b]
+            outline = _hull(points)
+            colour = COLOURS[b % len(COLOURS)]
+            if len(outline) > 2:
+                self.axes.add_patch(
+                    Polygon(outline, closed=True, facecolor=colour, edgecolor=colour, alpha=0.25, zorder=2)
+                )
+                self.axes.add_patch(
+                    Polygon(outline, closed=True, fill=False, edgecolor=colour, linewidth=1.6, zorder=3)
+                )
+                self.axes.plot([], [], color=colour, linewidth=2.0, label=name)
+            else:
+                marker = "s" if len(outline) == 1 else ""
+                self.axes.plot(*np.array(outline).T, color=colour, linewidth=2.4, marker=marker, label=name, zorder=3)
+
+    def joints(self, names: bool) -> None:
+        """Pins as small circles, guides as lines with their slider, supports under what is fixed to the ground."""
+        for joint, kind in zip(self.spec["joints"], self.m.joint_kinds, strict=True):
+            first, second = self.place(joint["first"]), self.place(joint["second"])
+            grounded = self.spec["points"][joint["first"]]["body"] == -1
+            if kind in ("prismatic", "pin_in_slot"):
+                self._guide(joint, first, second, kind)
+            if kind in ("revolute", "pin_in_slot"):
+                self._pin(second)
+            elif kind == "fixed":
+                self.axes.plot(*second, marker="x", color="black", markersize=6, zorder=6)
+            if grounded and kind in ("revolute", "fixed"):
+                self._support(first)
+        if names:
+            self._names()
+        output = self.place(self.spec["output"]["point"])
+        self.axes.plot(*output, marker="*", color="black", markersize=9, linestyle="", label="output", zorder=7)
+
+    def _pin(self, place: Points) -> None:
+        radius = PIN * self.extent
+        self.axes.add_patch(Circle((place[0], place[1]), radius, facecolor="white", edgecolor="black", zorder=6))
+
+    def _names(self) -> None:
+        """Names of the joints; those at one place in a row."""
+        at: dict[tuple[float, float], list[str]] = {}
+        for name, joint in zip(self.m.joints, self.spec["joints"], strict=True):
+            x, y = np.round(self.place(joint["second"]) / self.extent, 3) * self.extent
+            at.setdefault((float(x), float(y)), []).append(name)
+        centre = np.array(list(at)).mean(axis=0)
+        for place, names in at.items():
+            # Away from the middle of the mechanism, where there is room.
+            side = 1 if place[0] >= centre[0] else -1
+            above = 1 if place[1] >= centre[1] else -1
+            self.axes.annotate(
+                ", ".join(names), place, xytext=(8 * side, 8 * above), textcoords="offset points", fontsize=8, zorder=6,
+                ha="left" if side > 0 else "right", va="bottom" if above > 0 else "top",
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.6, "pad": 0.5},
+            )  # fmt: skip
+
+    def _support(self, place: Points) -> None:
+        s = SUPPORT * self.extent
+        corners = place + np.array([[0.0, 0.0], [-0.8 * s, -1.3 * s], [0.8 * s, -1.3 * s]])
+        self.axes.add_patch(Polygon(corners, closed=True, facecolor="white", edgecolor=GREY, zorder=2))
+        ground = np.array([place[0] - 1.2 * s, place[1] - 1.3 * s])
+        self.axes.plot([ground[0], ground[0] + 2.4 * s], [ground[1]] * 2, color=GREY, linewidth=2.0, zorder=2)
+
+    def _guide(self, joint: dict[str, Any], first: Points, second: Points, kind: str) -> None:
+        turn = self.poses[self.spec["points"][joint["first"]]["body"]][2]
+        angle = turn + np.arctan2(joint["axis_first"][1], joint["axis_first"][0])
+        along = np.array([np.cos(angle), np.sin(angle)])
+        across = np.array([-along[1], along[0]])
+        reach = max(abs(float((second - first) @ along)), 1e-9) + 1.5 * SLIDER * self.extent
+        ends = np.array(
+            [first - SLIDER * self.extent * along, first + np.sign((second - first) @ along or 1.0) * reach * along]
+        )
+        self.axes.plot(*ends.T, color=GREY, linewidth=1.2, linestyle="-.", zorder=1)
+        if kind == "prismatic":
+            a, b = SLIDER * self.extent, 0.5 * SLIDER * self.extent
+            box = [second + sa * a * along + sb * b * across for sa, sb in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+            self.axes.add_patch(Polygon(np.array(box), closed=True, facecolor="white", edgecolor="black", zorder=4))
+
+    def clearances(self, exaggerate: float, result: Result | None) -> None:
+        """The disc that each pin can use, where the pin lies in it, and the error of the output."""
+        label = f"clearance, {exaggerate:g} times"
+        for source in self.spec["sources"]:
+            if source["kind"] != "clearance" or "disc" not in source["set"]:
+                continue
+            joint = self.spec["joints"][source["joint"]]
+            x, y = self.place(joint["first"])
+            radius = source["set"]["disc"]["radius"] / self.m.units.length * exaggerate
+            self.axes.add_patch(
+                Circle((x, y), radius, facecolor=COLOURS[1], edgecolor=COLOURS[3], alpha=0.35, zorder=5, label=label)
+            )
+            if result is not None and "offset" in result.data:
+                name = self.m.joints[source["joint"]]
+                offset = [result.get("offset", parameter=f"{name}.{c}")[self.configuration] for c in ("x", "y")]
+                self.axes.plot(
+                    x + exaggerate * offset[0], y + exaggerate * offset[1], marker="o", markersize=4, color=COLOURS[3],
+                    linestyle="", label="pin in its clearance", zorder=8,
+                )  # fmt: skip
+        if result is not None and "error" in result.data:
+            tail = self.place(self.spec["output"]["point"])
+            error = [result.get("error", component=c)[self.configuration] for c in ("x", "y")]
+            head = tail + exaggerate * np.array(error)
+            arrow = {"arrowstyle": "-|>", "color": COLOURS[3], "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0}
+            self.axes.annotate("", xy=(head[0], head[1]), xytext=(tail[0], tail[1]), arrowprops=arrow, zorder=9)
+            self.axes.plot([], [], color=COLOURS[3], label=f"error, {exaggerate:g} times")
+            self.axes.update_datalim([head])
+
+
+def _hull(points: list[Points]) -> Points:
+    """The convex outline of a body's points (Andrew's monotone chain)."""
+    unique = sorted({(round(float(x), 9), round(float(y), 9)) for x, y in points})
+    if len(unique) < 3:
+        return np.array(unique)
+
+    def chain(ordered: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        kept: list[tuple[float, float]] = []
+        for p in ordered:
+            while len(kept) > 1 and _turn(kept[-2], kept[-1], p) <= 0:
+                kept.pop()
+            kept.append(p)
+        return kept[:-1]
+
+    return np.array(chain(unique) + chain(unique[::-1]))
+
+
+def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -1,0 +1,133 @@
+"""One sheet for what the command was asked."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from jointplay.errors import InputError
+from jointplay.model import Mechanism
+from jointplay.result import Result
+
+from .figures import blame, error, histogram, sweep
+from .linkage import mechanism
+from .style import STYLE
+
+EXTENSIONS = (".png", ".svg", ".pdf")
+#: how large, as a share of the mechanism, an exaggerated error is drawn
+VISIBLE = 0.08
+
+
+def check_path(path: Path) -> None:
+    """Refuse a path that no drawing can be written to.
+
+    Raises
+    ------
+    InputError
+    """
+    if path.suffix.lower() not in EXTENSIONS:
+        raise InputError(f"drawings are written as {', '.join(EXTENSIONS)}", file=os.fspath(path))
+    if path.is_dir() or not path.parent.is_dir():
+        problem = "is a folder; name a file" if path.is_dir() else f"there is no folder '{path.parent}' to write it to"
+        raise InputError(problem, file=os.fspath(path))
+
+
+def draw(m: Mechanism, results: Mapping[str, Result], path: Path) -> None:
+    """Draw results of one mechanism on a sheet and write it.
+
+    Parameters
+    ----------
+    results : mapping
+        By the name of what was asked.
+    path : Path
+        Ending in `.png`, `.svg` or `.pdf`.
+    """
+    check_path(path)
+    with mpl.rc_context(STYLE):
+        figure = sheet(m, results)
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+        os.close(handle)
+        try:
+            # Without a date the same drawing is the same file.
+            metadata = {"Date": None} if path.suffix.lower() == ".svg" else None
+            figure.savefig(name, dpi=160, metadata=metadata)
+            Path(name).replace(path)
+        except OSError as problem:
+            raise InputError(f"cannot be written: {problem.strerror or problem}", file=os.fspath(path)) from None
+        finally:
+            Path(name).unlink(missing_ok=True)
+
+
+def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:
+    """The figure of `draw`."""
+    first = next(iter(results.values()))
+    if "sweep" in first.attrs:
+        return _sweep(first)
+    if "solve" in results:
+        figure = Figure(figsize=(8.4, 5.5))
+        mechanism(m, _drawable(first), axes=figure.add_subplot())
+        return figure
+    if "compare" in results or "compensate" in results:
+        figure = Figure(figsize=(10.0, 4.2))
+        for k, quantity in enumerate(("position", "rotation")):
+            error(first, quantity, axes=figure.add_subplot(1, 2, k + 1))
+        figure.suptitle(str(first.attrs["title"]), fontsize=10)
+        return figure
+    return _errors(m, results)
+
+
+def _sweep(result: Result) -> Figure:
+    figure = Figure(figsize=(10.0, 7.6))
+    for k, quantity in enumerate(("position", "rotation")):
+        sweep(result, quantity, axes=figure.add_subplot(2, 2, 2 * k + 1))
+        sweep(result, quantity, surface=True, axes=figure.add_subplot(2, 2, 2 * k + 2))
+    figure.suptitle(str(result.attrs["title"]), fontsize=10)
+    return figure
+
+
+def _errors(m: Mechanism, results: Mapping[str, Result]) -> Figure:
+    """The mechanism, error against configuration, blame, and the histogram where there is one."""
+    main = next(results[name] for name in ("worst", "loaded", "given", "random") if name in results)
+    figure = Figure(figsize=(13.0, 8.4))
+    shown = _drawable(main)
+    pushed = results.get("loaded") or results.get("given")
+    mechanism(m, shown, exaggerate=_exaggeration(m, pushed, shown), result=pushed, axes=figure.add_subplot(2, 2, 1))
+    # What is given by the worst case lies on its curve.
+    curves = {name: result for name, result in results.items() if "offsets_of" not in result.attrs}
+    error(curves, axes=figure.add_subplot(2, 2, 2))
+    blame(main, axes=figure.add_subplot(2, 2, 3))
+    if "random" in results:
+        histogram(results["random"], "position", shown, axes=figure.add_subplot(2, 2, 4))
+    else:
+        blame(main, "rotation", axes=figure.add_subplot(2, 2, 4))
+    return figure
+
+
+def _drawable(result: Result) -> int:
+    """The first configuration that is assembled."""
+    good = np.isfinite(result.get("nominal")).all(axis=1)
+    if not good.any():
+        raise InputError("no configuration is assembled, so there is nothing to draw")
+    return int(good.argmax())
+
+
+def _exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
+    """A round factor that makes clearances and errors visible."""
+    radii = [s["set"]["disc"]["radius"] for s in m.core_spec["sources"] if "disc" in s["set"]]
+    size = max(radii, default=0.0) / m.units.length
+    if pushed is not None:
+        error = np.hypot(*(pushed.get("error", component=c)[shown] for c in ("x", "y")))
+        size = max(size, float(np.nan_to_num(error)) / 2.0)
+    if size == 0.0:
+        return 0.0
+    factor = VISIBLE * m.length / m.units.length / size
+    if factor < 1.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(factor))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= factor))

@@ -1,0 +1,74 @@
+"""What all drawings have in common."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from jointplay.result import Result, from_dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Okabe and Ito, ordered so that neighbours differ in lightness as well
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#000000")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+DASHES = ("-", "--", "-.", ":", "-", "--", "-.", ":")
+HATCHES = ("", "///", "...", "\\\\\\", "xxx", "++", "ooo", "---")
+GREY = "#6b6b6b"
+STYLE: Any = {
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.markersize": 4,
+    "figure.constrained_layout.use": True,
+    "svg.hashsalt": "jointplay",
+}
+
+
+def light(result: Result | xr.Dataset) -> Result:
+    """The light form of a result, whichever it came in."""
+    return result if isinstance(result, Result) else from_dataset(result)
+
+
+def canvas(axes: Axes | None, width: float = 6.0, height: float = 4.0) -> tuple[Figure, Axes]:
+    """The figure and axes to draw in: those given, or new ones."""
+    if axes is not None:
+        figure = axes.get_figure()
+        assert isinstance(figure, Figure)
+        return figure, axes
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(width, height))
+        return figure, figure.add_subplot()
+
+
+def series(number: int) -> dict[str, Any]:
+    """Colour, marker and dash of a series."""
+    k = number % len(COLOURS)
+    return {"color": COLOURS[k], "marker": MARKERS[k], "linestyle": DASHES[k]}
+
+
+def along(result: Result) -> tuple[Any, str]:
+    """What configurations are drawn against: the value of the only drive, else their number."""
+    drives = result.drives
+    if len(drives) == 1:
+        name, drive = next(iter(drives.items()))
+        if drive.dims == ("configuration",):
+            return drive.values, labelled(name, drive.units)
+    return result.coords["configuration"].values, "configuration"
+
+
+def labelled(name: str, unit: str) -> str:
+    """A label with its unit."""
+    return f"{name} [{unit}]" if unit else name

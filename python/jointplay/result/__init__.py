@@ -1,0 +1,26 @@
+"""Labelled results: units on the way out, and the way to `xarray.Dataset`."""
+
+from .blame import Blame, blame
+from .build import EXTREMES, QUANTITIES, STATUSES, Builder, axes_of, version
+from .combine import align, merge, stack
+from .dataset import from_dataset, to_dataset
+from .structure import Attribute, Result, Variable
+
+__all__ = [
+    "EXTREMES",
+    "QUANTITIES",
+    "STATUSES",
+    "Attribute",
+    "Blame",
+    "Builder",
+    "Result",
+    "Variable",
+    "align",
+    "axes_of",
+    "blame",
+    "from_dataset",
+    "merge",
+    "stack",
+    "to_dataset",
+    "version",
+]

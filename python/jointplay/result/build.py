@@ -1,0 +1,203 @@
+"""Numbers of the core, in SI, become labelled variables in the units of the file."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+
+from jointplay import _core
+from jointplay.model import Mechanism
+from jointplay.units import Units
+
+from .structure import Array, Attribute, Result, Variable
+
+QUANTITIES = ("x", "y", "angle", "position", "rotation")
+EXTREMES = ("position", "rotation", "x low", "x high", "y low", "y high", "angle low", "angle high")
+WRENCH = ("fx", "fy", "moment")
+STATUSES = np.array(_core.STATUSES)
+#: as many units are written out in a row; more are only in the coordinate beside the dimension
+FEW = 5
+
+
+@functools.cache
+def version() -> str:
+    """Version of the installed package."""
+    try:
+        return metadata.version("jointplay")
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Labels along a dimension, and what kind of quantity each of them is."""
+
+    labels: tuple[str, ...]
+    kinds: tuple[str, ...] = ()
+
+
+def axes_of(m: Mechanism) -> dict[str, Axis]:
+    """The dimensions that results of a mechanism can have, `configuration` apart."""
+    angular = [m.joint_kinds[joint] == "revolute" for joint in m.drive_joints]
+    drives = tuple("angle" if turns else "length" for turns in angular)
+
+    def parameter_kind(index: int) -> str:
+        component = m.parameters[index].rpartition(".")[2]
+        if component == "value":
+            return drives[int(m.core_spec["sources"][int(m.parameter_source[index])]["drive"])]
+        return "angle" if component == "angle" else "length"
+
+    components = tuple("angle" if name == "angle" else "length" for name in m.components)
+    return {
+        "component": Axis(m.components, components),
+        "component_other": Axis(m.components, components),
+        "quantity": Axis(QUANTITIES, (*components, "length", "angle")),
+        "extreme": Axis(EXTREMES, tuple("angle" if e.startswith(("rot", "angle")) else "length" for e in EXTREMES)),
+        "wrench": Axis(WRENCH, ("force", "force", "moment")),
+        "parameter": Axis(m.parameters, tuple(parameter_kind(k) for k in range(len(m.parameters)))),
+        "drive": Axis(m.drives, drives),
+        "source": Axis(m.sources),
+        "joint": Axis(m.joints),
+        "body": Axis(m.bodies),
+        "side": Axis(("low", "high")),
+        "axis": Axis(("x", "y")),
+        "outcome": Axis(tuple(_core.STATUSES)),
+    }
+
+
+class Builder:
+    """Collects the variables of one result.
+
+    Parameters
+    ----------
+    m : Mechanism
+        Gives names and units.
+    question : str
+        Goes into the attributes.
+    units : Units, optional
+        Units of the result; those of the mechanism's file if left out.
+    **attrs
+        Further attributes.
+    """
+
+    def __init__(self, m: Mechanism, question: str, units: Units | None = None, **attrs: Attribute) -> None:
+        self.units = units or m.units
+        self.axes = axes_of(m)
+        self.m = m
+        self.coords: dict[str, Variable] = {}
+        self.data: dict[str, Variable] = {}
+        self._drives: dict[str, Variable] = {}
+        self.attrs: dict[str, Attribute] = {
+            "title": m.title,
+            "question": question,
+            "file": Path(m.file).name,
+            "jointplay": version(),
+            **attrs,
+        }
+
+    def labels(self, dim: str, values: Sequence[object] | Array, long_name: str, units: str = "") -> None:
+        """Label a dimension that is not a mechanism's own."""
+        self.coords[dim] = Variable((dim,), np.asarray(values), units, long_name)
+
+    def drives(self, values: Array) -> None:
+        """Drive values as coordinates along `configuration`."""
+        self._drives = {
+            drive: Variable(
+                ("configuration",), values[:, k] / self.factor(kind), self.name(kind), f"value of drive {drive}"
+            )
+            for k, (drive, kind) in enumerate(zip(self.axes["drive"].labels, self.axes["drive"].kinds, strict=True))
+        }
+
+    def add(
+        self,
+        name: str,
+        dims: str | Sequence[str],
+        values: Array,
+        long_name: str,
+        unit: str | tuple[str, str] = "",
+        power: int = 1,
+    ) -> None:
+        """Add a variable.
+
+        Parameters
+        ----------
+        dims : str or sequence of str
+            Dimensions; those of the mechanism get their labels.
+        values : ndarray
+            In SI and radians.
+        unit : str or pair of str
+            `length`, `angle`, `force`, `moment`; or a dimension along which the unit differs; or two of them, when the
+            values are products.
+        power : int
+            2 for squares of that unit.
+        """
+        dims = (dims,) if isinstance(dims, str) else tuple(dims)
+        for dim in dims:
+            self._label(dim)
+        values = np.asarray(values)
+        along = [unit] if isinstance(unit, str) else list(unit)
+        for key in along:
+            if key in self.axes:
+                factors = np.array([self.factor(kind) for kind in self.axes[key].kinds]) ** power
+                shape = [-1 if dim == key else 1 for dim in dims]
+                values = values / factors.reshape(shape)
+            elif key:
+                values = values / self.factor(key) ** power
+        self.data[name] = Variable(dims, values, self._unit_name(along, power), long_name)
+
+    def status(self, codes: Array, long_name: str = "outcome") -> None:
+        """Add the status of every configuration from the core's codes."""
+        self.data["status"] = Variable(("configuration",), STATUSES[codes], "", long_name)
+
+    def result(self) -> Result:
+        """All that was added, with the configurations counted from zero."""
+        sizes = Result(self._drives, self.data).sizes
+        coords: dict[str, Variable] = {}
+        if "configuration" in sizes:
+            numbers = np.arange(sizes["configuration"])
+            coords["configuration"] = Variable(("configuration",), numbers, "", "number of the configuration, from 0")
+        # No variable is lost to a drive that has its name.
+        taken = {*sizes, *self.coords, *self.data, *coords}
+        drives = {f"drive {name}" if name in taken else name: v for name, v in self._drives.items()}
+        attrs = {**self.attrs, "drives": ", ".join(drives)} if drives else self.attrs
+        return Result({**coords, **drives, **self.coords}, self.data, attrs)
+
+    def factor(self, kind: str) -> float:
+        """SI per unit of a kind of quantity."""
+        return float(getattr(self.units, kind)) if kind else 1.0
+
+    def name(self, kind: str) -> str:
+        """Name of the unit of a kind of quantity."""
+        return str(getattr(self.units, f"{kind}_name")) if kind else ""
+
+    def _unit_name(self, along: list[str], power: int) -> str:
+        suffix = "" if power == 1 else f"^{power}"
+        if len(along) > 1:
+            return "product of the units of both components"
+        key = along[0]
+        if key not in self.axes:
+            return self.name(key) + suffix if key else ""
+        names = [self.name(kind) + suffix for kind in self.axes[key].kinds]
+        if len(set(names)) == 1:
+            return names[0]
+        return ", ".join(names) if len(names) <= FEW else f"see {key}_unit"
+
+    def _label(self, dim: str) -> None:
+        if dim in self.coords or dim not in self.axes:
+            return
+        axis = self.axes[dim]
+        self.coords[dim] = Variable((dim,), np.array(axis.labels, dtype=str))
+        if axis.kinds:
+            units = np.array([self.name(kind) for kind in axis.kinds], dtype=str)
+            self.coords[f"{dim}_unit"] = Variable((dim,), units, "", f"unit along {dim}")
+        if dim == "source":
+            kinds = np.array(self.m.source_kinds, dtype=str)
+            self.coords["source_kind"] = Variable((dim,), kinds, "", "what the source is")
+        if dim == "parameter":
+            sources = np.array([self.m.sources[int(k)] for k in self.m.parameter_source], dtype=str)
+            self.coords["parameter_source"] = Variable((dim,), sources, "", "source of the parameter")

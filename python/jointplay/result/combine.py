@@ -1,0 +1,107 @@
+"""Results put together: one behind the other along a new dimension, or side by side under their questions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from .structure import Array, Result, Variable
+
+#: dimensions whose labels may differ between mechanisms
+NAMED = ("source", "joint", "parameter", "body", "drive")
+
+
+def stack(results: Sequence[Result], along: Variable, attrs: Mapping[str, str | int | float]) -> Result:
+    """Results of the same shape along a new leading dimension.
+
+    Coordinates that are the same in all of them stay as they are.
+
+    Parameters
+    ----------
+    along : Variable
+        The new coordinate; its one dimension is the new one.
+    attrs : mapping
+        Attributes of the whole.
+    """
+    (dim,) = along.dims
+    coords: dict[str, Variable] = {dim: along}
+    for name, first in results[0].coords.items():
+        variables = [result.coords[name] for result in results]
+        same = all(_same(first.values, v.values) for v in variables)
+        coords[name] = first if same else _stacked(variables, dim)
+    data = {name: _stacked([result.data[name] for result in results], dim) for name in results[0].data}
+    return Result(coords, data, attrs)
+
+
+def _same(a: Array, b: Array) -> bool:
+    return a.shape == b.shape and bool(np.array_equal(a, b, equal_nan=a.dtype.kind == "f" and b.dtype.kind == "f"))
+
+
+def _stacked(variables: Sequence[Variable], dim: str) -> Variable:
+    first = variables[0]
+    return Variable((dim, *first.dims), np.stack([v.values for v in variables]), first.units, first.long_name)
+
+
+def align(results: Sequence[Result]) -> list[Result]:
+    """The results with the union of their sources, joints, ... as labels, and nan where one of them has none."""
+    unions: dict[str, list[str]] = {}
+    for dim in NAMED:
+        labels = [label for result in results if dim in result.coords for label in result.labels(dim)]
+        unions[dim] = list(dict.fromkeys(labels))
+    aligned = []
+    for result in results:
+        data = {name: _spread(v, result, unions) for name, v in result.data.items()}
+        coords = {name: _spread(v, result, unions) for name, v in result.coords.items() if name not in NAMED}
+        for dim in NAMED:
+            if dim in result.coords:
+                coords[dim] = Variable((dim,), np.array(unions[dim], dtype=str))
+        aligned.append(Result(coords, data, result.attrs))
+    # Words that belong to a label (its unit, its kind) come from the first result that has the label.
+    for name in {name for result in aligned for name, v in result.coords.items() if v.values.dtype.kind == "U"}:
+        versions = [result.coords[name] for result in aligned if name in result.coords]
+        values = versions[0].values
+        for other in versions[1:]:
+            values = np.where(values == "", other.values, values)
+        filled = Variable(versions[0].dims, values, versions[0].units, versions[0].long_name)
+        for k, result in enumerate(aligned):
+            if name in result.coords:
+                aligned[k] = Result({**result.coords, name: filled}, result.data, result.attrs)
+    return aligned
+
+
+def _spread(variable: Variable, result: Result, unions: Mapping[str, list[str]]) -> Variable:
+    values = variable.values
+    for axis, dim in enumerate(variable.dims):
+        labels = result.labels(dim) if dim in unions else []
+        if dim not in unions or labels == unions[dim]:
+            continue
+        shape = list(values.shape)
+        shape[axis] = len(unions[dim])
+        text = values.dtype.kind == "U"
+        spread = np.full(shape, "", dtype=values.dtype) if text else np.full(shape, np.nan)
+        index = [unions[dim].index(label) for label in labels]
+        np.moveaxis(spread, axis, 0)[index] = np.moveaxis(values, axis, 0)
+        values = spread
+    return Variable(variable.dims, values, variable.units, variable.long_name)
+
+
+def merge(results: Mapping[str, Result]) -> Result:
+    """Results of several questions on one mechanism as one.
+
+    A variable that only says what it is together with its question gets the question in front: `loaded_error`,
+    `worst_contribution`, `random_mean`, `worst_status`. `nominal` is the same for all and stays.
+    """
+    if len(results) == 1:
+        return next(iter(results.values()))
+    coords: dict[str, Variable] = {}
+    data: dict[str, Variable] = {}
+    attrs: dict[str, str | int | float] = {}
+    for question, result in results.items():
+        coords |= result.coords
+        for name, variable in result.data.items():
+            kept = name == "nominal" or name.startswith(f"{question}_")
+            data[name if kept else f"{question}_{name}"] = variable
+        attrs |= result.attrs
+    attrs["question"] = ", ".join(results)
+    return Result(coords, data, attrs)

@@ -1,0 +1,112 @@
+"""What an analysis hands out: arrays with named dimensions, coordinates, units and attributes.
+
+This is the light form that the command line prints from; `to_dataset` makes of it the `xarray.Dataset` of the Python
+interface. Importing xarray takes longer than most analyses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+Attribute = str | int | float
+
+
+@dataclass(frozen=True, eq=False)
+class Variable:
+    """An array with named dimensions.
+
+    Attributes
+    ----------
+    dims : tuple of str
+    values : ndarray
+    units : str
+        Unit of the values; where entries along a dimension differ, all of them in order, or where to find them.
+    long_name : str
+        What it is, in words.
+    """
+
+    dims: tuple[str, ...]
+    values: Array
+    units: str = ""
+    long_name: str = ""
+
+    def __post_init__(self) -> None:
+        if self.values.ndim != len(self.dims):
+            raise ValueError(f"{self.dims} do not name the axes of an array of shape {self.values.shape}")
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """Labelled arrays of one analysis.
+
+    Attributes
+    ----------
+    coords : mapping
+        Coordinates by name; one of the same name per dimension that has labels.
+    data : mapping
+        Variables by name.
+    attrs : mapping
+        Title, question, version, seed and the like.
+    """
+
+    coords: Mapping[str, Variable]
+    data: Mapping[str, Variable]
+    attrs: Mapping[str, Attribute] = field(default_factory=dict)
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Length of every dimension."""
+        variables = [*self.coords.values(), *self.data.values()]
+        return {dim: size for v in variables for dim, size in zip(v.dims, v.values.shape, strict=True)}
+
+    @property
+    def drives(self) -> dict[str, Variable]:
+        """The coordinates that are drive values, by name."""
+        names = str(self.attrs.get("drives", ""))
+        return {name: self.coords[name] for name in names.split(", ") if name in self.coords}
+
+    def labels(self, dim: str) -> list[Any]:
+        """Labels along a dimension."""
+        return list(self.coords[dim].values.tolist())
+
+    def get(self, name: str, **at: Any) -> Array:
+        """Values of a variable, at labels along some of its dimensions.
+
+        Examples
+        --------
+        >>> side = Variable(("side",), np.array(["low", "high"]))
+        >>> result = Result({"side": side}, {"reach": Variable(("side",), np.array([-1.0, 2.0]))})
+        >>> float(result.get("reach", side="high"))
+        2.0
+        """
+        variable = self.data[name] if name in self.data else self.coords[name]
+        index = tuple(self.labels(d).index(at[d]) if d in at else slice(None) for d in variable.dims)
+        return np.asarray(variable.values[index])
+
+    def unit(self, name: str, **at: Any) -> str:
+        """Unit of a variable, at labels along the dimension whose entries differ in unit."""
+        variable = self.data[name] if name in self.data else self.coords[name]
+        for dim, label in at.items():
+            units = self.coords.get(f"{dim}_unit")
+            if units is not None and dim in variable.dims:
+                return str(units.values[self.labels(dim).index(label)])
+        return variable.units
+
+    def isel(self, dim: str, index: int) -> Result:
+        """The part at one place along a dimension."""
+
+        def pick(variable: Variable) -> Variable:
+            if dim not in variable.dims:
+                return variable
+            dims = tuple(d for d in variable.dims if d != dim)
+            values = np.asarray(np.take(variable.values, index, axis=variable.dims.index(dim)))
+            return Variable(dims, values, variable.units, variable.long_name)
+
+        coords = {name: pick(v) for name, v in self.coords.items()}
+        return Result(coords, {name: pick(v) for name, v in self.data.items()}, self.attrs)

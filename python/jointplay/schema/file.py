@@ -1,0 +1,247 @@
+"""The mechanism file as a whole, `format = 1`."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from jointplay.errors import shown
+from jointplay.units import AngleUnit, ForceUnit, LengthUnit
+
+from .joints import Joint
+from .values import (
+    Name,
+    NonNegative,
+    Number,
+    Numbers,
+    Pair,
+    Positive,
+    Table,
+    Tolerance,
+    ToleranceLaw,
+    check_law,
+    is_number,
+    problem,
+)
+
+#: more configurations than anybody looks at; a longer path is a slip of the keyboard
+MOST_CONFIGURATIONS = 1_000_000
+
+
+class UnitsTable(Table):
+    """Units of every number in the file."""
+
+    example: ClassVar[str] = '{ length = "mm", angle = "deg", force = "N" }'
+
+    length: LengthUnit = Field("mm", description="unit of lengths")
+    angle: AngleUnit = Field("deg", description="unit of angles")
+    force: ForceUnit = Field("N", description="unit of forces; moments are in force times length")
+
+
+class Body(Table):
+    """Mass of a body, for its weight."""
+
+    example: ClassVar[str] = "{ mass = 0.4, centre = [50, 0] }"
+
+    mass: NonNegative = Field(0.0, description="mass in kg")
+    centre: Pair = Field((0.0, 0.0), description="centre of mass in body axes")
+
+
+class Start(Table):
+    """Roughly where a body is. What is left out follows from the joints; it need not be exact."""
+
+    example: ClassVar[str] = "{ x = 0, y = 0, angle = 30 }"
+
+    x: Number | SkipJsonSchema[None] = Field(None, description="position of the body's origin in ground axes")
+    y: Number | SkipJsonSchema[None] = Field(None, description="position of the body's origin in ground axes")
+    angle: Number | SkipJsonSchema[None] = Field(None, description="angle of the body's axes in ground axes")
+
+
+class Drive(Table):
+    """A joint coordinate that is commanded: the angle of a revolute joint, the distance along a guide or slot."""
+
+    example: ClassVar[str] = '{ joint = "J1", from = 0, to = 90, count = 10 }'
+
+    joint: str = Field(description="the joint whose coordinate it commands")
+    values: Numbers | SkipJsonSchema[None] = Field(None, description="the commanded values, one per configuration")
+    from_: Number | SkipJsonSchema[None] = Field(None, alias="from", description="first of equally spaced values")
+    to: Number | SkipJsonSchema[None] = Field(None, description="last of equally spaced values")
+    count: Annotated[int, Field(ge=2, le=MOST_CONFIGURATIONS)] | SkipJsonSchema[None] = Field(
+        None, description="how many equally spaced values"
+    )
+    error: Tolerance | SkipJsonSchema[None] = Field(None, description="how far the drive may be off its command")
+    law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="how it scatters: uniform (default) or normal")
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        check_law(self.error, self.law)
+        spaced = [key for key, v in (("from", self.from_), ("to", self.to), ("count", self.count)) if v is not None]
+        if self.values is not None and spaced:
+            raise problem(f"give either values, or from, to and count; not values with {', '.join(spaced)}")
+        if spaced and len(spaced) < 3:
+            missing = [key for key in ("from", "to", "count") if key not in spaced]
+            raise problem(f"from, to and count go together; missing: {', '.join(missing)}")
+        return self
+
+    @property
+    def is_commanded(self) -> bool:
+        """Whether the file gives its values."""
+        return self.values is not None or self.count is not None
+
+    @property
+    def commands(self) -> tuple[float, ...]:
+        """The commanded values in file units; none when the path of the output decides them."""
+        if self.values is not None:
+            return self.values
+        if self.from_ is None or self.to is None or self.count is None:
+            return ()
+        last = self.count - 1
+        step = (self.to - self.from_) / last
+        return (*(self.from_ + k * step for k in range(last)), self.to)
+
+
+class Path(Table):
+    """Target values of the output, from which the drives are solved."""
+
+    example: ClassVar[str] = "{ x = [10, 20], y = [80, 85] }"
+
+    x: Numbers | SkipJsonSchema[None] = Field(None, description="positions of the output along the ground's x axis")
+    y: Numbers | SkipJsonSchema[None] = Field(None, description="positions of the output along the ground's y axis")
+    angle: Numbers | SkipJsonSchema[None] = Field(None, description="angles of the output body")
+
+    @model_validator(mode="after")
+    def _equal(self) -> Self:
+        counts = {key: len(values) for key, values in self.asked.items()}
+        if not counts:
+            raise problem("a path needs at least one of x, y, angle, each a list of target values")
+        if len(set(counts.values())) > 1:
+            has = ", ".join(f"{key} {count}" for key, count in counts.items())
+            raise problem(f"x, y and angle run together and need as many values each; here: {has}")
+        return self
+
+    @property
+    def asked(self) -> dict[str, tuple[float, ...]]:
+        """The components that have targets."""
+        given = {"x": self.x, "y": self.y, "angle": self.angle}
+        return {key: values for key, values in given.items() if values is not None}
+
+
+#: a point of a body: its coordinates in body axes, or the name of a joint on that body
+Place = Annotated[Pair | str, BeforeValidator(lambda value: _place(value))]
+
+
+def _place(value: object) -> object:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, list | tuple) and len(value) == 2 and all(is_number(v) for v in value):
+        return value
+    raise problem(f"a point [x, y] or the name of a joint on that body is needed, not {shown(value)}")
+
+
+class Output(Table):
+    """The point on a body whose pose error is asked."""
+
+    example: ClassVar[str] = '{ body = "rocker", at = [150, 0] }'
+
+    body: str = Field(description="the body that carries the output point")
+    at: Place = Field((0.0, 0.0), description="the output point: [x, y] in body axes, or a joint on the body")
+
+
+class Load(Table):
+    """A dead load in ground axes."""
+
+    example: ClassVar[str] = "{ force = [0, -10] }"
+
+    body: str | SkipJsonSchema[None] = Field(None, description="the loaded body; the output body if left out")
+    at: Place | SkipJsonSchema[None] = Field(
+        None, description="where: [x, y] in body axes or a joint on the body; the output point if left out"
+    )
+    force: Pair | SkipJsonSchema[None] = Field(None, description="force [fx, fy]")
+    moment: Number = Field(0.0, description="moment, counter-clockwise")
+
+    @model_validator(mode="after")
+    def _something(self) -> Self:
+        if self.force is None and "moment" not in self.model_fields_set:
+            raise problem("a load needs a force [fx, fy] or a moment")
+        return self
+
+
+class Dimension(Table):
+    """A named distance on one body; the second of the two points moves with its error."""
+
+    example: ClassVar[str] = '{ body = "coupler", between = ["J2", "J3"], tolerance = 0.05 }'
+
+    body: str = Field(description="the body that has the distance")
+    between: Annotated[tuple[str, str], Field(strict=False)] = Field(
+        description='two joints on the body, or "output"; the second point moves'
+    )
+    tolerance: Tolerance | SkipJsonSchema[None] = Field(None, description="how far the distance may be off")
+    deviation: Number = Field(0.0, description="the known error of one built unit")
+    law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="normal (three sigma, default) or uniform")
+
+    @model_validator(mode="after")
+    def _law(self) -> Self:
+        check_law(self.tolerance, self.law)
+        return self
+
+
+def _range(pair: tuple[float, float]) -> tuple[float, float]:
+    if pair[0] > pair[1]:
+        raise problem(f"a range is [lowest, highest], not {shown(list(pair))}")
+    return pair
+
+
+Range = Annotated[Pair, AfterValidator(_range)]
+
+
+class Limits(Table):
+    """What is acceptable."""
+
+    example: ClassVar[str] = "{ position = 0.5, drives = { theta1 = [0, 90] } }"
+
+    position: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable position error")
+    rotation: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable rotation error")
+    singular_value: Positive = Field(
+        1e-6, description="smallest acceptable singular value of the length-scaled Jacobian"
+    )
+    drives: dict[str, Range] = Field({}, description="range of each drive")
+    joints: dict[str, Range] = Field({}, description="range of each joint's coordinate")
+
+
+def _format(value: object) -> object:
+    if not (type(value) is int and value == 1):
+        raise problem(f"this version reads format = 1, not {shown(value)}")
+    return value
+
+
+def _space(value: object) -> object:
+    if value == "spatial":
+        raise problem('this version reads planar mechanisms only: space = "planar", not "spatial"')
+    return value
+
+
+class MechanismFile(Table):
+    """A mechanism in one file."""
+
+    format: Annotated[Literal[1], BeforeValidator(_format)] = Field(description="version of the file format: 1")
+    title: str = Field("", description="one line that says what the mechanism is")
+    space: Annotated[Literal["planar"], BeforeValidator(_space)] = Field("planar", description="plane or space")
+    units: UnitsTable = Field(description='such as { length = "mm", angle = "deg", force = "N" }')
+    gravity: Pair = Field((0.0, 0.0), description="acceleration of gravity [gx, gy] in m/s^2, ground axes")
+    bodies: dict[Name, Body] = Field({}, description="masses of bodies")
+    joints: dict[Name, Joint] = Field(description="the joints; the bodies are named by them")
+    start: dict[Name, Start] = Field({}, description="roughly where the bodies are: it chooses the assembly branch")
+    drives: dict[Name, Drive] = Field({}, description="commanded joint coordinates")
+    path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")
+    output: Output = Field(description="the point whose error is asked: a body and a point on it")
+    loads: Annotated[tuple[Load, ...], Field(strict=False)] = Field((), description="dead loads")
+    dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
+    limits: Limits = Field(default_factory=lambda: Limits.model_validate({}), description="what is acceptable")
+
+    @model_validator(mode="after")
+    def _not_empty(self) -> Self:
+        if not self.joints:
+            raise problem("a mechanism needs joints: [joints.NAME] tables")
+        return self

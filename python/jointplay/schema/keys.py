@@ -1,0 +1,141 @@
+"""Dotted keys: `joints.J1.clearance.radial`, `loads.0.force`, and `*` for every entry (`joints.*.clearance.radial`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from jointplay.errors import InputError, not_known, shown
+
+#: sections whose entries have names of the user's own
+NAMED = {"joints": "a joint", "drives": "a drive", "dimensions": "a dimension"}
+
+#: different ways to say the same
+RIVALS: Mapping[str, tuple[str, ...]] = {
+    "values": ("from", "to", "count"),
+    "from": ("values",),
+    "to": ("values",),
+    "count": ("values",),
+    "radial": ("diametral",),
+    "diametral": ("radial",),
+    "sigma": ("plus", "minus"),
+    "plus": ("sigma",),
+    "minus": ("sigma",),
+}
+#: keys at this depth (section, name, key) and below are the format's, above they may be names
+OWN_KEYS = 3
+
+Steps = tuple[str | int, ...]
+
+
+def expand(data: Mapping[str, Any], key: str, file: str) -> list[Steps]:
+    """The places that a dotted key means.
+
+    Parameters
+    ----------
+    data : mapping
+        Data of a mechanism file.
+    key : str
+        Dotted key. With a `*`, only places that are given in the data are meant; without, a new one may be.
+    file : str
+        Name of the file, for messages.
+
+    Raises
+    ------
+    InputError
+        A wildcard that matches nothing, a joint, drive or dimension that does not exist, a list index out of range.
+    """
+    parts = key.split(".")
+    if not all(parts):
+        raise InputError(f"{shown(key)} is not a dotted key such as joints.J1.clearance.radial", file=file)
+    if "*" not in parts:
+        return [_path(data, parts, key, file)]
+    found = _matches(data, parts)
+    if not found:
+        raise InputError(_no_match(data, parts), file=file, key=key)
+    return found
+
+
+def _matches(data: Any, parts: list[str]) -> list[Steps]:
+    if not parts:
+        return [()]
+    head, rest = parts[0], parts[1:]
+    return [(step, *tail) for step in _steps(data, head) for tail in _matches(data[step], rest)]
+
+
+def _steps(data: Any, head: str) -> list[str] | list[int]:
+    if isinstance(data, Mapping):
+        return list(data) if head == "*" else [head] if head in data else []
+    if isinstance(data, list):
+        return list(range(len(data))) if head == "*" else [int(head)] if _is_index(head, data) else []
+    return []
+
+
+def _is_index(part: str, data: list[Any]) -> bool:
+    return part.isascii() and part.isdigit() and len(part) < 9 and int(part) < len(data)
+
+
+def _no_match(data: Mapping[str, Any], parts: list[str]) -> str:
+    """Says how far the key still meant something."""
+    for depth in range(1, len(parts) + 1):
+        if _matches(data, parts[:depth]):
+            continue
+        above = _matches(data, parts[: depth - 1])
+        known = {str(step) for steps in above for step in _steps(value_at(data, steps), "*")}
+        where = f" in {'.'.join(parts[: depth - 1])}" if depth > 1 else ""
+        if parts[depth - 1] == "*":
+            return f"the * matches nothing: there is nothing{where}"
+        return f"the * matches nothing: {not_known(parts[depth - 1], f'given{where}', sorted(known))}"
+    return "the * matches nothing"
+
+
+def _path(data: Mapping[str, Any], parts: list[str], key: str, file: str) -> Steps:
+    if len(parts) > 2 and parts[0] in NAMED:
+        names = data.get(parts[0], {})
+        if isinstance(names, Mapping) and parts[1] not in names:
+            raise InputError(not_known(parts[1], NAMED[parts[0]], names), file=file, key=key)
+    here: Any = data
+    steps: list[str | int] = []
+    for part in parts:
+        if isinstance(here, list):
+            if not _is_index(part, here):
+                problem = f"{shown(part)} is not an index into a list of {len(here)}, counted from 0"
+                raise InputError(problem, file=file, key=key)
+            steps.append(int(part))
+            here = here[int(part)]
+        elif isinstance(here, Mapping):
+            steps.append(part)
+            here = here.get(part, {})
+        else:
+            above = ".".join(str(step) for step in steps)
+            raise InputError(f"{above} is {shown(here)} and has no '{part}' below it", file=file, key=key)
+    return tuple(steps)
+
+
+def value_at(data: Any, steps: Steps) -> Any:
+    """The value at a place that exists."""
+    for step in steps:
+        data = data[step]
+    return data
+
+
+def assign(data: Any, steps: Steps, value: Any, table: Callable[[], Any] = dict) -> None:
+    """Set a value in place, making the tables on the way; None removes it.
+
+    A value replaces those that say the same in another way: `values` replaces `from`, `to` and `count`.
+    """
+    here = data
+    for step in steps[:-1]:
+        if isinstance(step, str) and step not in here:
+            here[step] = table()
+        here = here[step]
+    last = steps[-1]
+    if value is None:
+        # What is not there need not be removed.
+        if isinstance(last, int) or last in here:
+            del here[last]
+        return
+    here[last] = value
+    for rival in RIVALS.get(last, ()) if len(steps) >= OWN_KEYS and isinstance(last, str) else ():
+        if rival in here:
+            del here[rival]

@@ -1,0 +1,90 @@
+"""From what pydantic found to one line for people: the key, the value that stands there, and what would be valid."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pydantic import ValidationError
+
+from jointplay.errors import shown, suggestion
+
+
+def located(error: ValidationError, raw: object) -> tuple[str, str]:
+    """Dotted key and sentence of the first mistake.
+
+    Parameters
+    ----------
+    error : ValidationError
+        As raised by a model of this package.
+    raw : object
+        The data that was validated.
+
+    Returns
+    -------
+    tuple of str
+        The dotted key (empty for the file as a whole) and the problem.
+    """
+    found = error.errors(include_url=False)[0]
+    kind, given, context = found["type"], found.get("input"), found.get("ctx", {})
+    loc = found["loc"]
+    if loc and loc[-1] == "[key]":
+        name = loc[-2]
+        return _key(loc[:-2], raw), _name(str(name))
+    return _key(loc, raw), _sentence(kind, given, context, loc)
+
+
+def _name(name: str) -> str:
+    return f"{shown(name)} is not a name: no blanks and none of . / * = [ ] or quotes, up to 100 characters"
+
+
+def _key(loc: Sequence[int | str], raw: Any) -> str:
+    """The part of pydantic's location that is in the file: it also names members of unions."""
+    parts: list[str] = []
+    here = raw
+    for part in loc:
+        in_table = isinstance(here, Mapping) and part in here
+        in_list = isinstance(here, list | tuple) and isinstance(part, int) and part < len(here)
+        if in_table or in_list:
+            here = here[part]
+            parts.append(str(part))
+    return ".".join(parts)
+
+
+def _sentence(kind: str, given: object, context: Mapping[str, Any], loc: Sequence[int | str]) -> str:
+    value = shown(given)
+    match kind:
+        case "problem":
+            return str(context["message"])
+        case "finite_number":
+            return f"a finite number is needed, not {value}"
+        case "float_type" | "int_type":
+            return f"a {'whole ' * (kind == 'int_type')}number is needed, not {value}"
+        case "greater_than_equal" | "less_than_equal" | "greater_than" | "less_than":
+            return _bound(kind, value, context)
+        case "string_type":
+            return f"a text in quotes is needed, not {value}"
+        case "literal_error":
+            known = [word.strip(" '") for word in str(context["expected"]).replace(" or ", ",").split(",")]
+            return f"{value} is not valid here; {suggestion(str(given), known)}"
+        case "tuple_type":
+            return f"a list in brackets is needed, not {value}"
+        case "missing" if loc and isinstance(loc[-1], int):
+            return f"two values are needed, not {value}"
+        case "too_long":
+            return f"{context['max_length']} values are needed, not {value}"
+        case "too_short":
+            return "the list is empty; at least one value is needed"
+        case "dict_type" | "model_type":
+            return f"a table is needed, not {value}"
+    return f"{value} is not valid here ({kind.replace('_', ' ')})"
+
+
+def _bound(kind: str, value: str, context: Mapping[str, Any]) -> str:
+    limit = next(iter(context.values()))
+    if limit == 0 and kind == "greater_than_equal":
+        return f"must not be negative: {value}"
+    if limit == 0 and kind == "greater_than":
+        return f"must be greater than zero: {value}"
+    words = {"greater_than_equal": "at least", "less_than_equal": "at most"}.get(kind, "beyond")
+    return f"must be {words} {limit:.15g}: {value}"

@@ -1,0 +1,140 @@
+"""The values that a mechanism file is made of: numbers, names, points, axes, tolerances, and the strict table."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, StringConstraints, model_validator
+from pydantic.json_schema import SkipJsonSchema
+from pydantic_core import PydanticCustomError
+
+from jointplay.errors import shown, suggestion
+
+#: beyond this a number is a slip of the keyboard in any unit, and its square could overflow
+LARGEST = 1e12
+#: a direction shorter than this has no direction
+SHORTEST_AXIS = 1e-9
+
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
+Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
+Numbers = Annotated[tuple[Number, ...], Field(strict=False, min_length=1)]
+Pair = Annotated[tuple[Number, Number], Field(strict=False)]
+
+#: names are parts of dotted keys ("joints.J1.clearance") and of labels ("D/ED", "J1.x")
+NAME = r"""^[^\s\x00-\x1f\x7f./*"=\[\]]+$"""
+Name = Annotated[str, StringConstraints(pattern=NAME, max_length=100)]
+
+ClearanceLaw = Literal["uniform", "boundary", "normal"]
+ToleranceLaw = Literal["normal", "uniform"]
+
+
+def problem(message: str) -> PydanticCustomError:
+    """An error whose message is already a sentence for people."""
+    # The text travels as context, so that braces in it are not read as placeholders.
+    return PydanticCustomError("problem", "{message}", {"message": message})
+
+
+def is_number(value: object) -> bool:
+    """Whether a value of the file is a number (a boolean is not)."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+class Table(BaseModel):
+    """A table of the file: frozen, strict, and with messages that name the nearest known key."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+    #: what to write, for the message when something else than a table stands there
+    example: ClassVar[str] = "{ ... }"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_keys(cls, data: object) -> object:
+        if isinstance(data, cls):
+            return data
+        if not isinstance(data, dict):
+            raise problem(f"a table such as {cls.example} is needed, not {shown(data)}")
+        known = {field.alias or name: field for name, field in cls.model_fields.items()}
+        for key in data:
+            if key not in known:
+                raise problem(f"'{str(key)[:60]}' is not a key here; {suggestion(str(key), sorted(known))}")
+        for key, field in known.items():
+            if field.is_required() and key not in data:
+                what = f" ({field.description})" if field.description else ""
+                raise problem(f"'{key}' is missing{what}")
+        return data
+
+
+def _axis(value: Any) -> float | tuple[float, float]:
+    if is_number(value) and math.isfinite(value) and abs(value) <= LARGEST:
+        return float(value)
+    if isinstance(value, list | tuple) and len(value) == 2 and all(is_number(v) for v in value):
+        x, y = value
+        if all(math.isfinite(v) and abs(v) <= LARGEST for v in value):
+            if math.hypot(x, y) < SHORTEST_AXIS:
+                raise problem(f"{shown(list(value))} has no direction; write [1, 0], or an angle")
+            return (float(x), float(y))
+    raise problem(f"a direction [ux, uy] or an angle is needed, not {shown(value)}")
+
+
+#: a direction in the plane: its two components, or its angle from the x axis in the file's unit
+Axis = Annotated[float | tuple[float, float], PlainValidator(_axis, json_schema_input_type=Number | Pair)]
+
+
+class PlacementTable(Table):
+    """Where a joint sits on one of its bodies, in body axes."""
+
+    example: ClassVar[str] = "[x, y] or { at = [x, y], axis = [ux, uy] }"
+
+    at: Pair = Field(description="the point [x, y] in body axes")
+    axis: Axis | SkipJsonSchema[None] = Field(None, description="direction of the joint: [ux, uy] or an angle")
+
+
+def _placement(value: object) -> object:
+    return {"at": value} if isinstance(value, list | tuple) else value
+
+
+#: `[x, y]`, or a table with the axis as well
+Placement = Annotated[PlacementTable, BeforeValidator(_placement, json_schema_input_type=Pair | PlacementTable)]
+
+
+class ToleranceTable(Table):
+    """How far a value may be off: two bounds, or a standard deviation."""
+
+    example: ClassVar[str] = "0.05, { plus = 0.05, minus = 0.02 } or { sigma = 0.02 }"
+
+    plus: NonNegative | SkipJsonSchema[None] = Field(None, description="how far above")
+    minus: NonNegative | SkipJsonSchema[None] = Field(None, description="how far below, as a positive number")
+    sigma: NonNegative | SkipJsonSchema[None] = Field(None, description="standard deviation, a third of the bounds")
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        bounds = (self.plus is not None) + (self.minus is not None)
+        if (self.sigma is None and bounds != 2) or (self.sigma is not None and bounds):
+            raise problem("give either plus and minus, or sigma alone")
+        return self
+
+    @property
+    def low(self) -> float:
+        """Lower bound, not above zero."""
+        return -(self.minus or 0.0) if self.sigma is None else -3.0 * self.sigma
+
+    @property
+    def high(self) -> float:
+        """Upper bound, not below zero."""
+        return (self.plus or 0.0) if self.sigma is None else 3.0 * self.sigma
+
+
+def _tolerance(value: object) -> object:
+    return {"plus": value, "minus": value} if is_number(value) else value
+
+
+#: a number means plus and minus that number
+Tolerance = Annotated[ToleranceTable, BeforeValidator(_tolerance, json_schema_input_type=NonNegative | ToleranceTable)]
+
+
+def check_law(tolerance: ToleranceTable | None, law: ToleranceLaw | None) -> None:
+    """Refuse a law beside `sigma`, which is one already."""
+    if law is not None and tolerance is not None and tolerance.sigma is not None:
+        raise problem(f"sigma already says how it scatters (normal, not truncated); leave out law = {shown(law)}")

@@ -1,0 +1,110 @@
+"""Columns of numbers that are easy to compare: as many decimals as the column needs, the same in every row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+#: significant digits of the largest number of a column
+DIGITS = 4
+MOST_DECIMALS = 12
+#: what stands for a number that there is none of
+NOTHING = "–"
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column.
+
+    Attributes
+    ----------
+    name, unit : str
+        Lines of its header.
+    cells : tuple of str
+        One per row.
+    left : bool
+        Text, aligned to the left.
+    spare : int
+        How readily it is left out where there is no room for all columns; 0: never.
+    """
+
+    name: str
+    unit: str
+    cells: tuple[str, ...]
+    left: bool = False
+    spare: int = 0
+
+    @property
+    def width(self) -> int:
+        """Characters that the column needs."""
+        return max(len(text) for text in (*self.name.split("\n"), self.unit, *self.cells))
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table with what it is and what one must know to read it."""
+
+    title: str
+    columns: tuple[Column, ...]
+    notes: tuple[str, ...] = field(default=())
+
+    def fitted(self, width: int, gap: int) -> tuple[Column, ...]:
+        """The columns that fit into a width, the most needed ones."""
+        kept = self.columns
+        for spare in sorted({column.spare for column in kept if column.spare}, reverse=True):
+            if sum(column.width + gap for column in kept) <= width:
+                break
+            kept = tuple(column for column in kept if column.spare != spare)
+        return kept
+
+
+def decimals(values: Sequence[float] | np.ndarray[Any, Any], digits: int = DIGITS) -> int:
+    """Decimals that give the largest of the values this many significant digits.
+
+    Examples
+    --------
+    >>> decimals([0.0123, 2.5])
+    3
+    >>> decimals([1234.5])
+    0
+    """
+    sizes = np.abs(np.asarray(values, dtype=float))
+    sizes = sizes[np.isfinite(sizes)]
+    largest = float(sizes.max(initial=0.0))
+    if largest == 0.0:
+        return 0
+    return min(MOST_DECIMALS, max(0, digits - 1 - math.floor(math.log10(largest))))
+
+
+def fixed(value: float, places: int) -> str:
+    """A number with fixed decimals; no negative zero."""
+    if not math.isfinite(value):
+        return NOTHING
+    text = f"{value:.{places}f}"
+    return text.lstrip("-") if float(text) == 0.0 else text
+
+
+def numbers(name: str, unit: str, values: Any, noise: float = 0.0, digits: int = DIGITS) -> Column:
+    """A column of numbers; sizes below `noise` are rounding and shown as zero."""
+    array = np.asarray(values, dtype=float)
+    array = np.where(np.abs(array) <= noise, 0.0, array)
+    places = decimals(array, digits)
+    return Column(name, unit, tuple(fixed(float(v), places) for v in array))
+
+
+def commands(name: str, unit: str, values: Any) -> Column:
+    """A column of values that somebody chose: as short as they are, with at most six digits."""
+    array = np.asarray(values, dtype=float)
+    most = decimals(array, 6)
+    rounded = [fixed(float(v), most) for v in array]
+    needed = max((len(text.rstrip("0").partition(".")[2]) for text in rounded if text != NOTHING), default=0)
+    return Column(name, unit, tuple(fixed(float(v), min(most, needed)) for v in array))
+
+
+def words(name: str, cells: Sequence[str]) -> Column:
+    """A column of text."""
+    return Column(name, "", tuple(cells), left=True)

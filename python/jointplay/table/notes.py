@@ -1,0 +1,125 @@
+"""What one must know to read a table, in words: outcomes, what is open, what was left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from jointplay.result import Result
+
+OUTCOMES = {
+    "not_assembled": "the drives ask for what the links cannot reach",
+    "singular": "near a singularity: bodies can move although the drives are held, and the error says little",
+    "underconstrained": "something can move although the drives are held",
+    "undetermined": "a joint carries no force, so that the load does not decide where its clearance goes",
+    "strained": "members must be strained to go together",
+    "not_assemblable": "the clearances cannot absorb the deviations",
+}
+#: parts of a motion below this share of its largest part do not take part in it
+TAKES_PART = 0.01
+#: as many configurations are named one by one
+FEW = 8
+
+
+def notes(result: Result) -> tuple[str, ...]:
+    """The notes of a result."""
+    return tuple(_notes(result))
+
+
+def _notes(result: Result) -> Iterable[str]:
+    if "incomplete" in result.attrs:
+        yield f"{str(result.attrs['incomplete']).capitalize()}."
+    status = result.get("status")
+    for outcome, meaning in OUTCOMES.items():
+        bad = status == outcome
+        if not bad.any():
+            continue
+        which = (
+            _which(np.flatnonzero(bad).tolist()) if bad.ndim == 1 else f"{int(bad.sum())} of {bad.size} configurations"
+        )
+        yield f"{which}: {outcome.replace('_', ' ')}: {meaning}{_motion(result, outcome, bad)}."
+    question = result.attrs.get("question")
+    if question == "random" and status.ndim == 1:
+        yield from _samples(result)
+    if "offsets_of" in result.attrs:
+        yield f"Every clearance and tolerance is where {result.attrs['offsets_of']} has it; --offset gives others."
+    elif question == "given" and status.ndim == 1:
+        yield from _outside(result)
+    if question == "compensate":
+        yield from _correction(result)
+    if "within_limits" in result.data and not result.get("within_limits").all():
+        yield f"{_which(np.flatnonzero(~result.get('within_limits')).tolist())}: outside the ranges of [limits]."
+    if "mismatch" in result.data and "mechanism" in result.sizes:
+        yield from _mismatch(result)
+
+
+def _which(places: list[int]) -> str:
+    if len(places) > FEW:
+        return f"{len(places)} configurations (the first is {places[0]})"
+    return f"Configuration{'s' * (len(places) > 1)} {', '.join(map(str, places))}"
+
+
+def _motion(result: Result, outcome: str, bad: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> str:
+    """The bodies of the singular motion, where the result has it."""
+    if outcome != "singular" or "singular_motion" not in result.data or bad.ndim > 1:
+        return ""
+    motion = np.abs(result.get("singular_motion")[bad])
+    size = np.maximum(motion[..., :2].max(axis=-1) / float(result.attrs["length"]), motion[..., 2])
+    moving = (size > TAKES_PART * size.max(axis=1, keepdims=True)).any(axis=0)
+    names = [name for name, moves in zip(result.labels("body"), moving.tolist(), strict=True) if moves]
+    return f" (what moves: {', '.join(names)})"
+
+
+def _samples(result: Result) -> Iterable[str]:
+    samples = int(result.attrs["samples"])
+    law = result.attrs.get("law")
+    how = "" if law == "as in the file" else f", clearances {law}"
+    yield f"{samples} units per configuration, seed {result.attrs['seed']}{how}; std: standard deviation."
+    limits = [
+        (key, f"{key} {result.attrs[f'limit_{key}']:g}")
+        for key in ("position", "rotation")
+        if f"limit_{key}" in result.attrs
+    ]
+    if limits:
+        yield f"Outside: share of the units with an error beyond {' or '.join(text for _, text in limits)}."
+    assembled = result.get("status") != "not_assembled"
+    for outcome in result.labels("outcome"):
+        counts = result.get("failures", outcome=outcome)[assembled]
+        if outcome != "ok" and counts.any():
+            share = 100 * counts.max() / samples
+            words = (
+                f"{int(counts.sum())} were {outcome.replace('_', ' ')}, up to {share:.2g} % of a configuration"
+            )
+            yield f"{words}; they are not in the figures."
+
+
+def _outside(result: Result) -> Iterable[str]:
+    inside = result.get("admissible")
+    for k, source in enumerate(result.labels("source")):
+        if not inside[:, k].all():
+            yield f"{source}: the offset is larger than the file allows; the error is that of the offset as given."
+
+
+def _correction(result: Result) -> Iterable[str]:
+    if float(result.attrs["weight_rotation"]) == 0.0:
+        yield "The drives are corrected for position; left: what no drive can remove."
+    else:
+        weights = f"{result.attrs['weight_position']:g} : {result.attrs['weight_rotation']:g} per radian"
+        yield f"The drives are corrected for position and rotation, weighted {weights}; left: what no drive can remove."
+    limited = [d for d in result.labels("drive") if result.get("at_limit", drive=d).any()]
+    if limited:
+        yield f"Held by the range in the file: {', '.join(limited)}."
+    unsettled = ~result.get("settled") & np.isfinite(result.get("residual_position"))
+    if unsettled.any():
+        places = _which(np.flatnonzero(unsettled).tolist())
+        yield f"{places}: contact flips back and forth with the drives; the best values met are shown."
+
+
+def _mismatch(result: Result) -> Iterable[str]:
+    second = result.labels("mechanism")[1]
+    gap = result.get("mismatch", mechanism=second)
+    distance = np.hypot(gap[:, 0], gap[:, 1])
+    largest = float(np.nanmax(distance, initial=0.0))
+    if largest > 1e-6 * float(result.attrs.get("length", 1.0)):
+        yield f"{second} leaves the path by up to {largest:.4g} {result.unit('nominal', component='x')}."

@@ -1,0 +1,303 @@
+"""What of a result is worth reading: for every question its table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from jointplay.result import Result, blame
+
+from .check import overview
+from .layout import NOTHING, Column, Table, commands, numbers, words
+from .notes import notes
+
+#: longer motions are shown in part; files hold all of them
+MOST_ROWS = 60
+#: shares of the characteristic length, and radians in degrees, that are rounding
+NOISE = 1e-10
+
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+def tables(result: Result) -> list[Table]:
+    """The tables of a result, by the question in its attributes."""
+    if "mechanism" in result.sizes:
+        return [Table(TITLES[_question(result)], _compare(result), notes(result))]
+    if "sweep" in result.attrs:
+        return _sweep(result)
+    if _question(result) == "check":
+        return overview(result)
+    question = _question(result)
+    columns = [*_where(result), *COLUMNS[question](result)]
+    if any(status != "ok" for status in result.get("status").tolist()):
+        columns.append(words("status", [s.replace("_", " ") for s in result.get("status").tolist()]))
+    shown = _rows(result, question)
+    more = len(result.get("status")) - len(shown)
+    extra = (f"{more} more configurations are not shown; -o writes them all.",) if more else ()
+    return [Table(TITLES[question], tuple(_only(c, shown) for c in columns), (*notes(result), *extra))]
+
+
+def _question(result: Result) -> str:
+    return str(result.attrs["question"])
+
+
+def _rows(result: Result, question: str) -> list[int]:
+    """All configurations, or some evenly spaced and the worst of them."""
+    count = len(result.get("status"))
+    if count <= MOST_ROWS:
+        return list(range(count))
+    rows = set(np.linspace(0, count - 1, MOST_ROWS).round().astype(int).tolist())
+    size = _size(result, question)
+    if np.isfinite(size).any():
+        rows.add(int(np.nanargmax(size)))
+    return sorted(rows)
+
+
+def _only(column: Column, rows: list[int]) -> Column:
+    return replace(column, cells=tuple(column.cells[k] for k in rows))
+
+
+def _size(result: Result, question: str) -> Floats:
+    """The figure by which configurations are compared: a position error, else a nearness to singularity."""
+    if question == "worst":
+        return result.get("worst_position")
+    if question == "random":
+        return _quantile(result, "position", 0.95)
+    if question == "solve":
+        return -result.get("singular_value")
+    return position(result, "error")
+
+
+def position(result: Result, name: str) -> Floats:
+    """Size of the position part of an error."""
+    return np.hypot(result.get(name, component="x"), result.get(name, component="y"))
+
+
+def _quantile(result: Result, quantity: str, probability: float) -> Floats:
+    levels = result.labels("probability")
+    nearest = min(levels, key=lambda level: abs(level - probability))
+    return result.get("quantile", probability=nearest, quantity=quantity)
+
+
+def noise(result: Result, unit: str) -> float:
+    """What of a length or an angle is rounding, in its unit."""
+    if unit == "rad":
+        return NOISE
+    return NOISE * (57.3 if unit == "deg" else float(result.attrs.get("length", 0.0)))
+
+
+def _figures(result: Result, name: str, header: str, **at: object) -> Column:
+    unit = result.unit(name, **at)
+    return numbers(header, unit, result.get(name, **at), noise(result, unit))
+
+
+def together(
+    result: Result,
+    name: str,
+    components: tuple[str, ...],
+    suffix: str,
+    digits: int = 4,
+    extra: dict[str, Floats] | None = None,
+) -> list[Column]:
+    """Components of one unit, with the same decimals."""
+    unit = result.unit(name, component=components[0])
+    parts = {f"{c}{suffix}": result.get(name, component=c) for c in components} | (extra or {})
+    cells = numbers("", unit, np.concatenate(list(parts.values())), noise(result, unit), digits).cells
+    count = len(cells) // len(parts)
+    return [Column(header, unit, cells[k * count : (k + 1) * count]) for k, header in enumerate(parts)]
+
+
+def _where(result: Result) -> list[Column]:
+    count = len(result.get("status"))
+    drives = [commands(name, drive.units, drive.values) for name, drive in result.drives.items()]
+    return [Column("#", "", tuple(str(k) for k in range(count))), *drives]
+
+
+def _blamed(result: Result, which: str, header: str = "to blame") -> Column:
+    shares = blame(result)
+    cells = []
+    for k in range(len(result.get("status"))):
+        found = shares.largest(which, k)
+        cells.append(NOTHING if found is None else _culprits(*found))
+    return replace(words(header, cells), unit=f"for {which}")
+
+
+def _culprits(sources: list[str], share: float) -> str:
+    """``J1 41 %``, ``J1, J2 30 % each``, ``J1, J2 + 2 more 25 % each``."""
+    names = ", ".join(sources) if len(sources) <= 3 else f"{', '.join(sources[:2])} + {len(sources) - 2} more"
+    return f"{names} {100 * share:.0f} %" + (" each" if len(sources) > 1 else "")
+
+
+def _length(result: Result) -> str:
+    return result.unit("nominal", component="x")
+
+
+def _angle(result: Result) -> str:
+    return result.unit("nominal", component="angle")
+
+
+def _solve(result: Result) -> list[Column]:
+    columns = together(result, "nominal", ("x", "y"), "", 6)
+    columns.append(numbers("angle", _angle(result), result.get("nominal", component="angle"), NOISE, 6))
+    columns.append(numbers("singular value", "", result.get("singular_value"), digits=3))
+    if "mismatch" in result.data:
+        asked = [c for c in ("x", "y", "angle") if np.isfinite(result.get("mismatch", component=c)).any()]
+        columns += [_figures(result, "mismatch", f"{c} off path", component=c) for c in asked]
+    return columns
+
+
+def _error(result: Result) -> list[Column]:
+    columns = together(result, "error", ("x", "y"), "", extra={"distance": position(result, "error")})
+    columns += [_blamed(result, "position"), _figures(result, "error", "angle", component="angle")]
+    return [*columns, replace(_blamed(result, "rotation"), spare=1)]
+
+
+def _loaded(result: Result) -> list[Column]:
+    columns = _error(result)
+    open_ = [c for c in ("x", "y", "angle") if (result.get("undetermined", component=c) > 0).any()]
+    return columns + [_figures(result, "undetermined", f"{c} open ±", component=c) for c in open_]
+
+
+def _worst(result: Result) -> list[Column]:
+    return [
+        _figures(result, "worst_position", "position"),
+        replace(_figures(result, "worst_position_first_order", "first order"), spare=2),
+        _blamed(result, "position"),
+        _figures(result, "worst_rotation", "rotation"),
+        replace(_figures(result, "worst_rotation_first_order", "first order"), spare=2),
+        replace(_blamed(result, "rotation"), spare=1),
+    ]
+
+
+def _random(result: Result) -> list[Column]:
+    length, angle = _length(result), _angle(result)
+    spread = [*together(result, "std", ("x", "y"), " std"), _figures(result, "std", "angle std", component="angle")]
+    columns = [replace(column, spare=3) for column in spread]
+    for share, spare in ((0.5, 2), (0.95, 0), (0.99, 2)):
+        values = _quantile(result, "position", share)
+        columns.append(replace(numbers(f"{100 * share:g} %", length, values, noise(result, length), 3), spare=spare))
+    columns.append(_blamed(result, "position"))
+    columns.append(numbers("95 % turn", angle, _quantile(result, "rotation", 0.95), noise(result, angle), 3))
+    columns.append(replace(_blamed(result, "rotation"), spare=1))
+    outside = result.get("outside")
+    if np.isfinite(outside).any():
+        columns.append(numbers("outside", "%", 100 * outside, digits=3))
+    return columns
+
+
+def _compensate(result: Result) -> list[Column]:
+    columns = []
+    for name, unit in zip(result.labels("drive"), result.coords["drive_unit"].values.tolist(), strict=True):
+        corrected, change = result.get("drive_corrected", drive=name), result.get("correction", drive=name)
+        change_column = numbers("change", unit, change, noise(result, unit))
+        places = len(change_column.cells[0].partition(".")[2]) if change_column.cells else 0
+        cells = tuple(f"{v:.{places}f}" if np.isfinite(v) else NOTHING for v in corrected)
+        columns += [Column(f"{name} corrected", unit, cells), change_column]
+    length, angle = _length(result), _angle(result)
+    columns.append(numbers("error", length, position(result, "error"), noise(result, length)))
+    columns.append(numbers("left", length, result.get("residual_position"), noise(result, length)))
+    columns.append(numbers("turn", angle, np.abs(result.get("error", component="angle")), noise(result, angle)))
+    columns.append(numbers("left", angle, result.get("residual_rotation"), noise(result, angle)))
+    return columns
+
+
+def _figure_names(question: str) -> list[tuple[str, dict[str, object], str]]:
+    """The figures that sweeps and comparisons show: variable, labels, words."""
+    if question == "worst":
+        return [("worst_position", {}, "largest position error"), ("worst_rotation", {}, "largest rotation")]
+    if question == "random":
+        at: dict[str, object] = {"quantity": "position"}
+        return [("quantile", at, "95 % position error"), ("quantile", {"quantity": "rotation"}, "95 % rotation")]
+    if question == "solve":
+        return [("singular_value", {}, "smallest singular value")]
+    return [("error", {}, "position error"), ("error", {"component": "angle"}, "rotation")]
+
+
+def _figure(result: Result, name: str, at: dict[str, object]) -> tuple[Floats, str]:
+    if name == "error" and not at:
+        return position(result, "error"), _length(result)
+    if name == "quantile":
+        levels = result.labels("probability")
+        at = {**at, "probability": min(levels, key=lambda level: abs(level - 0.95))}
+        return result.get(name, **at), result.unit(name, quantity=at["quantity"])
+    return result.get(name, **at), result.unit(name, **at)
+
+
+def _compare(result: Result) -> tuple[Column, ...]:
+    first, second = result.labels("mechanism")
+    columns = [Column("#", "", tuple(str(k) for k in range(result.sizes["configuration"])))]
+    for label in (first, second):
+        for drive, unit in zip(result.labels("drive"), result.coords["drive_unit"].values.tolist(), strict=True):
+            values = result.get("drive_value", mechanism=label, drive=drive)
+            if np.isfinite(values).any():
+                columns.append(commands(f"{label}\n{drive}", unit, values))
+    for name, at, what in _figure_names(_question(result)):
+        values, unit = _figure(result, name, at)
+        short = "position" if "position" in what else "rotation"
+        cells = numbers("", unit, values.reshape(-1), noise(result, unit)).cells
+        count = values.shape[1]
+        columns += [Column(f"{first}\n{short}", unit, cells[:count]), Column(f"{second}\n{short}", unit, cells[count:])]
+        small = np.abs(values[0]) <= noise(result, unit)
+        ratio = np.divide(values[1], values[0], out=np.full(count, np.nan), where=~small)
+        columns.append(numbers("ratio", "", ratio, digits=3))
+    statuses = result.get("status")
+    for k, label in enumerate((first, second)):
+        if (statuses[k] != "ok").any():
+            columns.append(words(f"{label}\nstatus", [s.replace("_", " ") for s in statuses[k].tolist()]))
+    return tuple(columns)
+
+
+def _sweep(result: Result) -> list[Table]:
+    """One row per value: smallest, mean and largest figure over the configurations, and where it is largest."""
+    dim, question = str(result.attrs["sweep"]), _question(result)
+    along = result.coords[dim]
+    if along.values.dtype.kind in "fiu":
+        first = commands(dim, along.units, along.values)
+    else:
+        first = words(dim, [str(v) for v in along.values.tolist()])
+    columns = [first]
+    for name, at, what in _figure_names(question):
+        values, unit = _figure(result, name, at)
+        values = np.abs(values)
+        known = np.isfinite(values).sum(axis=1) > 0
+        safe = np.where(np.isfinite(values), values, -np.inf)
+        spread = [np.where(known, _over(values, f), np.nan) for f in (np.nanmin, np.nanmean, np.nanmax)]
+        cells = numbers("", unit, np.concatenate(spread), noise(result, unit)).cells
+        count = len(values)
+        short = "position" if "position" in what else "rotation" if "rotation" in what else "singular value"
+        for k, word in enumerate(("least", "mean", "largest")):
+            part = cells[k * count : (k + 1) * count]
+            columns.append(Column(f"{short}\n{word}", unit, part, spare=0 if word == "largest" else 1))
+        places = [str(k) if ok else NOTHING for k, ok in zip(safe.argmax(axis=1).tolist(), known.tolist(), strict=True)]
+        columns.append(Column("\nat #", "", tuple(places)))
+    bad = (result.get("status") != "ok").sum(axis=1)
+    if bad.any():
+        columns.append(Column("not ok", "", tuple(str(n) for n in bad.tolist())))
+    over = f"over {result.sizes['configuration']} configurations, by {along.long_name or dim}"
+    return [Table(f"{TITLES[question]} {over}", tuple(columns), notes(result))]
+
+
+def _over(values: Floats, statistic: Callable[..., Floats]) -> Floats:
+    """A statistic of every row; nan for rows without a number, without a warning."""
+    rows = [statistic(row[np.isfinite(row)]) if np.isfinite(row).any() else np.nan for row in values]
+    return np.array(rows)
+
+
+TITLES = {
+    "solve": "Nominal output",
+    "given": "Given offsets: error of the output",
+    "loaded": "Loaded: where the load pushes the output",
+    "worst": "Worst case: the largest error that the clearances and tolerances allow",
+    "random": "Random: scatter of the error from unit to unit",
+    "compensate": "Compensation: drives corrected",
+}
+COLUMNS: dict[str, Callable[[Result], list[Column]]] = {
+    "solve": _solve,
+    "given": _error,
+    "loaded": _loaded,
+    "worst": _worst,
+    "random": _random,
+    "compensate": _compensate,
+}

@@ -1,0 +1,220 @@
+"""Results as files, by extension: `.nc` (NetCDF 4), `.csv`, `.json`.
+
+`.nc` and `.json` hold everything. A CSV has one row per configuration (and per value of a sweep, per mechanism of a
+comparison) and one column per number, named after variable, labels and unit, such as ``worst_component.x.low [mm]``;
+it leaves out histograms. The JSON is that of `xarray.Dataset.to_dict`, with null for what is not a number. A file
+appears when it is complete, or not at all.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jointplay.errors import InputError
+from jointplay.result import Result, Variable, from_dataset, to_dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: dimensions that make rows of a table, the rest makes columns
+ROWS = ("mechanism", "configuration")
+#: dimensions too long for columns
+LEFT_OUT = ("bin", "bin_edge")
+
+
+def save(result: Result | xr.Dataset, path: str | os.PathLike[str]) -> None:
+    """Write a result; the extension says how.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        Of any question.
+    path : path-like
+        Ending in `.nc`, `.csv` or `.json`. An existing file is replaced.
+
+    Raises
+    ------
+    InputError
+        When the extension is another one, or the file cannot be written.
+    """
+    target = Path(path)
+    write = writer(target)
+    light = result if isinstance(result, Result) else from_dataset(result)
+    try:
+        _atomically(target, lambda temporary: write(light, temporary))
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}", file=os.fspath(path)) from None
+
+
+def create(text: str, path: Path, *, replace: bool) -> None:
+    """Write text as a new file.
+
+    Raises
+    ------
+    InputError
+        When the file exists and is not to be replaced, or cannot be written.
+    """
+    if path.is_dir():
+        raise InputError("is a folder; name a file", file=os.fspath(path))
+    if path.exists() and not replace:
+        raise InputError("exists already; --force replaces it", file=os.fspath(path))
+    try:
+        _atomically(path, lambda temporary: _put(text, temporary))
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}", file=os.fspath(path)) from None
+
+
+def _put(text: str, path: Path) -> None:
+    path.write_text(text, encoding="utf-8", newline="")
+
+
+def writer(path: Path) -> Callable[[Result, Path], None]:
+    """What writes files of this extension.
+
+    Raises
+    ------
+    InputError
+        When the extension is not known, or the folder does not exist: said before long work, not after it.
+    """
+    kind = path.suffix.lower()
+    if kind not in WRITERS:
+        known = ", ".join(WRITERS)
+        what = f"'{kind}' is not an extension that can be written" if kind else "has no extension"
+        raise InputError(f"{what}; known: {known}", file=os.fspath(path))
+    if path.is_dir():
+        raise InputError("is a folder; name a file", file=os.fspath(path))
+    if not path.parent.is_dir():
+        raise InputError(f"there is no folder '{path.parent}' to write it to", file=os.fspath(path))
+    return WRITERS[kind]
+
+
+def _atomically(target: Path, write: Callable[[Path], None]) -> None:
+    handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        write(temporary)
+        # mkstemp keeps a file to its owner; a result is as readable as any other new file.
+        mask = os.umask(0)
+        os.umask(mask)
+        temporary.chmod(0o666 & ~mask)
+        temporary.replace(target)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def _netcdf(result: Result, path: Path) -> None:
+    to_dataset(result).to_netcdf(path, engine="h5netcdf")
+
+
+def _json(result: Result, path: Path) -> None:
+    _put(to_json(result), path)
+
+
+def to_json(result: Result) -> str:
+    """The result as JSON text, in the layout of `xarray.Dataset.to_dict`."""
+
+    def entry(variable: Variable) -> dict[str, Any]:
+        attrs = {"units": variable.units, "long_name": variable.long_name}
+        attrs = {key: text for key, text in attrs.items() if text}
+        return {"dims": list(variable.dims), "attrs": attrs, "data": _finite(variable.values.tolist())}
+
+    content = {
+        "attrs": dict(result.attrs),
+        "dims": result.sizes,
+        "coords": {name: entry(v) for name, v in result.coords.items()},
+        "data_vars": {name: entry(v) for name, v in result.data.items()},
+    }
+    return json.dumps(content, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def _csv(result: Result, path: Path) -> None:
+    _put(to_csv(result), path)
+
+
+def to_csv(result: Result) -> str:
+    """The result as the text of a table: one row per configuration, one column per number."""
+    sizes = result.sizes
+    swept = str(result.attrs.get("sweep", ""))
+    rows = tuple(dim for dim in (swept, *ROWS) if dim in sizes)
+    if not rows:
+        rows = tuple(dim for dim in ("joint",) if dim in sizes)
+    columns = [column for name, v in _tabled(result, rows) for column in _columns(result, name, v, rows)]
+    stream = io.StringIO()
+    table = csv.writer(stream, lineterminator="\n")
+    table.writerow([header for header, _ in columns])
+    shape = tuple(sizes[dim] for dim in rows)
+    cells = [np.broadcast_to(values, shape).reshape(-1).tolist() for _, values in columns]
+    table.writerows(["" if _is_nan(cell) else cell for cell in row] for row in zip(*cells, strict=True))
+    return stream.getvalue()
+
+
+def _is_nan(cell: object) -> bool:
+    return isinstance(cell, float) and cell != cell
+
+
+def _tabled(result: Result, rows: tuple[str, ...]) -> Iterator[tuple[str, Variable]]:
+    """The variables that make columns: what says which row it is, then drive values, then all others."""
+    coords = {name: v for name, v in result.coords.items() if name in rows}
+    coords |= {name: v for name, v in result.coords.items() if name not in rows and set(v.dims) & set(rows)}
+    status = {name: v for name, v in result.data.items() if name.endswith("status")}
+    others = {name: v for name, v in result.data.items() if name not in status}
+    for name, variable in (coords | status | others).items():
+        if set(variable.dims) & set(rows) and not set(variable.dims) & set(LEFT_OUT):
+            yield name, variable
+
+
+def _columns(result: Result, name: str, variable: Variable, rows: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
+    inner = [dim for dim in variable.dims if dim not in rows]
+    outer = [dim for dim in variable.dims if dim in rows]
+    order = [variable.dims.index(dim) for dim in (*inner, *sorted(outer, key=rows.index))]
+    values = variable.values.transpose(order)
+    shape = [values.shape[len(inner) + sorted(outer, key=rows.index).index(d)] if d in outer else 1 for d in rows]
+    for index in itertools.product(*(range(n) for n in values.shape[: len(inner)])):
+        labels = [
+            str(result.labels(dim)[i]) if dim in result.coords else str(i) for dim, i in zip(inner, index, strict=True)
+        ]
+        unit = _unit(result, variable, inner, index)
+        yield ".".join([name, *labels]) + (f" [{unit}]" if unit else ""), values[index].reshape(shape)
+
+
+def _unit(result: Result, variable: Variable, inner: list[str], index: tuple[int, ...]) -> str:
+    """Unit of one column: of the label where units differ along a dimension, else of the variable."""
+    if not variable.units:
+        return ""
+    units = {
+        dim: result.coords[f"{dim}_unit"].values[i]
+        for dim, i in zip(inner, index, strict=True)
+        if f"{dim}_unit" in result.coords
+    }
+    if variable.units.startswith("product"):
+        return " ".join(map(str, units.values()))
+    if "," not in variable.units and not variable.units.startswith("see "):
+        return variable.units
+    power = "^2" if variable.units.endswith("^2") else ""
+    # Where two dimensions have units the variable says which one counts: the one whose units it lists.
+    for dim, unit in units.items():
+        names = [f"{name}{power}" for name in result.coords[f"{dim}_unit"].values]
+        if variable.units in (", ".join(names), f"see {dim}_unit"):
+            return f"{unit}{power}"
+    return ""
+
+
+WRITERS: dict[str, Callable[[Result, Path], None]] = {".nc": _netcdf, ".csv": _csv, ".json": _json}

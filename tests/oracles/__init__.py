@@ -1,0 +1,1 @@
+"""Independent solutions that the tests hold jointplay against. Nothing in here imports jointplay."""

@@ -1,0 +1,86 @@
+"""The JSON Schema, with which editors complete and check a mechanism file."""
+
+from __future__ import annotations
+
+import copy
+import subprocess
+import sys
+import tomllib
+from typing import Any
+
+import jsonschema
+import pytest
+
+from jointplay import examples
+from jointplay.schema import json_schema
+
+TEXTS = {name: examples.text(name) for name in examples.names()}
+VALIDATOR = jsonschema.Draft202012Validator(json_schema())
+
+
+def test_it_is_a_json_schema() -> None:
+    jsonschema.Draft202012Validator.check_schema(json_schema())
+
+
+@pytest.mark.parametrize("name", examples.names())
+def test_it_takes_the_examples(name: str) -> None:
+    VALIDATOR.validate(tomllib.loads(TEXTS[name]))
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("joints", "J1", "clearance"), {"radail": 1}),
+        (("joints", "J1", "clearance"), {"radial": 1, "diametral": 2}),
+        (("joints", "J1", "clearance"), {"radial": -1}),
+        (("joints", "J1", "type"), "revolut"),
+        (("joints", "J1", "on", "ground"), [0]),
+        (("joints", "J 1"), {"type": "revolute"}),
+        (("units", "length"), "inch"),
+        (("format",), 2),
+        (("outptu",), {}),
+        (("dimensions", "l2", "tolerance"), "H7"),
+        (("drives", "theta1", "count"), 1),
+    ],
+)
+def test_it_refuses_what_the_program_refuses(path: tuple[str, ...], value: Any) -> None:
+    data = copy.deepcopy(tomllib.loads(TEXTS["four-bar"]))
+    table = data
+    for key in path[:-1]:
+        table = table[key]
+    table[path[-1]] = value
+    assert not VALIDATOR.is_valid(data)
+
+
+def test_the_json_schema_knows_every_key_and_explains_it() -> None:
+    schema = json_schema()
+    tables = [schema, *schema["$defs"].values()]
+    assert {"radial", "diametral", "law"} <= set(schema["$defs"]["RevoluteClearance"]["properties"])
+    assert "from" in schema["$defs"]["Drive"]["properties"]
+    for table in tables:
+        assert table["additionalProperties"] is False
+        for key, entry in table["properties"].items():
+            assert entry.get("description"), key
+    assert "null" not in str(schema)
+
+
+def test_every_key_of_the_examples_is_in_the_json_schema() -> None:
+    known = {key for table in [json_schema(), *json_schema()["$defs"].values()] for key in table["properties"]}
+    named = {"joints", "drives", "dimensions", "bodies", "start", "on"}
+
+    def keys(node: Any, names: bool = False) -> set[str]:
+        if isinstance(node, list):
+            return set().union(*map(keys, node))
+        if not isinstance(node, dict):
+            return set()
+        below = [keys(value, key in named and not names) for key, value in node.items()]
+        return set().union(set() if names else set(node), *below)
+
+    for text in TEXTS.values():
+        assert keys(tomllib.loads(text)) <= known
+
+
+def test_the_schema_is_light_to_import() -> None:
+    code = "import sys, jointplay.schema; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"numpy", "xarray", "pandas", "scipy", "tomlkit"} & set(run.stdout.split())

@@ -1,0 +1,132 @@
+"""What the README and the documentation say is done: commands run, code runs, every key and option is named.
+
+The blocks of one page share a directory and run in their order:
+
+* ``console``: lines after ``$ `` are commands, lines under them what they print (``...`` stands for anything; nothing
+  shown means nothing compared). ``# exit code 1`` after a command says how it ends, 0 if nothing is said.
+* ``python``: run as they are, or as a doctest if they begin with ``>>>``; names live on to the next block of the page.
+* ``toml title="NAME"``: a file of that name; other TOML blocks only have to be TOML.
+"""
+
+from __future__ import annotations
+
+import doctest
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+# Paper pages are written by their own programs, which have their own tests.
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
+#: commands that set up a machine rather than use the program
+SET_UP = ("make", "git", "pip", "cd", "python -m pip", "python -m venv", "source", "cargo", "maturin", ".venv/bin/")
+FENCE = re.compile(r"^(?P<indent> *)```(?P<info>[^\n`]*)\n(?P<body>.*?)^(?P=indent)```\s*$", re.MULTILINE | re.DOTALL)
+EXIT_CODE = re.compile(r"\s+# exit code (\d)$")
+OUTPUT = doctest.OutputChecker()
+LENIENT = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+class Block(NamedTuple):
+    """A fenced block of a page."""
+
+    language: str
+    title: str
+    body: str
+    line: int
+
+
+class Command(NamedTuple):
+    """A command of a console block and what the page shows of its output."""
+
+    text: str
+    exit_code: int
+    output: str
+
+
+def blocks(page: Path) -> list[Block]:
+    text = page.read_text(encoding="utf-8")
+    found = []
+    for match in FENCE.finditer(text):
+        language, _, rest = match["info"].strip().partition(" ")
+        title = re.search(r'title="([^"]+)"', rest)
+        indent = len(match["indent"])
+        body = "".join(line[indent:] for line in match["body"].splitlines(keepends=True))
+        found.append(Block(language, title[1] if title else "", body, text.count("\n", 0, match.start()) + 1))
+    return found
+
+
+def commands(body: str) -> list[Command]:
+    found: list[Command] = []
+    for part in re.split(r"^\$ ", body, flags=re.MULTILINE)[1:]:
+        first, _, output = part.partition("\n")
+        ending = EXIT_CODE.search(first)
+        found.append(Command(EXIT_CODE.sub("", first), int(ending[1]) if ending else 0, output.strip("\n")))
+    return found
+
+
+def run(command: Command, where: Path) -> str:
+    """Run a command as a reader would; returns what is wrong, nothing if all is well."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    environment = {**os.environ, "PATH": path, "NO_COLOR": "1", "TERM": "dumb", "COLUMNS": "120"}
+    done = subprocess.run(
+        ["bash", "-c", command.text], cwd=where, env=environment, capture_output=True, text=True, timeout=300
+    )
+    said = done.stdout + done.stderr
+    if done.returncode != command.exit_code:
+        return f"exit code {done.returncode}, not {command.exit_code}\n{said}"
+    if command.output and not OUTPUT.check_output(command.output + "\n", said, LENIENT):
+        return f"prints\n{said}\nnot\n{command.output}"
+    return ""
+
+
+def run_python(block: Block, page: Path, names: dict[str, Any]) -> None:
+    if not block.body.lstrip().startswith(">>>"):
+        exec(compile(block.body, f"{page.name}:{block.line}", "exec"), names)
+        return
+    example = doctest.DocTestParser().get_doctest(block.body, names, page.name, str(page), block.line)
+    report: list[str] = []
+    runner = doctest.DocTestRunner(optionflags=LENIENT)
+    result = runner.run(example, out=report.append, clear_globs=False)
+    names.update(example.globs)
+    assert not result.failed, "".join(report)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_what_a_page_says_can_be_done(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {"__name__": "page"}
+    for block in blocks(page):
+        at = f"{page.name}, line {block.line}"
+        if block.language == "console":
+            for command in commands(block.body):
+                if not command.text.startswith(SET_UP):
+                    problem = run(command, tmp_path)
+                    assert not problem, f"{at}: $ {command.text}\n{problem}"
+        elif block.language == "toml":
+            tomllib.loads(block.body)
+            if block.title:
+                (tmp_path / block.title).write_text(block.body, encoding="utf-8")
+        elif block.language == "python":
+            run_python(block, page, names)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_block_is_of_a_kind_that_is_checked(page: Path) -> None:
+    unknown = [
+        (b.line, b.language) for b in blocks(page) if b.language not in ("console", "toml", "python", "text", "mermaid")
+    ]
+    assert not unknown, "write ```text for what is only to be read"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_make_targets_that_a_page_names_exist(page: Path) -> None:
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    named = set(re.findall(r"(?:`|\$ )make ([a-z-]+)", page.read_text(encoding="utf-8")))
+    assert named <= targets

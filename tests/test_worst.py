@@ -1,0 +1,147 @@
+"""Worst case of any mechanism: against search, its certificate through `given`, first order, shares,
+shrinking clearances."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from layouts import DEGENERATE, KINDS
+from oracles import brute
+from oracles.linkage import Linkage
+from oracles.reading import read
+from strategies import given_offsets, mechanism
+
+SEEDS = range(2)
+EXTREMES = tuple(brute.MEASURES)
+
+
+def figures(result, k: int, suffix: str = "") -> dict[str, float]:
+    """The eight extremes at configuration k, positive the way brute.MEASURES counts, in mm and degrees."""
+    at = result.isel(configuration=k)
+    values = {
+        "position": at[f"worst_position{suffix}"].item(),
+        "rotation": at[f"worst_rotation{suffix}"].item(),
+    }
+    for component in ("x", "y", "angle"):
+        span = at[f"worst_component{suffix}"].sel(component=component)
+        values[f"{component} low"] = -span.sel(side="low").item()
+        values[f"{component} high"] = span.sel(side="high").item()
+    return values
+
+
+def unit(extreme: str) -> float:
+    return np.rad2deg(1.0) if extreme.startswith(("rotation", "angle")) else 1.0
+
+
+def offsets_of(link: Linkage, result, k: int, extreme: str) -> dict[str, float]:
+    """The certificate of one extreme, by label, in the oracle's units."""
+    row = result.worst_offset.isel(configuration=k).sel(extreme=extreme)
+    values = dict(zip(row.parameter.values.tolist(), row.values.tolist(), strict=True))
+    return {label: values[label] * link.scale(label) for label in link.labels}
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed"), [(k, s) for k in KINDS for s in SEEDS] + [(k, s) for k in DEGENERATE for s in range(6)]
+)
+def test_worst_against_search(kind: str, seed: int) -> None:
+    """No admissible point found by chance, at corners or by IPOPT is worse."""
+    text = mechanism(kind, seed, configurations=1)
+    link, result = read(text), jp.worst(jp.loads(text))
+    q, drives = link.nominal(link.configurations[0]), link.configurations[0]
+    exact, rng = figures(result, 0), np.random.default_rng(seed)
+    for extreme in EXTREMES:
+        found = brute.worst(link, q, drives, extreme, rng) * unit(extreme)
+        # That `exact` is not too large is what its certificate shows, below.
+        assert exact[extreme] >= found - 1e-9 * max(1.0, found), extreme
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_certificates(kind: str, seed: int) -> None:
+    """The offsets of every extreme lie in their sets, and `given` makes of them what was claimed."""
+    text = mechanism(kind, seed)
+    link, m = read(text), jp.loads(text)
+    result = jp.worst(m)
+    assert (result.status == "ok").all()
+    for k in range(result.sizes["configuration"]):
+        claimed = figures(result, k)
+        for extreme in EXTREMES:
+            u = offsets_of(link, result, k, extreme)
+            for source in link.sources:
+                values = np.array([u[label] for label in source.labels])
+                assert source.inside(values, 1e-12 * link.length), (extreme, source)
+            error = jp.given(m, given_offsets(link, u)).error[k].values * [1, 1, np.deg2rad(1.0)]
+            attained = float(brute.MEASURES[extreme](error)) * unit(extreme)
+            slack = 1e-10 * link.length if unit(extreme) == 1.0 else np.rad2deg(1e-10)
+            assert attained == pytest.approx(claimed[extreme], rel=0, abs=slack), extreme
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_first_order_is_the_support_function(kind: str, seed: int) -> None:
+    """Support functions of the sets over complex-step sensitivities; the sources' shares add up to it."""
+    text = mechanism(kind, seed)
+    link, result = read(text), jp.worst(jp.loads(text))
+    for k, q in enumerate(link.follow()):
+        linear = brute.first_order(link, q, link.configurations[k])
+        ours = figures(result, k, "_first_order")
+        for extreme in EXTREMES:
+            expected = linear[extreme] * unit(extreme)
+            assert ours[extreme] == pytest.approx(expected, rel=1e-8, abs=1e-10), extreme
+            shares = result.contribution.isel(configuration=k).sel(extreme=extreme)
+            assert abs(shares.sum().item()) == pytest.approx(expected, rel=1e-9, abs=1e-10), extreme
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_remainder_falls_fourfold_when_clearances_halve(kind: str) -> None:
+    """Exact minus first order is second order: at a smooth extreme it goes as 16 : 4 : 1 for c, c/2, c/4."""
+    remainders: dict[str, list[float]] = {extreme: [] for extreme in EXTREMES}
+    first: dict[str, list[float]] = {extreme: [] for extreme in EXTREMES}
+    for play in (0.004, 0.002, 0.001):
+        result = jp.worst(jp.loads(mechanism(kind, 5, play=play, configurations=1)))
+        exact, linear = figures(result, 0), figures(result, 0, "_first_order")
+        for extreme in EXTREMES:
+            remainders[extreme].append(exact[extreme] - linear[extreme])
+            first[extreme].append(linear[extreme])
+    checked = 0
+    for extreme in EXTREMES:
+        a, b, c = remainders[extreme]
+        np.testing.assert_allclose(np.array(first[extreme]) * [1, 2, 4], first[extreme][0], rtol=1e-9, atol=1e-12)
+        assert abs(a) < 0.05 * max(first[extreme][0], 1e-12) or abs(a) < 1e-9
+        if abs(c) < 1e-7 * max(1.0, first[extreme][0]):
+            continue  # straight in the clearances, or two second-order parts cancel: nothing to compare
+        if extreme in ("position", "rotation") or abs(c) > 2e-4 * first[extreme][2]:
+            assert a / b == pytest.approx(4.0, rel=0.25), extreme
+            assert b / c == pytest.approx(4.0, rel=0.12), extreme
+            checked += 1
+    assert checked or kind in ("open_chain",)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_worst_is_no_smaller_than_loaded(kind: str, seed: int) -> None:
+    text = mechanism(kind, seed, tolerances=False)
+    m = jp.loads(text)
+    worst, loaded = jp.worst(m), jp.loaded(m)
+    error = loaded.error.values
+    reach = 1e-9 + worst.worst_position.values
+    assert (np.hypot(error[:, 0], error[:, 1]) <= reach).all()
+    assert (np.abs(error[:, 2]) <= worst.worst_rotation.values + 1e-9).all()
+    spans = worst.worst_component.values
+    assert (spans[..., 0] - 1e-9 <= error).all()
+    assert (error <= spans[..., 1] + 1e-9).all()
+
+
+def test_more_clearance_is_never_better() -> None:
+    figure = [jp.worst(jp.loads(mechanism("watt", 7, play=p))).worst_position.values for p in (0.001, 0.002, 0.003)]
+    assert (np.diff(figure, axis=0) > 0).all()
+
+
+def test_no_source_no_error() -> None:
+    """All clearances and tolerances zero: every extreme is zero, to rounding."""
+    result = jp.worst(jp.loads(mechanism("four_bar", 1, play=0.0)))
+    assert (result.status == "ok").all()
+    np.testing.assert_allclose(result.worst_position, 0.0, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(result.worst_component, 0.0, rtol=0, atol=1e-11)
