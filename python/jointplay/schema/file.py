@@ -204,7 +204,7 @@ class Limits(Table):
     position: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable position error")
     rotation: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable rotation error")
     singular_value: Positive = Field(
-        1e-6, description="smallest acceptable singular value of the length-scaled Jacobian"
+        1e-4, description="smallest acceptable singular value of the length-scaled Jacobian"
     )
     drives: dict[str, Range] = Field({}, description="range of each drive")
     joints: dict[str, Range] = Field({}, description="range of each joint's coordinate")
