@@ -9,7 +9,8 @@
 use super::SMALL_ANGLE;
 use super::lanes::{Block, LANES};
 use super::program::{Layout, Symbolic, record_step};
-use super::tape::{Program, Recorder, Symbol};
+use super::symbol::{Recorder, Symbol};
+use super::tape::Program;
 use crate::ascent::UNDECIDED;
 use crate::clearance::Set;
 use crate::closure::Inputs;

@@ -8,7 +8,8 @@ use super::SMALL_ANGLE;
 use super::contact::singular_estimate;
 use super::lanes::{Block, LANES};
 use super::program::{Layout, record_step};
-use super::tape::{Program, Recorder, Symbol};
+use super::symbol::{Recorder, Symbol};
+use super::tape::Program;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
 

@@ -15,6 +15,7 @@ mod follow;
 pub mod lanes;
 mod program;
 pub mod simd;
+pub mod symbol;
 pub mod tape;
 
 pub use contact::Contact;

@@ -1,7 +1,8 @@
 //! Newton's iteration recorded as programs, and its run on a block of samples.
 
 use super::lanes::{Block, LANES};
-use super::tape::{Program, Recorder, Symbol};
+use super::symbol::{Recorder, Symbol};
+use super::tape::Program;
 use super::{LATER_ANGLE, SMALL_ANGLE};
 use crate::closure::{Command, Inputs};
 use crate::linear::Factors;
