@@ -64,7 +64,10 @@ def test_loaded_equals_the_plain_solver_on_every_width(name):
             assert np.array_equal(value, other[key], equal_nan=True), key
     # Few configurations at a time are solved plainly.
     parts = [core.loaded(drives[i : i + 1], poses[i : i + 1]) for i in range(len(drives))]
-    scales = {"error": [mechanism.length, mechanism.length, 1.0], "error_first_order": [mechanism.length, mechanism.length, 1.0]}
+    scales = {
+        "error": [mechanism.length, mechanism.length, 1.0],
+        "error_first_order": [mechanism.length, mechanism.length, 1.0],
+    }
     for key in ("error", "error_first_order", "undetermined", "reaction", "offset", "contribution", "status"):
         plain = np.concatenate([part[key] for part in parts])
         scale = scales.get(key, max(float(np.max(np.abs(plain))), 1e-300))

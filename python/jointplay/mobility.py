@@ -152,6 +152,11 @@ def examine(m: Mechanism) -> Mobility:
     >>> examine(loads(examples.text("four-bar"))).words
     '1 degree of freedom, 1 drive'
     """
+    drives = m.start_drives if m.drive_values is None else m.drive_values[0]
+    if m.core.regular(np.ascontiguousarray(drives)):
+        # The usual case, and the only one that large mechanisms need not pay dense matrices for.
+        count = len(m.drives)
+        return Mobility(True, count, count, (), 0, 0, (), ())
     probe = _Probe(m)
     best, best_rank = None, (False, -1, -1)
     for perturbation in PERTURBATIONS:

@@ -51,7 +51,7 @@ def save(result: Result | xr.Dataset, path: str | os.PathLike[str]) -> None:
     write = writer(target)
     light = result if isinstance(result, Result) else from_dataset(result)
     try:
-        _atomically(target, lambda temporary: write(light, temporary))
+        atomically(target, lambda temporary: write(light, temporary))
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}", file=os.fspath(path)) from None
 
@@ -69,7 +69,7 @@ def create(text: str, path: Path, *, replace: bool) -> None:
     if path.exists() and not replace:
         raise InputError("exists already; --force replaces it", file=os.fspath(path))
     try:
-        _atomically(path, lambda temporary: _put(text, temporary))
+        atomically(path, lambda temporary: _put(text, temporary))
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}", file=os.fspath(path)) from None
 
@@ -98,7 +98,8 @@ def writer(path: Path) -> Callable[[Result, Path], None]:
     return WRITERS[kind]
 
 
-def _atomically(target: Path, write: Callable[[Path], None]) -> None:
+def atomically(target: Path, write: Callable[[Path], None]) -> None:
+    """Have a file written under another name, then give it its own: it is there as a whole, or not at all."""
     handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
     os.close(handle)
     temporary = Path(name)

@@ -316,7 +316,7 @@ mod tests {
     ];
 
     fn samples(set: &Set, law: Law, blocks: usize) -> Vec<Vec<f64>> {
-        let mut stream = Stream::new(1, 2, 3);
+        let mut stream = Stream::new(1, 2);
         let mut samples = Vec::with_capacity(blocks * LANES);
         for _ in 0..blocks {
             let drawn = stream.draw(set, law);

@@ -148,10 +148,20 @@ impl Elimination {
         f.inverse_pivots.iter().filter(|p| **p < 0.0).count() % 2 == usize::from(!self.odd)
     }
 
-    /// The product of the pivots: it vanishes and changes sign with the determinant.
+    /// The smallest pivot of the plan, as a part of the largest.
+    #[must_use]
+    pub fn smallest_pivot(&self) -> f64 {
+        let sizes = || self.pivots.iter().map(|p| p.planned);
+        sizes().fold(f64::INFINITY, f64::min) / sizes().fold(0.0, f64::max)
+    }
+
+    /// The product of the pivots, each as a part of the planned one: it vanishes and changes sign with
+    /// the determinant.
     #[must_use]
     pub fn pivot_product<S: Real>(&self, f: &Factors<S>) -> S {
-        self.pivots.iter().fold(S::from_f64(1.0), |product, pivot| product * f.values[pivot.slot])
+        self.pivots.iter().fold(S::from_f64(1.0), |product, pivot| {
+            product * (f.values[pivot.slot] * S::from_f64(1.0 / pivot.planned))
+        })
     }
 }
 

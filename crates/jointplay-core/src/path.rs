@@ -14,6 +14,8 @@ use crate::status::Status;
 const ASSEMBLY_STEPS: usize = 200;
 /// Residual (in characteristic lengths and radians) of an assembled mechanism.
 const ASSEMBLED: f64 = 1e-11;
+/// Smallest pivot, as a part of the largest, of a mechanism that is plainly not singular.
+const REGULAR: f64 = 1e-8;
 /// Unknowns beyond which dense matrices are avoided.
 const LARGE: usize = 240;
 /// Gauss-Newton steps per target of the inverse kinematics.
@@ -133,6 +135,18 @@ impl Mechanism {
         }
         let largest = residual.amax();
         Assembly { coordinates, residual: largest, converged: largest <= ASSEMBLED }
+    }
+
+    /// Whether joints and drives decide every pose just once where the mechanism goes together at the
+    /// given drive values.
+    #[must_use]
+    pub fn is_regular(&self, drives: &[f64]) -> bool {
+        if self.n_rows() != self.n_unknowns() {
+            return false;
+        }
+        let assembly = self.assemble(drives, true);
+        let plan = Solver::new(self, &assembly.coordinates).plan;
+        assembly.converged && plan.is_some_and(|plan| self.n_unknowns() == 0 || plan.smallest_pivot() > REGULAR)
     }
 
     /// The same for a large mechanism with as many rows as unknowns: damped Newton steps by sparse

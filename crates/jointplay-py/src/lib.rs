@@ -78,6 +78,15 @@ impl Mechanism {
             .finish())
     }
 
+    /// Whether joints and drives decide every pose just once at the given drive values.
+    fn regular(&self, py: Python<'_>, drives: PyReadonlyArray1<'_, f64>) -> PyResult<bool> {
+        let drives = drives.as_array().to_vec();
+        if drives.len() != self.core.n_drives() {
+            return Err(PyValueError::new_err(format!("{} drive values are needed", self.core.n_drives())));
+        }
+        Ok(py.detach(|| self.core.is_regular(&drives)))
+    }
+
     fn jacobian<'py>(
         &self,
         py: Python<'py>,

@@ -36,8 +36,9 @@ STILL = 1e-11
 #: half the distance of the drive values whose errors give J; its square is the error of J
 PROBE = 1e-5
 
-#: error of some drive values, (configuration, component), and the status of each
-Errors = Callable[[Floats], tuple[Floats, Codes]]
+Places = NDArray[np.intp]
+#: error, (place, component), and status at drive values, (place, drive), of the configurations at some places
+Errors = Callable[[Floats, Places], tuple[Floats, Codes]]
 
 
 def compensate(
@@ -113,7 +114,7 @@ def compute(
     errors = _errors(m, at, question, offsets, deviations)
     weight = _weights(m, weights)
     wanted = _target(m, len(at), target)
-    before, _ = errors(at.drives)
+    before, _ = errors(at.drives, np.arange(len(at)))
     correction = correct(errors, at, weight, wanted, _unit(m), _ranges(m))
     return _report(m, at, question, before, correction, weight)
 
@@ -129,54 +130,52 @@ def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: F
         Lowest and highest value of every drive, shape (2, drive).
     """
     low, high = ranges
-    drives = at.drives.copy()
-    error, status = errors(drives)
+    drives = np.clip(at.drives, low, high)
+    everywhere = np.arange(len(drives))
+    error, status = errors(drives, everywhere)
 
-    def size(e: Floats) -> Floats:
-        norm = np.linalg.norm(weight * (e - wanted), axis=1)
+    def size(e: Floats, at: Places) -> Floats:
+        norm = np.linalg.norm(weight * (e - wanted[at]), axis=1)
         return np.where(np.isfinite(norm), norm, np.inf)
 
-    merit = size(error)
-    active = np.isfinite(merit)
+    merit = size(error, everywhere)
     iterations = np.zeros(len(drives), dtype=np.int64)
     settled = np.zeros(len(drives), dtype=bool)
+    active = np.flatnonzero(np.isfinite(merit))
     for _ in range(STEPS):
-        if not active.any():
+        if not len(active):
             break
-        slopes = _slopes(errors, drives, unit)
+        slopes = _slopes(errors, drives[active], active, unit)
         step = np.zeros_like(drives)
-        for k in np.flatnonzero(active):
-            outward = _step(slopes[k], weight, error[k] - wanted[k], unit, drives[k], ranges)
+        for k, slope in zip(active.tolist(), slopes, strict=True):
+            outward = _step(slope, weight, error[k] - wanted[k], unit, drives[k], ranges)
             step[k] = np.clip(drives[k] + outward, low, high) - drives[k]
         length = np.abs(step / unit).max(axis=1)
-        settled |= active & (length <= STILL)
-        active &= length > STILL  # also false where there is no step, nan
-        part = np.where(active, 1.0, 0.0)
-        searching = active.copy()
-        while searching.any():
-            trial = drives + part[:, None] * step
-            error_trial, status_trial = errors(trial)
-            better = searching & (size(error_trial) < merit)
-            drives[better], error[better], status[better] = trial[better], error_trial[better], status_trial[better]
-            merit[better] = size(error_trial)[better]
-            iterations[better] += 1
-            searching &= ~better
-            part[searching] *= 0.5
-            # Rounding, not contact, stops a search whose steps hardly change anything.
-            done = searching & (part < SHORTEST)
-            settled |= done & (length < 1e3 * STILL)
-            active &= ~done
-            searching &= ~done
+        settled[active] = length[active] <= STILL
+        active = active[length[active] > STILL]  # not where there is no step, nan
+        searching, part = active, 1.0
+        while len(searching) and part >= SHORTEST:
+            trial = drives[searching] + part * step[searching]
+            found, outcome = errors(trial, searching)
+            better = size(found, searching) < merit[searching]
+            done = searching[better]
+            drives[done], error[done], status[done] = trial[better], found[better], outcome[better]
+            merit[done] = size(found, searching)[better]
+            iterations[done] += 1
+            searching, part = searching[~better], 0.5 * part
+        # Rounding, not contact, stops a search whose steps hardly change anything.
+        settled[searching] = length[searching] < 1e3 * STILL
+        active = np.setdiff1d(active, searching)
     return Correction(drives, error, status, iterations, settled)
 
 
-def _slopes(errors: Errors, drives: Floats, unit: Floats) -> Floats:
-    """dE/dq by central differences of the non-linear model, shape (configuration, component, drive)."""
+def _slopes(errors: Errors, drives: Floats, places: Places, unit: Floats) -> Floats:
+    """dE/dq by central differences of the non-linear model, shape (place, component, drive)."""
     columns = []
     for d in range(drives.shape[1]):
         shift = np.zeros(drives.shape[1])
         shift[d] = PROBE * unit[d]
-        above, below = errors(drives + shift)[0], errors(drives - shift)[0]
+        above, below = errors(drives + shift, places)[0], errors(drives - shift, places)[0]
         columns.append((above - below) / (2.0 * shift[d]))
     return np.stack(columns, axis=2)
 
@@ -199,9 +198,9 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
     if question == "given":
         u = parameters(m, len(at), {} if offsets is None else offsets, deviations or {})
 
-        def by_offsets(drives: Floats) -> tuple[Floats, Codes]:
-            found = m.core.given(drives, at.poses, u)
-            return found["error"], at.worse(found["status"])
+        def by_offsets(drives: Floats, places: Places) -> tuple[Floats, Codes]:
+            found = m.core.given(drives, at.poses[places], u[places])
+            return found["error"], at.worse(found["status"], places)
 
         return by_offsets
     if question != "loaded":
@@ -210,9 +209,9 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
         raise InputError("offsets are given; ask for the question 'given'", file=m.file, key="offsets")
     require_loads(m)
 
-    def by_load(drives: Floats) -> tuple[Floats, Codes]:
-        found = m.core.loaded(drives, at.poses)
-        return found["error"], at.worse(found["status"])
+    def by_load(drives: Floats, places: Places) -> tuple[Floats, Codes]:
+        found = m.core.loaded(drives, at.poses[places])
+        return found["error"], at.worse(found["status"], places)
 
     return by_load
 

@@ -71,9 +71,10 @@ class Nominal:
         """The first configurations only."""
         return replace(self, **{name: value[:count] for name, value in vars(self).items() if name != "units"})
 
-    def worse(self, status: NDArray[Any]) -> Codes:
-        """Status of an analysis, that of the nominal configuration where this is not ok already."""
-        return np.where(self.status != 0, self.status, status)
+    def worse(self, status: NDArray[Any], places: NDArray[np.intp] | slice = slice(None)) -> Codes:
+        """Status of an analysis at some configurations, that of the nominal one where this is not ok already."""
+        own = self.status[places]
+        return np.where(own != 0, own, status)
 
 
 def nominal(m: Mechanism) -> Nominal:

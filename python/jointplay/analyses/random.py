@@ -88,7 +88,7 @@ def compute(
     drives, poses, limits = at.drives, at.poses, m.limits
 
     def run(part: slice) -> dict[str, NDArray[Any]]:
-        # One configuration a call: the core numbers its random streams from the first configuration it gets.
+        # One configuration a call, so that the bar moves and Ctrl-C keeps what is done.
         return m.core.random(
             drives[part], poses[part], samples, seed, levels, limits.position, limits.rotation, law, threads
         )

@@ -72,6 +72,8 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
                 raise
             interrupted = True
             break
+    if interrupted:
+        sys.stderr.write("interrupted; what is done:\n" if output is None else "interrupted; what is done is written\n")
     if output is not None:
         save(results, output)
     else:

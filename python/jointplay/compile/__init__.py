@@ -212,7 +212,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
 
 
 def _length(graph: Graph, guess: Floats) -> float:
-    """Characteristic length in metres: the largest distance on one body, else between bodies, else one file unit."""
+    """Characteristic length in metres: the median size of the bodies, else their distance, else one file unit."""
     largest = graph.span()
     if largest < SMALLEST_LENGTH:
         largest = float(np.hypot(guess[:, 0], guess[:, 1]).max(initial=0.0))

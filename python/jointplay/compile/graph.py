@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
+import statistics
 from dataclasses import dataclass
 
 from jointplay.errors import InputError, listed, nearest, not_known
@@ -174,7 +174,12 @@ class Graph:
             raise self.refuse(f"{names}: no chain of joints connects this to '{GROUND}'", "joints")
 
     def span(self) -> float:
-        """The largest distance between two points of one body or of the ground, in metres; zero if there is none."""
-        bodies = range(GROUND_INDEX, len(self.bodies))
-        pairs = (itertools.combinations([p.at for p in self.points if p.body == body], 2) for body in bodies)
-        return max(itertools.starmap(math.dist, itertools.chain.from_iterable(pairs)), default=0.0)
+        """The median size of the bodies and the ground, in metres; zero if none has two points apart.
+
+        The median, because angles are compared with lengths of single bodies: a long chain is no large mechanism.
+        """
+        places: dict[int, list[tuple[float, ...]]] = {}
+        for point in self.points:
+            places.setdefault(point.body, []).append(point.at)
+        sizes: list[float] = [max(max(at) - min(at) for at in zip(*body, strict=True)) for body in places.values()]
+        return statistics.median([size for size in sizes if size > 0.0] or [0.0])

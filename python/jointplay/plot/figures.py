@@ -91,7 +91,10 @@ def blame(result: Result | xr.Dataset, quantity: str = "position", *, axes: Axes
     _ticks(axes, part)
     axes.set_ylabel(f"share in the {quantity} error [%]" if quantity == "position" else "share in the rotation [%]")
     axes.set_title(str(part.attrs.get("question", "")))
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    if bars:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    else:
+        axes.annotate("nothing is off", (0.5, 0.5), xycoords="axes fraction", ha="center", color=GREY)
     return figure
 
 

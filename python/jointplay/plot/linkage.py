@@ -173,11 +173,18 @@ class _Drawing:
         ends = np.array(
             [first - SLIDER * self.extent * along, first + np.sign((second - first) @ along or 1.0) * reach * along]
         )
-        self.axes.plot(*ends.T, color=GREY, linewidth=1.2, linestyle="-.", zorder=1)
+        colours = [self._colour(joint[end]) for end in ("first", "second")]
+        self.axes.plot(*ends.T, color=colours[0], linewidth=1.4, linestyle="-.", zorder=1)
         if kind == "prismatic":
             a, b = SLIDER * self.extent, 0.5 * SLIDER * self.extent
             box = [second + sa * a * along + sb * b * across for sa, sb in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-            self.axes.add_patch(Polygon(np.array(box), closed=True, facecolor="white", edgecolor="black", zorder=4))
+            self.axes.add_patch(
+                Polygon(np.array(box), closed=True, facecolor="white", edgecolor=colours[1], linewidth=1.6, zorder=4)
+            )
+
+    def _colour(self, point: int) -> str:
+        body = self.spec["points"][point]["body"]
+        return GREY if body == -1 else COLOURS[body % len(COLOURS)]
 
     def clearances(self, exaggerate: float, result: Result | None) -> None:
         """The disc that each pin can use, where the pin lies in it, and the error of the output."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from matplotlib.figure import Figure
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Result
+from jointplay.write import atomically
 
 from .figures import blame, error, histogram, sweep
 from .linkage import mechanism
@@ -51,17 +51,12 @@ def draw(m: Mechanism, results: Mapping[str, Result], path: Path) -> None:
     check_path(path)
     with mpl.rc_context(STYLE):
         figure = sheet(m, results)
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-        os.close(handle)
+        # Without a date the same drawing is the same file.
+        metadata = {"Date": None} if path.suffix.lower() == ".svg" else None
         try:
-            # Without a date the same drawing is the same file.
-            metadata = {"Date": None} if path.suffix.lower() == ".svg" else None
-            figure.savefig(name, dpi=160, metadata=metadata)
-            Path(name).replace(path)
+            atomically(path, lambda temporary: figure.savefig(temporary, dpi=160, metadata=metadata))
         except OSError as problem:
             raise InputError(f"cannot be written: {problem.strerror or problem}", file=os.fspath(path)) from None
-        finally:
-            Path(name).unlink(missing_ok=True)
 
 
 def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:

@@ -20,6 +20,8 @@ QUANTITIES = ("x", "y", "angle", "position", "rotation")
 EXTREMES = ("position", "rotation", "x low", "x high", "y low", "y high", "angle low", "angle high")
 WRENCH = ("fx", "fy", "moment")
 STATUSES = np.array(_core.STATUSES)
+#: decimal digits that every double precision number can hold
+SHORT = 15
 #: as many units are written out in a row; more are only in the coordinate beside the dimension
 FEW = 5
 
@@ -108,7 +110,10 @@ class Builder:
         """Drive values as coordinates along `configuration`."""
         self._drives = {
             drive: Variable(
-                ("configuration",), values[:, k] / self.factor(kind), self.name(kind), f"value of drive {drive}"
+                ("configuration",),
+                _divided(values[:, k], self.factor(kind)),
+                self.name(kind),
+                f"value of drive {drive}",
             )
             for k, (drive, kind) in enumerate(zip(self.axes["drive"].labels, self.axes["drive"].kinds, strict=True))
         }
@@ -145,9 +150,9 @@ class Builder:
             if key in self.axes:
                 factors = np.array([self.factor(kind) for kind in self.axes[key].kinds]) ** power
                 shape = [-1 if dim == key else 1 for dim in dims]
-                values = values / factors.reshape(shape)
+                values = _divided(values, factors.reshape(shape))
             elif key:
-                values = values / self.factor(key) ** power
+                values = _divided(values, self.factor(key) ** power)
         self.data[name] = Variable(dims, values, self._unit_name(along, power), long_name)
 
     def status(self, codes: Array, long_name: str = "outcome") -> None:
@@ -201,3 +206,13 @@ class Builder:
         if dim == "parameter":
             sources = np.array([self.m.sources[int(k)] for k in self.m.parameter_source], dtype=str)
             self.coords["parameter_source"] = Variable((dim,), sources, "", "source of the parameter")
+
+
+def _divided(values: Array, factor: float | Array) -> Array:
+    """Values in other units, and short where a short number means the same: 59.43 deg, not 59.43000000000001."""
+    quotient: Array = np.asarray(values / factor)
+    digits = SHORT - np.ceil(np.log10(np.abs(quotient), out=np.zeros(quotient.shape), where=quotient != 0))
+    # Powers of ten are exact up to here.
+    scale = 10.0 ** np.clip(np.nan_to_num(digits), 0, 22)
+    short = np.round(quotient * scale) / scale
+    return np.where(short * factor == values, short, quotient)

@@ -94,14 +94,39 @@ def merge(results: Mapping[str, Result]) -> Result:
     """
     if len(results) == 1:
         return next(iter(results.values()))
+    count = max(result.sizes.get("configuration", 0) for result in results.values())
+    results = {question: _padded(result, count) for question, result in results.items()}
     coords: dict[str, Variable] = {}
     data: dict[str, Variable] = {}
     attrs: dict[str, str | int | float] = {}
     for question, result in results.items():
         coords |= result.coords
         for name, variable in result.data.items():
-            kept = name == "nominal" or name.startswith(f"{question}_")
-            data[name if kept else f"{question}_{name}"] = variable
+            if name == "nominal":
+                data[name] = variable
+            else:
+                data[name if name.startswith(f"{question}_") else f"{question}_{name}"] = variable
         attrs |= result.attrs
     attrs["question"] = ", ".join(results)
     return Result(coords, data, attrs)
+
+
+def _padded(result: Result, count: int) -> Result:
+    """A result that was interrupted, with nothing in the configurations that it has not come to."""
+    missing = count - result.sizes.get("configuration", count)
+    if not missing:
+        return result
+
+    def pad(variable: Variable) -> Variable:
+        values = variable.values
+        fill: str | float = "" if values.dtype.kind == "U" else np.nan
+        shape = [missing if dim == "configuration" else n for dim, n in zip(variable.dims, values.shape, strict=True)]
+        axis = variable.dims.index("configuration")
+        padded = np.concatenate([values, np.full(shape, fill)], axis=axis)
+        return Variable(variable.dims, padded, variable.units, variable.long_name)
+
+    # Which configuration it is, at which drive values and poses, the other results know.
+    own = {name: v for name, v in result.data.items() if name != "nominal"}
+    data = {name: pad(v) if "configuration" in v.dims else v for name, v in own.items()}
+    coords = {name: v for name, v in result.coords.items() if "configuration" not in v.dims}
+    return Result(coords, data, result.attrs)

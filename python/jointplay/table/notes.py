@@ -88,9 +88,7 @@ def _samples(result: Result) -> Iterable[str]:
         counts = result.get("failures", outcome=outcome)[assembled]
         if outcome != "ok" and counts.any():
             share = 100 * counts.max() / samples
-            words = (
-                f"{int(counts.sum())} were {outcome.replace('_', ' ')}, up to {share:.2g} % of a configuration"
-            )
+            words = f"{int(counts.sum())} were {outcome.replace('_', ' ')}, up to {share:.2g} % of a configuration"
             yield f"{words}; they are not in the figures."
 
 

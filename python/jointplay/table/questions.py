@@ -125,8 +125,8 @@ def _blamed(result: Result, which: str, header: str = "to blame") -> Column:
 
 
 def _culprits(sources: list[str], share: float) -> str:
-    """``J1 41 %``, ``J1, J2 30 % each``, ``J1, J2 + 2 more 25 % each``."""
-    names = ", ".join(sources) if len(sources) <= 3 else f"{', '.join(sources[:2])} + {len(sources) - 2} more"
+    """``J1 41 %``, ``J1, J2 30 % each``, ``J1 + 3 more 25 % each``."""
+    names = ", ".join(sources) if len(sources) <= 3 else f"{sources[0]} + {len(sources) - 1} more"
     return f"{names} {100 * share:.0f} %" + (" each" if len(sources) > 1 else "")
 
 

@@ -23,7 +23,6 @@ pub struct Job<'a> {
     pub ranges: &'a Ranges,
     /// A value near the mean, about which products are summed.
     pub shift: &'a [f64],
-    pub number: u64,
 }
 
 impl Job<'_> {
@@ -88,7 +87,7 @@ impl Kernel for Chunk<'_, '_> {
         let mut tally = Tally::new(n, job.ranges);
         tally.kept = job.request.keep.then(Kept::default);
         let mut sums = super::tally::Sums::new(n);
-        let mut stream = Stream::new(job.request.seed, job.number, self.number);
+        let mut stream = Stream::new(job.request.seed, self.number);
         let mut bound = job.bound.clone();
         let mut parameters = vec![Block::splat(0.0); m.n_parameters()];
         let mut quantities = vec![Block::splat(0.0); n + 2];

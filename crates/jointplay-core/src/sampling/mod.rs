@@ -100,7 +100,7 @@ impl Mechanism {
         let newton = self.solver(cases).and_then(|solver| Newton::record(&solver));
         self.each(
             cases,
-            |solver, number, case, nominal| self.scatter(solver, newton.as_ref(), case, &nominal, request, number),
+            |solver, _, case, nominal| self.scatter(solver, newton.as_ref(), case, &nominal, request),
             || self.no_scatter(request, Status::NotAssembled),
         )
     }
@@ -136,7 +136,6 @@ impl Mechanism {
         case: &Case<'_>,
         nominal: &State,
         request: &Request,
-        number: usize,
     ) -> Scatter {
         let n = self.size();
         let Some(linearised) = solver.linearise(nominal) else { return self.no_scatter(request, Status::Singular) };
@@ -172,7 +171,6 @@ impl Mechanism {
             request,
             ranges: &ranges,
             shift: &mean_first_order,
-            number: number as u64,
         };
         let mut tally = Tally::new(n, &ranges);
         let chunks = request.samples.div_ceil(CHUNK);

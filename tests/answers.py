@@ -1,0 +1,29 @@
+"""The bundled examples and their answers, as the tests of the Python interface ask for them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import jointplay as jp
+
+EXAMPLES = jp.examples.names()
+
+
+def example(name: str, **changes: Any) -> jp.Mechanism:
+    m = jp.loads(jp.examples.text(name), f"{name}.toml")
+    return m.with_({key.replace("__", "."): value for key, value in changes.items()}) if changes else m
+
+
+def ask(question: str, m: jp.Mechanism) -> xr.Dataset:
+    if question == "random":
+        return jp.random(m, samples=2000)
+    if question == "given":
+        return jp.given(m, {m.parameters[0]: 0.001})
+    return getattr(jp, question)(m)
+
+
+def distance(error: xr.DataArray) -> np.ndarray:
+    return np.hypot(error.sel(component="x"), error.sel(component="y")).values
