@@ -256,21 +256,21 @@ impl Mechanism {
         Configuration { state: Some(state), status, singular_value: value, singular_motion: motion, mismatch: f64::NAN }
     }
 
-    /// Solves the nominal mechanism for rows of drive values given one after the other, keeping to the
-    /// assembly branch, and measures how near each is to a singular state.
+    /// Solves the nominal mechanism for `n` rows of drive values given one after the other, keeping to
+    /// the assembly branch, and measures how near each is to a singular state.
     #[must_use]
-    pub fn solve(&self, drives: &[f64]) -> Vec<Configuration> {
-        let trace = self.trace(drives);
-        let rows = drives.par_chunks(self.n_drives.max(1)).zip(trace.coordinates.par_chunks(self.n_unknowns().max(1)));
-        rows.zip(&trace.status)
-            .map(|((drives, coordinates), &status)| {
-                if coordinates.iter().any(|c| c.is_nan()) {
-                    return self.unsolved(status);
-                }
-                let inputs = Inputs::nominal(self, drives);
-                self.judge(State { coordinates: coordinates.to_vec(), inputs, negative: false })
-            })
-            .collect()
+    pub fn solve(&self, n: usize, drives: &[f64]) -> Vec<Configuration> {
+        let trace = self.trace(n, drives);
+        let (width, unknowns) = (self.n_drives, self.n_unknowns());
+        let judged = |k: usize| {
+            let coordinates = &trace.coordinates[k * unknowns..(k + 1) * unknowns];
+            if coordinates.iter().any(|c| c.is_nan()) {
+                return self.unsolved(trace.status[k]);
+            }
+            let inputs = Inputs::nominal(self, &drives[k * width..(k + 1) * width]);
+            self.judge(State { coordinates: coordinates.to_vec(), inputs, negative: false })
+        };
+        (0..n).into_par_iter().map(judged).collect()
     }
 
     /// Finds the drive values that bring the output to every target, least squares over the components

@@ -53,39 +53,41 @@ impl Kernel for &Block<'_, '_> {
 }
 
 impl Mechanism {
-    /// Nominal coordinates for rows of drive values, given one after the other.
+    /// Nominal coordinates for `n` rows of drive values, given one after the other.
     #[must_use]
-    pub fn trace(&self, drives: &[f64]) -> Trace {
+    pub fn trace(&self, n: usize, drives: &[f64]) -> Trace {
         let width = self.n_drives();
-        let n = drives.len() / width.max(1);
+        let rows = |from: usize, to: usize| &drives[from * width..to * width];
         let mut trace = Trace::default();
-        let first = drives.get(..width).filter(|_| n > 0).and_then(|d| self.first_state(d));
+        let first = if n > 0 { self.first_state(rows(0, 1)) } else { None };
         let Some((solver, mut state)) = first else {
             trace.coordinates.resize(n * self.n_unknowns(), f64::NAN);
             trace.status.resize(n, Status::NotAssembled);
             return trace;
         };
-        // A handful of rows is solved before the program is recorded.
-        let follow = if n >= LANES { Follow::record(&solver) } else { None };
-        for run in drives.chunks(RUN * LANES * width) {
-            let blocks = run.chunks(LANES * width);
-            let rows: Vec<Row> = follow.as_ref().map_or_else(
-                || vec![None; run.len() / width],
+        // A handful of rows is solved before the program is recorded; a structure has nothing to follow.
+        let follow = if n >= LANES && width > 0 { Follow::record(&solver) } else { None };
+        for start in (0..n).step_by(RUN * LANES) {
+            let end = n.min(start + RUN * LANES);
+            let found: Vec<Row> = follow.as_ref().map_or_else(
+                || vec![None; end - start],
                 |follow| {
                     // The first row of every block is followed plainly, the others from it.
-                    let anchored: Vec<Block<'_, '_>> = blocks
-                        .map(|drives| {
-                            if let Ok(next) = solver.follow(&state, &Inputs::nominal(self, &drives[..width])) {
+                    let anchored: Vec<Block<'_, '_>> = (start..end)
+                        .step_by(LANES)
+                        .map(|first| {
+                            let inputs = Inputs::nominal(self, rows(first, first + 1));
+                            if let Ok(next) = solver.follow(&state, &inputs) {
                                 state = next;
                             }
-                            Block { follow, from: state.clone(), drives }
+                            Block { follow, from: state.clone(), drives: rows(first, end.min(first + LANES)) }
                         })
                         .collect();
                     anchored.par_iter().flat_map_iter(dispatch).collect()
                 },
             );
-            for (row, drives) in rows.into_iter().zip(run.chunks(width)) {
-                self.add_row(&solver, &mut state, row, drives, &mut trace);
+            for (k, row) in found.into_iter().enumerate() {
+                self.add_row(&solver, &mut state, row, rows(start + k, start + k + 1), &mut trace);
             }
         }
         trace

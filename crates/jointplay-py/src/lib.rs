@@ -103,8 +103,8 @@ impl Mechanism {
 
     fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
-        let drives = rows(&drives, "drives", self.core.n_drives())?.concat();
-        let configurations = py.detach(|| self.core.solve(&drives));
+        let rows = rows(&drives, "drives", self.core.n_drives())?;
+        let configurations = py.detach(|| self.core.solve(rows.len(), &rows.concat()));
         Ok(self.solved(py, &configurations)?.finish())
     }
 
@@ -112,9 +112,9 @@ impl Mechanism {
     fn trace<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
         let core = &self.core;
-        let drives = rows(&drives, "drives", core.n_drives())?.concat();
+        let rows = rows(&drives, "drives", core.n_drives())?;
         let (trace, output) = py.detach(|| {
-            let trace = core.trace(&drives);
+            let trace = core.trace(rows.len(), &rows.concat());
             let output = core.outputs(&trace.coordinates);
             (trace, output)
         });
