@@ -5,6 +5,8 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = ["STATUSES", "Mechanism", "simd"]
+
 STATUSES: list[str]
 
 def simd(limit: str | None = None) -> str: ...
