@@ -247,3 +247,25 @@ def test_loaded_pin_is_the_farthest_point_of_its_region_along_the_force(seed: in
     error = complex(*result.error[0, :2].values)
     assert abs((error * np.exp(-1j * phi)).real - along.max()) < 1e-7
     assert abs(error - best) < 2e-3
+
+
+def test_a_dead_centre_is_singular_and_what_lies_beyond_it_is_not_assembled() -> None:
+    """A slider that drives the crank: at 30 + 100 mm crank and rod are stretched, at 131 mm they do not reach."""
+    m = jp.loads(
+        """
+        format = 1
+        units = { length = "mm", angle = "deg", force = "N" }
+        joints.A = { type = "revolute", on = { ground = [0, 0], crank = [0, 0] } }
+        joints.B = { type = "revolute", on = { crank = [30, 0], rod = [0, 0] } }
+        joints.C = { type = "revolute", on = { rod = [100, 0], slider = [0, 0] } }
+        joints.S = { type = "prismatic", on = { ground = { at = [0, 0], axis = [1, 0] }, slider = [0, 0] } }
+        start = { crank = { angle = 40 }, rod = { angle = -10 }, slider = { x = 120 } }
+        drives.s = { joint = "S", values = [120, 129, 130, 131, 129] }
+        output = { body = "crank", at = "B" }
+        """
+    )
+    path = jp.solve(m)
+    assert path.status.values.tolist() == ["ok", "ok", "singular", "not_assembled", "ok"]
+    # A crank at the end of its range is found to the square root of rounding.
+    np.testing.assert_allclose(path.nominal.values[2, :2], [30.0, 0.0], atol=1e-3)
+    np.testing.assert_allclose(path.nominal.values[4], path.nominal.values[1], atol=1e-9)

@@ -97,11 +97,15 @@ impl Mechanism {
     /// of rows. `held` rows are the joints' and, if asked, the drives'.
     #[must_use]
     pub fn assemble(&self, drives: &[f64], hold_drives: bool) -> Assembly {
+        self.assemble_from(self.guess(), drives, hold_drives)
+    }
+
+    /// The same from given coordinates.
+    fn assemble_from(&self, mut coordinates: Vec<f64>, drives: &[f64], hold_drives: bool) -> Assembly {
         if hold_drives && self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
-            return self.assemble_large(drives);
+            return self.assemble_large(coordinates, drives);
         }
         let rows = if hold_drives { self.n_rows() } else { self.n_rows() - self.n_drives };
-        let mut coordinates = self.guess();
         let evaluate = |c: &[f64]| {
             let (r, j) = self.scaled(c, drives);
             (r.rows(0, rows).into_owned(), j.rows(0, rows).into_owned())
@@ -151,8 +155,7 @@ impl Mechanism {
 
     /// The same for a large mechanism with as many rows as unknowns: damped Newton steps by sparse
     /// elimination.
-    fn assemble_large(&self, drives: &[f64]) -> Assembly {
-        let mut coordinates = self.guess();
+    fn assemble_large(&self, mut coordinates: Vec<f64>, drives: &[f64]) -> Assembly {
         let solver = Solver::new(self, &coordinates);
         let inputs = Inputs::nominal(self, drives);
         let mut residual = solver.residual(&coordinates, &inputs);
@@ -217,6 +220,14 @@ impl Mechanism {
         let values: Vec<f64> = (0..self.n_drives).map(|d| self.drive_value(d, &free.coordinates, drives[d])).collect();
         let state = solver.polish(&free.coordinates, &Inputs::nominal(self, &values))?;
         Some((solver, state))
+    }
+
+    /// The singular state at the very end of a branch (a dead centre), which continuation only comes near.
+    pub(crate) fn dead_centre(&self, near: &State, drives: &[f64]) -> Option<State> {
+        let assembly = self.assemble_from(near.coordinates.clone(), drives, true);
+        let inputs = Inputs::nominal(self, drives);
+        let state = State { coordinates: assembly.coordinates, inputs, negative: near.negative };
+        (assembly.converged && self.nominal_status(&state) == Status::Singular).then_some(state)
     }
 
     fn unsolved(&self, status: Status) -> Configuration {

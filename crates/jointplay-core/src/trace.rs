@@ -103,9 +103,12 @@ impl Mechanism {
             return;
         }
         let followed = solver.follow(last, &Inputs::nominal(self, drives)).or_else(|status| {
-            // No branch leads on from a singular state: the guess chooses one anew.
-            let anew = self.first_state(drives).filter(|_| status == Status::Singular);
-            anew.map(|(_, state)| state).ok_or(status)
+            let other = match status {
+                // No branch leads on from a singular state: the guess chooses one anew.
+                Status::Singular => self.first_state(drives).map(|(_, state)| state),
+                _ => self.dead_centre(last, drives),
+            };
+            other.ok_or(status)
         });
         match followed {
             Ok(next) => {

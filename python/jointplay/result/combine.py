@@ -40,7 +40,9 @@ def _same(a: Array, b: Array) -> bool:
 
 def _stacked(variables: Sequence[Variable], dim: str) -> Variable:
     first = variables[0]
-    return Variable((dim, *first.dims), np.stack([v.values for v in variables]), first.units, first.long_name)
+    # Both mechanisms' units, where a variable of one has another unit than that of the other.
+    units = ", ".join(dict.fromkeys(v.units for v in variables))
+    return Variable((dim, *first.dims), np.stack([v.values for v in variables]), units, first.long_name)
 
 
 def align(results: Sequence[Result]) -> list[Result]:

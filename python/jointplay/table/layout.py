@@ -12,6 +12,8 @@ import numpy as np
 #: significant digits of the largest number of a column
 DIGITS = 4
 MOST_DECIMALS = 12
+#: times the median from which a number does not decide the decimals of its column
+OUTLIER = 1e4
 #: what stands for a number that there is none of
 NOTHING = "–"
 
@@ -92,7 +94,10 @@ def numbers(name: str, unit: str, values: Any, noise: float = 0.0, digits: int =
     """A column of numbers; sizes below `noise` are rounding and shown as zero."""
     array = np.asarray(values, dtype=float)
     array = np.where(np.abs(array) <= noise, 0.0, array)
-    places = decimals(array, digits)
+    # What a singular configuration blows up does not take the digits of all the others.
+    sizes = np.abs(array[np.isfinite(array) & (array != 0.0)])
+    typical = sizes[sizes <= OUTLIER * np.median(sizes)] if sizes.size else sizes
+    places = decimals(typical, digits)
     return Column(name, unit, tuple(fixed(float(v), places) for v in array))
 
 

@@ -30,11 +30,21 @@ def show(tables: Iterable[Table], console: Console) -> None:
             )
             notes.append(f"No room for: {', '.join(left_out)}.")
         console.print(Text(table.title, style="bold"))
-        console.print(_rich(columns, gap))
+        _print_whole(_rich(columns, gap), sum(column.width + gap for column in columns) + 2, console)
         for note in notes:
             console.print(Padding(Text(note), (0, 0, 0, 2), expand=False))
         if notes:
             console.print()
+
+
+def _print_whole(table: RichTable, needed: int, console: Console) -> None:
+    """Print a table at the width it needs: a line that the terminal breaks is better than a number cut off."""
+    width = console.width
+    try:
+        console.width = max(width, needed)
+        console.print(table, crop=False)
+    finally:
+        console.width = width
 
 
 def _rich(columns: tuple[Column, ...], gap: int) -> RichTable:
