@@ -310,7 +310,7 @@ fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let recorder = Recorder::new(SMALL_ANGLE);
     let mut symbolic = layout.varying(m, &recorder);
     symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
-    let step = record_step(solver, &symbolic)?;
+    let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
     let plan = solver.plan.as_ref()?;
     let statics = load_statics(m, plan, &step.factors, &symbolic);
     let poses = poses_of(m, &symbolic);
@@ -357,10 +357,10 @@ fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> 
     let m = solver.mechanism;
     let recorder = Recorder::new(SMALL_ANGLE);
     let symbolic = layout.varying(m, &recorder);
-    let step = record_step(solver, &symbolic)?;
+    let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
     let statics = load_statics(m, solver.plan.as_ref()?, &step.factors, &symbolic);
     let mut outputs = step.numbers;
-    outputs.extend(step.turns.iter().enumerate().map(|(k, t)| layout.turn(m, &recorder, k) + *t));
+    outputs.extend(step.turn);
     outputs.extend([step.size, step.pivots, statics.scale]);
     outputs.extend(statics.gradient);
     outputs.extend(statics.reactions);
@@ -375,18 +375,7 @@ fn output_of<'r>(
     symbolic: &Symbolic<'r>,
 ) -> Vec<Symbol<'r>> {
     let place = m.place(m.output, poses, &symbolic.inputs.parameters).position;
-    let mut turn = 0;
-    m.space
-        .components()
-        .iter()
-        .map(|component| match component {
-            Component::Along(i) => place[*i],
-            Component::About(_) => {
-                turn += 1;
-                layout.turn(m, recorder, turn - 1)
-            }
-        })
-        .collect()
+    m.pose_components(place, &m.turned(&layout.turn(m, recorder), &symbolic.numbers))
 }
 
 fn record_finish(m: &Mechanism, layout: &Layout) -> Option<Program> {
