@@ -29,7 +29,7 @@ class Template:
     may_vanish: ClassVar[tuple[str, ...]] = ("radial", "axial", "gap")
 
     @classmethod
-    def keys(cls) -> tuple[str, ...]:
+    def sizes(cls) -> tuple[str, ...]:
         """Names of the values that it takes."""
         return tuple(field.name for field in fields(cls))
 
@@ -67,7 +67,7 @@ class Template:
 
     def command(self) -> str:
         """Comment lines with the command that writes this file."""
-        words = [f"--set {key}={getattr(self, key)}" for key in self.keys()]
+        words = [f"--set {key}={getattr(self, key)}" for key in self.sizes()]
         lines = [f"#   jointplay new {self.name}"]
         for word in words:
             if len(lines[-1]) + len(word) > 108:
