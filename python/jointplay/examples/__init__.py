@@ -116,13 +116,15 @@ def _written(name: str, settings: dict[str, str]) -> str:
         return resources.files(__name__).joinpath(f"{name}.toml").read_text(encoding="utf-8")
     template = _TEMPLATES[name]
     # What is neither a key of the file nor has a dot was meant as a size.
-    sizes = [
-        key for key in settings if "." not in key and (key in template.keys() or key not in SpatialFile.model_fields)
-    ]
-    taken = {key: _value(settings.pop(key)) for key in sizes}
-    content = template.of({key: getattr(value, "unwrap", lambda v=value: v)() for key, value in taken.items()}).text()
+    keys_of_the_file = set(SpatialFile.model_fields) - set(template.sizes())
+    sizes = [key for key in settings if "." not in key and key not in keys_of_the_file]
+    content = template.of({key: _plain(_value(settings.pop(key))) for key in sizes}).text()
     loads(content, f"{name}.toml")  # sizes can contradict each other in ways that only the mechanism shows
     return content
+
+
+def _plain(value: Any) -> Any:
+    return value.unwrap() if hasattr(value, "unwrap") else value
 
 
 def _value(written: str) -> Any:

@@ -38,18 +38,18 @@ class ThreeUpu(Template):
         lies = "along the circle through the joints" if self.layout == "tsai" else "towards the middle of the base"
         layout = {"tsai": "Tsai", "snu": "SNU"}[self.layout]
         return f"""\
-# A platform on three telescopic legs with a universal joint at each end. It moves without turning, as long as nothing is
-# off: play lets it turn.
+# A platform on three telescopic legs with a universal joint at each end. It moves without turning as long as nothing
+# is off; play lets it turn.
 #
 {self.command()}
 #
-# writes this file. All bodies are described as they are drawn: assembled, with the platform {number(self.height)} mm above
-# the base, their axes along those of the ground. The pin in the base, and the parallel one in the platform, lies
+# writes this file. All bodies are described as they are drawn: assembled, with the platform {number(self.height)} mm
+# above the base, their axes along those of the ground. The pin in the base, and the parallel one in the platform, lies
 # {lies} ({layout} layout).
 #
-# The coordinate of a leg is the distance between the centres of its two universal joints, because these are the points of
-# its prismatic joint. The play of the guide is told at the upper one. Where the guide itself sits along the leg makes no
-# difference to first order: the leg carries a force along its line and a couple, no force across it.
+# The coordinate of a leg is the distance between the centres of its two universal joints, because these are the points
+# of its prismatic joint. The play of the guide is told at the upper one. Where the guide itself sits along the leg
+# makes no difference to first order: the leg carries a force along its line and a couple, no force across it.
 
 format = 1
 title  = "3-UPU translational parallel robot, {layout} layout"
