@@ -11,6 +11,8 @@ pub const SIGMAS: f64 = 3.0;
 #[derive(Clone)]
 pub struct Stream {
     state: [[u64; LANES]; 4],
+    /// Normal numbers come in pairs; the second of one waits here.
+    spare: Option<Block>,
 }
 
 /// The finaliser of splitmix64: a hash that leaves no pattern of its argument.
@@ -34,7 +36,7 @@ impl Stream {
                 part[lane] = mix(word);
             }
         }
-        Self { state }
+        Self { state, spare: None }
     }
 
     #[inline(always)]
@@ -124,26 +126,38 @@ impl Stream {
         [x.mul(&radius), y.mul(&radius)]
     }
 
-    /// Two independent centred normal numbers truncated to -1 and 1. Lanes that fall outside are drawn
-    /// again; more than 96 of 100 draws stay inside for the two widths in use.
+    /// A standard normal number.
     #[inline(always)]
-    fn truncated(&mut self, sigma: f64) -> [Block; 2] {
-        let scaled = |[a, b]: [Block; 2]| [a.mul(&Block::splat(sigma)), b.mul(&Block::splat(sigma))];
-        let mut drawn = scaled(self.normals());
+    fn normal(&mut self) -> Block {
+        if let Some(spare) = self.spare.take() {
+            return spare;
+        }
+        let [x, y] = self.normals();
+        self.spare = Some(y);
+        x
+    }
+
+    /// A centred normal number truncated to -1 and 1. Lanes that fall outside are drawn again; more than
+    /// 96 of 100 draws stay inside for the two widths in use.
+    #[inline(always)]
+    fn truncated(&mut self, sigma: f64) -> Block {
+        let mut drawn = self.normal().mul(&Block::splat(sigma));
         loop {
-            let mut outside = false;
-            let mut again: Option<[Block; 2]> = None;
-            for k in 0..2 {
-                for i in 0..LANES {
-                    if drawn[k].0[i].abs() > 1.0 {
-                        let fresh = *again.get_or_insert_with(|| scaled(self.normals()));
-                        drawn[k].0[i] = fresh[k].0[i];
-                        outside = true;
-                    }
-                }
+            let mut farthest = 0.0_f64;
+            let mut i = 0;
+            while i < LANES {
+                let size = drawn.0[i].abs();
+                farthest = if size > farthest { size } else { farthest };
+                i += 1;
             }
-            if !outside {
+            if farthest <= 1.0 {
                 return drawn;
+            }
+            let fresh = self.normal().mul(&Block::splat(sigma));
+            let mut i = 0;
+            while i < LANES {
+                drawn.0[i] = if drawn.0[i].abs() > 1.0 { fresh.0[i] } else { drawn.0[i] };
+                i += 1;
             }
         }
     }
@@ -174,7 +188,10 @@ impl Stream {
         let [p, q] = match law {
             Law::Gauss => return self.normals().map(|n| n.mul(&Block::splat(1.0 / SIGMAS))),
             Law::Uniform => [self.symmetric(), self.symmetric()],
-            Law::Normal => self.truncated(std::f64::consts::SQRT_2 / SIGMAS),
+            Law::Normal => {
+                let sigma = std::f64::consts::SQRT_2 / SIGMAS;
+                [self.truncated(sigma), self.truncated(sigma)]
+            }
             Law::Boundary => {
                 let (side, along, which) = (self.sign(), self.symmetric(), self.sign());
                 let (mut p, mut q) = (side, along);
@@ -195,8 +212,8 @@ impl Stream {
         match law {
             Law::Uniform => self.symmetric(),
             Law::Boundary => self.sign(),
-            Law::Normal => self.truncated(1.0 / SIGMAS)[0],
-            Law::Gauss => self.normals()[0].mul(&Block::splat(1.0 / SIGMAS)),
+            Law::Normal => self.truncated(1.0 / SIGMAS),
+            Law::Gauss => self.normal().mul(&Block::splat(1.0 / SIGMAS)),
         }
     }
 
