@@ -1,8 +1,8 @@
 //! Drawing offsets for a block of samples: one random stream per lane.
 
+mod shapes;
+
 use super::lanes::{Block, LANES};
-use crate::clearance::{MAX_SIZE, Set};
-use crate::spec::Law;
 
 /// Standard deviations between the centre and the boundary of a normal law.
 pub const SIGMAS: f64 = 3.0;
@@ -158,79 +158,6 @@ impl Stream {
             while i < LANES {
                 drawn.0[i] = if drawn.0[i].abs() > 1.0 { fresh.0[i] } else { drawn.0[i] };
                 i += 1;
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn disc(&mut self, law: Law) -> [Block; 2] {
-        let radius = match law {
-            Law::Gauss => {
-                let [x, y] = self.normals();
-                return [x.mul(&Block::splat(1.0 / SIGMAS)), y.mul(&Block::splat(1.0 / SIGMAS))];
-            }
-            Law::Boundary => return self.circle(),
-            Law::Uniform => self.unit().sqrt(),
-            Law::Normal => {
-                // Rayleigh radius truncated at the boundary, by its inverse distribution.
-                let k = 0.5 * SIGMAS * SIGMAS;
-                let inside = self.unit().mul_add(&Block::splat((-k).exp_m1()), &Block::splat(1.0));
-                inside.ln().mul(&Block::splat(-2.0 / (SIGMAS * SIGMAS))).sqrt()
-            }
-        };
-        let [x, y] = self.circle();
-        [x.mul(&radius), y.mul(&radius)]
-    }
-
-    /// The diamond `|a| + |b| <= 1` is the square `|p|, |q| <= 1` turned: `a = (p+q)/2, b = (p-q)/2`.
-    #[inline(always)]
-    fn diamond(&mut self, law: Law) -> [Block; 2] {
-        let [p, q] = match law {
-            Law::Gauss => return self.normals().map(|n| n.mul(&Block::splat(1.0 / SIGMAS))),
-            Law::Uniform => [self.symmetric(), self.symmetric()],
-            Law::Normal => {
-                let sigma = std::f64::consts::SQRT_2 / SIGMAS;
-                [self.truncated(sigma), self.truncated(sigma)]
-            }
-            Law::Boundary => {
-                let (side, along, which) = (self.sign(), self.symmetric(), self.sign());
-                let (mut p, mut q) = (side, along);
-                for i in 0..LANES {
-                    if which.0[i] > 0.0 {
-                        (p.0[i], q.0[i]) = (along.0[i], side.0[i]);
-                    }
-                }
-                [p, q]
-            }
-        };
-        let half = Block::splat(0.5);
-        [p.add(&q).mul(&half), p.sub(&q).mul(&half)]
-    }
-
-    #[inline(always)]
-    fn interval(&mut self, law: Law) -> Block {
-        match law {
-            Law::Uniform => self.symmetric(),
-            Law::Boundary => self.sign(),
-            Law::Normal => self.truncated(1.0 / SIGMAS),
-            Law::Gauss => self.normal().mul(&Block::splat(1.0 / SIGMAS)),
-        }
-    }
-
-    /// Draws an offset of a set for every lane.
-    // Inlined into callers that are compiled for a given width of vector registers.
-    #[inline(always)]
-    pub fn draw(&mut self, set: &Set, law: Law) -> [Block; MAX_SIZE] {
-        let zero = Block::splat(0.0);
-        match *set {
-            Set::Disc { radius } => self.disc(law).map(|b| b.mul(&Block::splat(radius))),
-            Set::Diamond { gap, half_length } => {
-                let [a, b] = self.diamond(law);
-                [a.mul(&Block::splat(gap)), b.mul(&Block::splat(gap / half_length))]
-            }
-            Set::Interval { low, high } => {
-                let half = Block::splat(0.5 * (high - low));
-                [self.interval(law).mul_add(&half, &Block::splat(0.5 * (low + high))), zero]
             }
         }
     }
