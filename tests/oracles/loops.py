@@ -60,7 +60,12 @@ class Builder:
         """A joint at a place of the reference configuration, its axis there, loosened if asked."""
         axis = unit(self.rng) if axis is None else axis
         side = np.cross(axis, unit(self.rng))
-        axes = {"axis_first": list(axis), "axis_second": list(axis), "side_first": list(side), "side_second": list(side)}
+        axes = {
+            "axis_first": list(axis),
+            "axis_second": list(axis),
+            "side_first": list(side),
+            "side_second": list(side),
+        }
         ends = {"first": self.point(first, at), "second": self.point(second, at)}
         self.joints.append({"kind": kind, **ends, **axes})
         if clearance:
