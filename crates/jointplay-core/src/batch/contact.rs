@@ -190,7 +190,7 @@ impl<'m> Contact<'m> {
                         pushed[p + 1].0[i] += radius * y.0[i] / size;
                     }
                 }
-                Set::Diamond { .. } | Set::Interval { .. } => {
+                _ => {
                     for i in 0..LANES {
                         let mut w = [0.0; crate::clearance::MAX_SIZE];
                         for k in 0..source.set.size() {
