@@ -26,4 +26,5 @@ def ask(question: str, m: jp.Mechanism) -> xr.Dataset:
 
 
 def distance(error: xr.DataArray) -> np.ndarray:
-    return np.hypot(error.sel(component="x"), error.sel(component="y")).values
+    lengths = [component for component in error.component.values if component in ("x", "y", "z")]
+    return np.linalg.norm(error.sel(component=lengths).transpose(..., "component").values, axis=-1)

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: what is called the size of a set; a gap if not one of these
-SIZES = {"disc": "radius", "ball": "radius", "journal": "radius", "sleeve": "radius"}
+#: which numbers of a set bound a displacement
+SIZES = ("radius", "axial", "gap")
 
 
 def check(m: Mechanism) -> xr.Dataset:
@@ -82,10 +82,8 @@ def _sizes(m: Mechanism) -> tuple[Floats, list[str]]:
     units: list[str] = []
     for s, source in enumerate(m.core_spec["sources"]):
         ((shape, size),) = source["set"].items()
-        if shape == "interval":
-            value = max(abs(size["low"]), abs(size["high"]))
-        else:
-            value = size[SIZES.get(shape, "gap")]
+        names = ("low", "high") if shape == "interval" else SIZES
+        value = max(abs(size[name]) for name in names if name in size)
         first = int(np.flatnonzero(m.parameter_source == s)[0])
         sizes.append(value / float(m.parameter_factors[first]))
         kind = axes_of(m)["parameter"].kinds[first]

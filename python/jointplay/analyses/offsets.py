@@ -128,33 +128,34 @@ def admissible(m: Mechanism, u: Floats) -> NDArray[np.bool_]:
 
 def _beyond(shape: str, size: Mapping[str, float], away: Floats) -> Floats:
     """How far outside the set of a clearance offsets are, in metres; not above zero inside. Shape (configuration,)."""
-    moves = np.abs(away.T)
+    moves: Floats = np.abs(away.T)
+    beyond: Floats
     match shape:
         case "disc" | "ball":
-            return np.linalg.norm(away, axis=1) - size["radius"]
+            beyond = np.linalg.norm(away, axis=1) - size["radius"]
         case "diamond":
-            return moves[0] + size["half_length"] * moves[1] - size["gap"]
+            beyond = moves[0] + size["half_length"] * moves[1] - size["gap"]
         case "journal":
-            return np.maximum(moves[0] - size["axial"], _pin_ends(size, away[:, 1:]))
+            beyond = np.maximum(moves[0] - size["axial"], _pin_ends(size, away[:, 1:]))
         case "sleeve":
-            return _pin_ends(size, away)
+            beyond = _pin_ends(size, away)
         case "guide":
             side, normal, roll, tilt_side, tilt_normal = moves
-            across = side + size["half_length"] * tilt_normal + size["half_height"] * roll
-            along = normal + size["half_length"] * tilt_side + size["half_width"] * roll
-            return np.maximum(across, along) - size["gap"]
+            across_side = side + size["half_length"] * tilt_normal + size["half_height"] * roll
+            across_normal = normal + size["half_length"] * tilt_side + size["half_width"] * roll
+            beyond = np.maximum(across_side, across_normal) - size["gap"]
         case "plate":
             rise, tilt_side, tilt_normal = moves
-            return rise + size["half_normal"] * tilt_side + size["half_side"] * tilt_normal - size["gap"]
-    raise AssertionError(f"unknown set {shape}")
+            beyond = rise + size["half_normal"] * tilt_side + size["half_side"] * tilt_normal - size["gap"]
+        case _:
+            raise AssertionError(f"unknown set {shape}")
+    return beyond
 
 
 def _pin_ends(size: Mapping[str, float], away: Floats) -> Floats:
-    """How far the ends of a pin are beyond the wall; offsets are side, normal, tilt_side, tilt_normal."""
+    """How far the farther end of a pin is beyond the wall; offsets are side, normal, tilt_side, tilt_normal."""
     side, normal, tilt_side, tilt_normal = away.T
     # An end is at +- half_length along the axis; turned by the tilt it moves across by tilt x axis.
-    ends = [
-        np.hypot(side + sign * size["half_length"] * tilt_normal, normal - sign * size["half_length"] * tilt_side)
-        for sign in (1.0, -1.0)
-    ]
-    return np.maximum(*ends) - size["radius"]
+    reach = np.array([[size["half_length"]], [-size["half_length"]]])
+    ends: Floats = np.hypot(side + reach * tilt_normal, normal - reach * tilt_side)
+    return np.asarray(ends.max(axis=0) - size["radius"])
