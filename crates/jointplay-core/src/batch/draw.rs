@@ -128,22 +128,27 @@ impl Stream {
     /// again; more than 96 of 100 draws stay inside for the two widths in use.
     #[inline(always)]
     fn truncated(&mut self, sigma: f64) -> [Block; 2] {
-        let scaled = |[a, b]: [Block; 2]| [a.mul(&Block::splat(sigma)), b.mul(&Block::splat(sigma))];
-        let mut drawn = scaled(self.normals());
+        // No closures: they would be compiled apart, without the vector registers of the caller.
+        let sigma = Block::splat(sigma);
+        let [a, b] = self.normals();
+        let mut drawn = [a.mul(&sigma), b.mul(&sigma)];
         loop {
-            let mut outside = false;
-            let mut again: Option<[Block; 2]> = None;
+            let [a, b] = &drawn;
+            let mut largest = 0.0_f64;
+            for i in 0..LANES {
+                largest = largest.max(a.0[i].abs()).max(b.0[i].abs());
+            }
+            if largest <= 1.0 {
+                return drawn;
+            }
+            let [a, b] = self.normals();
+            let fresh = [a.mul(&sigma), b.mul(&sigma)];
             for k in 0..2 {
                 for i in 0..LANES {
                     if drawn[k].0[i].abs() > 1.0 {
-                        let fresh = *again.get_or_insert_with(|| scaled(self.normals()));
                         drawn[k].0[i] = fresh[k].0[i];
-                        outside = true;
                     }
                 }
-            }
-            if !outside {
-                return drawn;
             }
         }
     }
