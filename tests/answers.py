@@ -9,7 +9,9 @@ import xarray as xr
 
 import jointplay as jp
 
-EXAMPLES = jp.examples.names()
+#: the examples that `check` has something to say about, and that answer no question
+OVER_CONSTRAINED = ("sarrus",)
+EXAMPLES = tuple(name for name in jp.examples.names() if name not in OVER_CONSTRAINED)
 
 
 def example(name: str, **changes: Any) -> jp.Mechanism:

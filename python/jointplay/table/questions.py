@@ -154,8 +154,11 @@ def _error(result: Result) -> list[Column]:
 
 def _loaded(result: Result) -> list[Column]:
     columns = _error(result)
-    open_ = [c for c in result.labels("component") if (result.get("undetermined", component=c) > 0).any()]
-    return columns + [_figures(result, "undetermined", f"{c} open ±", component=c) for c in open_]
+    for c in result.labels("component"):
+        rounding = noise(result, result.unit("undetermined", component=c))
+        if (result.get("undetermined", component=c) > rounding).any():
+            columns.append(_figures(result, "undetermined", f"{c} open ±", component=c))
+    return columns
 
 
 def _worst(result: Result) -> list[Column]:
