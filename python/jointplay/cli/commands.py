@@ -170,7 +170,10 @@ def compensate(
         typer.Option("--weights", metavar="P,R", help="Weights of position and of rotation; R is a length per radian."),
     ] = None,
     target: Annotated[
-        str | None, typer.Option("--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero.")
+        str | None,
+        typer.Option(
+            "--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero; in space X,Y,Z[,RX,RY,RZ]."
+        ),
     ] = None,
     settings: Settings = None,
     output: Output = None,
@@ -183,7 +186,7 @@ def compensate(
     put = answer.offsets(offset)
     which = (question or (Correctable.given if put else Correctable.loaded)).value
     pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,))
-    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3))
+    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3, 6))
 
     def correct(m: Mechanism) -> Result:
         return compute(m, which, put or None, weights=pair, target=aim)
@@ -236,7 +239,9 @@ def compare(
     components: Annotated[
         str | None,
         typer.Option(
-            "--components", metavar="x,y,angle", help="What B follows; x,y if left out, all with three drives."
+            "--components",
+            metavar="x,y,angle",
+            help="What B follows; if left out the position, all with as many drives.",
         ),
     ] = None,
     samples: Samples = 100_000,
