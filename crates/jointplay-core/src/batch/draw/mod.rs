@@ -123,30 +123,6 @@ impl Stream {
         let [x, y] = self.circle();
         [x.mul(&radius), y.mul(&radius)]
     }
-
-    /// Two independent centred normal numbers truncated to -1 and 1. Lanes that fall outside are drawn
-    /// again; more than 96 of 100 draws stay inside for the two widths in use.
-    #[inline(always)]
-    fn truncated(&mut self, sigma: f64) -> [Block; 2] {
-        let scaled = |[a, b]: [Block; 2]| [a.mul(&Block::splat(sigma)), b.mul(&Block::splat(sigma))];
-        let mut drawn = scaled(self.normals());
-        loop {
-            let mut outside = false;
-            let mut again: Option<[Block; 2]> = None;
-            for k in 0..2 {
-                for i in 0..LANES {
-                    if drawn[k].0[i].abs() > 1.0 {
-                        let fresh = *again.get_or_insert_with(|| scaled(self.normals()));
-                        drawn[k].0[i] = fresh[k].0[i];
-                        outside = true;
-                    }
-                }
-            }
-            if !outside {
-                return drawn;
-            }
-        }
-    }
 }
 
 #[cfg(test)]
