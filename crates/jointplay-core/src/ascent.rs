@@ -96,15 +96,13 @@ impl Mechanism {
                     .map(|load| {
                         let at = self.place(load.point, &poses, &state.inputs.parameters).position;
                         let turned = self.points[load.point].body.map_or(0.0, |b| {
-                            self.space
-                                .components()
-                                .iter()
-                                .enumerate()
-                                .map(|(k, c)| match c {
-                                    Component::About(i) => load.moment[*i] * state.coordinates[b * self.size() + k],
-                                    Component::Along(_) => 0.0,
-                                })
-                                .sum()
+                            let width = self.n_body_coordinates();
+                            let turned = self.space.attitude(&state.coordinates[b * width..(b + 1) * width]);
+                            let rotations = self.space.components().iter().filter_map(|c| match c {
+                                Component::About(i) => Some(load.moment[*i]),
+                                Component::Along(_) => None,
+                            });
+                            rotations.zip(turned).map(|(m, t)| m * t).sum::<f64>()
                         });
                         inner(&load.force, &at) + turned
                     })

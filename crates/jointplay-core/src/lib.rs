@@ -17,6 +17,7 @@ pub mod loaded;
 pub mod mechanism;
 pub mod path;
 pub mod real;
+pub mod rotation;
 pub mod sampling;
 pub mod sensitivity;
 pub mod solver;

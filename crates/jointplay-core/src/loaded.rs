@@ -20,9 +20,12 @@ use crate::closure::Inputs;
 use crate::mechanism::Mechanism;
 use crate::real::Real;
 use crate::solver::{Solver, State};
-use crate::space::{Component, Pose};
+use crate::space::{Component, Pose, sub};
 use crate::status::Status;
 
+/// What the load leaves undecided is felt by the output when it moves it by more than this part of what all
+/// play together could.
+pub(crate) const UNFELT: f64 = 1e-9;
 /// Configurations that one task solves.
 const RUN: usize = 16 * LANES;
 
@@ -157,9 +160,16 @@ impl Mechanism {
 
     /// Error of an output against that of nominal coordinates.
     pub(crate) fn error(&self, state: &State, nominal: &State) -> Vec<f64> {
-        let actual = self.output(&state.coordinates, &state.inputs);
-        let reference = self.output(&nominal.coordinates, &nominal.inputs);
-        actual.iter().zip(&reference).map(|(a, b)| a - b).collect()
+        let place = |s: &State| self.place(self.output, &self.poses(&s.coordinates), &s.inputs.parameters).position;
+        let width = self.n_body_coordinates();
+        let turned = self.points[self.output].body.map_or_else(
+            || vec![0.0; self.size() - self.n_translations()],
+            |b| {
+                let body = b * width..(b + 1) * width;
+                self.space.turn_of_body(&nominal.coordinates[body.clone()], &state.coordinates[body])
+            },
+        );
+        self.pose_components(sub(place(state), place(nominal)), &turned)
     }
 
     /// The inputs at given drive values with every deviation at its known value and no play taken.
@@ -177,11 +187,8 @@ impl Mechanism {
     pub(crate) fn reactions<S: Real>(&self, poses: &[Pose<S>], multipliers: &[S]) -> Vec<S> {
         let size = self.size();
         let mut reactions = vec![S::from_f64(0.0); self.n_joints() * size];
-        for (row, &l) in self.rows.iter().zip(multipliers) {
-            let direction = match row.component {
-                Component::Along(i) => self.axes(row.joint, poses)[i],
-                Component::About(i) => std::array::from_fn(|k| S::from_f64(f64::from(u8::from(i == k)))),
-            };
+        for (number, (row, &l)) in self.rows.iter().zip(multipliers).enumerate() {
+            let direction = self.row_axis(number, poses);
             for (k, component) in self.space.components().iter().enumerate() {
                 if let (Component::Along(_), Component::Along(i)) | (Component::About(_), Component::About(i)) =
                     (row.component, component)
@@ -262,15 +269,17 @@ impl Mechanism {
         let map = self.output_sensitivity(&at_summit, &summit.state);
         let tolerance = UNDECIDED * self.force_scale(&summit.gradient);
         let mut undetermined = vec![0.0; size];
-        let mut decided = summit.settled;
+        let mut reach = vec![0.0; size];
         for source in self.sources.iter().filter(|s| s.is_clearance) {
             let face = self.exposed(source, &summit.gradient, tolerance);
-            decided &= face.is_point();
             for (i, half_width) in undetermined.iter_mut().enumerate() {
                 let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
                 *half_width += face.half_width(&row);
+                reach[i] += source.set.support(&row);
             }
         }
+        let felt = undetermined.iter().zip(&reach).any(|(width, reach)| *width > UNFELT * reach);
+        let decided = summit.settled && !felt;
         Loaded {
             error: self.error(&summit.state, nominal),
             error_first_order,

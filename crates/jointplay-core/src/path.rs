@@ -120,9 +120,9 @@ impl Mechanism {
             let mut part = (0.5 / step.amax()).min(1.0);
             let improved = loop {
                 let mut trial = coordinates.clone();
-                for (j, c) in trial.iter_mut().enumerate() {
-                    *c -= part * step[j] * self.unit(self.space.components()[j % self.size()]);
-                }
+                let unit = |j: usize| self.unit(self.space.components()[j % self.size()]);
+                let twists: Vec<f64> = step.iter().enumerate().map(|(j, s)| -part * s * unit(j)).collect();
+                self.retract(&mut trial, &twists);
                 let (r, j) = evaluate(&trial);
                 if r.norm() < residual.norm() {
                     (coordinates, residual, matrix) = (trial, r, j);
@@ -168,9 +168,7 @@ impl Mechanism {
             let improved = loop {
                 let mut trial = coordinates.clone();
                 let scaled: Vec<f64> = step.iter().map(|s| part * s).collect();
-                for (c, s) in trial.chunks_exact_mut(self.size()).zip(scaled.chunks_exact(self.size())) {
-                    self.space.retract(c, s);
-                }
+                self.retract(&mut trial, &scaled);
                 let next = solver.residual(&trial, &inputs);
                 if next < residual {
                     (coordinates, residual) = (trial, next);
@@ -272,9 +270,9 @@ impl Mechanism {
     #[must_use]
     pub fn solve(&self, n: usize, drives: &[f64]) -> Vec<Configuration> {
         let trace = self.trace(n, drives);
-        let (width, unknowns) = (self.n_drives, self.n_unknowns());
+        let (width, numbers) = (self.n_drives, self.n_coordinates());
         let judged = |k: usize| {
-            let coordinates = &trace.coordinates[k * unknowns..(k + 1) * unknowns];
+            let coordinates = &trace.coordinates[k * numbers..(k + 1) * numbers];
             if coordinates.iter().any(|c| c.is_nan()) {
                 return self.unsolved(trace.status[k]);
             }
@@ -318,9 +316,9 @@ impl Mechanism {
     ) -> Result<(State, f64), Status> {
         let drive_unit = |d: usize| self.unit(self.rows[self.driven_rows[d]].component);
         let gap = |state: &State| {
-            let output = self.output(&state.coordinates, &state.inputs);
-            let gaps = output.iter().zip(target).zip(weights);
-            DVector::from_iterator(weights.len(), gaps.map(|((o, t), w)| if *w > 0.0 { w * (t - o) } else { 0.0 }))
+            let gaps = self.output_difference(&self.output(&state.coordinates, &state.inputs), target);
+            let weighed = gaps.iter().zip(weights).map(|(gap, w)| if *w > 0.0 { w * gap } else { 0.0 });
+            DVector::from_iterator(weights.len(), weighed)
         };
         let mut state = from.clone();
         let mut error = gap(&state);

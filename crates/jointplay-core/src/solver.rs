@@ -173,9 +173,7 @@ impl<'m> Solver<'m> {
             if moves.last().is_some_and(|&last| size > 2.0 * last && size > LAST_STEP) {
                 return None;
             }
-            for (c, s) in coordinates.chunks_exact_mut(m.size()).zip(step.chunks_exact(m.size())) {
-                m.space.retract(c, s);
-            }
+            m.retract(coordinates, &step);
             moves.push(size);
             if size < LAST_STEP {
                 return Some(Converged {
@@ -254,6 +252,14 @@ impl<'m> Solver<'m> {
 }
 
 impl Mechanism {
+    /// Moves all bodies by small twists.
+    pub(crate) fn retract(&self, coordinates: &mut [f64], twists: &[f64]) {
+        let bodies = coordinates.chunks_exact_mut(self.space.n_coordinates());
+        for (c, t) in bodies.zip(twists.chunks_exact(self.size())) {
+            self.space.retract(c, t);
+        }
+    }
+
     /// The unit by which a component is compared with others: the characteristic length, or a radian.
     pub(crate) const fn unit(&self, component: Component) -> f64 {
         match component {

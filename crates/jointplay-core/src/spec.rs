@@ -50,10 +50,20 @@ pub enum JointKind {
     Revolute,
     /// A slider in a guide.
     Prismatic,
-    /// A pin in a slot carried by the first body.
+    /// A pin in a slot carried by the first body; in the plane only.
     PinInSlot,
     /// Two bodies locked together.
     Fixed,
+    /// A pin that turns and slides in a hole; in space only.
+    Cylindrical,
+    /// A ball in a socket; in space only.
+    Spherical,
+    /// Two faces on each other, the axis their normal; in space only.
+    Planar,
+    /// Nothing held: a point whose ground coordinates can be commanded.
+    Target,
+    /// The attitude held; in space only.
+    Orientation,
 }
 
 /// A joint between two points.
@@ -69,6 +79,12 @@ pub struct JointSpec {
     pub axis_first: [f64; 3],
     /// The same direction in the axes of the second body.
     pub axis_second: [f64; 3],
+    /// In space: a direction off the axis, in the axes of the first body.
+    #[serde(default)]
+    pub side_first: [f64; 3],
+    /// The same direction in the axes of the second body, where the joint's angle is zero.
+    #[serde(default)]
+    pub side_second: [f64; 3],
 }
 
 /// A driven joint coordinate.
@@ -76,6 +92,25 @@ pub struct JointSpec {
 pub struct DriveSpec {
     /// Index of the joint.
     pub joint: usize,
+    /// Which of its components; the joint's own coordinate if left out.
+    #[serde(default)]
+    pub component: Option<Coordinate>,
+}
+
+/// Joint components that can be commanded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Coordinate {
+    /// Distance along the joint's axis.
+    Along,
+    /// Angle about the joint's axis.
+    Angle,
+    /// Distance along the ground's x axis.
+    X,
+    /// Distance along the ground's y axis.
+    Y,
+    /// Distance along the ground's z axis.
+    Z,
 }
 
 /// The output point.

@@ -61,7 +61,7 @@ impl Mechanism {
         let mut trace = Trace::default();
         let first = if n > 0 { self.first_state(rows(0, 1)) } else { None };
         let Some((solver, mut state)) = first else {
-            trace.coordinates.resize(n * self.n_unknowns(), f64::NAN);
+            trace.coordinates.resize(n * self.n_coordinates(), f64::NAN);
             trace.status.resize(n, Status::NotAssembled);
             return trace;
         };
@@ -121,7 +121,7 @@ impl Mechanism {
                 }
             }
             Err(status) => {
-                trace.coordinates.resize(trace.coordinates.len() + self.n_unknowns(), f64::NAN);
+                trace.coordinates.resize(trace.coordinates.len() + self.n_coordinates(), f64::NAN);
                 trace.status.push(status);
             }
         }

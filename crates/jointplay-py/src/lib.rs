@@ -33,12 +33,13 @@ impl Mechanism {
     ) -> PyResult<Table<'py>> {
         let core = &self.core;
         let (n, nb, size) = (configurations.len(), core.n_bodies(), core.size());
+        let width = core.n_body_coordinates();
         let nan = |n: usize| vec![f64::NAN; n];
         let of = |pick: &dyn Fn(&jointplay_core::solver::State) -> Vec<f64>, width: usize| {
             flat(configurations.iter().map(|c| c.state.as_ref().map_or_else(|| nan(width), pick)))
         };
         Table::new(py)
-            .array("poses", &[n, nb, size], of(&|s| s.coordinates.clone(), nb * size))?
+            .array("poses", &[n, nb, width], of(&|s| s.coordinates.clone(), nb * width))?
             .array("output", &[n, size], of(&|s| core.output(&s.coordinates, &s.inputs), size))?
             .array("drives", &[n, core.n_drives()], of(&|s| s.inputs.drives.clone(), core.n_drives()))?
             .array("singular_value", &[n], configurations.iter().map(|c| c.singular_value).collect())?
@@ -72,7 +73,7 @@ impl Mechanism {
         }
         let assembly = py.detach(|| self.core.assemble(&drives, true));
         Ok(Table::new(py)
-            .array("poses", &[self.core.n_bodies(), self.core.size()], assembly.coordinates)?
+            .array("poses", &[self.core.n_bodies(), self.core.n_body_coordinates()], assembly.coordinates)?
             .value("residual", assembly.residual)?
             .value("converged", assembly.converged)?
             .finish())
@@ -92,8 +93,8 @@ impl Mechanism {
         py: Python<'py>,
         poses: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
-        let coordinates = rows(&poses, "poses", self.core.size())?.concat();
-        if coordinates.len() != self.core.n_unknowns() {
+        let coordinates = rows(&poses, "poses", self.core.n_body_coordinates())?.concat();
+        if coordinates.len() != self.core.n_coordinates() {
             return Err(PyValueError::new_err(format!("poses of {} bodies are needed", self.core.n_bodies())));
         }
         let matrix = self.core.jacobian(&coordinates);
@@ -121,7 +122,7 @@ impl Mechanism {
         let n = trace.status.len();
         Ok(Table::new(py)
             .status(trace.status.iter().copied())?
-            .array("poses", &[n, core.n_bodies(), core.size()], trace.coordinates)?
+            .array("poses", &[n, core.n_bodies(), core.n_body_coordinates()], trace.coordinates)?
             .array("output", &[n, core.size()], output)?
             .finish())
     }
@@ -164,7 +165,11 @@ impl Mechanism {
         Ok(Table::new(py)
             .array("error", &[n, size], flat(results.iter().map(|r| &r.error)))?
             .array("error_first_order", &[n, size], flat(results.iter().map(|r| &r.error_first_order)))?
-            .array("poses", &[n, core.n_bodies(), size], flat(results.iter().map(|r| &r.coordinates)))?
+            .array(
+                "poses",
+                &[n, core.n_bodies(), core.n_body_coordinates()],
+                flat(results.iter().map(|r| &r.coordinates)),
+            )?
             .status(results.iter().map(|r| r.status))?
             .finish())
     }

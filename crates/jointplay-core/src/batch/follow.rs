@@ -35,7 +35,7 @@ impl<'m> Follow<'m> {
         let recorder = Recorder::new(SMALL_ANGLE);
         let mut symbolic = layout.varying(m, &recorder);
         symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
-        let step = record_step(solver, &symbolic)?;
+        let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
         let mut outputs = step.numbers;
         outputs.extend([step.size, step.pivots, singular_estimate(m, solver.plan.as_ref()?, &step.factors)]);
         let step = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)?;
@@ -103,7 +103,7 @@ impl<'m> Follow<'m> {
                 put(row, None);
                 continue;
             }
-            let size = m.size();
+            let size = m.n_body_coordinates();
             for (body, near) in from.coordinates.chunks_exact(size).enumerate() {
                 let number = |k: usize| registers[n_u + body * width + k].0[row];
                 m.space.coordinates_of_numbers(number, near, &mut coordinates[body * size..(body + 1) * size]);

@@ -3,6 +3,7 @@
 mod shapes;
 
 use super::lanes::{Block, LANES};
+use crate::spec::Law;
 
 /// Standard deviations between the centre and the boundary of a normal law.
 pub const SIGMAS: f64 = 3.0;
@@ -11,6 +12,8 @@ pub const SIGMAS: f64 = 3.0;
 #[derive(Clone)]
 pub struct Stream {
     state: [[u64; LANES]; 4],
+    /// Normal numbers come in pairs; the second of one waits here.
+    spare: Option<Block>,
 }
 
 /// The finaliser of splitmix64: a hash that leaves no pattern of its argument.
@@ -34,7 +37,7 @@ impl Stream {
                 part[lane] = mix(word);
             }
         }
-        Self { state }
+        Self { state, spare: None }
     }
 
     #[inline(always)]
@@ -123,6 +126,38 @@ impl Stream {
         let [x, y] = self.circle();
         [x.mul(&radius), y.mul(&radius)]
     }
+
+    /// A standard normal number.
+    #[inline(always)]
+    fn normal(&mut self) -> Block {
+        if let Some(spare) = self.spare.take() {
+            return spare;
+        }
+        let [x, y] = self.normals();
+        self.spare = Some(y);
+        x
+    }
+
+    /// A centred normal number. The law that truncates draws lanes outside -1 to 1 again; more than 96 of
+    /// 100 draws stay inside for the two widths in use.
+    #[inline(always)]
+    fn scaled_normal(&mut self, law: Law, sigma: f64) -> Block {
+        let mut drawn = Block::splat(f64::INFINITY);
+        loop {
+            let fresh = self.normal().mul(&Block::splat(sigma));
+            let mut farthest = 0.0_f64;
+            let mut i = 0;
+            while i < LANES {
+                drawn.0[i] = if drawn.0[i].abs() > 1.0 { fresh.0[i] } else { drawn.0[i] };
+                let size = drawn.0[i].abs();
+                farthest = if size > farthest { size } else { farthest };
+                i += 1;
+            }
+            if farthest <= 1.0 || law == Law::Gauss {
+                return drawn;
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -130,7 +165,6 @@ mod tests {
     use super::*;
     use crate::batch::simd::{Kernel, Width, dispatch, limit};
     use crate::clearance::Set;
-    use crate::spec::Law;
 
     struct Draws(Set, Law);
 

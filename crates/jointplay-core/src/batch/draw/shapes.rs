@@ -65,7 +65,13 @@ impl Stream {
     fn diamond(&mut self, law: Law) -> [Block; 2] {
         let [p, q] = match law {
             Law::Uniform => [self.symmetric(), self.symmetric()],
-            Law::Normal | Law::Gauss => self.normal_pair(law, std::f64::consts::SQRT_2 / SIGMAS),
+            Law::Normal | Law::Gauss => {
+                let mut pair = [Block::splat(0.0); 2];
+                for number in &mut pair {
+                    *number = self.scaled_normal(law, std::f64::consts::SQRT_2 / SIGMAS);
+                }
+                pair
+            }
             Law::Boundary => {
                 let (side, along, which) = (self.sign(), self.symmetric(), self.sign());
                 let (mut p, mut q) = (side, along);
@@ -86,29 +92,7 @@ impl Stream {
         match law {
             Law::Uniform => self.symmetric(),
             Law::Boundary => self.sign(),
-            Law::Normal | Law::Gauss => self.normal_pair(law, 1.0 / SIGMAS)[0],
-        }
-    }
-
-    /// Two independent centred normal numbers; the law that truncates draws again for lanes outside -1 to
-    /// 1, and more than 96 of 100 draws stay inside for the two widths in use.
-    #[inline(always)]
-    fn normal_pair(&mut self, law: Law, sigma: f64) -> [Block; 2] {
-        let mut pair = [Block::splat(f64::INFINITY); 2];
-        loop {
-            let drawn = self.normals().map(|b| b.mul(&Block::splat(sigma)));
-            let mut outside = false;
-            for k in 0..2 {
-                for i in 0..LANES {
-                    if pair[k].0[i].abs() > 1.0 {
-                        pair[k].0[i] = drawn[k].0[i];
-                        outside |= drawn[k].0[i].abs() > 1.0;
-                    }
-                }
-            }
-            if !outside || law == Law::Gauss {
-                return pair;
-            }
+            Law::Normal | Law::Gauss => self.scaled_normal(law, 1.0 / SIGMAS),
         }
     }
 
@@ -221,10 +205,8 @@ impl Stream {
         let mut filled = 0;
         while filled < LANES {
             let mut drawn = [Block::splat(0.0); MAX_SIZE];
-            for k in (0..count).step_by(2) {
-                let pair = self.normals().map(|b| b.mul(&Block::splat(1.0 / SIGMAS)));
-                let end = count.min(k + 2);
-                drawn[k..end].copy_from_slice(&pair[..end - k]);
+            for number in drawn.iter_mut().take(count) {
+                *number = self.normal().mul(&Block::splat(1.0 / SIGMAS));
             }
             for i in 0..LANES {
                 let point = drawn.each_ref().map(|b| b.0[i]);
