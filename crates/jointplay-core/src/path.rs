@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::closure::Inputs;
+use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::sensitivity::Output;
 use crate::solver::{Solver, State, scaled_size};
@@ -263,6 +264,19 @@ impl Mechanism {
         }
         let status = if value < self.singular_value { Status::Singular } else { Status::Ok };
         Configuration { state: Some(state), status, singular_value: value, singular_motion: motion, mismatch: f64::NAN }
+    }
+
+    /// Measures how near every case is to a singular state, at its nominal coordinates.
+    #[must_use]
+    pub fn measure(&self, cases: &[Case<'_>]) -> Vec<Configuration> {
+        let measured = |case: &Case<'_>| {
+            if case.coordinates.iter().any(|c| c.is_nan()) {
+                return self.unsolved(Status::NotAssembled);
+            }
+            let inputs = Inputs::nominal(self, case.drives);
+            self.judge(State { coordinates: case.coordinates.to_vec(), inputs, negative: false })
+        };
+        cases.par_iter().map(measured).collect()
     }
 
     /// Solves the nominal mechanism for `n` rows of drive values given one after the other, keeping to

@@ -127,6 +127,50 @@ impl Mechanism {
             .finish())
     }
 
+    /// Poses, output and status on a grid of drive values, reached from seeds: states with a node each.
+    fn flood<'py>(
+        &self,
+        py: Python<'py>,
+        shape: Vec<usize>,
+        drives: PyReadonlyArray2<'py, f64>,
+        seed_nodes: Vec<usize>,
+        seed_drives: PyReadonlyArray2<'py, f64>,
+        seed_poses: PyReadonlyArray3<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.require_square()?;
+        let core = &self.core;
+        let rows = rows(&drives, "drives", core.n_drives())?;
+        let configurations = Configurations::new(core, &seed_drives, &seed_poses)?;
+        let seeds: Vec<_> = seed_nodes.into_iter().zip(configurations.cases()).collect();
+        let n = shape.iter().product::<usize>();
+        if rows.len() != n || seeds.len() != configurations.cases().len() || seeds.iter().any(|seed| seed.0 >= n) {
+            return Err(PyValueError::new_err("a row of drives per node of the grid and a node per seed are needed"));
+        }
+        let (trace, output) = py.detach(|| {
+            let trace = core.flood(&shape, &rows.concat(), &seeds);
+            let output = core.outputs(&trace.coordinates);
+            (trace, output)
+        });
+        Ok(Table::new(py)
+            .status(trace.status.iter().copied())?
+            .array("poses", &[n, core.n_bodies(), core.n_body_coordinates()], trace.coordinates)?
+            .array("output", &[n, core.size()], output)?
+            .finish())
+    }
+
+    /// How near configurations that are solved already are to a singular one.
+    fn measure<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let configurations = Configurations::new(&self.core, &drives, &poses)?;
+        let cases = configurations.cases();
+        let measured = py.detach(|| self.core.measure(&cases));
+        Ok(self.solved(py, &measured)?.finish())
+    }
+
     fn inverse<'py>(
         &self,
         py: Python<'py>,
