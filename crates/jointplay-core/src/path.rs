@@ -197,6 +197,15 @@ impl Mechanism {
         }
     }
 
+    /// The drive values of a state, those nearest to given ones over full turns.
+    #[must_use]
+    pub fn drive_values(&self, coordinates: &[f64], near: &[f64]) -> Vec<f64> {
+        if coordinates.iter().any(|c| c.is_nan()) {
+            return vec![f64::NAN; self.n_drives];
+        }
+        (0..self.n_drives).map(|d| self.drive_value(d, coordinates, near[d])).collect()
+    }
+
     /// The first assembled state of the nominal mechanism and the solver planned there.
     ///
     /// Tries the drive values as asked; where the guess is too far from them, closes the joints first
@@ -216,7 +225,7 @@ impl Mechanism {
             return None;
         }
         let solver = Solver::new(self, &free.coordinates);
-        let values: Vec<f64> = (0..self.n_drives).map(|d| self.drive_value(d, &free.coordinates, drives[d])).collect();
+        let values = self.drive_values(&free.coordinates, drives);
         let state = solver.polish(&free.coordinates, &Inputs::nominal(self, &values))?;
         Some((solver, state))
     }
@@ -374,7 +383,7 @@ impl Mechanism {
         if coordinates.iter().any(|c| !c.is_finite()) {
             return None;
         }
-        let drives: Vec<f64> = near.iter().enumerate().map(|(d, &q)| self.drive_value(d, coordinates, q)).collect();
+        let drives = self.drive_values(coordinates, near);
         let inputs = Inputs::nominal(self, &drives);
         // A singular state cannot be polished; it is judged by its Jacobian later.
         let given = || State { coordinates: coordinates.to_vec(), inputs: inputs.clone(), negative: false };

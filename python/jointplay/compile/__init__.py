@@ -20,11 +20,12 @@ from jointplay.units import Units
 
 from .drives import COMPONENTS, compile_drives, coordinate_factor
 from .graph import CompiledJoint, Graph
+from .grid import Grid, compile_grid
 from .loads import compile_loads, output_point
 from .sources import compile_sources
 from .start import compile_start
 
-__all__ = ["Compiled", "Limits", "compile_file"]
+__all__ = ["Compiled", "Grid", "Limits", "compile_file"]
 
 #: below this (metres) a mechanism has no size of its own
 SMALLEST_LENGTH = 1e-12
@@ -106,6 +107,8 @@ class Compiled:
         Output poses asked by a path, shape (configuration, 3), nan where nothing is asked.
     target_components : tuple of str
         Components that the path asks for.
+    grid : Grid or None
+        What is mapped.
     limits : Limits
         What is acceptable.
     has_loads : bool
@@ -137,6 +140,7 @@ class Compiled:
     start_drives: Floats
     targets: Floats | None
     target_components: tuple[str, ...]
+    grid: Grid | None
     limits: Limits
     has_loads: bool
     length: float
@@ -167,6 +171,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
     length = _length(graph, guess)
     sources = compile_sources(data, graph, commands, output, length)
     limits = _limits(data, graph)
+    component_factors = _fixed([units.length, units.length, units.angle])
     spec = {
         "space": data.space,
         "n_bodies": len(graph.bodies),
@@ -198,12 +203,13 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         ),
         centre=_fixed([value for source in sources for value in source.centre]),
         components=COMPONENTS,
-        component_factors=_fixed([units.length, units.length, units.angle]),
+        component_factors=component_factors,
         drive_factors=_frozen(commands.factors),
         drive_values=None if commands.values is None else _frozen(commands.values),
         start_drives=_frozen(_start_drives(graph, commands.joints, guess)),
         targets=None if commands.targets is None else _frozen(commands.targets),
         target_components=commands.target_components,
+        grid=compile_grid(data, commands, COMPONENTS, component_factors, file),
         limits=limits,
         has_loads=any(any(load["force"]) or any(load["moment"]) for load in loads),
         length=length,

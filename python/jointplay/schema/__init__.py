@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from jointplay.errors import InputError
 
 from .file import Dimension, Drive, Load, MechanismFile, Output
+from .grid import GridRange
 from .joints import Fixed, Joint, PinInSlot, Prismatic, Revolute
 from .messages import located
 from .values import NAME, PlacementTable, ToleranceLaw, ToleranceTable
@@ -22,6 +23,7 @@ __all__ = [
     "Dimension",
     "Drive",
     "Fixed",
+    "GridRange",
     "Joint",
     "Load",
     "MechanismFile",

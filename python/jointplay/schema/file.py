@@ -10,6 +10,7 @@ from pydantic.json_schema import SkipJsonSchema
 from jointplay.errors import shown
 from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 
+from .grid import Grid
 from .joints import Joint
 from .values import (
     Name,
@@ -235,6 +236,7 @@ class MechanismFile(Table):
     start: dict[Name, Start] = Field({}, description="roughly where the bodies are: it chooses the assembly branch")
     drives: dict[Name, Drive] = Field({}, description="commanded joint coordinates")
     path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")
+    grid: Grid | SkipJsonSchema[None] = Field(None, description="what is mapped: ranges of drives or of the output")
     output: Output = Field(description="the point whose error is asked: a body and a point on it")
     loads: Annotated[tuple[Load, ...], Field(strict=False)] = Field((), description="dead loads")
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
