@@ -21,7 +21,7 @@ from jointplay.errors import InputError
 from jointplay.result import Result, Variable
 
 from .netcdf import fingerprint_of, to_netcdf
-from .plan import Array, Entry, Plan, Region, fill_value
+from .plan import Array, Entry, Plan, Region
 
 if TYPE_CHECKING:
     import zarr
@@ -117,6 +117,8 @@ class ChunkStore:
         group.attrs.put({key: _plain(v) for key, v in attributes.items()} | {"coordinates": " ".join(loose)})
         for name, variable in {**first.coords, **first.data}.items():
             self._add(group, name, variable)
+        # Readers then look for nothing else in the folder, also while the map is not complete.
+        zarr.consolidate_metadata(new, zarr_format=2)
         (new / JOURNAL).mkdir()
         new.replace(self.part)
 
@@ -127,7 +129,8 @@ class ChunkStore:
             shape=self.plan.full_shape(variable),
             chunks=tuple(max(size, 1) for size in self.plan.chunk_shape(variable)),
             dtype=variable.values.dtype,
-            fill_value=fill_value(variable.values.dtype),
+            # What has a fill value is read as missing where it is that: right for numbers, not for counts.
+            fill_value=np.nan if variable.values.dtype.kind == "f" else None,
             attributes={DIMENSIONS: list(variable.dims)} | {key: text for key, text in texts.items() if text},
         )
         if not self.plan.has_nodes(variable):
@@ -139,7 +142,7 @@ class ChunkStore:
         if self._group is None:
             import zarr
 
-            self._group = zarr.open_group(self.part, mode="r+", zarr_format=2)
+            self._group = zarr.open_group(self.part, mode="r+", zarr_format=2, use_consolidated=False)
         return self._group
 
     def put(self, region: Region, part: Result) -> None:
@@ -191,12 +194,12 @@ class ChunkStore:
         """Complete the group, and make a NetCDF file of it if one is asked."""
         import zarr
 
-        self.group.attrs.pop("incomplete", None)
+        self.group.attrs.put({key: v for key, v in self.group.attrs.asdict().items() if key != "incomplete"})
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # that the journal is not a part of the group
-            zarr.consolidate_metadata(self.part, zarr_format=2)
+            warnings.simplefilter("ignore", UserWarning)  # the journal is not a part of the group
+            complete = zarr.consolidate_metadata(self.part, zarr_format=2)
         if self.part != self.path:
-            to_netcdf(self.group, self.path, self.plan)
+            to_netcdf(complete, self.path, self.plan)
         self.clean()
 
     def clean(self) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from jointplay.errors import InputError
 from jointplay.result import Result, Variable
 
-from .plan import Array, Entry, Plan, Region, fill_value
+from .plan import Array, Entry, Plan, Region
 
 #: bytes from which a map has to go to a file
 LARGEST = 2_000_000_000
@@ -38,7 +38,9 @@ class MemoryStore:
             if not self.plan.has_nodes(variable):
                 return variable
             kind = variable.values.dtype
-            values = np.full(self.plan.full_shape(variable), fill_value(kind), dtype=kind)
+            values = np.zeros(self.plan.full_shape(variable), dtype=kind)
+            if kind.kind == "f":
+                values[...] = np.nan
             return Variable(variable.dims, values, variable.units, variable.long_name)
 
         coords = {name: room(v) for name, v in first.coords.items()}

@@ -82,12 +82,3 @@ class Store(Protocol):
 
     def finish(self) -> None:
         """Nothing is left to do."""
-
-
-def fill_value(kind: np.dtype[Any]) -> float | int | bool | str:
-    """What stands where nothing was computed yet."""
-    if kind.kind == "f":
-        return float("nan")
-    if kind.kind == "b":
-        return False
-    return "" if kind.kind == "U" else 0
