@@ -4,12 +4,14 @@ from .blame import Blame, blame
 from .build import EXTREMES, QUANTITIES, STATUSES, Builder, axes_of, version
 from .combine import align, merge, stack
 from .dataset import from_dataset, to_dataset
+from .quantity import TRANSLATIONS, quantities, quantity
 from .structure import Attribute, Result, Variable
 
 __all__ = [
     "EXTREMES",
     "QUANTITIES",
     "STATUSES",
+    "TRANSLATIONS",
     "Attribute",
     "Blame",
     "Builder",
@@ -20,6 +22,8 @@ __all__ = [
     "blame",
     "from_dataset",
     "merge",
+    "quantities",
+    "quantity",
     "stack",
     "to_dataset",
     "version",
