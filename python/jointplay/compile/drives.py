@@ -16,7 +16,7 @@ COMPONENTS = ("x", "y", "angle")
 #: names of variables and dimensions of results, beside which the drives appear as coordinates
 RESERVED = frozenset(
     {
-        *("admissible", "at_limit", "bin", "body", "component", "configuration", "contribution", "coordinate"),
+        *("across", "admissible", "at_limit", "bin", "body", "component", "configuration", "contribution", "coordinate"),
         *("contact_change", "correction", "covariance", "direction", "drive", "edge", "error", "extreme", "failures", "guess"),
         *("histogram", "iterations", "joint", "largest", "mean", "mismatch", "nominal", "offset", "outside"),
         *("parameter", "pose", "probability", "quantile", "quantity", "question", "reaction", "residual", "rotation"),

@@ -153,7 +153,7 @@ class ChunkStore:
 
     def values(self, name: str, region: Region) -> Array:
         """Values of a variable in a part of the grid."""
-        return np.asarray(self._array(name)[region])
+        return np.array(self._array(name)[region])
 
     def replace(self, name: str, region: Region, values: Array) -> None:
         """Change values of a variable in a part of the grid."""

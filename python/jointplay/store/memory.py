@@ -54,7 +54,7 @@ class MemoryStore:
 
     def values(self, name: str, region: Region) -> Array:
         """Values of a variable in a part of the grid."""
-        return np.asarray(self.result.get(name)[region])
+        return np.array(self.result.get(name)[region])
 
     def replace(self, name: str, region: Region, values: Array) -> None:
         """Change values of a variable in a part of the grid."""

@@ -66,7 +66,7 @@ class Store(Protocol):
         """Keep what has a value per node."""
 
     def values(self, name: str, region: Region) -> Array:
-        """Values of a variable in a part of the grid."""
+        """Values of a variable in a part of the grid, as a copy."""
 
     def replace(self, name: str, region: Region, values: Array) -> None:
         """Change values of a variable in a part of the grid."""

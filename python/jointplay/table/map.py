@@ -38,8 +38,8 @@ def _outcomes(result: Result, axes: list[str]) -> Table:
     columns = (words("status", names), Column("nodes", "", tuple(str(counts[k]) for k in order)), Column("share", "%", shares))
     shape = " × ".join(str(n) for n in status.shape)
     notes = [f"{str(result.attrs['incomplete']).capitalize()}."] if "incomplete" in result.attrs else []
-    if "contact_change" in result.data and (changes := int(result.get("contact_change").sum())):
-        notes.append(f"At {changes} nodes a contact changes sides on the way to the next node: the error jumps there.")
+    if "contact_change" in result.data and (changes := int(result.get("contact_change").any(axis=-1).sum())):
+        notes.append(f"At {changes} nodes a contact changes sides on the way to a next node: the error may jump there.")
     if "within_limits" in result.data:
         outside = int((~result.get("within_limits") & (status != "not_assembled")).sum())
         notes.append(f"{outside} nodes that can be reached are outside the ranges of [limits].")

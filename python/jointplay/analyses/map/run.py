@@ -140,13 +140,15 @@ class Work:
         if flat.attrs["question"] != "loaded":
             return result
         offsets = result.get("offset")
-        changed = np.zeros(offsets.shape[:-1], dtype=bool)
-        for axis in range(changed.ndim):
+        axes = self.lattice.grid.axes
+        changed = np.zeros((*offsets.shape[:-1], len(axes)), dtype=bool)
+        for axis in range(len(axes)):
             along = np.moveaxis(offsets, axis, 0)
-            np.moveaxis(changed, axis, 0)[:-1] |= self.contacts.change(along[:-1], along[1:])
-        words = "whether a contact changes sides between this node and the next one along some axis"
-        change = Variable(self.lattice.grid.axes, changed, "", words)
-        return Result(result.coords, {**result.data, "contact_change": change}, result.attrs)
+            np.moveaxis(changed[..., axis], axis, 0)[:-1] = self.contacts.change(along[:-1], along[1:])
+        words = "whether a contact changes sides between this node and the next one along the axis"
+        change = Variable((*axes, "across"), changed, "", words)
+        across = Variable(("across",), np.array(axes), "", "axis of the grid along which the next node lies")
+        return Result({**result.coords, "across": across}, {**result.data, "contact_change": change}, result.attrs)
 
     def _join(self) -> None:
         """Mark changes of contact between the last nodes of a chunk and the first ones of the next."""
@@ -162,7 +164,8 @@ class Work:
                 here = (*region[: neighbour.axis], slice(region[neighbour.axis].stop - 1, region[neighbour.axis].stop))
                 face = (*here, *region[neighbour.axis + 1 :])
                 changed = self.contacts.change(own[f"offset.{neighbour.axis}.1"], other[f"offset.{neighbour.axis}.0"])
-                marked = self.store.values("contact_change", face) | np.expand_dims(changed, neighbour.axis)
+                marked = self.store.values("contact_change", face)
+                marked[..., neighbour.axis] = np.expand_dims(changed, neighbour.axis)
                 self.store.replace("contact_change", face, marked)
 
 
