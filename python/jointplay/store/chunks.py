@@ -126,14 +126,14 @@ class ChunkStore:
         texts = {"units": variable.units, "long_name": variable.long_name}
         array = group.create_array(
             name,
-            shape=self.plan.full_shape(variable),
-            chunks=tuple(max(size, 1) for size in self.plan.chunk_shape(variable)),
+            shape=self.plan.full_shape(name, variable),
+            chunks=tuple(max(size, 1) for size in self.plan.chunk_shape(name, variable)),
             dtype=variable.values.dtype,
             # What has a fill value is read as missing where it is that: right for numbers, not for counts.
             fill_value=np.nan if variable.values.dtype.kind == "f" else None,
             attributes={DIMENSIONS: list(variable.dims)} | {key: text for key, text in texts.items() if text},
         )
-        if not self.plan.has_nodes(variable):
+        if not self.plan.has_nodes(name, variable):
             array[...] = variable.values
 
     @property
@@ -148,7 +148,7 @@ class ChunkStore:
     def put(self, region: Region, part: Result) -> None:
         """Keep what has a value per node."""
         for name, variable in {**part.coords, **part.data}.items():
-            if self.plan.has_nodes(variable):
+            if self.plan.has_nodes(name, variable):
                 self.replace(name, region, variable.values)
 
     def values(self, name: str, region: Region) -> Array:

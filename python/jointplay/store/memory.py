@@ -28,28 +28,28 @@ class MemoryStore:
         """Make room for the whole map, once."""
         if self._result is not None:
             return
-        variables = [*first.coords.values(), *first.data.values()]
-        size = sum(math.prod(self.plan.full_shape(v)) * v.values.itemsize for v in variables)
+        variables = {**first.coords, **first.data}
+        size = sum(math.prod(self.plan.full_shape(name, v)) * v.values.itemsize for name, v in variables.items())
         if size > LARGEST:
             problem = f"{size / 1e9:.3g} GB are too much to hold in memory; write the map to a .zarr or .nc file"
             raise InputError(problem, key="grid")
 
-        def room(variable: Variable) -> Variable:
-            if not self.plan.has_nodes(variable):
+        def room(name: str, variable: Variable) -> Variable:
+            if not self.plan.has_nodes(name, variable):
                 return variable
             kind = variable.values.dtype
-            values = np.zeros(self.plan.full_shape(variable), dtype=kind)
+            values = np.zeros(self.plan.full_shape(name, variable), dtype=kind)
             if kind.kind == "f":
                 values[...] = np.nan
             return Variable(variable.dims, values, variable.units, variable.long_name)
 
-        coords = {name: room(v) for name, v in first.coords.items()}
-        self._result = Result(coords, {name: room(v) for name, v in first.data.items()}, first.attrs)
+        coords = {name: room(name, v) for name, v in first.coords.items()}
+        self._result = Result(coords, {name: room(name, v) for name, v in first.data.items()}, first.attrs)
 
     def put(self, region: Region, part: Result) -> None:
         """Keep what has a value per node."""
         for name, variable in {**part.coords, **part.data}.items():
-            if self.plan.has_nodes(variable):
+            if self.plan.has_nodes(name, variable):
                 self.replace(name, region, variable.values)
 
     def values(self, name: str, region: Region) -> Array:

@@ -35,21 +35,21 @@ class Plan:
     chunk: tuple[int, ...]
     fingerprint: str
 
-    def full_shape(self, variable: Variable) -> tuple[int, ...]:
+    def full_shape(self, name: str, variable: Variable) -> tuple[int, ...]:
         """Shape of a variable over the whole grid, from its values on one chunk."""
-        if not self.has_nodes(variable):
+        if not self.has_nodes(name, variable):
             return variable.values.shape
         return (*self.shape, *variable.values.shape[len(self.axes) :])
 
-    def chunk_shape(self, variable: Variable) -> tuple[int, ...]:
+    def chunk_shape(self, name: str, variable: Variable) -> tuple[int, ...]:
         """Shape of a variable on a full chunk."""
-        if not self.has_nodes(variable):
+        if not self.has_nodes(name, variable):
             return variable.values.shape
         return (*self.chunk, *variable.values.shape[len(self.axes) :])
 
-    def has_nodes(self, variable: Variable) -> bool:
-        """Whether it has a value per node."""
-        return variable.dims[: len(self.axes)] == self.axes
+    def has_nodes(self, name: str, variable: Variable) -> bool:
+        """Whether it has a value per node; the coordinate along an axis is there as a whole from the beginning."""
+        return name not in self.axes and variable.dims[: len(self.axes)] == self.axes
 
 
 class Store(Protocol):
