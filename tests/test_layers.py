@@ -19,6 +19,7 @@ PACKAGE = ROOT / "python" / "jointplay"
 LAYERS = (
     "errors",
     "units",
+    "poses",
     "schema",
     "_core",
     "compile",

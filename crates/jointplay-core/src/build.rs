@@ -52,7 +52,7 @@ impl Mechanism {
         let mut sources = Vec::with_capacity(spec.sources.len());
         let mut centre = Vec::new();
         for (i, s) in spec.sources.iter().enumerate() {
-            let set = Set::from(s.set);
+            let set = Set::try_from(s.set).map_err(|e| SpecError(format!("source {i}: {e}")))?;
             let first = centre.len();
             let components = attach(&s.target, first, &mut points, &joints, &mut rows, &driven_rows)
                 .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;

@@ -277,12 +277,10 @@ impl Mechanism {
     fn to_corners(&self, parameters: &mut [f64], sources: &[usize], rng: &mut Xoshiro256PlusPlus) {
         for source in sources.iter().map(|&s| &self.sources[s]) {
             let mut w = [0.0; MAX_SIZE];
-            for v in &mut w {
-                *v = rng.random_range(-1.0..1.0);
-            }
-            // Moments weigh as forces at the set's own proportions.
-            if let crate::clearance::Set::Diamond { half_length, .. } = source.set {
-                w[1] *= half_length;
+            // Every component weighs the same at the set's own proportions.
+            for k in 0..source.set.size() {
+                let half_width = source.set.half_width(k);
+                w[k] = if half_width > 0.0 { rng.random_range(-1.0..1.0) / half_width } else { 0.0 };
             }
             let face = source.set.face(&w[..source.set.size()], 0.0);
             for (k, p) in source.range().enumerate() {

@@ -23,6 +23,9 @@ use crate::solver::{Solver, State};
 use crate::space::{Component, Pose, sub};
 use crate::status::Status;
 
+/// What the load leaves undecided is felt by the output when it moves it by more than this part of what all
+/// play together could.
+pub(crate) const UNFELT: f64 = 1e-9;
 /// Configurations that one task solves.
 const RUN: usize = 16 * LANES;
 
@@ -266,15 +269,17 @@ impl Mechanism {
         let map = self.output_sensitivity(&at_summit, &summit.state);
         let tolerance = UNDECIDED * self.force_scale(&summit.gradient);
         let mut undetermined = vec![0.0; size];
-        let mut decided = summit.settled;
+        let mut reach = vec![0.0; size];
         for source in self.sources.iter().filter(|s| s.is_clearance) {
             let face = self.exposed(source, &summit.gradient, tolerance);
-            decided &= face.is_point();
             for (i, half_width) in undetermined.iter_mut().enumerate() {
                 let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
                 *half_width += face.half_width(&row);
+                reach[i] += source.set.support(&row);
             }
         }
+        let felt = undetermined.iter().zip(&reach).any(|(width, reach)| *width > UNFELT * reach);
+        let decided = summit.settled && !felt;
         Loaded {
             error: self.error(&summit.state, nominal),
             error_first_order,

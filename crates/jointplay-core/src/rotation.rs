@@ -59,3 +59,27 @@ pub fn rotation_of_vector(v: Vec3<f64>) -> Mat3<f64> {
         })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rotation_vector_comes_back_from_its_rotation() {
+        let axis = scale([2.0, -1.0, 2.0], 1.0 / 3.0);
+        for angle in [0.0, 1e-12, 1e-6, 0.3, 1.5, 3.0, 3.14, std::f64::consts::PI - 1e-7] {
+            let v = scale(axis, angle);
+            let back = rotation_vector(&rotation_of_vector(v));
+            // Near half a turn the axis is known to the root of rounding at worst.
+            let tolerance = if angle > 3.1 { 1e-8 } else { 1e-15 * (1.0 + 4.0 * angle) };
+            assert!((0..3).all(|k| (back[k] - v[k]).abs() <= tolerance), "{angle}: {back:?}");
+        }
+    }
+
+    #[test]
+    fn a_rotation_turns_about_its_axis_by_the_right_hand() {
+        let quarter = rotation_of_vector([0.0, 0.0, std::f64::consts::FRAC_PI_2]);
+        let turned = quarter.map(|row| dot(row, [1.0, 0.0, 0.0]));
+        assert!((turned[1] - 1.0).abs() < 1e-15 && turned[0].abs() < 1e-15);
+    }
+}

@@ -325,3 +325,68 @@ pub fn scale<S: Real>(a: Vec3<S>, s: S) -> Vec3<S> {
 pub fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BODY: [f64; 7] = [0.1, -0.2, 0.3, 0.5, -0.5, 0.1, std::f64::consts::FRAC_1_SQRT_2];
+    const TWIST: [f64; 6] = [0.01, 0.02, -0.03, 0.12, -0.05, 0.08];
+
+    #[test]
+    fn a_pose_is_a_rotation_whatever_the_size_of_its_quaternion() {
+        let mut large = BODY;
+        large[3..].iter_mut().for_each(|q| *q *= 3.0);
+        for coordinates in [BODY, large] {
+            let r = Space::Spatial.pose(&coordinates).rotation;
+            let square = product(&r, &transposed(&r));
+            for i in 0..3 {
+                for j in 0..3 {
+                    assert!((square[i][j] - f64::from(u8::from(i == j))).abs() < 1e-15);
+                    let other = Space::Spatial.pose(&BODY).rotation;
+                    assert!((r[i][j] - other[i][j]).abs() < 1e-15);
+                }
+            }
+            assert!((dot(cross(r[0], r[1]), r[2]) - 1.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_small_twist_turns_by_itself_to_second_order() {
+        for size in [1e-1, 1e-2, 1e-3] {
+            let twist = TWIST.map(|t| size * t);
+            let mut moved = BODY;
+            Space::Spatial.retract(&mut moved, &twist);
+            assert!((norm(&moved[3..]) - norm(&BODY[3..]) / norm(&BODY[3..])).abs() < 1e-15);
+            let turn = Space::Spatial.turn_of_body(&BODY, &moved);
+            for k in 0..3 {
+                assert!((turn[k] - twist[3 + k]).abs() < 0.1 * norm(&twist[3..]).powi(3));
+                assert!((moved[k] - BODY[k] - twist[k]).abs() < 1e-16);
+            }
+        }
+    }
+
+    #[test]
+    fn recorded_numbers_tell_the_same_turn_as_the_poses() {
+        for space in [Space::Planar, Space::Spatial] {
+            let n = space.n_coordinates();
+            let before = &BODY[..n];
+            let (mut numbers, mut turn) = (Vec::new(), Vec::new());
+            space.put_pose_numbers(before, |x| numbers.push(x));
+            space.put_turn_numbers(before, |x| turn.push(x));
+            let mut after = before.to_vec();
+            for _ in 0..3 {
+                let twist = &TWIST[..space.size()];
+                numbers = space.move_numbers(&numbers, twist);
+                turn = space.move_turn_numbers(&turn, twist);
+                space.retract(&mut after, twist);
+            }
+            let direct = space.turn_of_body(before, &after);
+            let told = space.turned(&turn, &numbers);
+            assert!(direct.iter().zip(&told).all(|(a, b)| (a - b).abs() < 1e-15), "{direct:?} {told:?}");
+            let mut restored = before.to_vec();
+            space.coordinates_of_numbers(|k| numbers[k], before, &mut restored);
+            assert!(restored.iter().zip(&after).all(|(a, b)| (a - b).abs() < 1e-15));
+        }
+    }
+}

@@ -12,10 +12,10 @@ use super::program::{Layout, Symbolic, record_step};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use crate::ascent::UNDECIDED;
-use crate::clearance::Set;
+use crate::clearance::{MAX_SIZE, Set};
 use crate::closure::Inputs;
 use crate::linear::Elimination;
-use crate::loaded::{Case, Table};
+use crate::loaded::{Case, Table, UNFELT};
 use crate::mechanism::Mechanism;
 use crate::sensitivity::Cost;
 use crate::solver::Solver;
@@ -102,7 +102,10 @@ impl<'m> Contact<'m> {
             }
         }
         let mut pushed = vec![Block::splat(0.0); n_u];
-        self.push(|p| out(at.gradient + p), out(at.scale), &mut pushed, &mut good);
+        for (p, centre) in m.centre.iter().enumerate() {
+            pushed[p] = Block::splat(*centre);
+        }
+        self.push(|p| out(at.gradient + p), out(at.scale), &mut pushed);
         let first: Vec<Block> = pushed.clone();
 
         let inputs = n_u + self.layout.n_varying();
@@ -110,12 +113,13 @@ impl<'m> Contact<'m> {
         let to = StepOutputs::new(m, &self.layout);
         let sign = *out(at.pivots);
         let mut still = [false; LANES];
+        let mut undecided = [false; LANES];
         let mut steps = [0_u64; LANES];
         for _ in 0..STEPS {
             step[..n_u].copy_from_slice(&pushed);
             self.step.run(step);
             let out = |k: usize| self.step.output(step, k);
-            self.push(|p| out(to.gradient + p), out(to.scale), &mut pushed, &mut good);
+            undecided = self.push(|p| out(to.gradient + p), out(to.scale), &mut pushed);
             let mut all = true;
             for i in 0..cases.len() {
                 let moved = out(to.size).0[i];
@@ -135,7 +139,10 @@ impl<'m> Contact<'m> {
         finish[..inputs].copy_from_slice(&step[..inputs]);
         self.finish.run(finish);
         for (i, case) in cases.iter().enumerate() {
-            if !good[i] || !still[i] {
+            let map = |k: usize, p: usize| self.statics.output(statics, at.map + k * n_u + p).0[i];
+            let force = |p: usize| self.step.output(step, to.gradient + p).0[i];
+            let scale = self.step.output(step, to.scale).0[i];
+            if !good[i] || !still[i] || (undecided[i] && self.matters(force, scale, map)) {
                 plainly(case, table);
                 continue;
             }
@@ -164,47 +171,62 @@ impl<'m> Contact<'m> {
         }
     }
 
-    /// Moves every clearance to the support point of its set along the gradient. Lanes that a tie or a
-    /// vanishing reaction leaves undecided are no longer good.
+    /// Moves every clearance to the support point of its set along the gradient; what a tie or a
+    /// vanishing reaction leaves undecided stays where nothing pushes it. Tells the lanes where something is.
     #[inline(always)]
-    fn push<'b>(
-        &self,
-        gradient: impl Fn(usize) -> &'b Block,
-        scale: &Block,
-        pushed: &mut [Block],
-        good: &mut [bool; LANES],
-    ) {
+    fn push<'b>(&self, gradient: impl Fn(usize) -> &'b Block, scale: &Block, pushed: &mut [Block]) -> [bool; LANES] {
         let m = self.mechanism;
-        for (p, centre) in m.centre.iter().enumerate() {
-            pushed[p] = Block::splat(*centre);
-        }
+        let mut undecided = [false; LANES];
         for source in m.sources().iter().filter(|s| s.is_clearance && !s.set.is_zero()) {
             let p = source.first;
             match source.set {
                 Set::Disc { radius } => {
                     let (x, y) = (gradient(p), gradient(p + 1));
+                    let (cx, cy) = (m.centre[p], m.centre[p + 1]);
                     for i in 0..LANES {
                         let size = (x.0[i] * x.0[i] + y.0[i] * y.0[i]).sqrt();
-                        good[i] &= size > UNDECIDED * scale.0[i];
-                        pushed[p].0[i] += radius * x.0[i] / size;
-                        pushed[p + 1].0[i] += radius * y.0[i] / size;
+                        let decided = size > UNDECIDED * scale.0[i];
+                        undecided[i] |= !decided;
+                        pushed[p].0[i] = if decided { cx + radius * x.0[i] / size } else { pushed[p].0[i] };
+                        pushed[p + 1].0[i] = if decided { cy + radius * y.0[i] / size } else { pushed[p + 1].0[i] };
                     }
                 }
-                Set::Diamond { .. } | Set::Interval { .. } => {
+                _ => {
+                    let n = source.set.size();
                     for i in 0..LANES {
-                        let mut w = [0.0; crate::clearance::MAX_SIZE];
-                        for k in 0..source.set.size() {
+                        let mut w = [0.0; MAX_SIZE];
+                        let mut offset = [0.0; MAX_SIZE];
+                        for k in 0..n {
                             w[k] = gradient(p + k).0[i];
+                            offset[k] = pushed[p + k].0[i] - m.centre[p + k];
                         }
-                        let face = source.set.face(&w[..source.set.size()], UNDECIDED * scale.0[i]);
-                        good[i] &= face.is_point();
-                        for k in 0..source.set.size() {
-                            pushed[p + k].0[i] += face.centre[k];
+                        let face = source.set.face(&w[..n], UNDECIDED * scale.0[i]);
+                        let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
+                        undecided[i] |= !face.is_point();
+                        for k in 0..n {
+                            pushed[p + k].0[i] = m.centre[p + k] + to[k];
                         }
                     }
                 }
             }
         }
+        undecided
+    }
+
+    /// Whether the output feels what one lane's load leaves undecided.
+    #[inline(never)]
+    fn matters(&self, force: impl Fn(usize) -> f64, scale: f64, map: impl Fn(usize, usize) -> f64) -> bool {
+        let m = self.mechanism;
+        (0..m.size()).any(|k| {
+            let (mut width, mut reach) = (0.0, 0.0);
+            for source in m.sources().iter().filter(|s| s.is_clearance) {
+                let w: Vec<f64> = source.range().map(&force).collect();
+                let row: Vec<f64> = source.range().map(|p| map(k, p)).collect();
+                width += source.set.face(&w, UNDECIDED * scale).half_width(&row);
+                reach += source.set.support(&row);
+            }
+            !(width <= UNFELT * reach)
+        })
     }
 
     /// Largest change of an offset of one lane, as a part of its set.

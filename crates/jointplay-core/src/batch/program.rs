@@ -8,7 +8,7 @@ use crate::closure::{Command, Inputs};
 use crate::linear::Factors;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
-use crate::space::Pose;
+use crate::space::{Component, Pose};
 
 /// Full steps that a block takes at most.
 const STEPS: usize = 7;
@@ -163,7 +163,7 @@ pub(super) struct Step<'r> {
     pub numbers: Vec<Symbol<'r>>,
     /// What tells how far the output's body has turned.
     pub turn: Vec<Symbol<'r>>,
-    /// Squared length of the step, length-scaled.
+    /// Square of the largest component of the step, length-scaled.
     pub size: Symbol<'r>,
     pub pivots: Symbol<'r>,
     pub residual: Vec<Symbol<'r>>,
@@ -207,11 +207,15 @@ pub(super) fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>, turn
     let mut step = vec![zero; m.n_unknowns()];
     plan.solve(&factors, &mut right, &mut step);
 
-    let mut size = zero;
+    // The largest, not the sum: a step is small or large however many bodies take part in it.
+    let (mut moved, mut turned) = (zero, zero);
     for (j, s) in step.iter().enumerate() {
-        let unit = m.unit(m.space.components()[j % m.size()]);
-        size = *s * *s * Symbol::Constant(1.0 / (unit * unit)) + size;
+        match m.space.components()[j % m.size()] {
+            Component::Along(_) => moved = moved.max(*s * *s),
+            Component::About(_) => turned = turned.max(*s * *s),
+        }
     }
+    let size = turned.max(moved * Symbol::Constant(1.0 / (m.length * m.length)));
     let bodies = symbolic.numbers.chunks_exact(width).zip(step.chunks_exact(m.size()));
     let numbers = bodies.flat_map(|(n, s)| m.space.move_numbers(n, s)).collect();
     let turn = m.points[m.output]

@@ -96,9 +96,10 @@ impl Kernel for Chunk<'_, '_> {
             let lanes = left.min(LANES);
             left -= lanes;
             for source in m.sources() {
-                let drawn = stream.draw(&source.set, Mechanism::law(source, job.request));
-                for (k, p) in source.range().enumerate() {
-                    parameters[p] = drawn[k].add(&Block::splat(m.centre[p]));
+                let law = Mechanism::law(source, job.request);
+                stream.draw(&source.set, law, &mut parameters[source.range()]);
+                for p in source.range() {
+                    parameters[p] = parameters[p].add(&Block::splat(m.centre[p]));
                 }
             }
             let mut good = [false; LANES];

@@ -171,7 +171,7 @@ class Work:
 
 def _face(values: NDArray[np.generic], axis: int, side: int) -> NDArray[np.generic]:
     """The first or the last nodes along an axis."""
-    return np.take(values, -side, axis=axis)
+    return np.asarray(np.take(values, -side, axis=axis))
 
 
 def _on_grid(flat: Result, m: Mechanism, lattice: Lattice, number: int) -> Result:

@@ -1,8 +1,8 @@
 //! Drawing offsets for a block of samples: one random stream per lane.
 
+mod shapes;
+
 use super::lanes::{Block, LANES};
-use crate::clearance::{MAX_SIZE, Set};
-use crate::spec::Law;
 
 /// Standard deviations between the centre and the boundary of a normal law.
 pub const SIGMAS: f64 = 3.0;
@@ -11,6 +11,8 @@ pub const SIGMAS: f64 = 3.0;
 #[derive(Clone)]
 pub struct Stream {
     state: [[u64; LANES]; 4],
+    /// Normal numbers come in pairs; the second of one waits here.
+    spare: Option<Block>,
 }
 
 /// The finaliser of splitmix64: a hash that leaves no pattern of its argument.
@@ -34,7 +36,7 @@ impl Stream {
                 part[lane] = mix(word);
             }
         }
-        Self { state }
+        Self { state, spare: None }
     }
 
     #[inline(always)]
@@ -124,96 +126,38 @@ impl Stream {
         [x.mul(&radius), y.mul(&radius)]
     }
 
-    /// Two independent centred normal numbers truncated to -1 and 1. Lanes that fall outside are drawn
-    /// again; more than 96 of 100 draws stay inside for the two widths in use.
+    /// A standard normal number.
     #[inline(always)]
-    fn truncated(&mut self, sigma: f64) -> [Block; 2] {
-        let scaled = |[a, b]: [Block; 2]| [a.mul(&Block::splat(sigma)), b.mul(&Block::splat(sigma))];
-        let mut drawn = scaled(self.normals());
+    fn normal(&mut self) -> Block {
+        if let Some(spare) = self.spare.take() {
+            return spare;
+        }
+        let [x, y] = self.normals();
+        self.spare = Some(y);
+        x
+    }
+
+    /// A centred normal number truncated to -1 and 1. Lanes that fall outside are drawn again; more than
+    /// 96 of 100 draws stay inside for the two widths in use.
+    #[inline(always)]
+    fn truncated(&mut self, sigma: f64) -> Block {
+        let mut drawn = self.normal().mul(&Block::splat(sigma));
         loop {
-            let mut outside = false;
-            let mut again: Option<[Block; 2]> = None;
-            for k in 0..2 {
-                for i in 0..LANES {
-                    if drawn[k].0[i].abs() > 1.0 {
-                        let fresh = *again.get_or_insert_with(|| scaled(self.normals()));
-                        drawn[k].0[i] = fresh[k].0[i];
-                        outside = true;
-                    }
-                }
+            let mut farthest = 0.0_f64;
+            let mut i = 0;
+            while i < LANES {
+                let size = drawn.0[i].abs();
+                farthest = if size > farthest { size } else { farthest };
+                i += 1;
             }
-            if !outside {
+            if farthest <= 1.0 {
                 return drawn;
             }
-        }
-    }
-
-    #[inline(always)]
-    fn disc(&mut self, law: Law) -> [Block; 2] {
-        let radius = match law {
-            Law::Gauss => {
-                let [x, y] = self.normals();
-                return [x.mul(&Block::splat(1.0 / SIGMAS)), y.mul(&Block::splat(1.0 / SIGMAS))];
-            }
-            Law::Boundary => return self.circle(),
-            Law::Uniform => self.unit().sqrt(),
-            Law::Normal => {
-                // Rayleigh radius truncated at the boundary, by its inverse distribution.
-                let k = 0.5 * SIGMAS * SIGMAS;
-                let inside = self.unit().mul_add(&Block::splat((-k).exp_m1()), &Block::splat(1.0));
-                inside.ln().mul(&Block::splat(-2.0 / (SIGMAS * SIGMAS))).sqrt()
-            }
-        };
-        let [x, y] = self.circle();
-        [x.mul(&radius), y.mul(&radius)]
-    }
-
-    /// The diamond `|a| + |b| <= 1` is the square `|p|, |q| <= 1` turned: `a = (p+q)/2, b = (p-q)/2`.
-    #[inline(always)]
-    fn diamond(&mut self, law: Law) -> [Block; 2] {
-        let [p, q] = match law {
-            Law::Gauss => return self.normals().map(|n| n.mul(&Block::splat(1.0 / SIGMAS))),
-            Law::Uniform => [self.symmetric(), self.symmetric()],
-            Law::Normal => self.truncated(std::f64::consts::SQRT_2 / SIGMAS),
-            Law::Boundary => {
-                let (side, along, which) = (self.sign(), self.symmetric(), self.sign());
-                let (mut p, mut q) = (side, along);
-                for i in 0..LANES {
-                    if which.0[i] > 0.0 {
-                        (p.0[i], q.0[i]) = (along.0[i], side.0[i]);
-                    }
-                }
-                [p, q]
-            }
-        };
-        let half = Block::splat(0.5);
-        [p.add(&q).mul(&half), p.sub(&q).mul(&half)]
-    }
-
-    #[inline(always)]
-    fn interval(&mut self, law: Law) -> Block {
-        match law {
-            Law::Uniform => self.symmetric(),
-            Law::Boundary => self.sign(),
-            Law::Normal => self.truncated(1.0 / SIGMAS)[0],
-            Law::Gauss => self.normals()[0].mul(&Block::splat(1.0 / SIGMAS)),
-        }
-    }
-
-    /// Draws an offset of a set for every lane.
-    // Inlined into callers that are compiled for a given width of vector registers.
-    #[inline(always)]
-    pub fn draw(&mut self, set: &Set, law: Law) -> [Block; MAX_SIZE] {
-        let zero = Block::splat(0.0);
-        match *set {
-            Set::Disc { radius } => self.disc(law).map(|b| b.mul(&Block::splat(radius))),
-            Set::Diamond { gap, half_length } => {
-                let [a, b] = self.diamond(law);
-                [a.mul(&Block::splat(gap)), b.mul(&Block::splat(gap / half_length))]
-            }
-            Set::Interval { low, high } => {
-                let half = Block::splat(0.5 * (high - low));
-                [self.interval(law).mul_add(&half, &Block::splat(0.5 * (low + high))), zero]
+            let fresh = self.normal().mul(&Block::splat(sigma));
+            let mut i = 0;
+            while i < LANES {
+                drawn.0[i] = if drawn.0[i].abs() > 1.0 { fresh.0[i] } else { drawn.0[i] };
+                i += 1;
             }
         }
     }
