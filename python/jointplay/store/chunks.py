@@ -21,7 +21,7 @@ from jointplay.errors import InputError
 from jointplay.result import Result, Variable
 
 from .netcdf import fingerprint_of, to_netcdf
-from .plan import Array, Entry, Plan, Region
+from .plan import DIMENSIONS, Array, Entry, Plan, Region
 
 if TYPE_CHECKING:
     import zarr
@@ -31,8 +31,6 @@ JOURNAL = ".journal"
 POSITION = "position.json"
 #: attribute by which a map is recognised
 FINGERPRINT = "fingerprint"
-#: dimensions of an array, where xarray looks for them
-DIMENSIONS = "_ARRAY_DIMENSIONS"
 
 
 def open_store(path: Path, plan: Plan, *, overwrite: bool) -> ChunkStore:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .plan import Plan, Region
+from .plan import DIMENSIONS, Plan, Region
 
 if TYPE_CHECKING:
     import zarr
@@ -35,37 +35,59 @@ def to_netcdf(group: zarr.Group, path: Path, plan: Plan) -> None:
         file.attrs.update(group.attrs.asdict())
         arrays: dict[str, Any] = dict(group.arrays())
         for array in arrays.values():
-            for dim, size in zip(array.attrs["_ARRAY_DIMENSIONS"], array.shape, strict=True):
-                if dim not in file.dimensions:
-                    file.dimensions[dim] = size
+            for dim, size in zip(array.attrs[DIMENSIONS], array.shape, strict=True):
+                _add_dimension(file, dim, size)
         for name, array in arrays.items():
-            _copy(array, _variable(file, name, array), plan)
+            _copy(array, _variable(file, name, array, plan), plan)
     new.replace(path)
 
 
-def _variable(file: Any, name: str, array: Any) -> Any:
-    """A variable as xarray writes and reads it: texts of any length, booleans as small integers."""
+def _variable(file: Any, name: str, array: Any, plan: Plan) -> Any:
+    """A variable as xarray writes and reads it: texts as characters or of any length, booleans as small integers."""
     import h5py
 
-    kind = array.dtype
-    stored = h5py.string_dtype() if kind.kind == "U" else np.int8 if kind.kind == "b" else kind
-    options: dict[str, Any] = {}
-    if array.ndim and kind.kind != "U":
-        options = {"chunks": array.chunks, "compression": "gzip", "compression_opts": 1, "shuffle": True}
-    if kind.kind == "f":
-        options["fillvalue"] = np.nan
+    kind = array.dtype.kind
     attributes = array.attrs.asdict()
-    variable = file.create_variable(name, tuple(attributes.pop("_ARRAY_DIMENSIONS")), stored, **options)
-    variable.attrs.update(attributes | ({"dtype": "bool"} if kind.kind == "b" else {}))
+    dims = tuple(attributes.pop(DIMENSIONS))
+    options: dict[str, Any] = {"dtype": {"b": np.dtype(np.int8), "U": h5py.string_dtype()}.get(kind, array.dtype)}
+    chunks = array.chunks
+    if kind == "U" and _has_nodes(array, plan):
+        # Texts of any length do not compress, and what HDF5 keeps of them in memory grows with the file.
+        width = array.dtype.itemsize // np.dtype("U1").itemsize
+        _add_dimension(file, f"string{width}", width)
+        dims, chunks = (*dims, f"string{width}"), (*chunks, width)
+        options["dtype"] = np.dtype("S1")
+        attributes["_Encoding"] = "utf-8"
+    if _has_nodes(array, plan):
+        options |= {"chunks": chunks, "compression": "gzip", "compression_opts": 1, "shuffle": True}
+    if kind == "f":
+        options["fillvalue"] = np.nan
+    variable = file.create_variable(name, dims, **options)
+    variable.attrs.update(attributes | ({"dtype": "bool"} if kind == "b" else {}))
     return variable
 
 
+def _add_dimension(file: Any, name: str, size: int) -> None:
+    if name not in file.dimensions:
+        file.dimensions[name] = size
+
+
+def _has_nodes(array: Any, plan: Plan) -> bool:
+    return bool(array.attrs[DIMENSIONS][: len(plan.axes)] == list(plan.axes)) and array.basename not in plan.axes
+
+
 def _copy(array: Any, variable: Any, plan: Plan) -> None:
-    nodes = tuple(array.attrs["_ARRAY_DIMENSIONS"])[: len(plan.axes)] == plan.axes
-    for region in _regions(plan) if nodes else [...]:
+    if not _has_nodes(array, plan):
+        values = np.asarray(array[...])
+        variable[...] = values.astype({"U": object, "b": np.int8}.get(values.dtype.kind, values.dtype))
+        return
+    for region in _regions(plan):
         values = np.asarray(array[region])
-        if values.dtype.kind in "Ub":
-            values = values.astype(object if values.dtype.kind == "U" else np.int8)
+        if values.dtype.kind == "b":
+            values = values.astype(np.int8)
+        elif values.dtype.kind == "U":
+            texts = np.char.encode(values, "utf-8").astype(f"S{variable.shape[-1]}")
+            values = np.ascontiguousarray(texts)[..., None].view("S1")
         variable[region] = values
 
 

@@ -14,6 +14,8 @@ from jointplay.result import Result, Variable
 Array = NDArray[Any]
 Region = tuple[slice, ...]
 Entry = Mapping[str, Array]
+#: attribute of an array with its dimensions, where xarray looks for them
+DIMENSIONS = "_ARRAY_DIMENSIONS"
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 import os
 from collections.abc import Mapping
@@ -29,6 +30,8 @@ QUESTIONS = ("loaded", "worst", "random", "given", "solve")
 CHUNKS = {"loaded": 2**14, "given": 2**13, "solve": 2**12, "worst": 2**9, "random": 2**6}
 #: questions that do not tell by themselves how near a node is to a singularity
 MEASURED = ("solve", "worst", "random")
+#: parameters of a question on which its numbers do not depend, or that the map gives
+NO_OPTIONS = ("m", "at", "progress", "threads")
 
 
 class Stopped(KeyboardInterrupt):
@@ -162,11 +165,16 @@ def _check_options(m: Mechanism, question: str, options: Mapping[str, Any]) -> N
 
 
 def _fingerprint(m: Mechanism, question: str, lattice: Lattice, options: Mapping[str, Any]) -> str:
-    """What has to be the same for a map to go on."""
+    """What has to be the same for a map to go on: all that its numbers and labels depend on, however it was written."""
+    assert m.grid is not None
+    known = inspect.signature(computation(question, QUESTIONS)).parameters
     said = {
-        "mechanism": m.raw,
+        "mechanism": [m.title, m.spec(), m.bodies, m.joints, m.drives, m.sources, m.parameters, vars(m.units)],
+        "start": [m.start_drives] if m.drive_values is None else [m.start_drives, m.drive_values[0]],
+        "grid": vars(m.grid),
+        "limits": {name: dict(v) if isinstance(v, Mapping) else v for name, v in vars(m.limits).items()},
         "question": question,
-        "options": dict(options),
+        "options": {name: options.get(name, known[name].default) for name in sorted(known) if name not in NO_OPTIONS},
         "chunk": lattice.chunk,
         "version": version(),
     }

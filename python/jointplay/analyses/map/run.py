@@ -125,7 +125,7 @@ class Work:
         for neighbour in self.lattice.neighbours(number):
             for name, values in kept.items():
                 face = _face(values, neighbour.axis, neighbour.side)
-                entry[f"{name}.{neighbour.axis}.{neighbour.side}"] = np.ascontiguousarray(face)
+                entry[f"{name}.{neighbour.axis}.{neighbour.side}"] = np.array(face)
         return entry
 
     def _result(self, number: int, at: Nominal) -> Result:
