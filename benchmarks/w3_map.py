@@ -150,7 +150,7 @@ def measure(rounds: int) -> Report:
         ],
         [
             f"{len(decided):,} of {len(drives):,} configurations are decided; the peers solve {len(many):,} of them, "
-            f"one by one {len(few):,}. The exact closure, which jointplay gives beside the first order, differs from it by "
-            f"up to {number(both.max() * 100)} % of the largest error of a component."
+            f"one by one {len(few):,}. The exact closure, which jointplay gives beside the first order, differs from it "
+            f"by up to {number(both.max() * 100)} % of the largest error of a component."
         ],
     )
