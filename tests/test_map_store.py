@@ -16,7 +16,6 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
-from answers import example
 from jointplay.analyses.map import Stopped, compute, open_map
 from jointplay.cli import run
 
