@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .analyses.compensate import compensate
     from .analyses.given import given
     from .analyses.loaded import loaded
+    from .analyses.map import map
     from .analyses.random import random
     from .analyses.solve import solve
     from .analyses.sweep import sweep
@@ -44,6 +45,7 @@ __all__ = [
     "load",
     "loaded",
     "loads",
+    "map",
     "plot",
     "random",
     "save",
@@ -52,7 +54,7 @@ __all__ = [
     "worst",
 ]
 
-_QUESTIONS = ("check", "compare", "compensate", "given", "loaded", "random", "solve", "sweep", "worst")
+_QUESTIONS = ("check", "compare", "compensate", "given", "loaded", "map", "random", "solve", "sweep", "worst")
 _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "InputError": "errors",
     "JointplayError": "errors",

@@ -11,6 +11,7 @@ from jointplay.result import Result, blame, size, split, unit_of
 
 from .check import overview
 from .layout import NOTHING, Column, Table, commands, numbers, words
+from .map import overview as map_overview
 from .notes import notes
 
 #: longer motions are shown in part; files hold all of them
@@ -27,6 +28,8 @@ def tables(result: Result) -> list[Table]:
         return [Table(TITLES[_question(result)], _compare(result), notes(result))]
     if "sweep" in result.attrs:
         return _sweep(result)
+    if "grid" in result.attrs:
+        return map_overview(result)
     if _question(result) == "check":
         return overview(result)
     question = _question(result)
