@@ -65,6 +65,8 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> int:
     """Write a bundled example to start from, or list them."""
+    import tomllib
+
     from jointplay import examples
     from jointplay.write import create
 
@@ -76,7 +78,7 @@ def new(
     text = examples.text(name, arguments.assignments(settings or (), "--set"))
     path = output or Path(f"{name}.toml")
     create(text, path, replace=force)
-    typer.echo(f"wrote {path}: {examples.title(name)}")
+    typer.echo(f"wrote {path}: {tomllib.loads(text)['title']}")
     return DONE
 
 
@@ -252,14 +254,17 @@ def map_(
     settings: Settings = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="PATH", help="Write it, chunk by chunk: .zarr or .nc; asked again, go on."),
+        typer.Option(
+            "--output", "-o", metavar="PATH", help="Write it, chunk by chunk: .zarr or .nc; asked again, go on."
+        ),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace something else at the path.")] = False,
     chunk: Annotated[
         int | None, typer.Option("--chunk", metavar="N", help="Nodes that are worked off at a time.")
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg or .pdf; .html to look around in.")
+        Path | None,
+        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg or .pdf; .html to look around in."),
     ] = None,
     variable: Annotated[
         str | None,
