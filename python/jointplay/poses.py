@@ -143,6 +143,15 @@ def difference(actual: ArrayLike, nominal: ArrayLike) -> Floats:
     return np.concatenate([actual[..., :3] - nominal[..., :3], turn], axis=-1)
 
 
+def moved(poses: ArrayLike, twists: ArrayLike) -> Floats:
+    """Poses after the origins have moved and the bodies have turned by twists in ground axes."""
+    poses, twists = np.asarray(poses, dtype=np.float64), np.asarray(twists, dtype=np.float64)
+    if poses.shape[-1] != SPATIAL:
+        return np.asarray(poses + twists)
+    turned = product(quaternion(twists[..., 3:]), poses[..., 3:])
+    return np.concatenate([poses[..., :3] + twists[..., :3], turned], axis=-1)
+
+
 def joint_axes(axis: ArrayLike, side: ArrayLike) -> Floats:
     """Axes of a joint on one of its bodies as the columns of a matrix: along, side, normal."""
     along, across = np.asarray(axis, dtype=np.float64), np.asarray(side, dtype=np.float64)

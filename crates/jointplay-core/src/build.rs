@@ -3,7 +3,7 @@
 use crate::clearance::Set;
 use crate::joint::Joint;
 use crate::mechanism::{Mechanism, Point, Row, Source};
-use crate::space::{Space, norm, scale, sub};
+use crate::space::{Component, Space, norm, scale, sub};
 use crate::spec::{Spec, Target};
 
 /// A mistake in a specification: an index out of range or a set that does not fit its joint.
@@ -61,7 +61,12 @@ impl Mechanism {
             }
             centre.extend_from_slice(&s.centre);
             let is_clearance = matches!(s.target, Target::Clearance { .. });
-            sources.push(Source { set, law: s.law, first, is_clearance, components });
+            let is_angle = match s.target {
+                Target::Angle { .. } => true,
+                Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
+                Target::Clearance { .. } | Target::Dimension { .. } => false,
+            };
+            sources.push(Source { set, law: s.law, first, is_clearance, is_angle, components });
         }
         Ok(Self {
             space: spec.space,

@@ -17,6 +17,7 @@ pub mod linear;
 pub mod loaded;
 pub mod mechanism;
 pub mod path;
+pub mod reach;
 pub mod real;
 pub mod rotation;
 pub mod sampling;

@@ -303,8 +303,11 @@ impl Mechanism {
         Ok(Table::new(py)
             .array("position", &[n], results.iter().map(|r| r.position).collect())?
             .array("position_first_order", &[n], results.iter().map(|r| r.position_first_order).collect())?
+            .array("position_bound", &[n], results.iter().map(|r| r.position_bound).collect())?
             .array("rotation", &[n], results.iter().map(|r| r.rotation).collect())?
             .array("rotation_first_order", &[n], results.iter().map(|r| r.rotation_first_order).collect())?
+            .array("rotation_bound", &[n], results.iter().map(|r| r.rotation_bound).collect())?
+            .array("fallbacks", &[n], results.iter().map(|r| r.fallbacks).collect())?
             .array("component", &[n, size, 2], flat(results.iter().flat_map(|r| &r.component)))?
             .array("component_first_order", &[n, size, 2], flat(results.iter().flat_map(|r| &r.component_first_order)))?
             .array("direction", &[n, core.n_translations()], flat(results.iter().map(|r| &r.direction)))?

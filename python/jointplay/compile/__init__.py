@@ -21,14 +21,14 @@ from jointplay.units import Units
 
 from .coordinates import coordinate
 from .drives import COMPONENTS, LENGTHS, Commands, compile_drives, coordinate_factor
-from .graph import CompiledJoint, Graph
+from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
 from .grid import Grid, compile_grid
 from .loads import compile_loads, output_point
 from .sources import compile_sources
 from .spatial_start import spatial_start
 from .start import planar_start
 
-__all__ = ["Compiled", "Grid", "Limits", "compile_file", "coordinate"]
+__all__ = ["ANGULAR", "DRIVABLE", "LENGTHS", "TURNS", "Compiled", "Grid", "Limits", "compile_file", "coordinate"]
 
 #: below this (metres) a mechanism has no size of its own
 SMALLEST_LENGTH = 1e-12

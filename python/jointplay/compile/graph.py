@@ -19,6 +19,9 @@ ORIGIN: Vector = (0.0, 0.0, 0.0)
 #: whose coordinate is an angle, and whose is a distance along the axis
 ANGULAR = ("revolute",)
 SLIDING = ("prismatic", "cylindrical", "pin_in_slot")
+DRIVABLE = (*ANGULAR, *SLIDING)
+#: directions in which joints hold, and coordinates, that are angles; the others are lengths
+TURNS = ("angle", "roll", "tilt_side", "tilt_normal")
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class CompiledJoint:
     @property
     def can_be_driven(self) -> bool:
         """Whether it has a coordinate."""
-        return self.kind in (*ANGULAR, *SLIDING)
+        return self.kind in DRIVABLE
 
 
 class Graph:

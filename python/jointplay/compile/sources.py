@@ -26,12 +26,10 @@ from jointplay.schema import (
 from jointplay.units import Units
 
 from .drives import Commands
-from .graph import CompiledJoint, Graph
+from .graph import TURNS, CompiledJoint, Graph
 
 #: two points closer than this share of the mechanism's length have no direction between them
 COINCIDENT = 1e-9
-#: parameters of clearances that are angles
-TURNS = ("angle", "roll", "tilt_side", "tilt_normal")
 SHIFTS_ACROSS = ("side", "normal")
 TILTS = ("tilt_side", "tilt_normal")
 

@@ -54,14 +54,18 @@ def spatial_start(data: SpatialFile, graph: Graph, commands: Commands) -> Floats
     while len(places) <= len(graph.bodies):
         # Level by level, so that a body is placed from the neighbour that is nearest to the ground.
         level: dict[int, _Place] = {}
+        waiting: dict[int, _Place] = {}
         for index, joint in enumerate(graph.joints):
             a, b = graph.points[joint.first].body, graph.points[joint.second].body
             known, new = (a, b) if a in places else (b, a)
-            if known not in places or new in places or new in level:
+            if known not in places or new in places or new in level or new in waiting:
                 continue
-            found = _cross_between(graph, new, places) or _beside(graph, joint, places, drawn, first.get(index))
-            level[new] = _as_asked(graph, found, asked[new]) if new in asked else found
-        places |= level
+            between = _cross_between(graph, new, places)
+            found = between or _beside(graph, joint, places, drawn, first.get(index))
+            # A cross takes up how its two bodies stand to each other, if both can be had without it.
+            later = new in graph.crosses and between is None
+            (waiting if later else level)[new] = _as_asked(graph, found, asked[new]) if new in asked else found
+        places |= level or waiting
     ordered = (places[body] for body in range(len(graph.bodies)))
     return np.array([[*place.at, *poses.from_axes(place.turn)] for place in ordered]).reshape(-1, poses.SPATIAL)
 

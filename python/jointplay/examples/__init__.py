@@ -16,12 +16,14 @@ from jointplay.model import loads
 from jointplay.schema import SpatialFile
 from jointplay.schema.keys import assign, expand
 
+from .delta import Delta
+from .stewart_gough import StewartGough
 from .template import Template
 from .three_upu import ThreeUpu
 
 _PLANAR = ("four-bar", "p3r", "slider-crank", "five-bar", "3-rrr", "six-bar", "serial-2r")
-_TEMPLATES: Mapping[str, type[Template]] = {template.name: template for template in (ThreeUpu,)}
-_SPATIAL = ("3-upu",)
+_TEMPLATES: Mapping[str, type[Template]] = {template.name: template for template in (ThreeUpu, StewartGough, Delta)}
+_SPATIAL = ("serial-6r", "rssr", "3-upu", "stewart-gough", "delta", "3-rrr-spherical", "sarrus")
 _NAMES = (*_PLANAR, *_SPATIAL)
 
 

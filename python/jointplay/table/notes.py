@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from jointplay.result import Result
+from jointplay.compile import LENGTHS
+from jointplay.result import Result, size, unit_of
 
 OUTCOMES = {
     "not_assembled": "the drives ask for what the links cannot reach",
@@ -65,8 +66,10 @@ def _motion(result: Result, outcome: str, bad: np.ndarray[tuple[int, ...], np.dt
     if outcome != "singular" or "singular_motion" not in result.data or bad.ndim > 1:
         return ""
     motion = np.abs(result.get("singular_motion")[bad])
-    size = np.maximum(motion[..., :2].max(axis=-1) / float(result.attrs["length"]), motion[..., 2])
-    moving = (size > TAKES_PART * size.max(axis=1, keepdims=True)).any(axis=0)
+    lengths = np.isin(result.labels("component"), LENGTHS)
+    shift = motion[..., lengths].max(axis=-1) / float(result.attrs["length"])
+    parts = np.maximum(shift, motion[..., ~lengths].max(axis=-1))
+    moving = (parts > TAKES_PART * parts.max(axis=1, keepdims=True)).any(axis=0)
     names = [name for name, moves in zip(result.labels("body"), moving.tolist(), strict=True) if moves]
     return f" (what moves: {', '.join(names)})"
 
@@ -116,8 +119,7 @@ def _correction(result: Result) -> Iterable[str]:
 
 def _mismatch(result: Result) -> Iterable[str]:
     second = result.labels("mechanism")[1]
-    gap = result.get("mismatch", mechanism=second)
-    distance = np.hypot(gap[:, 0], gap[:, 1])
+    distance = size(result, "mismatch", "position", mechanism=second)
     largest = float(np.nanmax(distance, initial=0.0))
     if largest > 1e-6 * float(result.attrs.get("length", 1.0)):
-        yield f"{second} leaves the path by up to {largest:.4g} {result.unit('nominal', component='x')}."
+        yield f"{second} leaves the path by up to {largest:.4g} {unit_of(result, 'position')}."

@@ -16,7 +16,7 @@ use crate::clearance::{MAX_SIZE, Set};
 use crate::closure::Inputs;
 use crate::linear::Elimination;
 use crate::loaded::{Case, Table, UNFELT};
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::Cost;
 use crate::solver::Solver;
 use crate::space::{Component, Pose};
@@ -26,7 +26,7 @@ use crate::trace::CLEAR;
 /// Steps that a block takes at most.
 const STEPS: usize = 40;
 /// Largest change of an offset, as a part of its set, of a block that stands still.
-const STILL: f64 = 1e-13;
+pub(super) const STILL: f64 = 1e-13;
 /// A step below this (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;
 /// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
@@ -105,7 +105,7 @@ impl<'m> Contact<'m> {
         for (p, centre) in m.centre.iter().enumerate() {
             pushed[p] = Block::splat(*centre);
         }
-        self.push(|p| out(at.gradient + p), out(at.scale), &mut pushed);
+        push(m, loosened, |p| out(at.gradient + p), out(at.scale), &mut pushed);
         let first: Vec<Block> = pushed.clone();
 
         let inputs = n_u + self.layout.n_varying();
@@ -119,12 +119,12 @@ impl<'m> Contact<'m> {
             step[..n_u].copy_from_slice(&pushed);
             self.step.run(step);
             let out = |k: usize| self.step.output(step, k);
-            undecided = self.push(|p| out(to.gradient + p), out(to.scale), &mut pushed);
+            undecided = push(m, loosened, |p| out(to.gradient + p), out(to.scale), &mut pushed);
             let mut all = true;
             for i in 0..cases.len() {
                 let moved = out(to.size).0[i];
                 good[i] &= moved <= SMALL_ANGLE * SMALL_ANGLE && out(to.pivots).0[i] * sign.0[i] > 0.0;
-                still[i] = moved <= ROUNDING * ROUNDING && self.change(&step[..n_u], &pushed, i) <= STILL;
+                still[i] = moved <= ROUNDING * ROUNDING && change(m, loosened, &step[..n_u], &pushed, i) <= STILL;
                 steps[i] += u64::from(!still[i]);
                 all &= still[i] || !good[i];
             }
@@ -171,48 +171,6 @@ impl<'m> Contact<'m> {
         }
     }
 
-    /// Moves every clearance to the support point of its set along the gradient; what a tie or a
-    /// vanishing reaction leaves undecided stays where nothing pushes it. Tells the lanes where something is.
-    #[inline(always)]
-    fn push<'b>(&self, gradient: impl Fn(usize) -> &'b Block, scale: &Block, pushed: &mut [Block]) -> [bool; LANES] {
-        let m = self.mechanism;
-        let mut undecided = [false; LANES];
-        for source in m.sources().iter().filter(|s| s.is_clearance && !s.set.is_zero()) {
-            let p = source.first;
-            match source.set {
-                Set::Disc { radius } => {
-                    let (x, y) = (gradient(p), gradient(p + 1));
-                    let (cx, cy) = (m.centre[p], m.centre[p + 1]);
-                    for i in 0..LANES {
-                        let size = (x.0[i] * x.0[i] + y.0[i] * y.0[i]).sqrt();
-                        let decided = size > UNDECIDED * scale.0[i];
-                        undecided[i] |= !decided;
-                        pushed[p].0[i] = if decided { cx + radius * x.0[i] / size } else { pushed[p].0[i] };
-                        pushed[p + 1].0[i] = if decided { cy + radius * y.0[i] / size } else { pushed[p + 1].0[i] };
-                    }
-                }
-                _ => {
-                    let n = source.set.size();
-                    for i in 0..LANES {
-                        let mut w = [0.0; MAX_SIZE];
-                        let mut offset = [0.0; MAX_SIZE];
-                        for k in 0..n {
-                            w[k] = gradient(p + k).0[i];
-                            offset[k] = pushed[p + k].0[i] - m.centre[p + k];
-                        }
-                        let face = source.set.face(&w[..n], UNDECIDED * scale.0[i]);
-                        let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
-                        undecided[i] |= !face.is_point();
-                        for k in 0..n {
-                            pushed[p + k].0[i] = m.centre[p + k] + to[k];
-                        }
-                    }
-                }
-            }
-        }
-        undecided
-    }
-
     /// Whether the output feels what one lane's load leaves undecided.
     #[inline(never)]
     fn matters(&self, force: impl Fn(usize) -> f64, scale: f64, map: impl Fn(usize, usize) -> f64) -> bool {
@@ -222,24 +180,11 @@ impl<'m> Contact<'m> {
             for source in m.sources().iter().filter(|s| s.is_clearance) {
                 let w: Vec<f64> = source.range().map(&force).collect();
                 let row: Vec<f64> = source.range().map(|p| map(k, p)).collect();
-                width += source.set.face(&w, UNDECIDED * scale).half_width(&row);
+                width += source.set.face(&w, m.undecided(source, UNDECIDED * scale)).half_width(&row);
                 reach += source.set.support(&row);
             }
             !(width <= UNFELT * reach)
         })
-    }
-
-    /// Largest change of an offset of one lane, as a part of its set.
-    #[inline(always)]
-    fn change(&self, from: &[Block], to: &[Block], lane: usize) -> f64 {
-        let mut largest = 0.0_f64;
-        for source in self.mechanism.sources().iter().filter(|s| s.is_clearance && !s.set.is_zero()) {
-            for p in source.range() {
-                let size = source.set.half_width(p - source.first);
-                largest = largest.max((to[p].0[lane] - from[p].0[lane]).abs() / size);
-            }
-        }
-        largest
     }
 }
 
@@ -287,12 +232,12 @@ impl StepOutputs {
     }
 }
 
-fn poses_of<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Pose<Symbol<'r>>> {
+pub(super) fn poses_of<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Pose<Symbol<'r>>> {
     symbolic.numbers.chunks_exact(m.space.n_pose_numbers()).map(|n| m.space.pose_of_numbers(n)).collect()
 }
 
 /// Gradient of a cost along the parameters, and the multipliers.
-fn gradient<'r>(
+pub(super) fn gradient<'r>(
     m: &Mechanism,
     plan: &Elimination,
     factors: &crate::linear::Factors<Symbol<'r>>,
@@ -308,6 +253,18 @@ fn gradient<'r>(
     (inputs.parameters, multipliers)
 }
 
+impl Mechanism {
+    /// Size of the multipliers as forces.
+    pub(super) fn largest_force<'r>(&self, multipliers: &[Symbol<'r>]) -> Symbol<'r> {
+        self.rows.iter().zip(multipliers).fold(Symbol::Constant(0.0), |scale, (row, l)| {
+            scale.max(match row.component {
+                Component::Along(_) => l.abs(),
+                Component::About(_) => l.abs() * Symbol::Constant(1.0 / self.length),
+            })
+        })
+    }
+}
+
 fn load_statics<'r>(
     m: &Mechanism,
     plan: &Elimination,
@@ -317,12 +274,7 @@ fn load_statics<'r>(
     let poses = poses_of(m, symbolic);
     let cost = m.load_cost(&poses, &symbolic.inputs.parameters);
     let (gradient, multipliers) = gradient(m, plan, factors, &poses, cost);
-    let scale = m.rows.iter().zip(&multipliers).fold(Symbol::Constant(0.0), |scale, (row, l)| {
-        scale.max(match row.component {
-            Component::Along(_) => l.abs(),
-            Component::About(_) => l.abs() * Symbol::Constant(1.0 / m.length),
-        })
-    });
+    let scale = m.largest_force(&multipliers);
     Statics { gradient, scale, reactions: m.reactions(&poses, &multipliers) }
 }
 
@@ -348,24 +300,14 @@ fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
 }
 
-/// An estimate of the smallest singular value of the length-scaled Jacobian, too large by no more than
-/// about the square root of the number of unknowns: the inverse of `|J^-1 b|` for a unit vector b
-/// without a pattern.
+/// As [`Mechanism::singular_estimate`].
 pub(super) fn singular_estimate<'r>(
     m: &Mechanism,
     plan: &Elimination,
     factors: &crate::linear::Factors<Symbol<'r>>,
 ) -> Symbol<'r> {
     let n = m.n_rows();
-    let mut right: Vec<Symbol<'r>> = m
-        .rows
-        .iter()
-        .enumerate()
-        .map(|(k, row)| {
-            let sign = if (k as f64 * 0.618_034).fract() < 0.5 { 1.0 } else { -1.0 };
-            Symbol::Constant(sign * m.unit(row.component) / (n as f64).sqrt())
-        })
-        .collect();
+    let mut right: Vec<Symbol<'r>> = m.probe().map(Symbol::Constant).collect();
     let mut x = vec![Symbol::Constant(0.0); n];
     plan.solve(factors, &mut right, &mut x);
     let largest = x.iter().enumerate().fold(Symbol::Constant(0.0), |largest, (j, v)| {
@@ -400,9 +342,81 @@ fn output_of<'r>(
     m.pose_components(place, &m.turned(&layout.turn(m, recorder), &symbolic.numbers))
 }
 
-fn record_finish(m: &Mechanism, layout: &Layout) -> Option<Program> {
+/// The output's place and what its body has turned.
+pub(super) fn record_finish(m: &Mechanism, layout: &Layout) -> Option<Program> {
     let recorder = Recorder::new(SMALL_ANGLE);
     let symbolic = layout.varying(m, &recorder);
     let outputs = output_of(m, layout, &recorder, &poses_of(m, &symbolic), &symbolic);
     Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
+}
+
+/// Whether a load moves a source.
+const fn loosened(source: &Source) -> bool {
+    source.is_clearance
+}
+
+/// Moves every source that gives way to the support point of its set along the gradient; what a tie or a
+/// vanishing force leaves undecided stays where nothing pushes it. Tells the lanes where something is.
+#[inline(always)]
+pub(super) fn push<'b>(
+    m: &Mechanism,
+    gives_way: impl Fn(&Source) -> bool,
+    gradient: impl Fn(usize) -> &'b Block,
+    scale: &Block,
+    pushed: &mut [Block],
+) -> [bool; LANES] {
+    let mut undecided = [false; LANES];
+    for source in m.sources().iter().filter(|s| gives_way(s) && !s.set.is_zero()) {
+        let p = source.first;
+        match source.set {
+            Set::Disc { radius } => {
+                let (x, y) = (gradient(p), gradient(p + 1));
+                let (cx, cy) = (m.centre[p], m.centre[p + 1]);
+                for i in 0..LANES {
+                    let size = (x.0[i] * x.0[i] + y.0[i] * y.0[i]).sqrt();
+                    let decided = size > UNDECIDED * scale.0[i];
+                    undecided[i] |= !decided;
+                    pushed[p].0[i] = if decided { cx + radius * x.0[i] / size } else { pushed[p].0[i] };
+                    pushed[p + 1].0[i] = if decided { cy + radius * y.0[i] / size } else { pushed[p + 1].0[i] };
+                }
+            }
+            _ => {
+                let n = source.set.size();
+                for i in 0..LANES {
+                    let mut w = [0.0; MAX_SIZE];
+                    let mut offset = [0.0; MAX_SIZE];
+                    for k in 0..n {
+                        w[k] = gradient(p + k).0[i];
+                        offset[k] = pushed[p + k].0[i] - m.centre[p + k];
+                    }
+                    let face = source.set.face(&w[..n], m.undecided(source, UNDECIDED * scale.0[i]));
+                    let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
+                    undecided[i] |= !face.is_point();
+                    for k in 0..n {
+                        pushed[p + k].0[i] = m.centre[p + k] + to[k];
+                    }
+                }
+            }
+        }
+    }
+    undecided
+}
+
+/// Largest change of an offset of one lane, as a part of its set.
+#[inline(always)]
+pub(super) fn change(
+    m: &Mechanism,
+    gives_way: impl Fn(&Source) -> bool,
+    from: &[Block],
+    to: &[Block],
+    lane: usize,
+) -> f64 {
+    let mut largest = 0.0_f64;
+    for source in m.sources().iter().filter(|s| gives_way(s) && !s.set.is_zero()) {
+        for p in source.range() {
+            let size = source.set.half_width(p - source.first);
+            largest = largest.max((to[p].0[lane] - from[p].0[lane]).abs() / size);
+        }
+    }
+    largest
 }

@@ -20,7 +20,7 @@ use super::MAX_SIZE;
 use crate::sampling::law;
 use crate::spec::Law;
 
-/// A component and the force that its conjugate is, per unit: 1 for a force, 1/lever for a moment.
+/// A component, and what turns its conjugate into a force: 1, or 1/lever for an angle's moment.
 type Arm = (usize, f64);
 
 /// Squares that taper along an axis.
@@ -61,51 +61,43 @@ impl Tapered {
         }
     }
 
-    /// Own coordinates (axis, then p and q of each square) of numbers that behave like offsets.
+    /// Own coordinates of numbers along the axis and along the diagonals: p and q of each square are sum
+    /// and difference, times `half`.
+    #[inline(always)]
+    fn own(&self, number: impl Fn(Arm) -> f64, half: f64) -> [f64; MAX_SIZE] {
+        let mut own = [0.0; MAX_SIZE];
+        own[0] = number(self.axis);
+        for s in 0..self.n {
+            let [a, b] = self.squares[s].map(&number);
+            own[1 + 2 * s] = half * (a + b);
+            own[2 + 2 * s] = half * (a - b);
+        }
+        own
+    }
+
     #[inline(always)]
     pub(super) fn to_unit(self, offset: &[f64]) -> [f64; MAX_SIZE] {
-        let mut unit = [0.0; MAX_SIZE];
-        let part = |(k, arm): Arm| offset[k] / (self.gap * arm);
-        unit[0] = part(self.axis);
-        for s in 0..self.n {
-            let [a, b] = self.squares[s].map(part);
-            unit[1 + 2 * s] = a + b;
-            unit[2 + 2 * s] = a - b;
-        }
-        unit
+        self.own(|(k, arm)| offset[k] / (self.gap * arm), 1.0)
+    }
+
+    /// Forces along the own coordinates.
+    #[inline(always)]
+    fn forces(&self, w: &[f64]) -> [f64; MAX_SIZE] {
+        self.own(|(k, arm)| w[k] * arm, 0.5)
     }
 
     #[inline(always)]
     pub fn of_unit(&self, unit: &[f64]) -> [f64; MAX_SIZE] {
         let mut offset = [0.0; MAX_SIZE];
-        self.components(|k, arm, u| offset[k] = self.gap * arm * u, unit);
-        offset
-    }
-
-    /// Gives every component with its arm and its part of the gap.
-    #[inline(always)]
-    fn components(&self, mut put: impl FnMut(usize, f64, f64), unit: &[f64]) {
-        put(self.axis.0, self.axis.1, unit[0]);
+        let mut put = |(k, arm): Arm, part: f64| offset[k] = self.gap * arm * part;
+        put(self.axis, unit[0]);
         for s in 0..self.n {
             let (p, q) = (unit[1 + 2 * s], unit[2 + 2 * s]);
-            let [(i, a), (j, b)] = self.squares[s];
-            put(i, a, 0.5 * (p + q));
-            put(j, b, 0.5 * (p - q));
+            let [a, b] = self.squares[s];
+            put(a, 0.5 * (p + q));
+            put(b, 0.5 * (p - q));
         }
-    }
-
-    /// Forces along the own coordinates, per gap.
-    #[inline(always)]
-    fn forces(&self, w: &[f64]) -> [f64; MAX_SIZE] {
-        let mut forces = [0.0; MAX_SIZE];
-        let force = |(k, arm): Arm| w[k] * arm;
-        forces[0] = force(self.axis);
-        for s in 0..self.n {
-            let [a, b] = self.squares[s].map(force);
-            forces[1 + 2 * s] = 0.5 * (a + b);
-            forces[2 + 2 * s] = 0.5 * (a - b);
-        }
-        forces
+        offset
     }
 
     pub(super) fn unit_gradient(&self, w: &[f64]) -> [f64; MAX_SIZE] {
@@ -190,8 +182,8 @@ impl TaperedFace {
 
     #[inline(always)]
     pub fn is_point(&self) -> bool {
-        let decided = |k: usize| self.signs[k] != 0.0 || self.taper(k) * self.low == 1.0;
-        (self.high == 0.0 || self.low == 1.0 && self.side != 0.0) && (0..2 * self.shape.n).all(decided)
+        let decided = |k: usize| self.signs[k] != 0.0 || self.taper(k) * self.low >= 1.0;
+        (self.high == 0.0 || self.low >= 1.0 && self.side != 0.0) && (0..2 * self.shape.n).all(decided)
     }
 
     #[inline(always)]

@@ -3,6 +3,7 @@
 mod shapes;
 
 use super::lanes::{Block, LANES};
+use crate::spec::Law;
 
 /// Standard deviations between the centre and the boundary of a normal law.
 pub const SIGMAS: f64 = 3.0;
@@ -137,27 +138,71 @@ impl Stream {
         x
     }
 
-    /// A centred normal number truncated to -1 and 1. Lanes that fall outside are drawn again; more than
-    /// 96 of 100 draws stay inside for the two widths in use.
+    /// A centred normal number. The law that truncates draws lanes outside -1 to 1 again; more than 96 of
+    /// 100 draws stay inside for the two widths in use.
     #[inline(always)]
-    fn truncated(&mut self, sigma: f64) -> Block {
-        let mut drawn = self.normal().mul(&Block::splat(sigma));
+    fn scaled_normal(&mut self, law: Law, sigma: f64) -> Block {
+        let mut drawn = Block::splat(f64::INFINITY);
         loop {
+            let fresh = self.normal().mul(&Block::splat(sigma));
             let mut farthest = 0.0_f64;
             let mut i = 0;
             while i < LANES {
+                drawn.0[i] = if drawn.0[i].abs() > 1.0 { fresh.0[i] } else { drawn.0[i] };
                 let size = drawn.0[i].abs();
                 farthest = if size > farthest { size } else { farthest };
                 i += 1;
             }
-            if farthest <= 1.0 {
+            if farthest <= 1.0 || law == Law::Gauss {
                 return drawn;
             }
-            let fresh = self.normal().mul(&Block::splat(sigma));
-            let mut i = 0;
-            while i < LANES {
-                drawn.0[i] = if drawn.0[i].abs() > 1.0 { fresh.0[i] } else { drawn.0[i] };
-                i += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::batch::simd::{Kernel, Width, dispatch, limit};
+    use crate::clearance::Set;
+
+    struct Draws(Set, Law);
+
+    impl Kernel for Draws {
+        type Output = Vec<u64>;
+
+        #[inline(always)]
+        fn run(self) -> Vec<u64> {
+            let mut stream = Stream::new(3, 1);
+            let mut drawn = vec![Block::splat(0.0); self.0.size()];
+            let mut bits = Vec::new();
+            for _ in 0..10 {
+                stream.draw(&self.0, self.1, &mut drawn);
+                bits.extend(drawn.iter().flat_map(|block| block.0.map(f64::to_bits)));
+            }
+            bits
+        }
+    }
+
+    #[test]
+    fn draws_are_the_same_on_every_width() {
+        let sets = [
+            Set::Disc { radius: 0.7 },
+            Set::Diamond { gap: 0.3, half_length: 2.5 },
+            Set::Interval { low: -0.2, high: 0.5 },
+            Set::Ball { radius: 0.4 },
+            Set::Journal { radius: 0.7, half_length: 2.0, axial: 0.3 },
+            Set::Sleeve { radius: 0.2, half_length: 3.0 },
+            Set::Guide { gap: 0.3, half_length: 2.5, half_width: 0.8, half_height: 0.5 },
+            Set::Plate { gap: 0.3, half_normal: 2.5, half_side: 0.5 },
+        ];
+        for set in sets {
+            for law in [Law::Uniform, Law::Boundary, Law::Normal, Law::Gauss] {
+                let [plain, avx2, avx512] = [Width::Plain, Width::Avx2, Width::Avx512].map(|width| {
+                    limit(width);
+                    dispatch(Draws(set, law))
+                });
+                assert!(plain == avx2 && plain == avx512, "{set:?} {law:?}");
             }
         }
     }

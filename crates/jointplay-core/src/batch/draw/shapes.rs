@@ -43,18 +43,15 @@ impl Stream {
         }
     }
 
+    /// A radius by its inverse distribution, and a direction.
     #[inline(always)]
     fn disc(&mut self, law: Law) -> [Block; 2] {
         let radius = match law {
-            Law::Gauss => {
-                let [x, y] = self.normals();
-                return [x.mul(&Block::splat(1.0 / SIGMAS)), y.mul(&Block::splat(1.0 / SIGMAS))];
-            }
-            Law::Boundary => return self.circle(),
+            Law::Boundary => Block::splat(1.0),
             Law::Uniform => self.unit().sqrt(),
-            Law::Normal => {
-                // Rayleigh radius truncated at the boundary, by its inverse distribution.
-                let k = 0.5 * SIGMAS * SIGMAS;
+            Law::Normal | Law::Gauss => {
+                // Rayleigh, truncated at the boundary or nowhere.
+                let k = if law == Law::Normal { 0.5 * SIGMAS * SIGMAS } else { f64::INFINITY };
                 let inside = self.unit().mul_add(&Block::splat((-k).exp_m1()), &Block::splat(1.0));
                 inside.ln().mul(&Block::splat(-2.0 / (SIGMAS * SIGMAS))).sqrt()
             }
@@ -67,11 +64,13 @@ impl Stream {
     #[inline(always)]
     fn diamond(&mut self, law: Law) -> [Block; 2] {
         let [p, q] = match law {
-            Law::Gauss => return self.normals().map(|n| n.mul(&Block::splat(1.0 / SIGMAS))),
             Law::Uniform => [self.symmetric(), self.symmetric()],
-            Law::Normal => {
-                let sigma = std::f64::consts::SQRT_2 / SIGMAS;
-                [self.truncated(sigma), self.truncated(sigma)]
+            Law::Normal | Law::Gauss => {
+                let mut pair = [Block::splat(0.0); 2];
+                for number in &mut pair {
+                    *number = self.scaled_normal(law, std::f64::consts::SQRT_2 / SIGMAS);
+                }
+                pair
             }
             Law::Boundary => {
                 let (side, along, which) = (self.sign(), self.symmetric(), self.sign());
@@ -93,8 +92,7 @@ impl Stream {
         match law {
             Law::Uniform => self.symmetric(),
             Law::Boundary => self.sign(),
-            Law::Normal => self.truncated(1.0 / SIGMAS),
-            Law::Gauss => self.normal().mul(&Block::splat(1.0 / SIGMAS)),
+            Law::Normal | Law::Gauss => self.scaled_normal(law, 1.0 / SIGMAS),
         }
     }
 
@@ -105,12 +103,8 @@ impl Stream {
         let radius = match law {
             Law::Boundary => Block::splat(1.0),
             Law::Uniform => self.largest_of(3),
-            Law::Normal => {
-                let [x, y, z, ..] = self.normal_within(3, |p| p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
-                return [x, y, z];
-            }
-            Law::Gauss => {
-                let [x, y, z, ..] = self.scaled_normals(3);
+            Law::Normal | Law::Gauss => {
+                let [x, y, z, ..] = self.scaled_normals(3, law, |p| p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
                 return [x, y, z];
             }
         };
@@ -123,7 +117,6 @@ impl Stream {
     /// The ends each within their own disc.
     #[inline(always)]
     fn pin(&mut self, pin: &Pin, law: Law, out: &mut [Block]) {
-        let ends = [self.disc(law), self.disc(law)];
         let across = if let Some(axial) = pin.axial {
             out[0] = self.interval(law).mul(&Block::splat(axial));
             &mut out[1..]
@@ -132,11 +125,14 @@ impl Stream {
         };
         let shift = Block::splat(0.5 * pin.radius);
         let tilt = Block::splat(0.5 * pin.radius / pin.half_length);
-        let [first, second] = ends;
-        across[0] = first[0].add(&second[0]).mul(&shift);
-        across[1] = first[1].add(&second[1]).mul(&shift);
-        across[2] = second[1].sub(&first[1]).mul(&tilt);
-        across[3] = first[0].sub(&second[0]).mul(&tilt);
+        across.fill(Block::splat(0.0));
+        for arm in [tilt, tilt.neg()] {
+            let [side, normal] = self.disc(law);
+            across[0] = side.mul_add(&shift, &across[0]);
+            across[1] = normal.mul_add(&shift, &across[1]);
+            across[2] = normal.neg_mul_add(&arm, &across[2]);
+            across[3] = side.mul_add(&arm, &across[3]);
+        }
     }
 
     /// Own coordinates of tapered squares.
@@ -156,11 +152,10 @@ impl Stream {
             }
             // Along the diagonals of the squares, where the components are: turned by 45 degrees, normal
             // numbers stay independent.
-            Law::Normal => turned(self.normal_within(n, |p| {
+            Law::Normal | Law::Gauss => turned(self.scaled_normals(n, law, |p| {
                 let shrunk = |(s, taper): (usize, &f64)| p[1 + 2 * s].abs() + p[2 + 2 * s].abs() + taper * p[0].abs();
                 tapers.iter().enumerate().map(shrunk).fold(0.0, f64::max)
             })),
-            Law::Gauss => turned(self.scaled_normals(n)),
         }
     }
 
@@ -201,38 +196,29 @@ impl Stream {
         largest
     }
 
-    /// Independent normal numbers with `SIGMAS` standard deviations to 1.
+    /// Independent normal numbers with `SIGMAS` standard deviations to 1. The law that truncates keeps
+    /// those whose `gauge` does not exceed 1: blocks are drawn until enough of their lanes are inside,
+    /// more than half of them for every set in use.
     #[inline(always)]
-    fn scaled_normals(&mut self, count: usize) -> Drawn {
-        let mut drawn = [Block::splat(0.0); MAX_SIZE];
-        for k in (0..count).step_by(2) {
-            let pair = self.normals().map(|b| b.mul(&Block::splat(1.0 / SIGMAS)));
-            drawn[k..count.min(k + 2)].copy_from_slice(&pair[..count.min(k + 2) - k]);
-        }
-        drawn
-    }
-
-    /// Such numbers truncated to where `gauge` does not exceed 1: blocks are drawn until enough of their
-    /// lanes are inside, more than half of them for every set in use.
-    #[inline(always)]
-    fn normal_within(&mut self, count: usize, gauge: impl Fn([f64; MAX_SIZE]) -> f64) -> Drawn {
+    fn scaled_normals(&mut self, count: usize, law: Law, gauge: impl Fn([f64; MAX_SIZE]) -> f64) -> Drawn {
         let mut kept = [Block::splat(0.0); MAX_SIZE];
         let mut filled = 0;
-        loop {
-            let drawn = self.scaled_normals(count);
+        while filled < LANES {
+            let mut drawn = [Block::splat(0.0); MAX_SIZE];
+            for number in drawn.iter_mut().take(count) {
+                *number = self.normal().mul(&Block::splat(1.0 / SIGMAS));
+            }
             for i in 0..LANES {
                 let point = drawn.each_ref().map(|b| b.0[i]);
-                if filled < LANES && gauge(point) <= 1.0 {
+                if filled < LANES && (law == Law::Gauss || gauge(point) <= 1.0) {
                     for (to, value) in kept.iter_mut().zip(point) {
                         to.0[filled] = value;
                     }
                     filled += 1;
                 }
             }
-            if filled == LANES {
-                return kept;
-            }
         }
+        kept
     }
 }
 
