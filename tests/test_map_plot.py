@@ -131,7 +131,9 @@ class TestPages:
         shown = layers(result)
         figure = figure_of(shown.value, shown.status, shown.contact_change, "", limits(shown.value.values))
         np.testing.assert_array_equal(figure.data[0].z, shown.value.values.T)
-        assert base64.b64encode(np.ascontiguousarray(figure.data[0].z).tobytes()).decode() in text.replace("\\u002f", "/")
+        assert base64.b64encode(np.ascontiguousarray(figure.data[0].z).tobytes()).decode() in text.replace(
+            "\\u002f", "/"
+        )
         assert figure.data[0].customdata[0][0] == "not_assembled"
 
     def test_of_three_axes_have_a_slider_and_surfaces_inside_the_workspace(self) -> None:
