@@ -86,9 +86,9 @@ def map(
     >>> m = jp.loads(jp.examples.text("five-bar"))
     >>> result = jp.map(m, grid={"x": [-40, 0, 40], "y": [150, 190]})
     >>> result.error.sel(component="y").values.round(3)
-    array([[-0.089, -0.08 ],
-           [-0.081, -0.073],
-           [-0.089, -0.081]])
+    array([[-0.083, -0.066],
+           [-0.091, -0.07 ],
+           [-0.087, -0.069]])
     """
     made = compute(m, question, grid, path=path, overwrite=overwrite, chunk=chunk, **options)
     if made is not None:
