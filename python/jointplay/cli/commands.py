@@ -249,14 +249,15 @@ def map_(
     settings: Settings = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="PATH", help="Write it, chunk by chunk: .zarr or .nc; asked again, go on."),
+        typer.Option("--output", "-o", metavar="PATH", help="Write it by chunks: .zarr or .nc; asked again, go on."),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace something else at the path.")] = False,
     chunk: Annotated[
         int | None, typer.Option("--chunk", metavar="N", help="Nodes that are worked off at a time.")
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg or .pdf; .html to look around in.")
+        Path | None,
+        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg, .pdf, or .html to look around in."),
     ] = None,
     variable: Annotated[
         str | None,
