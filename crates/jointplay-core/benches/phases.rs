@@ -81,5 +81,9 @@ fn phases(c: &mut Criterion) {
     std::fs::write(common::path("operations.json"), text).expect("the directory of specs.json");
 }
 
-criterion_group!(benches, phases);
+criterion_group! {
+    name = benches;
+    config = common::brief();
+    targets = phases
+}
 criterion_main!(benches);

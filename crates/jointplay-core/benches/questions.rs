@@ -43,5 +43,9 @@ fn questions(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, questions);
+criterion_group! {
+    name = benches;
+    config = common::brief();
+    targets = questions
+}
 criterion_main!(benches);

@@ -1,7 +1,9 @@
 //! Mechanisms to measure: the core reads no files of its own, so that `make bench-core` compiles them first.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
+use criterion::Criterion;
 use jointplay_core::{Mechanism, Spec};
 use serde::Deserialize;
 
@@ -41,4 +43,12 @@ pub fn subjects() -> Vec<Subject> {
         name: file.name,
     });
     made.collect()
+}
+
+/// Measurements short enough for all mechanisms in a few minutes.
+pub fn brief() -> Criterion {
+    Criterion::default()
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(1))
 }

@@ -133,12 +133,13 @@ impl Stream {
         let [a, b] = self.normals();
         let mut drawn = [a.mul(&sigma), b.mul(&sigma)];
         loop {
-            let [a, b] = &drawn;
-            let mut largest = 0.0_f64;
-            for i in 0..LANES {
-                largest = largest.max(a.0[i].abs()).max(b.0[i].abs());
+            let mut outside = 0;
+            for k in 0..2 {
+                for i in 0..LANES {
+                    outside |= u64::from(drawn[k].0[i].abs() > 1.0);
+                }
             }
-            if largest <= 1.0 {
+            if outside == 0 {
                 return drawn;
             }
             let [a, b] = self.normals();
