@@ -1,5 +1,7 @@
 //! The questions on all bundled mechanisms with drives, every one at the configurations of its file.
 
+#![allow(missing_docs)] // of what criterion's macros make
+
 mod common;
 
 use std::hint::black_box;
@@ -15,7 +17,8 @@ const STARTS: usize = 24;
 fn questions(c: &mut Criterion) {
     for subject in common::subjects() {
         let m = &subject.mechanism;
-        let trace = m.trace(subject.rows, &subject.drives);
+        let rows = subject.drives.len() / m.n_drives();
+        let trace = m.trace(rows, &subject.drives);
         let cases: Vec<Case<'_>> = subject
             .drives
             .chunks_exact(m.n_drives())
@@ -23,9 +26,9 @@ fn questions(c: &mut Criterion) {
             .map(|(drives, coordinates)| Case { drives, coordinates })
             .collect();
         let mut group = c.benchmark_group(&subject.name);
-        group.throughput(Throughput::Elements(subject.rows as u64));
-        group.bench_function("solve", |b| b.iter(|| black_box(m.solve(subject.rows, &subject.drives))));
-        group.bench_function("trace", |b| b.iter(|| black_box(m.trace(subject.rows, &subject.drives))));
+        group.throughput(Throughput::Elements(rows as u64));
+        group.bench_function("solve", |b| b.iter(|| black_box(m.solve(rows, &subject.drives))));
+        group.bench_function("trace", |b| b.iter(|| black_box(m.trace(rows, &subject.drives))));
         group.bench_function("loaded", |b| b.iter(|| black_box(m.loaded(&cases))));
         group.bench_function("worst", |b| b.iter(|| black_box(m.worst(&cases, STARTS))));
         group.throughput(Throughput::Elements(SAMPLES as u64));

@@ -23,8 +23,6 @@ pub struct Subject {
     pub mechanism: Mechanism,
     /// Drive values of its configurations, one after the other.
     pub drives: Vec<f64>,
-    /// Their number.
-    pub rows: usize,
 }
 
 /// A file that the benchmarks exchange with `benchmarks/`.
@@ -38,7 +36,6 @@ pub fn subjects() -> Vec<Subject> {
     let files: Vec<File> = serde_json::from_str(&text).expect("specs.json is not what benchmarks/specs.py writes");
     let made = files.into_iter().map(|file| Subject {
         mechanism: Mechanism::new(&file.spec).expect("a checked mechanism"),
-        rows: file.drives.len(),
         drives: file.drives.concat(),
         name: file.name,
     });
