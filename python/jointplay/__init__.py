@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .analyses.given import given
     from .analyses.loaded import loaded
     from .analyses.random import random
+    from .analyses.singularities import singularities
     from .analyses.solve import solve
     from .analyses.sweep import sweep
     from .analyses.worst import worst
@@ -47,12 +48,13 @@ __all__ = [
     "plot",
     "random",
     "save",
+    "singularities",
     "solve",
     "sweep",
     "worst",
 ]
 
-_QUESTIONS = ("check", "compare", "compensate", "given", "loaded", "random", "solve", "sweep", "worst")
+_QUESTIONS = ("check", "compare", "compensate", "given", "loaded", "random", "singularities", "solve", "sweep", "worst")
 _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "InputError": "errors",
     "JointplayError": "errors",
