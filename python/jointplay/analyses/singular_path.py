@@ -22,6 +22,7 @@ from .nominal import Nominal
 from .singular_values import Scaled, kind
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 #: called with how many more steps of the path have been looked at
 Advance = Callable[[int], None]
 
@@ -74,21 +75,19 @@ class Nearest:
     kind: list[str]
 
 
-@dataclass
+@dataclass(frozen=True)
 class _State:
-    """A closed mechanism somewhere on the path; value nan where it does not close."""
+    """The poses of all bodies somewhere on the path; nan where the mechanism does not close."""
 
     along: float
     pose: Floats
-    value: float
-    sign: float
 
     @property
     def is_closed(self) -> bool:
-        return bool(np.isfinite(self.value))
+        return bool(np.isfinite(self.pose).all())
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Track:
     """The steps of one stretch of the path, in order; nan where the mechanism does not close."""
 
@@ -202,11 +201,11 @@ class Path:
 
     def _state(self, anchor: _State, along: float) -> _State:
         """The state at a place, followed from another one."""
-        pose = self._trace(anchor.pose, np.array([anchor.along, along]))[1]
-        if not np.isfinite(pose).all():
-            return _State(along, pose, np.nan, 0.0)
-        value, sign = self.scaled.closure(pose[None])
-        return _State(along, pose, float(value[0]), float(sign[0]))
+        return _State(along, self._trace(anchor.pose, np.array([anchor.along, along]))[1])
+
+    def _value(self, state: _State) -> float:
+        """Smallest singular value; a gap in the branch counts as zero."""
+        return float(self.scaled.closure(state.pose[None])[0][0]) if state.is_closed else 0.0
 
     def _output(self, states: Floats) -> Floats:
         """Position of the output point, three coordinates."""
@@ -225,19 +224,17 @@ class Path:
         with np.errstate(invalid="ignore"):
             below = value < self.limit
         clear = closed & ~below
-        crossed = np.flatnonzero(clear[:-1] & clear[1:] & (sign[:-1] != sign[1:]))
+        crossed = np.flatnonzero(clear[:-1] & clear[1:] & (sign[:-1] != sign[1:])).tolist()
         found = [self._crossing(track, k, k + 1) for k in crossed]
-        found += [self._end(track, k, k + 1) for k in np.flatnonzero(clear[:-1] & ~closed[1:])]
-        found += [self._end(track, k + 1, k) for k in np.flatnonzero(~closed[:-1] & clear[1:])]
+        found += [self._end(track, k, k + 1) for k in np.flatnonzero(clear[:-1] & ~closed[1:]).tolist()]
+        found += [self._end(track, k + 1, k) for k in np.flatnonzero(~closed[:-1] & clear[1:]).tolist()]
         for first, last in _runs(below):
             found += self._singular_run(track, first, last, clear)
-        for k in self._dips(track, clear):
-            lowest = self._lowest(track, k - 1, k + 1)
-            if lowest.value < self.limit:
-                found.append(lowest)
+        lowest = [self._lowest(track, k - 1, k + 1) for k in self._dips(track, clear)]
+        found += [state for state in lowest if self._value(state) < self.limit]
         return [Place(s.along, self._output(s.pose[None])[0], self._kind(s.pose)) for s in found]
 
-    def _dips(self, track: _Track, clear: NDArray[np.bool_]) -> list[int]:
+    def _dips(self, track: _Track, clear: Flags) -> list[int]:
         """Steps around which the singular value, going on as steeply as it comes, could fall below the limit."""
         v, g = track.value, track.sign
         middle = clear[:-2] & clear[1:-1] & clear[2:] & (g[:-2] == g[1:-1]) & (g[1:-1] == g[2:])
@@ -246,7 +243,7 @@ class Path:
             steep = v[1:-1] - np.maximum(v[:-2] - v[1:-1], v[2:] - v[1:-1]) < self.limit
         return [int(k) + 1 for k in np.flatnonzero(middle & lowest & steep)]
 
-    def _singular_run(self, track: _Track, first: int, last: int, clear: NDArray[np.bool_]) -> list[_State]:
+    def _singular_run(self, track: _Track, first: int, last: int, clear: Flags) -> list[_State]:
         """Singular places of steps below the limit: the one between its neighbours, or all of them and their edges."""
         left, right = first - 1, last + 1
         has_left, has_right = left >= 0 and clear[left], right < len(clear) and clear[right]
@@ -258,13 +255,16 @@ class Path:
         if first == last and has_right and left >= 0:
             return [self._end(track, right, left)]
         edges = [(left, first)] * has_left + [(right, last)] * has_right
-        found = [self._closed_in(track, a, b, lambda s: s.value >= self.limit) for a, b in edges if first != last]
+        found = [
+            self._closed_in(track, a, b, lambda s: self._value(s) >= self.limit) for a, b in edges if first != last
+        ]
         inside = [self._at_step(track, k) for k in range(first, last + 1)]
         return found + [state for state in inside if state.is_closed]
 
     def _crossing(self, track: _Track, near: int, far: int) -> _State:
         """Where the determinant changes its sign."""
-        return self._closed_in(track, near, far, lambda s: s.is_closed and s.sign == track.sign[near])
+        sign = track.sign[near]
+        return self._closed_in(track, near, far, lambda s: s.is_closed and self.scaled.sign(s.pose) == sign)
 
     def _end(self, track: _Track, near: int, far: int) -> _State:
         """Where the branch ends."""
@@ -283,21 +283,25 @@ class Path:
         return state
 
     def _lowest(self, track: _Track, near: int, far: int) -> _State:
-        """Where the singular value is smallest between two steps; a gap in the branch counts as zero."""
+        """Where the singular value is smallest between two steps."""
         anchor = self._at_step(track, near)
         low, high = track.along[near], track.along[far]
-        best = anchor
-        inner = [self._state(anchor, high - GOLDEN * (high - low)), self._state(anchor, low + GOLDEN * (high - low))]
+
+        def tried(part: float) -> tuple[float, _State]:
+            state = self._state(anchor, low + part * (high - low))
+            return self._value(state), state
+
+        first, second = tried(1.0 - GOLDEN), tried(GOLDEN)
+        best = (float(track.value[near]), anchor)
         for _ in range(SECTIONS):
-            best = min((best, *(s for s in inner if s.is_closed)), key=lambda s: s.value)
-            a, b = (s.value if s.is_closed else 0.0 for s in inner)
-            if a <= b:
-                high = inner[1].along
-                inner = [self._state(anchor, high - GOLDEN * (high - low)), inner[0]]
+            best = min([best, *(t for t in (first, second) if t[1].is_closed)], key=lambda t: t[0])
+            if first[0] <= second[0]:
+                high, second = second[1].along, first
+                first = tried(1.0 - GOLDEN)
             else:
-                low = inner[0].along
-                inner = [inner[1], self._state(anchor, low + GOLDEN * (high - low))]
-        return best
+                low, first = first[1].along, second
+                second = tried(GOLDEN)
+        return best[1]
 
     def _at_step(self, track: _Track, step: int) -> _State:
         """A step of the path with its poses, which are not kept: followed anew from its regular configuration."""
@@ -307,8 +311,7 @@ class Path:
         anchor = int(there[np.abs(there - along).argmin()])
         between = track.along[(track.along > min(anchor, along)) & (track.along < max(anchor, along))]
         way = np.concatenate([[anchor], between if along > anchor else between[::-1], [along]])
-        pose = self._trace(self.at.poses[anchor], way)[-1]
-        return _State(float(along), pose, float(track.value[step]), float(track.sign[step]))
+        return _State(float(along), self._trace(self.at.poses[anchor], way)[-1])
 
     def _assign(self, found: Nearest, track: _Track, places: list[Place]) -> None:
         """Give every configuration of a stretch its nearest place, by the travel of the output point."""
@@ -334,7 +337,7 @@ class Path:
             found.kind[k] = places[nearest].kind
 
 
-def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def _runs(flags: Flags) -> list[tuple[int, int]]:
     """First and last place of every run of true ones.
 
     Examples

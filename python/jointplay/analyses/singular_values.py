@@ -112,6 +112,10 @@ class Scaled:
         whole[:, :, first : first + size] = part
         return whole
 
+    def sign(self, pose: Floats) -> float:
+        """Sign of the determinant of the closure Jacobian at one pose of all bodies."""
+        return float(np.linalg.slogdet(self.jacobians(pose[None])[0])[0])
+
     def closure(self, at: Floats) -> tuple[Floats, Floats]:
         """Smallest singular value of the closure Jacobian and sign of its determinant."""
         values, signs = np.empty(len(at)), np.empty(len(at))

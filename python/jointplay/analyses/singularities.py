@@ -121,7 +121,7 @@ def compute(
 def _judged(scaled: Scaled, at: Nominal, part: slice, counted: Sequence[int], limit: float) -> dict[str, NDArray[Any]]:
     """All figures of some configurations, nan where one is not assembled."""
     m = scaled.m
-    known = np.isfinite(at.poses[part]).all(axis=(1, 2))
+    known = np.asarray(np.isfinite(at.poses[part]).all(axis=(1, 2)))
     measures = scaled.measure(at.poses[part][known], counted)
 
     def full(values: Floats) -> Floats:

@@ -104,3 +104,8 @@ def _steps(key: str, text: str) -> list[float | str] | None:
     if not 2 <= count <= MOST_STEPS:
         raise InputError(f"{count} values; 2 to {MOST_STEPS} can be swept", key=f"--set {key}")
     return [(low * (count - 1 - k) + high * k) / (count - 1) for k in range(count)]
+
+
+def words(text: str | None) -> list[str] | None:
+    """Words between commas; None where the option is left out."""
+    return None if text is None else [word.strip() for word in text.split(",")]
