@@ -36,10 +36,16 @@ def pointer(array: NDArray[Any]) -> ctypes.c_void_p:
     return array.ctypes.data_as(ctypes.c_void_p)
 
 
+#: in the order of the C structure
+NUMBERS = (
+    *("pivot_x", "pivot_y", "crank", "coupler", "rocker", "cosine", "sine", "side"),
+    *("x", "y", "along_x", "along_y", "radius", "tolerance"),
+)
+
+
 class _Linkage(ctypes.Structure):
     _fields_ = (
-        *((name, ctypes.c_double) for name in "pivot_x pivot_y crank coupler rocker cosine sine side".split()),
-        *((name, ctypes.c_double) for name in "x y along_x along_y radius tolerance".split()),
+        *((name, ctypes.c_double) for name in NUMBERS),
         ("low", ctypes.c_double * 5),
         ("density", ctypes.c_double * 5),
     )

@@ -8,13 +8,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from revolute import Revolute
+from revolute import LAST, STEPS, Revolute
 from scatter import BINS, Problem
 
 Array = NDArray[np.float64]
-STEPS = 8
-#: a step below this is the last: the next would be its square
-LAST = 1e-9
 
 
 class InNumba:

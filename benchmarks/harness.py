@@ -6,6 +6,7 @@ change; what two cores do, and whole programs, by the clock on the wall.
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import os
 import statistics
@@ -123,7 +124,8 @@ def rows(contenders: Sequence[Contender], seconds: dict[str, list[float]], refer
 def tie(count: int) -> None:
     """Tie all threads of this process to the first `count` cores."""
     for task in Path("/proc/self/task").iterdir():
-        os.sched_setaffinity(int(task.name), CORES[:count])
+        with contextlib.suppress(ProcessLookupError):  # a thread that has just ended
+            os.sched_setaffinity(int(task.name), CORES[:count])
 
 
 def scaling(name: str, work: Callable[[int], object], control: Callable[[int], object], rounds: int) -> Target:

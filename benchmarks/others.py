@@ -162,7 +162,8 @@ def in_pylinkage(p: Problem, name: str, samples: int) -> Contender:
         return machine.analyze_tolerance(tolerances, output_joint=dyad, iterations=1, n_samples=count, seed=1)
 
     cloud = run(8 * samples)
-    perfect = p.mechanism.with_({"joints.*.clearance.radial": 0.0, **{f"dimensions.{k}.law": "uniform" for k in p.mechanism.raw["dimensions"]}})
+    uniform = {f"dimensions.{k}.law": "uniform" for k in p.mechanism.raw["dimensions"]}
+    perfect = p.mechanism.with_({"joints.*.clearance.radial": 0.0, **uniform})
     sigma = cloud.output_cloud[:, 0].std(axis=0)
     words = "lengths only: " + sigma_words(sigma, problem(perfect, 64), 8 * samples)
     return Contender(name, run, samples, words)

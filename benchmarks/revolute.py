@@ -15,6 +15,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 #: samples whose matrices stay in the cache
 CHUNK = 1024
+#: Newton steps at most
+STEPS = 8
+#: a step below this is the last: the next would be its square
+LAST = 1e-9
 
 
 @dataclass(frozen=True)
@@ -51,9 +55,10 @@ class Revolute:
             at[:, point] += u[:, 2 * self.joints + k, None] * self.direction[k]
         return at
 
-    def system(self, poses: Array, at: Array, u: Array) -> tuple[Array, Array]:
-        """Residuals [samples, rows] and Jacobians [samples, rows, unknowns]."""
+    def system(self, poses: Array, at: Array, u: Array, drives: Array | None = None) -> tuple[Array, Array]:
+        """Residuals [samples, rows] and Jacobians [samples, rows, unknowns]; drive values of one sample or of all."""
         n, j = len(poses), self.joints
+        drives = self.drives if drives is None else drives
         c, s = np.cos(poses[:, :, 2]), np.sin(poses[:, :, 2])
         residual = -u[:, : 2 * j].reshape(n, j, 2)
         jacobian = np.zeros((n, self.size, self.size))
@@ -72,7 +77,7 @@ class Revolute:
         angles = np.empty((n, len(self.driven)))
         for d, k in enumerate(self.driven):
             a, b = self.body[self.first[k]], self.body[self.second[k]]
-            angles[:, d] = poses[:, b, 2] - self.drives[d]
+            angles[:, d] = poses[:, b, 2] - drives[..., d]
             jacobian[:, 2 * j + d, 3 * b + 2] = 1.0
             if a >= 0:
                 angles[:, d] -= poses[:, a, 2]
@@ -90,16 +95,24 @@ class Revolute:
         """Errors by Newton's method on dense Jacobians, chunk by chunk."""
         return np.concatenate([self._newton(u[k : k + CHUNK]) for k in range(0, len(u), CHUNK)])
 
+    def nominal_poses(self, drives: Array) -> Array:
+        """Poses at drive values [samples, drives] with neither play nor deviation."""
+        at = np.broadcast_to(self.at, (len(drives), *self.at.shape))
+        return self._poses(at, np.zeros((len(drives), 2 * self.joints)), drives)
+
     def _newton(self, u: Array) -> Array:
         at = self.points(u)
+        return self.error(self._poses(at, u, self.drives), at)
+
+    def _poses(self, at: Array, u: Array, drives: Array) -> Array:
         poses = np.repeat(self.nominal[None], len(u), axis=0)
-        for _ in range(8):
-            residual, jacobian = self.system(poses, at, u)
+        for _ in range(STEPS):
+            residual, jacobian = self.system(poses, at, u, drives)
             step = np.linalg.solve(jacobian, residual[:, :, None])[:, :, 0]
             poses -= step.reshape(poses.shape)
-            if np.abs(step).max() < 1e-9:  # the next would be its square
+            if np.abs(step).max() < LAST:
                 break
-        return self.error(poses, at)
+        return poses
 
 
 def revolute(mechanism: Any, configuration: int = 0) -> Revolute:

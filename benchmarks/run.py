@@ -1,8 +1,8 @@
 """Measure jointplay side by side with other ways to the same numbers; write the tables into the documentation.
 
-    python benchmarks/run.py                    everything, and the tables into docs/benchmarks.md
-    python benchmarks/run.py --only W1 W6       some workloads, printed only
-    python benchmarks/run.py --quick            few rounds, printed only
+python benchmarks/run.py                    everything, and the tables into docs/benchmarks.md
+python benchmarks/run.py --only W1 W6       some workloads, printed only
+python benchmarks/run.py --quick            few rounds, printed only
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import os
 import subprocess
 import sys
 from dataclasses import asdict
-from pathlib import Path
 
 from harness import Report, Target, tie
 from tables import write_page, written
@@ -27,11 +26,12 @@ WORKLOADS = {
     "W6": "w6_start",
 }
 #: set before anything numerical is imported
-ONE_THREAD = {
+THREADS = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
     "NUMBA_NUM_THREADS": "1",
+    "RAYON_NUM_THREADS": "2",  # on one core unless a workload allows it two
     "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1",
     "JAX_PLATFORMS": "cpu",
     "JAX_ENABLE_X64": "1",
@@ -41,7 +41,7 @@ ONE_THREAD = {
 def measured(name: str, rounds: int) -> Report:
     """Measure one workload in a process of its own."""
     call = [sys.executable, __file__, "--rounds", str(rounds), "--child", name]
-    answer = subprocess.run(call, env=os.environ | ONE_THREAD, check=True, stdout=subprocess.PIPE, text=True).stdout
+    answer = subprocess.run(call, env=os.environ | THREADS, check=True, stdout=subprocess.PIPE, text=True).stdout
     found = json.loads(answer.splitlines()[-1])
     return Report(**{**found, "targets": [Target(**t) for t in found["targets"]]})
 

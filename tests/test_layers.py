@@ -26,6 +26,7 @@ LAYERS = (
     "model",
     "mobility",
     "result",
+    "store",
     "analyses",
     "write",
     "table",
@@ -35,7 +36,7 @@ LAYERS = (
     "__main__",
 )
 #: slow to import: only inside the function that needs them
-HEAVY = {"xarray", "pandas", "matplotlib", "scipy", "h5netcdf", "h5py"}
+HEAVY = {"xarray", "pandas", "matplotlib", "plotly", "scipy", "h5netcdf", "h5py", "zarr"}
 #: faces and the package itself load layers on demand, so that the command starts fast
 ON_DEMAND = {"__init__", "cli", "__main__"}
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from oracles import loops
 
 from jointplay import _core
+from oracles import loops
 
 Array = NDArray[np.float64]
 #: seeds of mechanisms that are not near a singularity, where samples could not be assembled

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .analyses.compensate import compensate
     from .analyses.given import given
     from .analyses.loaded import loaded
+    from .analyses.map import map
     from .analyses.random import random
     from .analyses.singularities import singularities
     from .analyses.solve import solve
@@ -45,6 +46,7 @@ __all__ = [
     "load",
     "loaded",
     "loads",
+    "map",
     "plot",
     "random",
     "save",
@@ -54,7 +56,19 @@ __all__ = [
     "worst",
 ]
 
-_QUESTIONS = ("check", "compare", "compensate", "given", "loaded", "random", "singularities", "solve", "sweep", "worst")
+_QUESTIONS = (
+    "check",
+    "compare",
+    "compensate",
+    "given",
+    "loaded",
+    "map",
+    "random",
+    "singularities",
+    "solve",
+    "sweep",
+    "worst",
+)
 _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "InputError": "errors",
     "JointplayError": "errors",

@@ -222,7 +222,7 @@ impl<'m> Solver<'m> {
     }
 
     /// As [`Self::follow`], giving the last state reached with the failure.
-    fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
+    pub(crate) fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
         let mut state = from.clone();
         if from.inputs == *to {
             return Ok(from.clone());

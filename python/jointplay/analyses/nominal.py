@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.compile import LENGTHS
+from jointplay.errors import InputError
 from jointplay.mobility import require_determinate
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result
@@ -84,13 +85,15 @@ def nominal(m: Mechanism) -> Nominal:
     Raises
     ------
     InputError
-        When the mechanism has too few or too many drives, or is over-constrained.
+        When the mechanism has too few or too many drives, or is over-constrained, or only has a grid.
     """
     require_determinate(m)
     if m.drive_values is not None:
         # A drive has its commanded value also where the links cannot follow.
         return replace(_of(m.core.solve(m.drive_values)), drives=m.drive_values)
-    assert m.targets is not None
+    if m.targets is None:
+        problem = "the file has a [grid] for `map`; for anything else give the drives values, or the output a [path]"
+        raise InputError(problem, file=m.file, key="drives")
     return follow(m, m.targets, m.target_components)
 
 

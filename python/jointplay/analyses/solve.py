@@ -51,9 +51,10 @@ def solve(m: Mechanism) -> xr.Dataset:
     return to_dataset(compute(m))
 
 
-def compute(m: Mechanism) -> Result:
-    """The light form of `solve`."""
-    at = nominal(m)
+def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
+    """The light form of `solve`; at configurations that are solved already, without the targets of a path."""
+    on_path = at is None and m.targets is not None
+    at = at or nominal(m)
     mobility = examine(m)
     builder = report(m, "solve", at, degrees_of_freedom=mobility.degrees_of_freedom)
     builder.add(
@@ -76,7 +77,8 @@ def compute(m: Mechanism) -> Result:
         "motion that belongs to the smallest singular value",
         "component",
     )
-    if m.targets is not None:
+    if on_path:
+        assert m.targets is not None
         pose = ("configuration", "component")
         builder.add("target", pose, m.targets, "pose asked of the output", "component")
         mismatch = poses.difference(at.output, m.targets)

@@ -13,6 +13,7 @@ from .options import (
     Compared,
     Correctable,
     File,
+    Mapped,
     Offset,
     Output,
     Plot,
@@ -251,6 +252,54 @@ def sweep(
         return compute(m, keys, values, question.value, progress=progress, **options)
 
     return answer.answer({"sweep": ask}, m, output, plot)
+
+
+@app.command("map")
+def map_(
+    file: File,
+    grid: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--grid",
+            "-g",
+            metavar="NAME=A:B:N",
+            help="Axis of the map, a drive or x, y, angle of the output; NAME=VALUE holds it. In place of the file's.",
+        ),
+    ] = None,
+    question: Annotated[Mapped, typer.Option("--question", "-q", help="What is asked at every node.")] = Mapped.loaded,
+    offset: Offset = None,
+    samples: Samples = 1_000,
+    seed: Seed = 0,
+    law: Scatter = None,
+    settings: Settings = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="PATH", help="Write it, chunk by chunk: .zarr or .nc; asked again, go on."),
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace something else at the path.")] = False,
+    chunk: Annotated[
+        int | None, typer.Option("--chunk", metavar="N", help="Nodes that are worked off at a time.")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg or .pdf; .html to look around in.")
+    ] = None,
+    variable: Annotated[
+        str | None,
+        typer.Option("--variable", metavar="NAME", help="What is drawn: position, rotation, or such as undetermined.x"),
+    ] = None,
+) -> int:
+    """Ask for the error over a grid of drives or of positions of the output."""
+    from . import mapping
+
+    options: dict[str, Any] = {}
+    if question is Mapped.random:
+        options = {"samples": samples, "seed": seed, "law": law.value if law else None}
+    if question is Mapped.given:
+        options = {"offsets": answer.offsets(offset)}
+    ranges = arguments.gridded(arguments.assignments(grid, "--grid")) if grid else None
+    m = answer.mechanism(file, settings)
+    kept = mapping.Kept(output, overwrite, chunk)
+    return mapping.answer(m, question.value, ranges, options, kept, plot, variable)
 
 
 @app.command()

@@ -22,12 +22,13 @@ from jointplay.units import Units
 from .coordinates import coordinate
 from .drives import COMPONENTS, LENGTHS, Commands, compile_drives, coordinate_factor
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
+from .grid import Grid, compile_grid
 from .loads import compile_loads, output_point
 from .sources import compile_sources
 from .spatial_start import spatial_start
 from .start import planar_start
 
-__all__ = ["ANGULAR", "DRIVABLE", "LENGTHS", "TURNS", "Compiled", "Limits", "compile_file", "coordinate"]
+__all__ = ["ANGULAR", "DRIVABLE", "LENGTHS", "TURNS", "Compiled", "Grid", "Limits", "compile_file", "coordinate"]
 
 #: below this (metres) a mechanism has no size of its own
 SMALLEST_LENGTH = 1e-12
@@ -111,6 +112,8 @@ class Compiled:
         Output poses asked by a path, shape (configuration, component), nan where nothing is asked.
     target_components : tuple of str
         Components that the path asks for.
+    grid : Grid or None
+        What is mapped.
     limits : Limits
         What is acceptable.
     has_loads : bool
@@ -143,6 +146,7 @@ class Compiled:
     start_drives: Floats
     targets: Floats | None
     target_components: tuple[str, ...]
+    grid: Grid | None
     limits: Limits
     has_loads: bool
     length: float
@@ -173,6 +177,8 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
     length = _length(graph, guess)
     sources = compile_sources(data, graph, commands, output, length)
     limits = _limits(data, graph)
+    components = COMPONENTS[data.space]
+    component_factors = _fixed([units.length if c in LENGTHS else units.angle for c in components])
     spec = {
         "space": data.space,
         "n_bodies": len(graph.bodies),
@@ -186,7 +192,6 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         "loads": loads,
         "sources": [{"kind": s.kind, "centre": list(s.centre), **s.spec} for s in sources],
     }
-    components = COMPONENTS[data.space]
     return Compiled(
         file=file,
         data=data,
@@ -205,13 +210,14 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         ),
         centre=_fixed([value for source in sources for value in source.centre]),
         components=components,
-        component_factors=_fixed([units.length if c in LENGTHS else units.angle for c in components]),
+        component_factors=component_factors,
         pose_size=guess.shape[1],
         drive_factors=_frozen(commands.factors),
         drive_values=None if commands.values is None else _frozen(commands.values),
         start_drives=_fixed([float(coordinate(spec, joint, guess)) for joint in commands.joints]),
         targets=None if commands.targets is None else _frozen(commands.targets),
         target_components=commands.target_components,
+        grid=compile_grid(data, commands, components, component_factors, file),
         limits=limits,
         has_loads=any(any(load["force"]) or any(load["moment"]) for load in loads),
         length=length,

@@ -18,8 +18,8 @@ LENGTHS = ("x", "y", "z")
 #: names of variables and dimensions of results, beside which the drives appear as coordinates
 RESERVED = frozenset(
     {
-        *("admissible", "at_limit", "bin", "body", "component", "configuration", "contribution", "coordinate"),
-        *("correction", "covariance", "direction", "drive", "edge", "error", "extreme", "failures", "guess"),
+        *("across", "admissible", "at_limit", "bin", "body", "component", "configuration", "contribution", "coordinate"),
+        *("contact_change", "correction", "covariance", "direction", "drive", "edge", "error", "extreme", "failures", "guess"),
         *("histogram", "iterations", "joint", "largest", "mean", "mismatch", "nominal", "offset", "outside"),
         *("parameter", "pose", "probability", "quantile", "quantity", "question", "reaction", "residual", "rotation"),
         *("samples", "settled", "side", "source", "status", "std", "target", "undetermined", "within_limits"),
@@ -51,7 +51,7 @@ class Commands:
     factors : ndarray
         SI per file unit of each drive.
     values : ndarray or None
-        Commanded values, shape (configuration, drive).
+        Commanded values, shape (configuration, drive); None when a path or the nodes of a grid decide them.
     targets : ndarray or None
         Poses asked of the output, shape (configuration, component), nan where nothing is asked.
     target_components : tuple of str
@@ -88,7 +88,9 @@ def compile_drives(data: MechanismFile, graph: Graph) -> Commands:
             raise graph.refuse(f"'{drive.joint}' is already driven by '{other}'", f"drives.{name}.joint")
         joints.append(index)
     factors = np.array([coordinate_factor(graph, graph.joints[j]) for j in joints], dtype=np.float64)
-    values = None if data.path is not None else _values(data, graph) * factors
+    # With a grid drives may be left without values; then there is nothing but a map to ask for.
+    mapped_only = data.grid is not None and not all(drive.is_commanded for drive in data.drives.values())
+    values = None if data.path is not None or mapped_only else _values(data, graph) * factors
     targets, asked = _targets(data, graph)
     return Commands(tuple(data.drives), tuple(joints), factors, values, targets, asked)
 

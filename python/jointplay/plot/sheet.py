@@ -24,15 +24,15 @@ EXTENSIONS = (".png", ".svg", ".pdf")
 VISIBLE = 0.08
 
 
-def check_path(path: Path) -> None:
-    """Refuse a path that no drawing can be written to.
+def check_path(path: Path, more: tuple[str, ...] = ()) -> None:
+    """Refuse a path that no drawing can be written to; `more` extensions are known where it is asked.
 
     Raises
     ------
     InputError
     """
     if path.suffix.lower() not in EXTENSIONS:
-        raise InputError(f"drawings are written as {', '.join(EXTENSIONS)}", file=os.fspath(path))
+        raise InputError(f"drawings are written as {', '.join((*EXTENSIONS, *more))}", file=os.fspath(path))
     if path.is_dir() or not path.parent.is_dir():
         problem = "is a folder; name a file" if path.is_dir() else f"there is no folder '{path.parent}' to write it to"
         raise InputError(problem, file=os.fspath(path))

@@ -5,10 +5,12 @@ from .build import STATUSES, Builder, axes_of, version
 from .combine import align, merge, stack
 from .dataset import from_dataset, to_dataset
 from .sizes import size, split, unit_of
+from .quantity import TRANSLATIONS, quantities, quantity
 from .structure import Attribute, Result, Variable
 
 __all__ = [
     "STATUSES",
+    "TRANSLATIONS",
     "Attribute",
     "Blame",
     "Builder",
@@ -21,6 +23,8 @@ __all__ = [
     "merge",
     "size",
     "split",
+    "quantities",
+    "quantity",
     "stack",
     "to_dataset",
     "unit_of",

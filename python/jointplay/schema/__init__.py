@@ -25,6 +25,7 @@ from .clearances import (
     SlotClearance,
 )
 from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, PlanarFile
+from .grid import GridRange
 from .joints import JointTable
 from .messages import located
 from .placements import Place, PlacementTable, SpatialPlacementTable
@@ -37,6 +38,7 @@ __all__ = [
     "BallClearance",
     "Dimension",
     "Drive",
+    "GridRange",
     "GuideClearance",
     "JointTable",
     "JournalClearance",

@@ -11,6 +11,7 @@ from pydantic.json_schema import SkipJsonSchema
 from jointplay.errors import shown
 from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 
+from .grid import Grid
 from .joints import Joint, JointTable
 from .values import (
     IN_SPACE,
@@ -277,6 +278,7 @@ class MechanismFile(Table):
     start: Mapping[str, StartTable]
     drives: dict[Name, Drive] = Field({}, description="commanded joint coordinates")
     path: PathTable | None
+    grid: Grid | SkipJsonSchema[None] = Field(None, description="what is mapped: ranges of drives or of the output")
     output: OutputTable
     loads: Sequence[LoadTable]
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")

@@ -11,6 +11,7 @@ from jointplay.result import Result, blame, size, split, unit_of
 
 from .check import overview
 from .layout import NOTHING, Column, Table, commands, numbers, words
+from .map import overview as map_overview
 from .notes import notes
 from .singularities import columns as singularities
 
@@ -28,6 +29,8 @@ def tables(result: Result) -> list[Table]:
         return [Table(TITLES[_question(result)], _compare(result), notes(result))]
     if "sweep" in result.attrs:
         return _sweep(result)
+    if "grid" in result.attrs:
+        return map_overview(result)
     if _question(result) == "check":
         return overview(result)
     question = _question(result)
