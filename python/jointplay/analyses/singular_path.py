@@ -246,7 +246,7 @@ class Path:
     def _singular_run(self, track: _Track, first: int, last: int, clear: Flags) -> list[_State]:
         """Singular places of steps below the limit: the one between its neighbours, or all of them and their edges."""
         left, right = first - 1, last + 1
-        has_left, has_right = left >= 0 and clear[left], right < len(clear) and clear[right]
+        has_left, has_right = bool(left >= 0 and clear[left]), bool(right < len(clear) and clear[right])
         if first == last and has_left and has_right:
             crossed = track.sign[left] != track.sign[right]
             return [self._crossing(track, left, right) if crossed else self._lowest(track, left, right)]
@@ -254,10 +254,11 @@ class Path:
             return [self._end(track, left, right)]
         if first == last and has_right and left >= 0:
             return [self._end(track, right, left)]
-        edges = [(left, first)] * has_left + [(right, last)] * has_right
-        found = [
-            self._closed_in(track, a, b, lambda s: self._value(s) >= self.limit) for a, b in edges if first != last
-        ]
+        if first == last:
+            found = []
+        else:
+            edges = [pair for pair, there in (((left, first), has_left), ((right, last), has_right)) if there]
+            found = [self._closed_in(track, a, b, lambda s: self._value(s) >= self.limit) for a, b in edges]
         inside = [self._at_step(track, k) for k in range(first, last + 1)]
         return found + [state for state in inside if state.is_closed]
 

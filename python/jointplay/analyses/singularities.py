@@ -30,7 +30,9 @@ WORDS = {
 }
 
 
-def singularities(m: Mechanism, *, length: float | None = None, components: Sequence[str] | None = None) -> xr.Dataset:
+def singularities(
+    m: Mechanism, *, length: float | None = None, components: Sequence[str] | None = None, path: bool = True
+) -> xr.Dataset:
     """Find how near to a singularity a mechanism is.
 
     Parameters
@@ -42,6 +44,8 @@ def singularities(m: Mechanism, *, length: float | None = None, components: Sequ
     components : sequence of str, optional
         Components of the output's pose that count for its own singularities. If left out, those that the path asks
         for, else the position where it shows every motion of the mechanism, else all.
+    path : bool
+        Whether to look for singularities between the configurations, too.
 
     Returns
     -------
@@ -71,7 +75,7 @@ def singularities(m: Mechanism, *, length: float | None = None, components: Sequ
     >>> result.kind.values.tolist()
     ['output', 'output', 'output']
     """
-    return to_dataset(compute(m, length=length, components=components))
+    return to_dataset(compute(m, length=length, components=components, path=path))
 
 
 def compute(
@@ -79,6 +83,7 @@ def compute(
     *,
     length: float | None = None,
     components: Sequence[str] | None = None,
+    path: bool = True,
     progress: Progress | None = None,
 ) -> Result:
     """The light form of `singularities`."""
@@ -100,17 +105,19 @@ def compute(
     if done < total:
         builder.attrs["incomplete"] = f"interrupted after {done} of {total} configurations"
         raise Interrupted(builder.result())
-    path = Path(scaled, at, found["closure"], limit)
+    if not path:
+        return builder.result()
+    between = Path(scaled, at, found["closure"], limit)
     steps = 0
 
     def advance(count: int) -> None:
         nonlocal steps
         steps += count
         if progress is not None:
-            progress(total + steps, max(total + path.steps, total + steps))
+            progress(total + steps, max(total + between.steps, total + steps))
 
     try:
-        nearest = path.nearest(advance)
+        nearest = between.nearest(advance)
     except KeyboardInterrupt:
         builder.attrs["incomplete"] = "interrupted before the path was searched"
         raise Interrupted(builder.result()) from None

@@ -116,6 +116,9 @@ def singularities(
         str | None,
         typer.Option("--components", metavar="x,y,...", help="What of the output has to move; see the manual."),
     ] = None,
+    path: Annotated[
+        bool, typer.Option("--path/--no-path", help="Look for singularities between the configurations, too.")
+    ] = True,
     settings: Settings = None,
     output: Output = None,
 ) -> int:
@@ -125,7 +128,7 @@ def singularities(
     counted = arguments.words(components)
 
     def ask(m: Mechanism, progress: Any) -> Result:
-        return compute(m, length=length, components=counted, progress=progress)
+        return compute(m, length=length, components=counted, path=path, progress=progress)
 
     return answer.answer({"singularities": ask}, answer.mechanism(file, settings), output, None)
 
@@ -274,14 +277,17 @@ def map_(
     settings: Settings = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="PATH", help="Write it, chunk by chunk: .zarr or .nc; asked again, go on."),
+        typer.Option(
+            "--output", "-o", metavar="PATH", help="Write it, chunk by chunk: .zarr or .nc; asked again, go on."
+        ),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace something else at the path.")] = False,
     chunk: Annotated[
         int | None, typer.Option("--chunk", metavar="N", help="Nodes that are worked off at a time.")
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg or .pdf; .html to look around in.")
+        Path | None,
+        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg or .pdf; .html to look around in."),
     ] = None,
     variable: Annotated[
         str | None,

@@ -21,6 +21,8 @@ KINDS = {
 }
 #: parts of a motion below this share of its largest part are not named
 NAMED = 0.05
+#: singular values below it are rounding
+ROUNDING = 1e-12
 #: as many bodies are named one by one
 FEW = 4
 
@@ -53,7 +55,7 @@ def remarks(result: Result) -> Iterable[str]:
         values = result.get(f"{name}_singular_value")
         if np.isfinite(values).any():
             k = int(np.nanargmin(values))
-            yield f"{what} at # {k} ({values[k]:.3g}): {_motion(result, name, k)}."
+            yield f"{what} at # {k} ({values[k] if values[k] > ROUNDING else 0.0:.3g}): {_motion(result, name, k)}."
     if "singularity_distance" in result.data:
         distance = result.get("singularity_distance")
         if np.isinf(distance).any():
