@@ -140,10 +140,11 @@ class Path:
         known = np.isfinite(self.values)
         found.distance[known] = np.inf
         for first, last in _runs(known):
-            regular = np.flatnonzero(self.values[first : last + 1] >= self.limit)
-            if regular.size:
-                track = self._track(first, last, first + int(regular[0]), advance)
+            left = [k for k in range(first, last + 1) if self.values[k] >= self.limit]
+            while left:
+                track = self._track(first, last, left[0], advance)
                 self._assign(found, track, self._places(track))
+                left = [k for k in left[1:] if k not in track.along[np.isfinite(track.value)]]
         for k in np.flatnonzero(self.values < self.limit):
             found.distance[k], found.drives[k] = 0.0, self.at.drives[k]
             found.kind[k] = self._kind(self.at.poses[k])
@@ -170,15 +171,22 @@ class Path:
         return _Track(np.concatenate([backward[:0:-1], forward]), *ordered)
 
     def _followed(self, anchor: int, along: Floats, advance: Advance) -> tuple[Floats, Floats, Floats]:
-        """Position of the output, singular value and sign at places that begin at a configuration."""
-        parts = []
+        """Position of the output, singular value and sign at places that begin at a configuration.
+
+        What closes again behind a gap is another branch and does not count.
+        """
+        output, value, sign = np.full((len(along), 3), np.nan), np.full(len(along), np.nan), np.zeros(len(along))
+        start = 0
         for states in self._states(self.at.poses[anchor], along):
-            known = np.isfinite(states).all(axis=(1, 2))
-            value, sign = np.full(len(states), np.nan), np.zeros(len(states))
-            value[known], sign[known] = self.scaled.closure(states[known])
-            parts.append((self._output(states), value, sign))
+            closed = np.isfinite(states).all(axis=(1, 2))
+            count = len(states) if closed.all() else int(closed.argmin())
+            part = slice(start, start + count)
+            output[part] = self._output(states[:count])
+            value[part], sign[part] = self.scaled.closure(states[:count])
+            start += len(states)
             advance(len(states))
-        output, value, sign = (np.concatenate(column) for column in zip(*parts, strict=True))
+            if count < len(states):
+                break
         return output, value, sign
 
     def _states(self, pose: Floats, along: Floats) -> Iterator[Floats]:
@@ -187,12 +195,12 @@ class Path:
         for start in range(0, len(along), RUN):
             part = along[start : start + RUN]
             states = self._trace(pose, np.concatenate([[regular], part]))[1:]
-            # The next run starts from the last state that is closed and not itself singular.
-            for k in np.flatnonzero(np.isfinite(states).all(axis=(1, 2)))[::-1]:
+            yield states
+            # The next run starts from the last state that is not itself singular.
+            for k in range(len(states) - 1, -1, -1):
                 if self.scaled.closure(states[k : k + 1])[0][0] >= self.limit:
                     pose, regular = states[k], part[k]
                     break
-            yield states
 
     def _trace(self, pose: Floats, along: Floats) -> Floats:
         """Poses along the path, from the pose at the first of the places."""
