@@ -7,6 +7,8 @@ use crate::status::Status;
 pub const BINS: usize = 128;
 /// Fine bins per handed-out bin; quantiles are read from the fine ones.
 const FINE: usize = 8;
+/// The most components that an error has.
+const MOST_COMPONENTS: usize = 6;
 /// Room beyond the first-order range, for what the exact closure adds.
 const ROOM: f64 = 1.25;
 
@@ -82,40 +84,56 @@ pub struct Tally {
     pub kept: Option<Kept>,
 }
 
-/// A block less a shift; zero in the lanes of weight zero, which may hold anything.
+/// A block; zero in the lanes of weight zero, which may hold anything.
 #[inline(always)]
-fn about(block: &Block, shift: f64, weight: &Block) -> Block {
-    let mut out = block.sub(&Block::splat(shift));
-    for l in 0..LANES {
+fn counted(block: &Block, weight: &Block) -> Block {
+    let mut out = *block;
+    let mut l = 0;
+    while l < LANES {
         out.0[l] = if weight.0[l] > 0.0 { out.0[l] } else { 0.0 };
+        l += 1;
     }
     out
 }
 
-/// Sums of the components and of their products about a common shift, lane by lane.
+/// Sums of the components and of their products about a common shift, and the largest size of every
+/// quantity, lane by lane.
 pub struct Sums {
     count: Block,
     values: Vec<Block>,
     /// Lower triangle, row by row.
     products: Vec<Block>,
+    largest: Vec<Block>,
 }
 
 impl Sums {
-    pub fn new(components: usize) -> Self {
-        let zero = Block::splat(0.0);
-        Self { count: zero, values: vec![zero; components], products: vec![zero; components * (components + 1) / 2] }
+    pub fn new(components: usize, quantities: usize) -> Self {
+        let zeros = |n: usize| vec![Block::splat(0.0); n];
+        Self {
+            count: Block::splat(0.0),
+            values: zeros(components),
+            products: zeros(components * (components + 1) / 2),
+            largest: zeros(quantities),
+        }
     }
 
     /// Adds a block; lanes of weight zero do not count.
     #[inline(always)]
     pub fn add(&mut self, quantities: &[Block], weight: &Block, shift: &[f64]) {
         self.count = self.count.add(weight);
+        for (largest, quantity) in self.largest.iter_mut().zip(quantities) {
+            *largest = largest.max(&counted(&quantity.abs(), weight));
+        }
+        let n = self.values.len();
+        let mut about = [Block::splat(0.0); MOST_COMPONENTS];
+        for i in 0..n {
+            about[i] = counted(&quantities[i].sub(&Block::splat(shift[i])), weight);
+        }
         let mut k = 0;
-        for i in 0..self.values.len() {
-            let value = about(&quantities[i], shift[i], weight);
-            self.values[i] = self.values[i].add(&value);
+        for i in 0..n {
+            self.values[i] = self.values[i].add(&about[i]);
             for j in 0..=i {
-                self.products[k] = value.mul_add(&about(&quantities[j], shift[j], weight), &self.products[k]);
+                self.products[k] = about[i].mul_add(&about[j], &self.products[k]);
                 k += 1;
             }
         }
@@ -139,7 +157,7 @@ impl Tally {
 
     /// Adds one solved sample.
     pub fn add(&mut self, ranges: &Ranges, shift: &[f64], quantities: &[f64], outside: bool) {
-        let mut sums = Sums::new(self.mean.len());
+        let mut sums = Sums::new(self.mean.len(), quantities.len());
         let blocks: Vec<Block> = quantities.iter().map(|&q| Block::splat(q)).collect();
         let mut first = [0.0; LANES];
         first[0] = 1.0;
@@ -154,29 +172,33 @@ impl Tally {
 
     /// Counts a block of quantities into the histograms.
     #[inline(always)]
+    #[allow(unsafe_code)]
     pub fn count_block(&mut self, ranges: &Ranges, quantities: &[Block], good: &[bool; LANES], lanes: usize) {
         const ALL: usize = BINS * FINE;
         for (q, values) in quantities.iter().enumerate() {
             let place = values.sub(&Block::splat(ranges.low[q])).mul(&Block::splat(ranges.density[q]));
+            // Beyond the range the end bins serve.
+            let mut bin = [0_u32; LANES];
+            let mut i = 0;
+            while i < LANES {
+                let inside = place.0[i].max(0.0).min((ALL - 1) as f64);
+                // SAFETY: between 0 and the last bin; `max` has turned a NaN into 0.
+                bin[i] = unsafe { inside.to_int_unchecked::<i32>() } as u32;
+                i += 1;
+            }
             let bins = &mut self.bins[q * ALL..(q + 1) * ALL];
             for i in 0..lanes {
-                // Beyond the range the end bins serve; casts saturate.
-                let bin = (place.0[i].max(0.0) as u32 as usize).min(ALL - 1);
-                bins[bin] += u64::from(good[i]);
+                bins[bin[i] as usize] += u64::from(good[i]);
             }
-            let mut largest = self.largest[q];
-            for i in 0..lanes {
-                if good[i] && values.0[i].abs() > largest {
-                    largest = values.0[i].abs();
-                }
-            }
-            self.largest[q] = largest;
         }
     }
 
     /// Adds the moments of the samples summed about `shift`.
     pub fn absorb(&mut self, sums: &Sums, shift: &[f64]) {
         let n = self.mean.len();
+        for (largest, block) in self.largest.iter_mut().zip(&sums.largest) {
+            *largest = block.0.iter().fold(*largest, |a, &b| a.max(b));
+        }
         let total = |b: &Block| b.0.iter().sum::<f64>();
         let count = total(&sums.count);
         if count == 0.0 {
