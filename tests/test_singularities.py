@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -16,6 +19,10 @@ from jointplay.analyses.singularities import compute
 from jointplay.errors import InputError
 from oracles.platform import placed
 from oracles.upu import Upu
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples" / "papers"))
+
+import make_upu_singularities as picture
 
 Array = NDArray[np.float64]
 DETERMINATE = [name for name in examples.names() if name != "sarrus"]
@@ -390,3 +397,21 @@ def test_progress_ends_at_its_total() -> None:
     compute(example("four-bar"), progress=lambda done, total: seen.append((done, total)))
     assert seen[-1][0] == seen[-1][1]
     assert [done for done, _ in seen] == sorted(done for done, _ in seen)
+
+
+# --- the picture of the 3-UPU ----------------------------------------------------------------------------------------
+
+
+def test_the_committed_map_is_what_is_computed_and_follows_the_closed_form() -> None:
+    rows = picture.table(picture.NUMBERS.read_text(encoding="utf-8"))
+    assert picture.FIGURE.exists()
+    assert len(rows) == picture.COUNT**2
+    assert picture.agrees(picture.NUMBERS.read_text(encoding="utf-8"), picture.numbers())
+    radius = np.hypot(rows[:, 0], rows[:, 1])
+    on_circle = np.isclose(radius, 2 * (picture.BASE - picture.PLATFORM))
+    assert on_circle.sum() == 12, "Pythagorean triples of 300 on the grid"
+    assert (rows[on_circle, 2:] == 0).all()
+    assert (rows[~on_circle, 2] > 0).all()
+    # The legs hold the less, the smaller the determinant of their couples, on rings around the axis.
+    inside = (radius > 40) & (radius < 290)
+    assert np.corrcoef(rows[inside, 2], np.abs(rows[inside, 3]))[0, 1] > 0.95
