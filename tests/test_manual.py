@@ -117,6 +117,7 @@ SHORT = {"drives.theta1.values": [22.7, 43.83]}
 RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "check": jp.check,
     "solve": jp.solve,
+    "singularities": jp.singularities,
     "given": jp.given,
     "loaded": jp.loaded,
     "worst": jp.worst,

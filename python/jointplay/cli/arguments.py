@@ -125,3 +125,8 @@ def _steps(key: str, text: str, option: str = "--set") -> list[float | str] | No
     if not 2 <= count <= MOST_STEPS:
         raise InputError(f"{count} values; 2 to {MOST_STEPS} are possible", key=f"{option} {key}")
     return [(low * (count - 1 - k) + high * k) / (count - 1) for k in range(count)]
+
+
+def words(text: str | None) -> list[str] | None:
+    """Words between commas; None where the option is left out."""
+    return None if text is None else [word.strip() for word in text.split(",")]

@@ -108,6 +108,34 @@ def solve(file: File, settings: Settings = None, output: Output = None, plot: Pl
 
 
 @app.command()
+def singularities(
+    file: File,
+    length: Annotated[
+        float | None,
+        typer.Option("--length", metavar="L", help="Length that counts as a radian. [default: size of the mechanism]"),
+    ] = None,
+    components: Annotated[
+        str | None,
+        typer.Option("--components", metavar="x,y,...", help="What of the output has to move; see the manual."),
+    ] = None,
+    path: Annotated[
+        bool, typer.Option("--path/--no-path", help="Look for singularities between the configurations, too.")
+    ] = True,
+    settings: Settings = None,
+    output: Output = None,
+) -> int:
+    """Say how near to a singularity the mechanism is, of which kind, what moves there, and how far away it is."""
+    from jointplay.analyses.singularities import compute
+
+    counted = arguments.words(components)
+
+    def ask(m: Mechanism, progress: Any) -> Result:
+        return compute(m, length=length, components=counted, path=path, progress=progress)
+
+    return answer.answer({"singularities": ask}, answer.mechanism(file, settings), output, None)
+
+
+@app.command()
 def error(
     file: File,
     question: Annotated[
@@ -310,7 +338,7 @@ def compare(
     options: dict[str, Any] = {}
     if question is Compared.random:
         options = {"samples": samples, "seed": seed, "law": law.value if law else None}
-    followed = None if components is None else [word.strip() for word in components.split(",")]
+    followed = arguments.words(components)
 
     def ask(m: Mechanism) -> Result:
         return compute(m, b, question.value, components=followed, **options)
