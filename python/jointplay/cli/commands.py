@@ -108,6 +108,34 @@ def solve(file: File, settings: Settings = None, output: Output = None, plot: Pl
 
 
 @app.command()
+def singularities(
+    file: File,
+    length: Annotated[
+        float | None,
+        typer.Option("--length", metavar="L", help="Length that counts as a radian. [default: size of the mechanism]"),
+    ] = None,
+    components: Annotated[
+        str | None,
+        typer.Option("--components", metavar="x,y,...", help="What of the output has to move; see the manual."),
+    ] = None,
+    path: Annotated[
+        bool, typer.Option("--path/--no-path", help="Look for singularities between the configurations, too.")
+    ] = True,
+    settings: Settings = None,
+    output: Output = None,
+) -> int:
+    """Say how near to a singularity the mechanism is, of which kind, what moves there, and how far away it is."""
+    from jointplay.analyses.singularities import compute
+
+    counted = arguments.words(components)
+
+    def ask(m: Mechanism, progress: Any) -> Result:
+        return compute(m, length=length, components=counted, path=path, progress=progress)
+
+    return answer.answer({"singularities": ask}, answer.mechanism(file, settings), output, None)
+
+
+@app.command()
 def error(
     file: File,
     question: Annotated[
@@ -254,9 +282,7 @@ def map_(
     settings: Settings = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output", "-o", metavar="PATH", help="Write it, chunk by chunk: .zarr or .nc; asked again, go on."
-        ),
+        typer.Option("--output", "-o", metavar="PATH", help="Write it by chunks: .zarr or .nc; asked again, go on."),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace something else at the path.")] = False,
     chunk: Annotated[
@@ -264,7 +290,7 @@ def map_(
     ] = None,
     plot: Annotated[
         Path | None,
-        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg or .pdf; .html to look around in."),
+        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg, .pdf, or .html to look around in."),
     ] = None,
     variable: Annotated[
         str | None,
@@ -312,7 +338,7 @@ def compare(
     options: dict[str, Any] = {}
     if question is Compared.random:
         options = {"samples": samples, "seed": seed, "law": law.value if law else None}
-    followed = None if components is None else [word.strip() for word in components.split(",")]
+    followed = arguments.words(components)
 
     def ask(m: Mechanism) -> Result:
         return compute(m, b, question.value, components=followed, **options)

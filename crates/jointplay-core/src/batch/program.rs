@@ -314,7 +314,8 @@ impl Bound<'_> {
             self.step[n.n_parameters + k] = *n.first.output(&self.first, k);
         }
         let mut last = *n.first.output(&self.first, size);
-        let mut good = [true; LANES];
+        // Branch-free, so that lanes are judged as they are computed: many at once.
+        let mut good = [false; LANES];
         let mut i = 0;
         while i < LANES {
             good[i] = last.0[i] <= SMALL_ANGLE * SMALL_ANGLE;
@@ -325,23 +326,25 @@ impl Bound<'_> {
             n.step.run(&mut self.step);
             let now = *n.step.output(&self.step, size);
             let determinant = *n.step.output(&self.step, pivots);
-            let mut all = true;
+            // The second step must be well below the first, or the branch is in doubt.
+            let shrink = if step > 0 { 1e300 } else { 0.25 };
+            let mut open = false;
             let mut i = 0;
             while i < LANES {
-                // The second step must be well below the first, or the branch is in doubt.
-                good[i] &= step > 0 || now.0[i] <= 0.25 * last.0[i] || now.0[i] <= ROUNDING * ROUNDING;
-                good[i] &= now.0[i] <= LATER_ANGLE * LATER_ANGLE && determinant.0[i] * self.sign > 0.0;
+                let (now, last) = (now.0[i], last.0[i]);
+                let rounding = now <= ROUNDING * ROUNDING;
+                let shrinks = (now <= shrink * last) | rounding;
+                good[i] &= shrinks & (now <= LATER_ANGLE * LATER_ANGLE) & (determinant.0[i] * self.sign > 0.0);
                 // Newton converges quadratically: the next step is about now^3 / last^2.
-                let cube = now.0[i] * now.0[i] * now.0[i];
-                solved[i] |= now.0[i] <= ROUNDING * ROUNDING || cube <= SOLVED * SOLVED * last.0[i] * last.0[i];
-                all &= solved[i] || !good[i];
+                solved[i] |= rounding | (now * now * now <= SOLVED * SOLVED * (last * last));
+                open |= good[i] & !solved[i];
                 i += 1;
             }
             for k in 0..size {
                 let value = *n.step.output(&self.step, k);
                 self.step[n.n_parameters + k] = value;
             }
-            if all {
+            if !open {
                 break;
             }
             last = now;

@@ -51,14 +51,14 @@ impl Pin {
     /// The offset of the displacements of the ends and of the axial one.
     #[inline(always)]
     fn offset(&self, along: f64, [first, second]: Ends) -> [f64; MAX_SIZE] {
-        let l = self.half_length;
+        let half_turn = 0.5 / self.half_length;
         self.join(
             along,
             [
                 0.5 * (first[0] + second[0]),
                 0.5 * (first[1] + second[1]),
-                0.5 * (second[1] - first[1]) / l,
-                0.5 * (first[0] - second[0]) / l,
+                half_turn * (second[1] - first[1]),
+                half_turn * (first[0] - second[0]),
             ],
         )
     }
@@ -67,7 +67,8 @@ impl Pin {
     #[inline(always)]
     fn reactions(&self, w: &[f64]) -> Ends {
         let w = &w[self.across()..];
-        let (about_side, about_normal) = (w[2] / self.half_length, w[3] / self.half_length);
+        let per_lever = 1.0 / self.half_length;
+        let (about_side, about_normal) = (per_lever * w[2], per_lever * w[3]);
         [
             [0.5 * (w[0] + about_normal), 0.5 * (w[1] - about_side)],
             [0.5 * (w[0] - about_normal), 0.5 * (w[1] + about_side)],
@@ -82,16 +83,15 @@ impl Pin {
     /// The face that a wrench exposes.
     #[inline(always)]
     pub(super) fn face(&self, w: &[f64], tolerance: f64) -> ([f64; MAX_SIZE], PinFace) {
-        let mut open = PinFace { pin: *self, ends: [false; 2], along: false };
-        let mut ends = [[0.0; 2]; 2];
-        for (end, [x, y]) in self.reactions(w).into_iter().enumerate() {
+        let push = |[x, y]: [f64; 2]| {
             let size = (x * x + y * y).sqrt();
-            if size > tolerance {
-                ends[end] = [self.radius * x / size, self.radius * y / size];
-            } else {
-                open.ends[end] = self.radius > 0.0;
-            }
-        }
+            let decided = size > tolerance;
+            let part = if decided { self.radius / size } else { 0.0 };
+            ([part * x, part * y], !decided && self.radius > 0.0)
+        };
+        let [first, second] = self.reactions(w);
+        let ((first, first_open), (second, second_open)) = (push(first), push(second));
+        let mut open = PinFace { pin: *self, ends: [first_open, second_open], along: false };
         let mut along = 0.0;
         if let Some(axial) = self.axial {
             if w[0].abs() > tolerance {
@@ -100,7 +100,7 @@ impl Pin {
                 open.along = axial > 0.0;
             }
         }
-        (self.offset(along, ends), open)
+        (self.offset(along, [first, second]), open)
     }
 
     pub(super) fn to_unit(self, offset: &[f64]) -> [f64; MAX_SIZE] {

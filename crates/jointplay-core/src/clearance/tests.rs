@@ -176,25 +176,6 @@ fn moments_agree_with_samples() {
     }
 }
 
-#[test]
-fn the_tapered_laws_agree_with_integrals_known_in_closed_form() {
-    // The octahedron's moments do not depend on which of its diagonals is called the axis.
-    for law in LAWS {
-        let (along, [across, _]) = crate::sampling::law::tapered_variances(law, &[1.0]);
-        assert!((along - across).abs() < 1e-14, "{law:?} {along} {across}");
-    }
-    // Uniform in the octahedron: E[x^2] = 2 / (4 5); pyramids over a product of squares: 2 / (6 7).
-    assert!((crate::sampling::law::tapered_variances(Law::Uniform, &[1.0]).0 - 0.1).abs() < 1e-15);
-    assert!((crate::sampling::law::tapered_variances(Law::Uniform, &[1.0, 1.0]).0 - 1.0 / 21.0).abs() < 1e-15);
-    // A square that does not taper is a diamond of its own, and the other with the axis an octahedron.
-    for law in [Law::Uniform, Law::Normal] {
-        let (along, across) = crate::sampling::law::tapered_variances(law, &[1.0, 0.0]);
-        assert!((along - crate::sampling::law::tapered_variances(law, &[1.0]).0).abs() < 1e-14);
-        assert!((across[0] - along).abs() < 1e-14);
-        assert!((across[1] - law::diamond_variance(law)).abs() < 1e-14);
-    }
-}
-
 /// Wrenches that leave something undecided: every pattern of vanishing reactions and equal ones.
 fn ties(set: &Set) -> Vec<Vec<f64>> {
     let grid = |n: usize| {

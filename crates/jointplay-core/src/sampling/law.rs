@@ -145,3 +145,52 @@ fn inside(k: f64) -> f64 {
     }
     2.0 * sum * density(k)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Integral from 0 to 1 by Simpson's rule, fine enough for rounding to be all that is left.
+    fn simpson(f: impl Fn(f64) -> f64) -> f64 {
+        let at = |i: i32| f(f64::from(i) / 2000.0) * f64::from([2, 4][i as usize % 2]);
+        ((0..=2000).map(at).sum::<f64>() - f(0.0) - f(1.0)) / 6000.0
+    }
+
+    #[test]
+    fn truncated_normal_radii_agree_with_quadrature() {
+        for size in [2, 3] {
+            // Three standard deviations to 1.
+            let density = |r: f64| r.powi(size - 1) * (-4.5 * r * r).exp();
+            let square = simpson(|r| density(r) * r * r) / simpson(density);
+            let variance = round_variance(Law::Normal, size as usize);
+            assert!((variance - square / f64::from(size)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_tapered_laws_agree_with_integrals_known_in_closed_form() {
+        // The octahedron's moments do not depend on which of its diagonals is called the axis.
+        for law in [Law::Uniform, Law::Boundary, Law::Normal, Law::Gauss] {
+            let (along, [across, _]) = tapered_variances(law, &[1.0]);
+            assert!((along - across).abs() < 1e-14, "{law:?} {along} {across}");
+        }
+        // Uniform in the octahedron: E[x^2] = 2 / (4 5); pyramids over a product of squares: 2 / (6 7).
+        assert!((tapered_variances(Law::Uniform, &[1.0]).0 - 0.1).abs() < 1e-15);
+        assert!((tapered_variances(Law::Uniform, &[1.0, 1.0]).0 - 1.0 / 21.0).abs() < 1e-15);
+        // Between the two: the area of the squares at every height, by quadrature.
+        let k = 0.6;
+        let area = |x: f64| ((1.0 - x) * (1.0 - k * x)).powi(2);
+        let all = simpson(area);
+        let (along, across) = tapered_variances(Law::Uniform, &[k, 1.0]);
+        assert!((along - simpson(|x| area(x) * x * x) / all).abs() < 1e-12);
+        assert!((across[0] - simpson(|x| area(x) * (1.0 - k * x).powi(2) / 6.0) / all).abs() < 1e-12);
+        assert!((across[1] - simpson(|x| area(x) * (1.0 - x).powi(2) / 6.0) / all).abs() < 1e-12);
+        // A square that does not taper is a diamond of its own, and the other with the axis an octahedron.
+        for law in [Law::Uniform, Law::Normal] {
+            let (along, across) = tapered_variances(law, &[1.0, 0.0]);
+            assert!((along - tapered_variances(law, &[1.0]).0).abs() < 1e-14);
+            assert!((across[0] - along).abs() < 1e-14);
+            assert!((across[1] - diamond_variance(law)).abs() < 1e-14);
+        }
+    }
+}
