@@ -27,6 +27,8 @@ import make_upu_singularities as picture
 
 Array = NDArray[np.float64]
 DETERMINATE = [name for name in examples.names() if name != "sarrus"]
+#: where two bars stand that lean against each other, metres
+FEET = {"left": -0.3, "right": 0.3}
 #: chords of the steps along the path stand for its arc: STEP^2 / 24 of it
 ARC = 5e-5
 
@@ -402,6 +404,31 @@ def test_what_is_not_valid_is_refused(options: dict[str, object]) -> None:
 def test_one_configuration_has_no_path() -> None:
     result = jp.singularities(example("four-bar").with_({"drives.theta1.values": [30]}))
     assert np.isinf(result.singularity_distance.item())
+
+
+def test_a_structure_has_its_joints_only() -> None:
+    bar = {"type": "revolute", "on": {"left": [0.5, 0.0], "right": [0.5, 0.0]}}
+    feet = {name: {"type": "revolute", "on": {"ground": [x, 0.0], name: [0.0, 0.0]}} for name, x in FEET.items()}
+    raw = {
+        "format": 1,
+        "space": "planar",
+        "units": {"length": "m", "angle": "deg", "force": "N"},
+        "joints": {"top": bar, **feet},
+        "start": {"left": {"angle": 50}, "right": {"angle": 130}},
+        "output": {"body": "left", "at": [0.5, 0.0]},
+    }
+    result = jp.singularities(jp.Mechanism(raw))
+    assert result.constraint_singular_value.item() == pytest.approx(result.singular_value.item(), rel=1e-12)
+    assert np.isnan(result.actuation_singular_value).all()
+    assert result.kind.item() == "constraint"
+
+
+def test_targets_out_of_reach_leave_a_gap_in_the_path() -> None:
+    m = example("five-bar").with_({"path.x": [0, 0, 0, 0], "path.y": [190, 220, 400, 190]})
+    result = jp.singularities(m)
+    assert result.status.values.tolist() == ["ok", "ok", "not_assembled", "ok"]
+    assert np.isinf(result.singularity_distance.values[[0, 1, 3]]).all()
+    assert np.isnan(result.singularity_distance.values[2])
 
 
 def test_ctrl_c_keeps_what_is_done() -> None:
