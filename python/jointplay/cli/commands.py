@@ -65,6 +65,8 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> int:
     """Write a bundled example to start from, or list them."""
+    import tomllib
+
     from jointplay import examples
     from jointplay.write import create
 
@@ -76,7 +78,7 @@ def new(
     text = examples.text(name, arguments.assignments(settings or (), "--set"))
     path = output or Path(f"{name}.toml")
     create(text, path, replace=force)
-    typer.echo(f"wrote {path}: {examples.title(name)}")
+    typer.echo(f"wrote {path}: {tomllib.loads(text)['title']}")
     return DONE
 
 
@@ -199,7 +201,10 @@ def compensate(
         typer.Option("--weights", metavar="P,R", help="Weights of position and of rotation; R is a length per radian."),
     ] = None,
     target: Annotated[
-        str | None, typer.Option("--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero.")
+        str | None,
+        typer.Option(
+            "--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero; in space X,Y,Z[,RX,RY,RZ]."
+        ),
     ] = None,
     settings: Settings = None,
     output: Output = None,
@@ -212,7 +217,7 @@ def compensate(
     put = answer.offsets(offset)
     which = (question or (Correctable.given if put else Correctable.loaded)).value
     pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,))
-    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3))
+    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3, 6))
 
     def correct(m: Mechanism) -> Result:
         return compute(m, which, put or None, weights=pair, target=aim)
@@ -277,9 +282,7 @@ def map_(
     settings: Settings = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output", "-o", metavar="PATH", help="Write it, chunk by chunk: .zarr or .nc; asked again, go on."
-        ),
+        typer.Option("--output", "-o", metavar="PATH", help="Write it by chunks: .zarr or .nc; asked again, go on."),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace something else at the path.")] = False,
     chunk: Annotated[
@@ -287,7 +290,7 @@ def map_(
     ] = None,
     plot: Annotated[
         Path | None,
-        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg or .pdf; .html to look around in."),
+        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg, .pdf, or .html to look around in."),
     ] = None,
     variable: Annotated[
         str | None,
@@ -316,7 +319,9 @@ def compare(
     components: Annotated[
         str | None,
         typer.Option(
-            "--components", metavar="x,y,angle", help="What B follows; x,y if left out, all with three drives."
+            "--components",
+            metavar="x,y,angle",
+            help="What B follows; if left out the position, all with as many drives.",
         ),
     ] = None,
     samples: Samples = 100_000,

@@ -77,7 +77,7 @@ def _motion(result: Result, outcome: str, bad: np.ndarray[tuple[int, ...], np.dt
     parts = np.maximum(shift, motion[..., ~lengths].max(axis=-1))
     moving = (parts > TAKES_PART * parts.max(axis=1, keepdims=True)).any(axis=0)
     names = [name for name, moves in zip(result.labels("body"), moving.tolist(), strict=True) if moves]
-    return f" (what moves: {', '.join(names)})"
+    return f" (what moves: {', '.join(names)})" if names else ""
 
 
 def _samples(result: Result) -> Iterable[str]:
