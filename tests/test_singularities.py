@@ -13,11 +13,13 @@ from scipy.optimize import brentq
 
 import jointplay as jp
 from jointplay import examples, poses
+from jointplay.analyses import solve
 from jointplay.analyses.nominal import Interrupted, Nominal, nominal
 from jointplay.analyses.singular_path import Path as DrivePath
 from jointplay.analyses.singular_values import Scaled
 from jointplay.analyses.singularities import compute
 from jointplay.errors import InputError
+from jointplay.table import tables
 from oracles.platform import placed
 from oracles.upu import Upu
 
@@ -467,3 +469,28 @@ def test_the_committed_map_is_what_is_computed_and_follows_the_closed_form() -> 
     # The legs hold the less, the smaller the determinant of their couples, on rings around the axis.
     inside = (radius > 40) & (radius < 290)
     assert np.corrcoef(rows[inside, 2], np.abs(rows[inside, 3]))[0, 1] > 0.95
+
+
+# --- in words --------------------------------------------------------------------------------------------------------
+
+
+def test_the_table_says_what_moves_and_where() -> None:
+    (table,) = tables(compute(example("slider-crank").with_({"drives.theta.values": [60, 180]})))
+    notes = " ".join(table.notes)
+    assert "The output follows least at # 1 (0): crank and rod move together, the output stands still." in notes
+    assert "A radian counts as 50 mm" in notes
+    assert "meets no singularity" in notes
+    backwards = {"drives.theta1.joint": "J4", "drives.theta1.values": [36, 80]}
+    (table,) = tables(compute(example("four-bar").with_(backwards)))
+    cells = {column.name: column.cells for column in table.columns}
+    assert cells["to a singularity"] == ("90.39", "–")
+    assert cells["kind"] == ("actuation", "")
+
+
+def test_solve_points_to_the_command_where_something_is_singular() -> None:
+    dead = float(np.degrees(np.arccos(1 / 3)))
+    m = example("four-bar").with_({"drives.theta1.joint": "J4", "drives.theta1.values": [60.0, dead]})
+    (table,) = tables(solve.compute(m))
+    assert any("jointplay singularities" in note for note in table.notes)
+    (table,) = tables(solve.compute(example("four-bar")))
+    assert not any("jointplay singularities" in note for note in table.notes)
