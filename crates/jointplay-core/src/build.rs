@@ -3,7 +3,7 @@
 use crate::clearance::Set;
 use crate::joint::Joint;
 use crate::mechanism::{Mechanism, Point, Row, Source};
-use crate::space::{Component, norm, scale, sub};
+use crate::space::{Component, Space, norm, scale, sub};
 use crate::spec::{Spec, Target};
 
 /// A mistake in a specification: an index out of range or a set that does not fit its joint.
@@ -21,8 +21,11 @@ impl Mechanism {
     /// # Errors
     /// An index out of range, a set that does not fit what it belongs to, a degenerate axis.
     pub fn new(spec: &Spec) -> Result<Self, SpecError> {
-        if spec.guess.len() != spec.n_bodies || spec.guess.iter().any(|g| g.len() != spec.space.size()) {
+        if spec.guess.len() != spec.n_bodies || spec.guess.iter().any(|g| g.len() != spec.space.n_coordinates()) {
             return fail("one guess of the right size per body is needed");
+        }
+        if spec.space == Space::Spatial && spec.guess.iter().any(|g| norm(&g[3..]) < 0.5) {
+            return fail("a guess has no attitude: its quaternion must have unit size");
         }
         let positive = |x: f64| x.is_finite() && x > 0.0;
         if !positive(spec.length) || !positive(spec.singular_value) {
@@ -39,7 +42,9 @@ impl Mechanism {
         }
         let mut driven_rows = Vec::with_capacity(spec.drives.len());
         for (d, drive) in spec.drives.iter().enumerate() {
-            let coordinate = joints.get(drive.joint).and_then(|j| j.coordinate);
+            let coordinate = joints
+                .get(drive.joint)
+                .and_then(|j| drive.component.map_or(j.coordinate, |coordinate| j.component_of(coordinate)));
             let Some(component) = coordinate else { return fail(format!("drive {d} has no coordinate to drive")) };
             driven_rows.push(rows.len());
             rows.push(Row { joint: drive.joint, component, drive: Some(d), parameter: None });
@@ -47,7 +52,7 @@ impl Mechanism {
         let mut sources = Vec::with_capacity(spec.sources.len());
         let mut centre = Vec::new();
         for (i, s) in spec.sources.iter().enumerate() {
-            let set = Set::from(s.set);
+            let set = Set::try_from(s.set).map_err(|e| SpecError(format!("source {i}: {e}")))?;
             let first = centre.len();
             let components = attach(&s.target, first, &mut points, &joints, &mut rows, &driven_rows)
                 .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;
@@ -56,7 +61,12 @@ impl Mechanism {
             }
             centre.extend_from_slice(&s.centre);
             let is_clearance = matches!(s.target, Target::Clearance { .. });
-            sources.push(Source { set, law: s.law, first, is_clearance, components });
+            let is_angle = match s.target {
+                Target::Angle { .. } => true,
+                Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
+                Target::Clearance { .. } | Target::Dimension { .. } => false,
+            };
+            sources.push(Source { set, law: s.law, first, is_clearance, is_angle, components });
         }
         Ok(Self {
             space: spec.space,
@@ -96,7 +106,7 @@ fn joints(spec: &Spec, points: &[Point]) -> Result<Vec<Joint>, SpecError> {
         if first.body == second.body {
             return fail(format!("joint {i} connects a body to itself"));
         }
-        Joint::new(spec.space, j).map_or_else(|| fail(format!("joint {i} has no direction")), Ok)
+        Joint::new(spec.space, j).map_err(|problem| SpecError(format!("joint {i} {problem}")))
     };
     spec.joints.iter().enumerate().map(connect).collect()
 }
@@ -113,16 +123,19 @@ fn attach(
     match *target {
         Target::Clearance { joint } => {
             let Some(j) = joints.get(joint) else { return fail("there is no such joint") };
-            let start = rows.iter().position(|r| r.joint == joint).unwrap_or(0);
-            for (k, &locked) in j.play.iter().enumerate() {
-                rows[start + locked].parameter = Some(first + k);
+            if !j.has_play {
+                return fail("a joint of this kind has no clearance");
             }
-            Ok(j.play.iter().map(|&locked| j.component_name(locked)).collect())
+            let start = rows.iter().position(|r| r.joint == joint).unwrap_or(0);
+            for k in 0..j.locked.len() {
+                rows[start + k].parameter = Some(first + k);
+            }
+            Ok(j.locked.iter().map(|&component| j.name_of(component)).collect())
         }
         Target::Angle { joint } => {
-            let is_angle = |r: &&mut Row| r.joint == joint && matches!(r.component, Component::About(_));
-            let fixed = joints.get(joint).is_some_and(|j| j.coordinate.is_none());
-            let Some(row) = rows.iter_mut().find(is_angle).filter(|_| fixed) else {
+            let roll = joints.get(joint).filter(|j| j.coordinate.is_none()).map(Joint::roll);
+            let is_angle = |r: &&mut Row| r.joint == joint && Some(r.component) == roll;
+            let Some(row) = rows.iter_mut().find(is_angle) else {
                 return fail("an angle error needs a fixed joint");
             };
             row.parameter = Some(first);

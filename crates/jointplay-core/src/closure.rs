@@ -5,20 +5,26 @@
 //!
 //! ```text
 //! translation:  e . (P2 - P1) - (drive + parameter) = 0
-//! rotation:     angle of body 2 relative to body 1 about e - (drive + parameter) = 0
+//! roll:         angle from a_j to b_j about a_i - (drive + parameter) = 0     (j after i)
+//! tilt:         (a_0 x b_0) . a_i - parameter = 0                               (in space)
 //! ```
 //!
-//! with e an axis of the joint, fixed to the ground or to body 1. Its derivative along the twists
-//! (v1, w1), (v2, w2) is, with `rho_i = P_i - origin of body i` and `d = P2 - P1`,
+//! with e an axis of the joint, fixed to the ground or to body 1, and a, b the joint's axes as bodies 1
+//! and 2 carry them. The roll is about the joint's axis (in the plane: out of the plane) and seen along
+//! it. A tilt is the sine of the angle between the two axes, so that the end of a pin of half length L
+//! is off by exactly L times it. With `rho_i = P_i - origin of body i` and `d = P2 - P1` the derivatives
+//! along the twists (v1, w1), (v2, w2) are
 //!
 //! ```text
-//! e.v2 + (rho2 x e).w2 - e.v1 - (rho1 x e).w1 + (e x d).w1      (last term when e is fixed to body 1)
+//! translation:  e.v2 + (rho2 x e).w2 - e.v1 - (rho1 x e).w1 + (e x d).w1      (last term when e is fixed to body 1)
+//! roll:         (b_j x (C a_k - S a_j)) / (C^2 + S^2) . (w2 - w1)             S = a_k.b_j, C = a_j.b_j
+//! tilt:         (a_2 x b_0) . (w2 - w1)  and  (b_0 x a_1) . (w2 - w1)
 //! ```
 
 use crate::joint::Frame;
 use crate::mechanism::Mechanism;
 use crate::real::Real;
-use crate::space::{Component, Pose, Vec3, add, cross, dot, scale, sub};
+use crate::space::{Component, Pose, Space, Vec3, add, cross, dot, scale, sub};
 
 /// What a configuration is asked for: drive values and the values of all parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,7 +92,7 @@ impl Mechanism {
 
     /// Poses of all bodies from their coordinates.
     pub(crate) fn poses(&self, coordinates: &[f64]) -> Vec<Pose<f64>> {
-        coordinates.chunks_exact(self.size()).map(|c| self.space.pose(c)).collect()
+        coordinates.chunks_exact(self.space.n_coordinates()).map(|c| self.space.pose(c)).collect()
     }
 
     /// The axes of a joint in ground axes.
@@ -101,15 +107,49 @@ impl Mechanism {
         }
     }
 
-    /// Sine and cosine of the angle of the second body's joint axes relative to the first's about axis 2.
-    fn relative_angle<S: Real>(&self, joint: usize, poses: &[Pose<S>]) -> (S, S) {
+    /// A joint's axis as the first body (or the second) carries it, in ground axes.
+    fn carried<S: Real>(&self, joint: usize, second: bool, axis: usize, poses: &[Pose<S>]) -> Vec3<S> {
         let joint = &self.joints[joint];
-        let on = |point: usize, axis: Vec3<f64>| match self.points[point].body {
-            None => constant(axis),
-            Some(b) => poses[b].turn(constant(axis)),
-        };
-        let along = on(joint.second, joint.axes_second[0]);
-        (dot(on(joint.first, joint.axes_first[1]), along), dot(on(joint.first, joint.axes_first[0]), along))
+        let (point, axes) = if second { (joint.second, &joint.axes_second) } else { (joint.first, &joint.axes_first) };
+        let axis = constant(axes[axis]);
+        self.points[point].body.map_or(axis, |b| poses[b].turn(axis))
+    }
+
+    /// Sine and cosine (times one positive number) of the roll of a joint about an axis.
+    fn roll<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> (S, S) {
+        let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
+        let turned = self.carried(joint, true, j, poses);
+        (dot(self.carried(joint, false, k, poses), turned), dot(self.carried(joint, false, j, poses), turned))
+    }
+
+    /// The vector whose scalar product with `w2 - w1` is the rate of a rotation component.
+    fn rotation_gradient<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> Vec3<S> {
+        let (zero, one) = (S::from_f64(0.0), S::from_f64(1.0));
+        if self.space == Space::Planar {
+            return [zero, zero, one];
+        }
+        let first = |axis| self.carried(joint, false, axis, poses);
+        match axis {
+            0 => {
+                let (sine, cosine) = self.roll(joint, axis, poses);
+                let across = sub(scale(first(2), cosine), scale(first(1), sine));
+                let turned = self.carried(joint, true, 1, poses);
+                scale(cross(turned, across), one / (cosine * cosine + sine * sine))
+            }
+            1 => cross(first(2), self.carried(joint, true, 0, poses)),
+            _ => cross(self.carried(joint, true, 0, poses), first(1)),
+        }
+    }
+
+    /// A tilt, as the sine of an angle where that is below a sixth of a turn, and the angle itself beyond: unlike its
+    /// sine it does not vanish at half a turn, so that a rough start cannot settle on the mirrored
+    /// solution.
+    fn tilt<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> S {
+        let other = if axis == 1 { 2 } else { 1 };
+        let along = self.carried(joint, true, 0, poses);
+        let sine = dot(self.carried(joint, false, other, poses), along);
+        let sine = if axis == 1 { -sine } else { sine };
+        S::tilt(sine, dot(self.carried(joint, false, 0, poses), along))
     }
 
     /// The value of a joint component, angles between -pi and pi.
@@ -117,8 +157,8 @@ impl Mechanism {
         let row = &self.rows[row];
         let joint = &self.joints[row.joint];
         match row.component {
-            Component::About(_) => {
-                let (s, c) = self.relative_angle(row.joint, poses);
+            Component::About(i) => {
+                let (s, c) = self.roll(row.joint, i, poses);
                 s.atan2(c)
             }
             Component::Along(i) => {
@@ -142,7 +182,6 @@ impl Mechanism {
     ) {
         let components = self.space.components();
         let zero = S::from_f64(0.0);
-        let one = S::from_f64(1.0);
         for (k, row) in self.rows.iter().enumerate() {
             let joint = &self.joints[row.joint];
             let parameter = row.parameter.map_or(zero, |p| inputs.parameters[p]);
@@ -165,19 +204,32 @@ impl Mechanism {
                     angular_1 = turning;
                     angular_2 = cross(p2.lever, e);
                 }
-                Component::About(i) => {
-                    let mut left = self.relative_angle(row.joint, poses);
+                Component::About(i) if row.component == joint.roll() => {
+                    let mut left = self.roll(row.joint, i, poses);
                     if let Some(d) = row.drive {
                         left = turn_back(left, (inputs.drives[d].sine, inputs.drives[d].cosine));
                     }
                     let (sine, cosine) = turn_back(left, parameter.sin_cos());
-                    let (r, slope) = S::angle_residual(sine, cosine);
-                    residual[k] = r;
+                    let gradient = self.rotation_gradient(row.joint, i, poses);
+                    (residual[k], linear) = match self.space {
+                        // Without tilt sine and cosine are exact, and spare a division.
+                        Space::Planar => {
+                            let (r, slope) = S::angle_residual(sine, cosine);
+                            angular_2 = scale(gradient, slope);
+                            (r, [zero; 3])
+                        }
+                        Space::Spatial => {
+                            angular_2 = gradient;
+                            (S::small_angle(sine, cosine), [zero; 3])
+                        }
+                    };
+                    angular_1 = angular_2.map(|v| -v);
+                }
+                Component::About(i) => {
+                    residual[k] = self.tilt(row.joint, i, poses) - parameter;
                     linear = [zero; 3];
-                    let mut e = [zero; 3];
-                    e[i] = slope * one;
-                    angular_1 = [-e[0], -e[1], -e[2]];
-                    angular_2 = e;
+                    angular_2 = self.rotation_gradient(row.joint, i, poses);
+                    angular_1 = angular_2.map(|v| -v);
                 }
             }
             let out = &mut derivatives[2 * components.len() * k..2 * components.len() * (k + 1)];
@@ -197,6 +249,16 @@ impl Mechanism {
                     Component::About(i) => angular_2[i],
                 };
             }
+        }
+    }
+
+    /// The axis of a row in ground axes: the force, or the moment, on the second body that its unit
+    /// multiplier stands for.
+    pub(crate) fn row_axis<S: Real>(&self, row: usize, poses: &[Pose<S>]) -> Vec3<S> {
+        let row = &self.rows[row];
+        match row.component {
+            Component::Along(i) => self.axes(row.joint, poses)[i],
+            Component::About(i) => self.rotation_gradient(row.joint, i, poses),
         }
     }
 

@@ -37,7 +37,7 @@ impl Mechanism {
         let missing = |status| Given {
             error: vec![f64::NAN; self.size()],
             error_first_order: vec![f64::NAN; self.size()],
-            coordinates: vec![f64::NAN; self.n_unknowns()],
+            coordinates: vec![f64::NAN; self.n_coordinates()],
             status,
         };
         self.each(

@@ -1,18 +1,23 @@
 //! Joint kinds as locked and free components of the relative displacement of two bodies.
 //!
-//! | joint | axes | locked | coordinate |
-//! |---|---|---|---|
-//! | revolute | ground | x, y | angle |
-//! | prismatic | first body's | normal, angle | along |
-//! | pin in slot | first body's | normal | along |
-//! | fixed | first body's | along, normal, angle | none |
+//! | joint | axes | locked in the plane | locked in space | coordinate |
+//! |---|---|---|---|---|
+//! | revolute | ground; first body's in space | x, y | along, side, normal, tilts | angle |
+//! | prismatic | first body's | normal, angle | side, normal, roll, tilts | along |
+//! | pin in slot | first body's | normal | | along |
+//! | cylindrical | first body's | | side, normal, tilts | along |
+//! | spherical | ground | | x, y, z | none |
+//! | planar | first body's | | along, tilts | none |
+//! | fixed | first body's | along, normal, angle | along, side, normal, roll, tilts | none |
+//! | target | ground | nothing | nothing | none of its own |
+//! | orientation | first body's | | roll, tilts | none |
 //!
-//! Axis 0 of the joint's axes is the joint's direction, axis 1 its normal (90 degrees on), axis 2
-//! completes them. A revolute joint in the plane has no direction of its own, so that its offsets
-//! are told in ground axes.
+//! Axis 0 of the joint's axes is the joint's direction. In the plane axis 1 is its normal (90 degrees
+//! on) and axis 2 completes them; a revolute joint in the plane has no direction of its own, so that its
+//! offsets are told in ground axes. In space axis 1 is the side and axis 2 the normal.
 
-use crate::space::{Component, Mat3, Space, Vec3, cross, norm, scale};
-use crate::spec::{JointKind, JointSpec};
+use crate::space::{Component, Mat3, Space, Vec3, cross, dot, norm, scale, sub};
+use crate::spec::{Coordinate, JointKind, JointSpec};
 
 /// The axes in which a joint's displacement is told.
 #[derive(Clone, Debug)]
@@ -26,6 +31,8 @@ pub enum Frame {
 /// A joint as the closure equations see it.
 #[derive(Clone, Debug)]
 pub struct Joint {
+    /// The space it works in.
+    pub space: Space,
     /// Point on the first body.
     pub first: usize,
     /// Point on the second body.
@@ -38,56 +45,124 @@ pub struct Joint {
     pub axes_second: Mat3<f64>,
     /// Components that the joint holds.
     pub locked: Vec<Component>,
-    /// Indices into `locked` of the components that a clearance loosens.
-    pub play: Vec<usize>,
+    /// Whether a clearance can loosen them.
+    pub has_play: bool,
     /// The component that a drive commands.
     pub coordinate: Option<Component>,
 }
 
+const IDENTITY: Mat3<f64> = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
 impl Joint {
-    /// Builds a joint; `None` when a direction is missing.
-    pub(crate) fn new(space: Space, spec: &JointSpec) -> Option<Self> {
+    /// Builds a joint.
+    pub(crate) fn new(space: Space, spec: &JointSpec) -> Result<Self, &'static str> {
         use Component::{About, Along};
-        let Space::Planar = space;
-        let axes_first = planar_axes(spec.axis_first)?;
-        let axes_second = planar_axes(spec.axis_second)?;
-        let (ground, locked, play, coordinate) = match spec.kind {
-            JointKind::Revolute => (true, vec![Along(0), Along(1)], vec![0, 1], Some(About(2))),
-            JointKind::Prismatic => (false, vec![Along(1), About(2)], vec![0, 1], Some(Along(0))),
-            JointKind::PinInSlot => (false, vec![Along(1)], vec![0], Some(Along(0))),
-            JointKind::Fixed => (false, vec![Along(0), Along(1), About(2)], vec![], None),
+        use JointKind as Kind;
+        let (locked, coordinate) = match (space, spec.kind) {
+            (Space::Planar, Kind::Revolute) => (vec![Along(0), Along(1)], Some(About(2))),
+            (Space::Planar, Kind::Prismatic) => (vec![Along(1), About(2)], Some(Along(0))),
+            (Space::Planar, Kind::PinInSlot) => (vec![Along(1)], Some(Along(0))),
+            (Space::Planar, Kind::Fixed) => (vec![Along(0), Along(1), About(2)], None),
+            (_, Kind::Target) => (vec![], None),
+            (Space::Spatial, Kind::Revolute) => {
+                (vec![Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0)))
+            }
+            (Space::Spatial, Kind::Cylindrical) => (vec![Along(1), Along(2), About(1), About(2)], Some(Along(0))),
+            (Space::Spatial, Kind::Prismatic) => {
+                (vec![Along(1), Along(2), About(0), About(1), About(2)], Some(Along(0)))
+            }
+            (Space::Spatial, Kind::Spherical) => (vec![Along(0), Along(1), Along(2)], None),
+            (Space::Spatial, Kind::Planar) => (vec![Along(0), About(1), About(2)], None),
+            (Space::Spatial, Kind::Fixed) => (vec![Along(0), Along(1), Along(2), About(0), About(1), About(2)], None),
+            (Space::Spatial, Kind::Orientation) => (vec![About(0), About(1), About(2)], None),
+            (Space::Planar, Kind::Cylindrical | Kind::Spherical | Kind::Planar | Kind::Orientation)
+            | (Space::Spatial, Kind::PinInSlot) => return Err("is of a kind that does not exist in this space"),
         };
-        // A revolute joint's angle is the second body's relative to the first's, whatever its axes.
-        let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let (axes_first, axes_second) = if ground { (identity, identity) } else { (axes_first, axes_second) };
-        let frame = if ground { Frame::Ground } else { Frame::First(axes_first) };
-        Some(Self { first: spec.first, second: spec.second, frame, axes_first, axes_second, locked, play, coordinate })
+        let ground = match spec.kind {
+            Kind::Target | Kind::Spherical => true,
+            // The joint's angle is the second body's relative to the first's, whatever its axes.
+            Kind::Revolute => space == Space::Planar,
+            _ => false,
+        };
+        let axes = |axis, side| {
+            if ground {
+                return Ok(IDENTITY);
+            }
+            let axes = match space {
+                Space::Planar => planar_axes(axis),
+                Space::Spatial => spatial_axes(axis, side),
+            };
+            axes.ok_or("has no direction, or its side lies along its axis")
+        };
+        let (axes_first, axes_second) =
+            (axes(spec.axis_first, spec.side_first)?, axes(spec.axis_second, spec.side_second)?);
+        Ok(Self {
+            space,
+            first: spec.first,
+            second: spec.second,
+            frame: if ground { Frame::Ground } else { Frame::First(axes_first) },
+            axes_first,
+            axes_second,
+            locked,
+            has_play: !matches!(spec.kind, Kind::Fixed | Kind::Target | Kind::Orientation),
+            coordinate,
+        })
+    }
+
+    /// The component of a name; `None` where the joint cannot be driven along it.
+    pub(crate) fn component_of(&self, coordinate: Coordinate) -> Option<Component> {
+        let ground = matches!(self.frame, Frame::Ground);
+        let component = match (coordinate, self.space) {
+            (Coordinate::X, _) if ground => Component::Along(0),
+            (Coordinate::Y, _) if ground => Component::Along(1),
+            (Coordinate::Z, Space::Spatial) if ground => Component::Along(2),
+            (Coordinate::Angle, Space::Planar) => Component::About(2),
+            (Coordinate::Angle, Space::Spatial) if !ground => Component::About(0),
+            (Coordinate::Along, _) if !ground => Component::Along(0),
+            _ => return None,
+        };
+        (!self.locked.contains(&component)).then_some(component)
     }
 
     /// Name of a component in the joint's axes.
     #[must_use]
-    pub const fn name_of(&self, component: Component) -> &'static str {
-        match (&self.frame, component) {
-            (_, Component::About(_)) => "angle",
-            (Frame::Ground, Component::Along(0)) => "x",
-            (Frame::Ground, Component::Along(_)) => "y",
-            (Frame::First(_), Component::Along(0)) => "along",
-            (Frame::First(_), Component::Along(_)) => "normal",
+    pub fn name_of(&self, component: Component) -> &'static str {
+        match (self.space, &self.frame, component) {
+            (Space::Planar, _, Component::About(_)) => "angle",
+            (Space::Planar, Frame::First(_), Component::Along(1)) => "normal",
+            (_, Frame::Ground, Component::Along(i)) => ["x", "y", "z"][i],
+            (_, Frame::First(_), Component::Along(i)) => ["along", "side", "normal"][i],
+            (Space::Spatial, _, Component::About(0)) if self.coordinate == Some(component) => "angle",
+            (Space::Spatial, _, Component::About(i)) => ["roll", "tilt_side", "tilt_normal"][i],
         }
     }
 
-    pub(crate) fn component_name(&self, locked: usize) -> &'static str {
-        self.name_of(self.locked[locked])
+    /// The rotation component about the joint's axis.
+    pub(crate) const fn roll(&self) -> Component {
+        match self.space {
+            Space::Planar => Component::About(2),
+            Space::Spatial => Component::About(0),
+        }
     }
 }
 
 /// Axis, normal and the direction out of the plane.
 fn planar_axes(axis: Vec3<f64>) -> Option<Mat3<f64>> {
-    let size = norm(&axis);
-    if !(size.is_finite() && size > 0.0) || axis[2] != 0.0 {
-        return None;
-    }
-    let along = scale(axis, 1.0 / size);
+    let along = unit(axis).filter(|_| axis[2] == 0.0)?;
     let out = [0.0, 0.0, 1.0];
     Some([along, cross(out, along), out])
+}
+
+/// Axis, side at right angles to it, normal.
+fn spatial_axes(axis: Vec3<f64>, side: Vec3<f64>) -> Option<Mat3<f64>> {
+    let along = unit(axis)?;
+    let across = sub(unit(side)?, scale(along, dot(along, unit(side)?)));
+    // A side within a thousandth of a radian of the axis is a slip of the keyboard.
+    let side = unit(across).filter(|_| norm(&across) > 1e-3)?;
+    Some([along, side, cross(along, side)])
+}
+
+fn unit(v: Vec3<f64>) -> Option<Vec3<f64>> {
+    let size = norm(&v);
+    (size.is_finite() && size > 0.0).then(|| scale(v, 1.0 / size))
 }

@@ -45,6 +45,8 @@ pub struct Source {
     pub first: usize,
     /// Whether the load decides where it goes (clearances) or not (tolerances, drive errors).
     pub is_clearance: bool,
+    /// Whether its first component is an angle.
+    pub is_angle: bool,
     /// The kind of parameter, by name, one per component.
     pub components: Vec<&'static str>,
 }
@@ -94,6 +96,18 @@ impl Mechanism {
         self.n_bodies() * self.size()
     }
 
+    /// Number of coordinates of all bodies.
+    #[must_use]
+    pub const fn n_coordinates(&self) -> usize {
+        self.n_bodies() * self.space.n_coordinates()
+    }
+
+    /// Number of coordinates of one body.
+    #[must_use]
+    pub const fn n_body_coordinates(&self) -> usize {
+        self.space.n_coordinates()
+    }
+
     /// Number of closure rows, drive rows (the last ones) included.
     #[must_use]
     pub const fn n_rows(&self) -> usize {
@@ -132,11 +146,6 @@ impl Mechanism {
     /// Joint and component name of every row.
     pub fn row_names(&self) -> impl Iterator<Item = (usize, &'static str)> + '_ {
         self.rows.iter().map(|r| (r.joint, self.joints[r.joint].name_of(r.component)))
-    }
-
-    /// Indices of the rotations among the components of a twist.
-    pub(crate) fn rotations(&self) -> impl Iterator<Item = usize> {
-        self.space.components().iter().enumerate().filter(|(_, c)| matches!(c, Component::About(_))).map(|(k, _)| k)
     }
 
     /// The largest angle among the parameters, twice the sets' own to leave room for untruncated laws.

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::closure::Inputs;
+use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::sensitivity::Output;
 use crate::solver::{Solver, State, scaled_size};
@@ -120,9 +121,9 @@ impl Mechanism {
             let mut part = (0.5 / step.amax()).min(1.0);
             let improved = loop {
                 let mut trial = coordinates.clone();
-                for (j, c) in trial.iter_mut().enumerate() {
-                    *c -= part * step[j] * self.unit(self.space.components()[j % self.size()]);
-                }
+                let unit = |j: usize| self.unit(self.space.components()[j % self.size()]);
+                let twists: Vec<f64> = step.iter().enumerate().map(|(j, s)| -part * s * unit(j)).collect();
+                self.retract(&mut trial, &twists);
                 let (r, j) = evaluate(&trial);
                 if r.norm() < residual.norm() {
                     (coordinates, residual, matrix) = (trial, r, j);
@@ -168,9 +169,7 @@ impl Mechanism {
             let improved = loop {
                 let mut trial = coordinates.clone();
                 let scaled: Vec<f64> = step.iter().map(|s| part * s).collect();
-                for (c, s) in trial.chunks_exact_mut(self.size()).zip(scaled.chunks_exact(self.size())) {
-                    self.space.retract(c, s);
-                }
+                self.retract(&mut trial, &scaled);
                 let next = solver.residual(&trial, &inputs);
                 if next < residual {
                     (coordinates, residual) = (trial, next);
@@ -198,6 +197,15 @@ impl Mechanism {
         }
     }
 
+    /// The drive values of a state, those nearest to given ones over full turns.
+    #[must_use]
+    pub fn drive_values(&self, coordinates: &[f64], near: &[f64]) -> Vec<f64> {
+        if coordinates.iter().any(|c| c.is_nan()) {
+            return vec![f64::NAN; self.n_drives];
+        }
+        (0..self.n_drives).map(|d| self.drive_value(d, coordinates, near[d])).collect()
+    }
+
     /// The first assembled state of the nominal mechanism and the solver planned there.
     ///
     /// Tries the drive values as asked; where the guess is too far from them, closes the joints first
@@ -217,7 +225,7 @@ impl Mechanism {
             return None;
         }
         let solver = Solver::new(self, &free.coordinates);
-        let values: Vec<f64> = (0..self.n_drives).map(|d| self.drive_value(d, &free.coordinates, drives[d])).collect();
+        let values = self.drive_values(&free.coordinates, drives);
         let state = solver.polish(&free.coordinates, &Inputs::nominal(self, &values))?;
         Some((solver, state))
     }
@@ -267,14 +275,27 @@ impl Mechanism {
         Configuration { state: Some(state), status, singular_value: value, singular_motion: motion, mismatch: f64::NAN }
     }
 
+    /// Measures how near every case is to a singular state, at its nominal coordinates.
+    #[must_use]
+    pub fn measure(&self, cases: &[Case<'_>]) -> Vec<Configuration> {
+        let measured = |case: &Case<'_>| {
+            if case.coordinates.iter().any(|c| c.is_nan()) {
+                return self.unsolved(Status::NotAssembled);
+            }
+            let inputs = Inputs::nominal(self, case.drives);
+            self.judge(State { coordinates: case.coordinates.to_vec(), inputs, negative: false })
+        };
+        cases.par_iter().map(measured).collect()
+    }
+
     /// Solves the nominal mechanism for `n` rows of drive values given one after the other, keeping to
     /// the assembly branch, and measures how near each is to a singular state.
     #[must_use]
     pub fn solve(&self, n: usize, drives: &[f64]) -> Vec<Configuration> {
         let trace = self.trace(n, drives);
-        let (width, unknowns) = (self.n_drives, self.n_unknowns());
+        let (width, numbers) = (self.n_drives, self.n_coordinates());
         let judged = |k: usize| {
-            let coordinates = &trace.coordinates[k * unknowns..(k + 1) * unknowns];
+            let coordinates = &trace.coordinates[k * numbers..(k + 1) * numbers];
             if coordinates.iter().any(|c| c.is_nan()) {
                 return self.unsolved(trace.status[k]);
             }
@@ -318,9 +339,9 @@ impl Mechanism {
     ) -> Result<(State, f64), Status> {
         let drive_unit = |d: usize| self.unit(self.rows[self.driven_rows[d]].component);
         let gap = |state: &State| {
-            let output = self.output(&state.coordinates, &state.inputs);
-            let gaps = output.iter().zip(target).zip(weights);
-            DVector::from_iterator(weights.len(), gaps.map(|((o, t), w)| if *w > 0.0 { w * (t - o) } else { 0.0 }))
+            let gaps = self.output_difference(&self.output(&state.coordinates, &state.inputs), target);
+            let weighed = gaps.iter().zip(weights).map(|(gap, w)| if *w > 0.0 { w * gap } else { 0.0 });
+            DVector::from_iterator(weights.len(), weighed)
         };
         let mut state = from.clone();
         let mut error = gap(&state);
@@ -362,7 +383,7 @@ impl Mechanism {
         if coordinates.iter().any(|c| !c.is_finite()) {
             return None;
         }
-        let drives: Vec<f64> = near.iter().enumerate().map(|(d, &q)| self.drive_value(d, coordinates, q)).collect();
+        let drives = self.drive_values(coordinates, near);
         let inputs = Inputs::nominal(self, &drives);
         // A singular state cannot be polished; it is judged by its Jacobian later.
         let given = || State { coordinates: coordinates.to_vec(), inputs: inputs.clone(), negative: false };

@@ -14,6 +14,13 @@ pub trait Real:
     /// A residual that vanishes with the angle of the given sine and cosine, and its derivative
     /// with respect to that angle.
     fn angle_residual(sine: Self, cosine: Self) -> (Self, Self);
+    /// The angle of the given sine and cosine, times any positive number each; at least near zero.
+    fn small_angle(sine: Self, cosine: Self) -> Self;
+    /// A number that vanishes with the tilt whose component has the given sine, the cosine being that of
+    /// the whole tilt; the sine itself near zero.
+    fn tilt(sine: Self, cosine: Self) -> Self;
+    /// `2 atan(t) / t` of the square of t.
+    fn double_arc(square: Self) -> Self;
 }
 
 impl Real for f64 {
@@ -27,5 +34,22 @@ impl Real for f64 {
     // cannot settle on the mirrored solution.
     fn angle_residual(sine: Self, cosine: Self) -> (Self, Self) {
         (sine.atan2(cosine), 1.0)
+    }
+    fn small_angle(sine: Self, cosine: Self) -> Self {
+        sine.atan2(cosine)
+    }
+    fn tilt(sine: Self, cosine: Self) -> Self {
+        if cosine > 0.5 {
+            return sine;
+        }
+        // The component of the rotation vector; half a turn is as far as it goes, about any axis.
+        let whole = (1.0 - cosine * cosine).max(0.0).sqrt();
+        let angle = whole.atan2(cosine);
+        if whole < 1e-6 { angle } else { sine * angle / whole }
+    }
+    fn double_arc(square: Self) -> Self {
+        let t = square.sqrt();
+        // Below this the cubic term is lost beside 1.
+        if t < 1e-8 { 2.0 } else { 2.0 * t.atan() / t }
     }
 }

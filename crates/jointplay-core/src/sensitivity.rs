@@ -38,23 +38,37 @@ impl Mechanism {
     pub fn output(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> Vec<f64> {
         let poses = self.poses(coordinates);
         let place = self.place(self.output, &poses, &inputs.parameters);
-        let body = self.points[self.output].body;
-        self.space
-            .components()
-            .iter()
-            .enumerate()
-            .map(|(k, component)| match component {
-                Component::Along(i) => place.position[*i],
-                Component::About(_) => body.map_or(0.0, |b| coordinates[b * self.size() + k]),
-            })
-            .collect()
+        let turned = self.points[self.output].body.map_or_else(
+            || vec![0.0; self.size() - self.n_translations()],
+            |b| self.space.attitude(&coordinates[b * self.n_body_coordinates()..(b + 1) * self.n_body_coordinates()]),
+        );
+        self.pose_components(place.position, &turned)
+    }
+
+    /// Components of a pose: the translations that exist, then the rotations.
+    pub(crate) fn pose_components<S: Real>(&self, position: Vec3<S>, rotation: &[S]) -> Vec<S> {
+        let mut rotations = rotation.iter();
+        let component = |component: &Component| match component {
+            Component::Along(i) => Some(position[*i]),
+            Component::About(_) => rotations.next().copied(),
+        };
+        self.space.components().iter().filter_map(component).collect()
+    }
+
+    /// What takes one output to another, per component.
+    #[must_use]
+    pub fn output_difference(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
+        let n = self.n_translations();
+        let mut difference: Vec<f64> = from[..n].iter().zip(&to[..n]).map(|(a, b)| b - a).collect();
+        difference.extend(self.space.turn_between(&from[n..], &to[n..]));
+        difference
     }
 
     /// Outputs of many perfect mechanisms, coordinates given one after the other.
     #[must_use]
     pub fn outputs(&self, coordinates: &[f64]) -> Vec<f64> {
         let inputs = Inputs::nominal(self, &vec![0.0; self.n_drives]);
-        coordinates.chunks_exact(self.n_unknowns()).flat_map(|c| self.output(c, &inputs)).collect()
+        coordinates.chunks_exact(self.n_coordinates()).flat_map(|c| self.output(c, &inputs)).collect()
     }
 
     /// Adds a wrench on the body of a point: the gradient of its work along the twists and along the

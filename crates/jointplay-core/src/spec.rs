@@ -50,10 +50,20 @@ pub enum JointKind {
     Revolute,
     /// A slider in a guide.
     Prismatic,
-    /// A pin in a slot carried by the first body.
+    /// A pin in a slot carried by the first body; in the plane only.
     PinInSlot,
     /// Two bodies locked together.
     Fixed,
+    /// A pin that turns and slides in a hole; in space only.
+    Cylindrical,
+    /// A ball in a socket; in space only.
+    Spherical,
+    /// Two faces on each other, the axis their normal; in space only.
+    Planar,
+    /// Nothing held: a point whose ground coordinates can be commanded.
+    Target,
+    /// The attitude held; in space only.
+    Orientation,
 }
 
 /// A joint between two points.
@@ -69,6 +79,12 @@ pub struct JointSpec {
     pub axis_first: [f64; 3],
     /// The same direction in the axes of the second body.
     pub axis_second: [f64; 3],
+    /// In space: a direction off the axis, in the axes of the first body.
+    #[serde(default)]
+    pub side_first: [f64; 3],
+    /// The same direction in the axes of the second body, where the joint's angle is zero.
+    #[serde(default)]
+    pub side_second: [f64; 3],
 }
 
 /// A driven joint coordinate.
@@ -76,6 +92,25 @@ pub struct JointSpec {
 pub struct DriveSpec {
     /// Index of the joint.
     pub joint: usize,
+    /// Which of its components; the joint's own coordinate if left out.
+    #[serde(default)]
+    pub component: Option<Coordinate>,
+}
+
+/// Joint components that can be commanded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Coordinate {
+    /// Distance along the joint's axis.
+    Along,
+    /// Angle about the joint's axis.
+    Angle,
+    /// Distance along the ground's x axis.
+    X,
+    /// Distance along the ground's y axis.
+    Y,
+    /// Distance along the ground's z axis.
+    Z,
 }
 
 /// The output point.
@@ -119,17 +154,61 @@ pub enum SetSpec {
         /// Upper bound, not below zero.
         high: f64,
     },
+    /// Ball in socket.
+    Ball {
+        /// Radial clearance.
+        radius: f64,
+    },
+    /// Pin in a bore between shoulders.
+    Journal {
+        /// Radial clearance at both ends of the pin.
+        radius: f64,
+        /// Half of the length over which pin and bore engage.
+        half_length: f64,
+        /// Axial play on each side.
+        axial: f64,
+    },
+    /// Pin in a bore, free to slide.
+    Sleeve {
+        /// Radial clearance at both ends of the pin.
+        radius: f64,
+        /// Half of the length over which pin and bore engage.
+        half_length: f64,
+    },
+    /// Rectangular slider in a guide.
+    Guide {
+        /// Gap on each side.
+        gap: f64,
+        /// Half of the slider's length.
+        half_length: f64,
+        /// Half of the slider's width, along side.
+        half_width: f64,
+        /// Half of the slider's height, along normal.
+        half_height: f64,
+    },
+    /// Plate between planes.
+    Plate {
+        /// Gap on each side.
+        gap: f64,
+        /// Half of the plate's size along the joint's normal.
+        half_normal: f64,
+        /// Half of the plate's size along the joint's side.
+        half_side: f64,
+    },
 }
 
 /// How offsets scatter from unit to unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Law {
-    /// Uniform in the set.
+    /// Uniform in the set; both ends of a pin, and its axial play, each on its own.
     Uniform,
-    /// Uniform on the boundary of the set: always in contact.
+    /// Uniform on the boundary of the set: always in contact. On a polytope, uniform in the set and then
+    /// pushed out from the middle to the boundary: every facet gets the share of the cone above it. Both
+    /// ends of a pin, and its axial play, each on its own boundary.
     Boundary,
-    /// Normal with three standard deviations to the boundary, truncated to the set.
+    /// Normal with three standard deviations to the largest value of every component, truncated to the
+    /// set; both ends of a pin, and its axial play, each on its own.
     Normal,
     /// Normal and not truncated; the set holds three standard deviations.
     Gauss,

@@ -45,7 +45,8 @@ impl Kernel for &Block<'_, '_> {
     fn run(self) -> Vec<Row> {
         let mut rows = Vec::with_capacity(LANES);
         let mut registers = self.follow.workspace();
-        self.follow.solve(&mut registers, &self.from, self.drives, |_, row| {
+        let from = vec![&self.from; self.drives.len() / self.from.inputs.drives.len()];
+        self.follow.solve(&mut registers, &from, self.drives, |_, row| {
             rows.push(row.map(|(coordinates, clear)| (coordinates.to_vec(), clear)));
         });
         rows
@@ -61,7 +62,7 @@ impl Mechanism {
         let mut trace = Trace::default();
         let first = if n > 0 { self.first_state(rows(0, 1)) } else { None };
         let Some((solver, mut state)) = first else {
-            trace.coordinates.resize(n * self.n_unknowns(), f64::NAN);
+            trace.coordinates.resize(n * self.n_coordinates(), f64::NAN);
             trace.status.resize(n, Status::NotAssembled);
             return trace;
         };
@@ -121,7 +122,7 @@ impl Mechanism {
                 }
             }
             Err(status) => {
-                trace.coordinates.resize(trace.coordinates.len() + self.n_unknowns(), f64::NAN);
+                trace.coordinates.resize(trace.coordinates.len() + self.n_coordinates(), f64::NAN);
                 trace.status.push(status);
             }
         }

@@ -33,7 +33,7 @@ impl Configurations {
     ) -> PyResult<Self> {
         let (drives, poses) = (drives.as_array(), poses.as_array());
         let n = drives.nrows();
-        let wanted = [n, mechanism.n_bodies(), mechanism.size()];
+        let wanted = [n, mechanism.n_bodies(), mechanism.n_body_coordinates()];
         if drives.ncols() != mechanism.n_drives() || poses.shape() != wanted {
             return Err(PyValueError::new_err(format!(
                 "drives {:?} and poses {:?} do not fit: {wanted:?} is needed of the poses",

@@ -8,7 +8,7 @@ use crate::closure::{Command, Inputs};
 use crate::linear::Factors;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
-use crate::space::{Component, Pose, sub};
+use crate::space::{Component, Pose};
 
 /// Full steps that a block takes at most.
 const STEPS: usize = 7;
@@ -50,8 +50,8 @@ pub(super) struct Symbolic<'r> {
 }
 
 /// Where the quantities of a configuration stand, common to its samples or varying after the
-/// parameters: pose numbers, then value, sine and cosine of every drive, then what the output's body
-/// has turned.
+/// parameters: pose numbers, then value, sine and cosine of every drive, then the numbers that tell what
+/// the output's body has turned.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     pose: usize,
@@ -61,7 +61,7 @@ pub(super) struct Layout {
 
 impl Layout {
     pub fn new(m: &Mechanism) -> Self {
-        Self { pose: m.n_bodies() * m.space.n_pose_numbers(), drives: m.n_drives(), turns: m.rotations().count() }
+        Self { pose: m.n_bodies() * m.space.n_pose_numbers(), drives: m.n_drives(), turns: m.space.n_turn_numbers() }
     }
 
     /// Varying quantities after the parameters.
@@ -80,9 +80,10 @@ impl Layout {
         if k < self.pose { k } else { k + 3 * self.drives }
     }
 
-    /// What the output's body has turned, as a varying quantity.
-    pub fn turn<'r>(&self, m: &Mechanism, recorder: &'r Recorder, rotation: usize) -> Symbol<'r> {
-        recorder.varying(m.n_parameters() + self.pose + 3 * self.drives + rotation)
+    /// What tells how far the output's body has turned, as varying quantities.
+    pub fn turn<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Vec<Symbol<'r>> {
+        let first = m.n_parameters() + self.pose + 3 * self.drives;
+        (first..first + self.turns).map(|k| recorder.varying(k)).collect()
     }
 
     /// A mechanism with everything varying.
@@ -109,7 +110,7 @@ impl Layout {
             registers[k].0[lane] = value;
             k += 1;
         };
-        for coordinates in coordinates.chunks_exact(m.size()) {
+        for coordinates in coordinates.chunks_exact(m.n_body_coordinates()) {
             m.space.put_pose_numbers(coordinates, &mut put);
         }
         for &q in drives {
@@ -118,10 +119,7 @@ impl Layout {
             put(sine);
             put(cosine);
         }
-        for _ in 0..self.turns {
-            // No turn yet.
-            put(0.0);
-        }
+        m.put_turn_numbers(coordinates, put);
     }
 
     fn command<'r>(&self, recorder: &'r Recorder, drive: usize) -> Command<Symbol<'r>> {
@@ -140,16 +138,22 @@ impl Layout {
         recorder.common(self.pose + 3 * self.drives + component)
     }
 
+    /// What tells how far the output's body has turned, at the nominal pose.
+    fn nominal_turn<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Vec<Symbol<'r>> {
+        (0..self.turns).map(|k| self.reference(recorder, m.size() + k)).collect()
+    }
+
     /// The common quantities of a nominal state and drive values near its own.
     fn values(m: &Mechanism, nominal: &State, drives: &[f64]) -> Vec<f64> {
         let mut values = Vec::new();
-        for coordinates in nominal.coordinates.chunks_exact(m.size()) {
+        for coordinates in nominal.coordinates.chunks_exact(m.n_body_coordinates()) {
             m.space.put_pose_numbers(coordinates, |number| values.push(number));
         }
         for command in Inputs::nominal(m, drives).commands().drives {
             values.extend([command.value, command.sine, command.cosine]);
         }
         values.extend(m.output(&nominal.coordinates, &nominal.inputs));
+        m.put_turn_numbers(&nominal.coordinates, |number| values.push(number));
         values
     }
 }
@@ -157,16 +161,38 @@ impl Layout {
 /// What one recorded step gives.
 pub(super) struct Step<'r> {
     pub numbers: Vec<Symbol<'r>>,
-    /// Rotation of the output's body.
-    pub turns: Vec<Symbol<'r>>,
-    /// Squared length of the step, length-scaled.
+    /// What tells how far the output's body has turned.
+    pub turn: Vec<Symbol<'r>>,
+    /// Square of the largest component of the step, length-scaled.
     pub size: Symbol<'r>,
     pub pivots: Symbol<'r>,
     pub residual: Vec<Symbol<'r>>,
     pub factors: Factors<Symbol<'r>>,
 }
 
-pub(super) fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>) -> Option<Step<'r>> {
+impl Mechanism {
+    /// Puts the numbers that tell how far the output's body has turned, at the beginning.
+    #[inline(always)]
+    pub(super) fn put_turn_numbers(&self, coordinates: &[f64], mut put: impl FnMut(f64)) {
+        let width = self.n_body_coordinates();
+        match self.points[self.output].body {
+            Some(b) => self.space.put_turn_numbers(&coordinates[b * width..(b + 1) * width], put),
+            // The ground does not turn.
+            None => (0..self.space.n_turn_numbers()).for_each(|_| put(0.0)),
+        }
+    }
+
+    /// The rotation of the output's body since the beginning.
+    pub(super) fn turned<'r>(&self, turn: &[Symbol<'r>], numbers: &[Symbol<'r>]) -> Vec<Symbol<'r>> {
+        let width = self.space.n_pose_numbers();
+        self.points[self.output].body.map_or_else(
+            || vec![Symbol::Constant(0.0); self.size() - self.n_translations()],
+            |b| self.space.turned(turn, &numbers[b * width..(b + 1) * width]),
+        )
+    }
+}
+
+pub(super) fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>, turn: &[Symbol<'r>]) -> Option<Step<'r>> {
     let m = solver.mechanism;
     let zero = Symbol::Constant(0.0);
     let width = m.space.n_pose_numbers();
@@ -181,15 +207,21 @@ pub(super) fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>) -> O
     let mut step = vec![zero; m.n_unknowns()];
     plan.solve(&factors, &mut right, &mut step);
 
-    let mut size = zero;
+    // The largest, not the sum: a step is small or large however many bodies take part in it.
+    let (mut moved, mut turned) = (zero, zero);
     for (j, s) in step.iter().enumerate() {
-        let unit = m.unit(m.space.components()[j % m.size()]);
-        size = *s * *s * Symbol::Constant(1.0 / (unit * unit)) + size;
+        match m.space.components()[j % m.size()] {
+            Component::Along(_) => moved = moved.max(*s * *s),
+            Component::About(_) => turned = turned.max(*s * *s),
+        }
     }
+    let size = turned.max(moved * Symbol::Constant(1.0 / (m.length * m.length)));
     let bodies = symbolic.numbers.chunks_exact(width).zip(step.chunks_exact(m.size()));
     let numbers = bodies.flat_map(|(n, s)| m.space.move_numbers(n, s)).collect();
-    let turns = m.rotations().map(|k| m.points[m.output].body.map_or(zero, |b| step[b * m.size() + k])).collect();
-    Some(Step { numbers, turns, size, pivots: plan.pivot_product(&factors), residual, factors })
+    let turn = m.points[m.output]
+        .body
+        .map_or_else(|| turn.to_vec(), |b| m.space.move_turn_numbers(turn, &step[b * m.size()..(b + 1) * m.size()]));
+    Some(Step { numbers, turn, size, pivots: plan.pivot_product(&factors), residual, factors })
 }
 
 impl Newton {
@@ -209,9 +241,9 @@ impl Newton {
             numbers: (0..n_pose).map(|i| recorder.common(i)).collect(),
             inputs: layout.inputs(m, &recorder),
         };
-        let begun = record_step(solver, &nominal)?;
+        let begun = record_step(solver, &nominal, &layout.nominal_turn(m, &recorder))?;
         let mut outputs = begun.numbers;
-        outputs.extend(begun.turns);
+        outputs.extend(begun.turn);
         outputs.extend([begun.size, begun.pivots]);
         let first = Program::new(&recorder, n_u, &outputs)?;
 
@@ -221,9 +253,10 @@ impl Newton {
             numbers: (0..n_pose).map(|i| recorder.varying(n_u + i)).collect(),
             inputs: layout.inputs(m, &recorder),
         };
-        let next = record_step(solver, &any)?;
+        let turn: Vec<Symbol<'_>> = (0..n_turns).map(|k| recorder.varying(n_u + n_pose + k)).collect();
+        let next = record_step(solver, &any, &turn)?;
         let mut outputs = next.numbers;
-        outputs.extend(next.turns.iter().enumerate().map(|(k, t)| recorder.varying(n_u + n_pose + k) + *t));
+        outputs.extend(next.turn);
         outputs.extend([next.size, next.pivots]);
         let step = Program::new(&recorder, n_u + n_pose + n_turns, &outputs)?;
 
@@ -231,20 +264,9 @@ impl Newton {
         let poses: Vec<Pose<Symbol<'_>>> =
             any.numbers.chunks_exact(width).map(|n| m.space.pose_of_numbers(n)).collect();
         let place = m.place(m.output, &poses, &any.inputs.parameters).position;
-        let mut outputs = Vec::new();
-        let mut turn = 0;
-        for (k, component) in m.space.components().iter().enumerate() {
-            outputs.push(match component {
-                Component::Along(i) => {
-                    let mut reference = [Symbol::Constant(0.0); 3];
-                    reference[*i] = layout.reference(&recorder, k);
-                    sub(place, reference)[*i]
-                }
-                Component::About(_) => {
-                    turn += 1;
-                    recorder.varying(n_u + n_pose + turn - 1)
-                }
-            });
+        let mut outputs = m.pose_components(place, &m.turned(&turn, &any.numbers));
+        for (k, error) in outputs.iter_mut().enumerate().take(m.n_translations()) {
+            *error = *error - layout.reference(&recorder, k);
         }
         let finish = Program::new(&recorder, n_u + n_pose + n_turns, &outputs)?;
         Some(Self { first, step, finish, n_parameters: n_u, n_pose, n_outputs: m.size(), n_turns })
@@ -292,7 +314,8 @@ impl Bound<'_> {
             self.step[n.n_parameters + k] = *n.first.output(&self.first, k);
         }
         let mut last = *n.first.output(&self.first, size);
-        let mut good = [true; LANES];
+        // Branch-free, so that lanes are judged as they are computed: many at once.
+        let mut good = [false; LANES];
         let mut i = 0;
         while i < LANES {
             good[i] = last.0[i] <= SMALL_ANGLE * SMALL_ANGLE;
@@ -303,23 +326,25 @@ impl Bound<'_> {
             n.step.run(&mut self.step);
             let now = *n.step.output(&self.step, size);
             let determinant = *n.step.output(&self.step, pivots);
-            let mut all = true;
+            // The second step must be well below the first, or the branch is in doubt.
+            let shrink = if step > 0 { 1e300 } else { 0.25 };
+            let mut open = false;
             let mut i = 0;
             while i < LANES {
-                // The second step must be well below the first, or the branch is in doubt.
-                good[i] &= step > 0 || now.0[i] <= 0.25 * last.0[i] || now.0[i] <= ROUNDING * ROUNDING;
-                good[i] &= now.0[i] <= LATER_ANGLE * LATER_ANGLE && determinant.0[i] * self.sign > 0.0;
+                let (now, last) = (now.0[i], last.0[i]);
+                let rounding = now <= ROUNDING * ROUNDING;
+                let shrinks = (now <= shrink * last) | rounding;
+                good[i] &= shrinks & (now <= LATER_ANGLE * LATER_ANGLE) & (determinant.0[i] * self.sign > 0.0);
                 // Newton converges quadratically: the next step is about now^3 / last^2.
-                let cube = now.0[i] * now.0[i] * now.0[i];
-                solved[i] |= now.0[i] <= ROUNDING * ROUNDING || cube <= SOLVED * SOLVED * last.0[i] * last.0[i];
-                all &= solved[i] || !good[i];
+                solved[i] |= rounding | (now * now * now <= SOLVED * SOLVED * (last * last));
+                open |= good[i] & !solved[i];
                 i += 1;
             }
             for k in 0..size {
                 let value = *n.step.output(&self.step, k);
                 self.step[n.n_parameters + k] = value;
             }
-            if all {
+            if !open {
                 break;
             }
             last = now;

@@ -31,6 +31,9 @@ pub(super) enum Node {
     Binary(Binary, u32, u32),
 }
 
+/// Terms of the power series of the arc tangent.
+const ARC_TERMS: usize = 16;
+
 /// Records operations on symbols.
 pub struct Recorder {
     pub(super) nodes: RefCell<Vec<Node>>,
@@ -232,5 +235,23 @@ impl Real for Symbol<'_> {
     // Close to the solution the sine serves as well as the angle, without an arc tangent.
     fn angle_residual(sine: Self, cosine: Self) -> (Self, Self) {
         (sine, cosine)
+    }
+
+    // Close to the solution the tangent serves as well as the angle.
+    fn small_angle(sine: Self, cosine: Self) -> Self {
+        sine / cosine
+    }
+
+    // Recorded programs start near the solution.
+    fn tilt(sine: Self, _: Self) -> Self {
+        sine
+    }
+
+    /// Power series, to rounding for `square` up to 0.1 (a rotation by 0.6 rad).
+    fn double_arc(square: Self) -> Self {
+        (0..ARC_TERMS).rev().fold(Self::Constant(0.0), |sum, k| {
+            let sign = if k % 2 == 0 { 2.0 } else { -2.0 };
+            sum * square + Self::Constant(sign / (2 * k + 1) as f64)
+        })
     }
 }

@@ -4,11 +4,19 @@
 //! operations. Operations that depend only on quantities common to all samples of a configuration are
 //! done once for it; the rest is replayed on blocks of samples.
 
+#[cfg(target_arch = "x86_64")]
+use std::sync::OnceLock;
+
+#[cfg(target_arch = "x86_64")]
+use super::jit::{Compiled, Vector};
 use super::lanes::Block;
+#[cfg(target_arch = "x86_64")]
+use super::simd::{Width, width};
 use super::symbol::{Binary, Node, Recorder, Symbol};
 
+/// The operations that a processor does at once.
 #[derive(Clone, Copy, Debug)]
-enum Kind {
+pub(super) enum Kind {
     Add,
     Sub,
     Mul,
@@ -24,13 +32,25 @@ enum Kind {
     NegMulAdd,
 }
 
+impl Kind {
+    /// Number of operands.
+    pub const fn arity(self) -> usize {
+        match self {
+            Self::Neg | Self::Abs => 1,
+            Self::Add | Self::Sub | Self::Mul | Self::Div | Self::Max => 2,
+            Self::MulAdd | Self::MulSub | Self::NegMulAdd => 3,
+        }
+    }
+}
+
+/// One operation on registers of a block.
 #[derive(Clone, Copy, Debug)]
-struct Instruction {
-    kind: Kind,
-    a: u16,
-    b: u16,
-    c: u16,
-    target: u16,
+pub(super) struct Op {
+    pub kind: Kind,
+    pub a: u16,
+    pub b: u16,
+    pub c: u16,
+    pub target: u16,
 }
 
 /// A recorded program.
@@ -43,10 +63,23 @@ pub struct Program {
     n_nodes: usize,
     /// Nodes whose common value goes to which register.
     broadcast: Vec<(usize, u16)>,
-    instructions: Vec<Instruction>,
+    operations: Vec<Op>,
     n_registers: usize,
     outputs: Vec<u16>,
+    machine: Machine,
 }
+
+/// Machine code of a program, written when it is first asked for; none where there can be none.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Debug, Default)]
+struct Machine {
+    ymm: OnceLock<Option<Compiled>>,
+    zmm: OnceLock<Option<Compiled>>,
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+#[derive(Clone, Debug, Default)]
+struct Machine;
 
 impl Program {
     /// The program that computes `outputs`; `None` when it needs more registers than can be numbered.
@@ -115,9 +148,10 @@ impl Program {
             common: common.collect(),
             n_nodes: nodes.len(),
             broadcast: Vec::new(),
-            instructions: Vec::with_capacity(work.len()),
+            operations: Vec::with_capacity(work.len()),
             n_registers: n_inputs,
             outputs: Vec::new(),
+            machine: Machine::default(),
         };
         program.give_registers(&nodes, &varying, &work, &roots)?;
         Some(program)
@@ -174,16 +208,22 @@ impl Program {
                 u16::try_from(self.n_registers - 1).ok().filter(|r| *r != NONE)?
             };
             register[id as usize] = target;
-            self.instructions.push(Instruction { kind, a, b, c, target });
+            self.operations.push(Op { kind, a, b, c, target });
         }
         self.outputs = roots.iter().map(|&r| register[r as usize]).collect();
         Some(())
     }
 
+    /// Number of outputs.
+    #[must_use]
+    pub const fn n_outputs(&self) -> usize {
+        self.outputs.len()
+    }
+
     /// Number of operations per sample.
     #[must_use]
     pub fn n_operations(&self) -> usize {
-        self.instructions.len()
+        self.operations.len()
     }
 
     /// Registers with everything common to the samples of one configuration in place.
@@ -227,17 +267,45 @@ impl Program {
     #[inline(always)]
     #[allow(unsafe_code)]
     pub fn run(&self, registers: &mut [Block]) {
+        match self.compiled() {
+            // SAFETY: compiled for the width in use, which this processor has.
+            Some(compiled) => unsafe { compiled.run(registers) },
+            None => self.interpret(registers),
+        }
+    }
+
+    /// The program in machine code for the width in use.
+    #[cfg(target_arch = "x86_64")]
+    #[inline]
+    fn compiled(&self) -> Option<&Compiled> {
+        let (slot, vector) = match width() {
+            Width::Plain => return None,
+            Width::Avx2 => (&self.machine.ymm, Vector::Ymm),
+            Width::Avx512 => (&self.machine.zmm, Vector::Zmm),
+        };
+        slot.get_or_init(|| self.compile(vector)).as_ref()
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    pub(super) fn compile(&self, vector: Vector) -> Option<Compiled> {
+        Compiled::new(&self.operations, &self.outputs, self.n_registers, vector)
+    }
+
+    /// The interpreter: where there is no machine code, and the measure of it.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub(super) fn interpret(&self, registers: &mut [Block]) {
         assert_eq!(registers.len(), self.n_registers, "registers of another program");
-        for i in &self.instructions {
+        for op in &self.operations {
             // SAFETY: `give_registers` numbers every operand and target below `n_registers`.
             let (a, b, c) = unsafe {
                 (
-                    registers.get_unchecked(i.a as usize),
-                    registers.get_unchecked(i.b as usize),
-                    registers.get_unchecked(i.c as usize),
+                    registers.get_unchecked(op.a as usize),
+                    registers.get_unchecked(op.b as usize),
+                    registers.get_unchecked(op.c as usize),
                 )
             };
-            let value = match i.kind {
+            let value = match op.kind {
                 Kind::Add => a.add(b),
                 Kind::Sub => a.sub(b),
                 Kind::Mul => a.mul(b),
@@ -250,7 +318,7 @@ impl Program {
                 Kind::NegMulAdd => a.neg_mul_add(b, c),
             };
             // SAFETY: as above.
-            unsafe { *registers.get_unchecked_mut(i.target as usize) = value };
+            unsafe { *registers.get_unchecked_mut(op.target as usize) = value };
         }
     }
 }
