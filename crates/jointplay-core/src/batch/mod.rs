@@ -12,6 +12,7 @@
 mod contact;
 pub mod draw;
 mod follow;
+mod jit;
 pub mod lanes;
 mod program;
 pub mod simd;

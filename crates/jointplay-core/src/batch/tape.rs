@@ -4,11 +4,13 @@
 //! operations. Operations that depend only on quantities common to all samples of a configuration are
 //! done once for it; the rest is replayed on blocks of samples.
 
+use super::jit;
 use super::lanes::Block;
+use super::simd::width;
 use super::symbol::{Binary, Node, Recorder, Symbol};
 
 #[derive(Clone, Copy, Debug)]
-enum Kind {
+pub(super) enum Kind {
     Add,
     Sub,
     Mul,
@@ -25,12 +27,12 @@ enum Kind {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Instruction {
-    kind: Kind,
-    a: u16,
-    b: u16,
-    c: u16,
-    target: u16,
+pub(super) struct Instruction {
+    pub kind: Kind,
+    pub a: u16,
+    pub b: u16,
+    pub c: u16,
+    pub target: u16,
 }
 
 /// A recorded program.
@@ -44,8 +46,10 @@ pub struct Program {
     /// Nodes whose common value goes to which register.
     broadcast: Vec<(usize, u16)>,
     instructions: Vec<Instruction>,
+    n_inputs: usize,
     n_registers: usize,
     outputs: Vec<u16>,
+    compiled: jit::Compiled,
 }
 
 impl Program {
@@ -116,8 +120,10 @@ impl Program {
             n_nodes: nodes.len(),
             broadcast: Vec::new(),
             instructions: Vec::with_capacity(work.len()),
+            n_inputs,
             n_registers: n_inputs,
             outputs: Vec::new(),
+            compiled: jit::Compiled::default(),
         };
         program.give_registers(&nodes, &varying, &work, &roots)?;
         Some(program)
@@ -205,11 +211,23 @@ impl Program {
                 Node::Binary(Binary::Max, a, b) => value(a).max(value(b)),
             };
         }
-        let mut registers = vec![Block::splat(0.0); self.n_registers];
+        let layout = jit::Layout::new(&self.line());
+        let mut registers = vec![Block::splat(0.0); layout.n_blocks()];
         for &(id, register) in &self.broadcast {
             registers[register as usize] = Block::splat(values[id]);
         }
+        layout.put_common(&mut registers, self.broadcast.iter().map(|&(id, _)| values[id]));
         registers
+    }
+
+    fn line(&self) -> jit::Line<'_> {
+        jit::Line {
+            instructions: &self.instructions,
+            n_inputs: self.n_inputs as u16,
+            first_temporary: (self.n_inputs + self.broadcast.len()) as u16,
+            n_registers: self.n_registers as u16,
+            outputs: &self.outputs,
+        }
     }
 
     /// An output after a run.
@@ -227,7 +245,17 @@ impl Program {
     #[inline(always)]
     #[allow(unsafe_code)]
     pub fn run(&self, registers: &mut [Block]) {
-        assert_eq!(registers.len(), self.n_registers, "registers of another program");
+        let line = self.line();
+        let layout = jit::Layout::new(&line);
+        assert_eq!(registers.len(), layout.n_blocks(), "registers of another program");
+        if !self.compiled.run(width(), layout, &line, registers) {
+            self.interpret(registers);
+        }
+    }
+
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    fn interpret(&self, registers: &mut [Block]) {
         for i in &self.instructions {
             // SAFETY: `give_registers` numbers every operand and target below `n_registers`.
             let (a, b, c) = unsafe {
