@@ -7,12 +7,13 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from jointplay import examples
+from answers import EXAMPLES
+from jointplay import _core, examples
 from jointplay.errors import InputError
 from jointplay.mobility import examine, require_determinate
 from jointplay.model import Mechanism, loads
 
-OK = 0
+OK, UNDETERMINED = (_core.STATUSES.index(status) for status in ("ok", "undetermined"))
 
 
 def mechanism(name: str) -> Mechanism:
@@ -23,16 +24,17 @@ def solved(m: Mechanism) -> dict[str, np.ndarray]:
     if m.drive_values is not None:
         return m.core.solve(m.drive_values)
     assert m.targets is not None
-    weights = np.where(np.isnan(m.targets[0]), 0.0, [1.0, 1.0, m.length])
+    lengths = [component in ("x", "y", "z") for component in m.components]
+    weights = np.where(np.isnan(m.targets[0]), 0.0, np.where(lengths, 1.0, m.length))
     return m.core.inverse(np.nan_to_num(m.targets), weights, m.start_drives)
 
 
 def test_every_file_is_listed() -> None:
     files = {entry.name for entry in resources.files(examples).iterdir() if entry.name.endswith(".toml")}
-    assert files == {f"{name}.toml" for name in examples.names()}
+    assert files == {f"{name}.toml" for name in examples.names() if not examples.parameters(name)}
 
 
-@pytest.mark.parametrize("name", examples.names())
+@pytest.mark.parametrize("name", EXAMPLES)
 class TestExample:
     def test_it_is_sound(self, name: str) -> None:
         m = mechanism(name)
@@ -50,7 +52,7 @@ class TestExample:
             m.core.worst(path["drives"], path["poses"], starts=4),
             m.core.random(path["drives"], path["poses"], 200, 1, np.array([0.5]), np.nan, np.nan),
         ):
-            assert (answer["status"] == OK).all()
+            assert np.isin(answer["status"], (OK, UNDETERMINED)).all()
 
     def test_it_stays_well_away_from_singularities(self, name: str) -> None:
         assert (solved(mechanism(name))["singular_value"] > 0.02).all()

@@ -20,7 +20,9 @@ ON = "on   = { ground = [0, 0], crank = [0, 0] }"
 VALUES = "values = [22.7, 28.16, 33.46, 38.67, 43.83, 48.98, 54.17, 59.43, 64.83, 70.45, 76.39]"
 PATH = TEXTS["five-bar"][TEXTS["five-bar"].index("[path]\n") :].partition("\n\n")[0]
 TOLERANCE = "tolerance = 0.0 "
-KNOWN_TOP = "Known: bodies, dimensions, drives, format, gravity, joints, limits, loads, output, path, space, start"
+KNOWN_TOP = (
+    "Known: bodies, dimensions, drives, format, gravity, grid, joints, limits, loads, output, path, space, start"
+)
 
 #: example, what stands there, what is written instead, key of the message, what else it says
 MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
@@ -134,7 +136,10 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     # -- the file as a whole
     "another format": ("four-bar", "format = 1", "format = 2", "format", "this version reads format = 1, not 2"),
     "format as boolean": ("four-bar", "format = 1", "format = true", "format", "format = 1, not true"),
-    "spatial": ("four-bar", '"planar"', '"spatial"', "space", "this version reads planar mechanisms only"),
+    "neither plane nor space": ("four-bar", '"planar"', '"spacial"', "space", "did you mean 'spatial'? Known: planar, spatial"),
+    "a planar file in space": ("four-bar", '"planar"', '"spatial"', "joints.J1.on.ground", "three values are needed, not [0, 0]"),
+    "a key of space": ("four-bar", PLAY, "clearance = { radial = 1.0, axial = 1 }", "joints.J1.clearance", "'axial' is a key in space (space"),
+    "a side in the plane": ("p3r", "axis = [1, 0]", "side = [1, 0]", "joints.P.on.cylinder", "'side' is a key in space"),
     "wrong unit": ("four-bar", '"mm"', '"inch"', "units.length", '"inch" is not valid here; did you mean'),
     "wrong unit of force": ("four-bar", '"N"', '"kg"', "units.force", '"kg" is not valid here; did you mean'),
     "title as a number": ("p3r", 'title  = "P3R linkage, linear drive (Jaiswal et al.)"', "title = 3", "title", "a text in quotes is needed, not 3"),
@@ -168,7 +173,7 @@ def test_ground_is_the_name_of_the_fixed_body() -> None:
 def test_a_pin_of_three_bodies_must_be_named_with_its_rider() -> None:
     text = FOUR_BAR.replace("rocker = [150, 0] }", "rocker = [150, 0], pusher = [0, 0] }")
     text = text.replace('joint  = "J1"', 'joint = "J3"')
-    assert "'J3' carries several bodies; name one of J3/rocker, J3/pusher" in message(text)
+    assert "'J3' consists of several joints; name one of J3/rocker, J3/pusher" in message(text)
 
 
 @pytest.mark.parametrize(

@@ -19,12 +19,14 @@ PACKAGE = ROOT / "python" / "jointplay"
 LAYERS = (
     "errors",
     "units",
+    "poses",
     "schema",
     "_core",
     "compile",
     "model",
     "mobility",
     "result",
+    "store",
     "analyses",
     "write",
     "table",
@@ -34,7 +36,7 @@ LAYERS = (
     "__main__",
 )
 #: slow to import: only inside the function that needs them
-HEAVY = {"xarray", "pandas", "matplotlib", "scipy", "h5netcdf", "h5py"}
+HEAVY = {"xarray", "pandas", "matplotlib", "plotly", "scipy", "h5netcdf", "h5py", "zarr"}
 #: faces and the package itself load layers on demand, so that the command starts fast
 ON_DEMAND = {"__init__", "cli", "__main__"}
 

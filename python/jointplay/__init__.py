@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from .analyses.compensate import compensate
     from .analyses.given import given
     from .analyses.loaded import loaded
+    from .analyses.map import map
     from .analyses.random import random
+    from .analyses.singularities import singularities
     from .analyses.solve import solve
     from .analyses.sweep import sweep
     from .analyses.worst import worst
@@ -44,15 +46,29 @@ __all__ = [
     "load",
     "loaded",
     "loads",
+    "map",
     "plot",
     "random",
     "save",
+    "singularities",
     "solve",
     "sweep",
     "worst",
 ]
 
-_QUESTIONS = ("check", "compare", "compensate", "given", "loaded", "random", "solve", "sweep", "worst")
+_QUESTIONS = (
+    "check",
+    "compare",
+    "compensate",
+    "given",
+    "loaded",
+    "map",
+    "random",
+    "singularities",
+    "solve",
+    "sweep",
+    "worst",
+)
 _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "InputError": "errors",
     "JointplayError": "errors",

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import _core
+from jointplay import _core, poses
+from jointplay.compile import DRIVABLE, LENGTHS, TURNS
 from jointplay.errors import InputError, listed
 from jointplay.model import Mechanism
 
@@ -114,7 +115,7 @@ class _Probe:
     def __init__(self, m: Mechanism) -> None:
         self.m = m
         self.spec = m.spec() | {"loads": [], "sources": []}
-        self.drivable = [index for index, kind in enumerate(m.joint_kinds) if kind != "fixed"]
+        self.drivable = [index for index, kind in enumerate(m.joint_kinds) if kind in DRIVABLE]
         #: rows of the drives among the rows of all coordinates
         self.driven = [self.drivable.index(joint) for joint in m.drive_joints]
         self.core = self._core([{"joint": joint} for joint in self.drivable], self.spec["guess"])
@@ -126,12 +127,12 @@ class _Probe:
     def sample(self, perturbation: float) -> _Sample:
         """The Jacobian where the joints close near the (moved) guess, whatever the drives say."""
         rng = np.random.default_rng(int(1000 * perturbation))
+        unit = np.where(np.isin(self.m.components, LENGTHS), self.m.length, 1.0)
         guess = np.array(self.spec["guess"])
-        unit = np.array([self.m.length, self.m.length, 1.0])
-        guess = guess + perturbation * unit * rng.uniform(-1.0, 1.0, guess.shape)
+        guess = poses.moved(guess, perturbation * unit * rng.uniform(-1.0, 1.0, (len(guess), len(unit))))
         closed = self._core([], guess.tolist()).assemble(np.zeros(0))
         jacobian = self.core.jacobian(closed["poses"])
-        lengths = np.array([component != "angle" for _, component in self.rows])
+        lengths = np.array([component not in TURNS for _, component in self.rows])
         jacobian = np.where(lengths[:, None], jacobian / self.m.length, jacobian) * np.tile(unit, len(guess))
         split = len(self.rows) - len(self.drivable)
         return _Sample(jacobian[:split], jacobian[split:], bool(closed["converged"]))
@@ -187,7 +188,7 @@ def require_determinate(m: Mechanism) -> None:
         Naming the motion that is free and the joints that could be driven, or what is redundant.
     """
     mobility = examine(m)
-    square = len(m.core.rows) == 3 * len(m.bodies)
+    square = len(m.core.rows) == len(m.components) * len(m.bodies)
     if mobility.is_determinate or (square and not mobility.assembled):
         return
     key = "joints" if mobility.joint_redundancy else "drives"
@@ -256,13 +257,14 @@ def _motions(probe: _Probe, sample: _Sample, null: Floats) -> list[Motion]:
 
 def _motion(probe: _Probe, twists: Floats, rates: Floats) -> Motion:
     m = probe.m
-    parts = np.abs(twists.reshape(-1, 3))
+    parts = np.abs(twists.reshape(-1, len(m.components)))
     moving = parts.max(axis=1) > TAKES_PART * parts.max()
     bodies = tuple(name for name, moves in zip(m.bodies, moving, strict=True) if moves)
     turning = np.abs(rates) > TAKES_PART * max(float(np.abs(rates).max(initial=0.0)), float(parts.max()))
     joints = tuple(m.joints[index] for index, turns in zip(probe.drivable, turning, strict=True) if turns)
     if len(bodies) == 1:
-        turns = parts[int(moving.argmax()), 2] > TAKES_PART
+        angles = ~np.isin(m.components, LENGTHS)
+        turns = parts[int(moving.argmax()), angles].max() > TAKES_PART
         words = f"'{bodies[0]}' {'turns' if turns else 'slides'}"
     else:
         words = f"{_and([repr(body) for body in bodies])} move together"

@@ -11,9 +11,11 @@ use std::collections::VecDeque;
 use crate::clearance::{Face, MAX_SIZE, inner};
 use crate::closure::Inputs;
 use crate::mechanism::{Mechanism, Source};
+use crate::rotation::inverse_left_jacobian;
 use crate::sensitivity::{Cost, Gradient};
 use crate::solver::{Linearised, Solver, State};
-use crate::space::{Component, norm, sub};
+use crate::space::{Component, Space, Vec3, norm, scale};
+use crate::spec::LoadSpec;
 
 /// Whole steps to the support points.
 const WHOLE_STEPS: usize = 25;
@@ -31,22 +33,81 @@ const SETTLED: f64 = 1e-8;
 pub const UNDECIDED: f64 = 1e-9;
 
 /// What is maximised.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub enum Objective {
     /// The work of the dead loads; only clearances give way.
     Load,
-    /// The distance of the output from a nominal position; everything may vary.
-    Position {
-        /// Nominal position.
-        from: [f64; 3],
-    },
-    /// One component of the output, times a sign.
+    /// A measure of the output's error; everything may vary.
+    Error(Measure),
+}
+
+/// A number that measures an error of the output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measure {
+    /// The distance of the output's point from its nominal place.
+    Position,
+    /// The angle by which the output's body is turned; in space.
+    Rotation,
+    /// A component, or its negative.
     Component {
         /// Index of the component.
         index: usize,
-        /// +1 for the highest, -1 for the lowest.
-        sign: f64,
+        /// Whether the lowest value is meant.
+        lowest: bool,
     },
+}
+
+impl Measure {
+    /// Its value for an error, the translations first.
+    #[inline]
+    #[must_use]
+    pub fn value(self, error: &[f64], translations: usize) -> f64 {
+        match self {
+            Self::Position => norm(&error[..translations]),
+            Self::Rotation => norm(&error[translations..]),
+            Self::Component { index, lowest } => {
+                if lowest {
+                    -error[index]
+                } else {
+                    error[index]
+                }
+            }
+        }
+    }
+
+    /// Its gradient along a displacement and a rotation of the output, as a force and a moment.
+    #[inline]
+    #[must_use]
+    pub fn wrench(self, space: Space, error: &[f64]) -> [Vec3<f64>; 2] {
+        let mut wrench = [[0.0; 3]; 2];
+        let components = space.components();
+        let is_length = |k: usize| matches!(components[k], Component::Along(_));
+        let towards = |along: bool| {
+            let part = || (0..error.len()).filter(|&k| is_length(k) == along).map(|k| error[k]);
+            let size = part().map(|e| e * e).sum::<f64>().sqrt();
+            let mut unit = [0.0; 3];
+            for (u, e) in unit.iter_mut().zip(part()) {
+                *u = e / size;
+            }
+            // Nowhere in particular: any direction leads away from zero.
+            if size > 0.0 { unit } else { [1.0, 0.0, 0.0] }
+        };
+        match self {
+            Self::Position => wrench[0] = towards(true),
+            Self::Rotation => wrench[1] = towards(false),
+            Self::Component { index, lowest } => {
+                let sign = if lowest { -1.0 } else { 1.0 };
+                match (components[index], space) {
+                    (Component::Along(i), _) => wrench[0][i] = sign,
+                    (Component::About(i), Space::Planar) => wrench[1][i] = sign,
+                    (Component::About(i), Space::Spatial) => {
+                        wrench[1] = scale(inverse_left_jacobian([error[3], error[4], error[5]])[i], sign);
+                    }
+                }
+            }
+        }
+        wrench
+    }
 }
 
 /// Where an ascent ended.
@@ -66,84 +127,44 @@ pub struct Summit {
     pub blocked: bool,
 }
 
-impl Summit {
-    /// What stands for a summit where no ascent could begin.
-    pub(crate) fn nowhere(state: &State, mechanism: &Mechanism) -> Self {
-        let nan = |n: usize| vec![f64::NAN; n];
-        let mut state = state.clone();
-        state.coordinates.fill(f64::NAN);
-        Self {
-            state,
-            value: f64::NAN,
-            gradient: Gradient {
-                inputs: Inputs { drives: nan(mechanism.n_drives()), parameters: nan(mechanism.n_parameters()) },
-                multipliers: nan(mechanism.n_rows()),
-            },
-            steps: 0,
-            settled: false,
-            blocked: true,
+impl Mechanism {
+    fn objective_value(&self, objective: Objective, nominal: &State, state: &State) -> f64 {
+        match objective {
+            Objective::Load => self.loads.iter().map(|load| self.work(load, nominal, state)).sum(),
+            Objective::Error(measure) => measure.value(&self.error(state, nominal), self.n_translations()),
         }
     }
-}
 
-impl Mechanism {
-    fn objective_value(&self, objective: &Objective, state: &State) -> f64 {
-        match objective {
-            Objective::Load => {
-                let poses = self.poses(&state.coordinates);
-                self.loads
-                    .iter()
-                    .map(|load| {
-                        let at = self.place(load.point, &poses, &state.inputs.parameters).position;
-                        let turned = self.points[load.point].body.map_or(0.0, |b| {
-                            let width = self.n_body_coordinates();
-                            let turned = self.space.attitude(&state.coordinates[b * width..(b + 1) * width]);
-                            let rotations = self.space.components().iter().filter_map(|c| match c {
-                                Component::About(i) => Some(load.moment[*i]),
-                                Component::Along(_) => None,
-                            });
-                            rotations.zip(turned).map(|(m, t)| m * t).sum::<f64>()
-                        });
-                        inner(&load.force, &at) + turned
-                    })
-                    .sum()
-            }
-            Objective::Position { from } => {
-                let poses = self.poses(&state.coordinates);
-                norm(&sub(self.place(self.output, &poses, &state.inputs.parameters).position, *from))
-            }
-            Objective::Component { index, sign } => sign * self.output(&state.coordinates, &state.inputs)[*index],
-        }
+    /// Work of a dead load; a moment's by the rotation vector from the nominal attitude, which is exact in
+    /// the plane and to second order in space.
+    fn work(&self, load: &LoadSpec, nominal: &State, state: &State) -> f64 {
+        let at = self.place(load.point, &self.poses(&state.coordinates), &state.inputs.parameters).position;
+        let turned = self.points[load.point].body.map_or(0.0, |b| {
+            let body = b * self.n_body_coordinates()..(b + 1) * self.n_body_coordinates();
+            let turned = self.space.turn_of_body(&nominal.coordinates[body.clone()], &state.coordinates[body]);
+            let moments = self.space.components().iter().filter_map(|c| match c {
+                Component::About(i) => Some(load.moment[*i]),
+                Component::Along(_) => None,
+            });
+            moments.zip(turned).map(|(m, t)| m * t).sum::<f64>()
+        });
+        inner(&load.force, &at) + turned
     }
 
     pub(crate) fn objective_cost(
         &self,
-        objective: &Objective,
+        objective: Objective,
+        nominal: &State,
         linearised: &Linearised<'_>,
         state: &State,
     ) -> Cost<f64> {
         match objective {
             Objective::Load => self.load_cost(&linearised.poses, &state.inputs.parameters),
-            Objective::Position { from } => {
-                let at = self.place(self.output, &linearised.poses, &state.inputs.parameters).position;
-                let error = sub(at, *from);
-                let size = norm(&error);
-                // At the nominal position itself every direction is as good: take the first.
-                let direction = if size > 0.0 { error.map(|e| e / size) } else { [1.0, 0.0, 0.0] };
+            Objective::Error(measure) => {
+                let [force, moment] = measure.wrench(self.space, &self.error(state, nominal));
                 let mut cost = self.no_cost();
-                self.add_wrench(
-                    self.output,
-                    direction,
-                    [0.0; 3],
-                    &linearised.poses,
-                    &state.inputs.parameters,
-                    &mut cost,
-                );
-                cost
-            }
-            Objective::Component { index, sign } => {
-                let mut cost = self.component_cost(*index, &linearised.poses, &state.inputs.parameters);
-                cost.twists.iter_mut().chain(cost.parameters.iter_mut()).for_each(|v| *v *= sign);
+                let parameters = &state.inputs.parameters;
+                self.add_wrench(self.output, force, moment, &linearised.poses, parameters, &mut cost);
                 cost
             }
         }
@@ -151,7 +172,7 @@ impl Mechanism {
 
     /// Whether a source gives way to an objective.
     #[must_use]
-    pub fn gives_way(&self, objective: &Objective, source: &Source) -> bool {
+    pub fn gives_way(&self, objective: Objective, source: &Source) -> bool {
         source.is_clearance || !matches!(objective, Objective::Load)
     }
 
@@ -159,9 +180,15 @@ impl Mechanism {
     #[must_use]
     pub fn exposed(&self, source: &Source, gradient: &Gradient, tolerance: f64) -> Face {
         let w = &gradient.inputs.parameters[source.range()];
-        // An angle's conjugate is a moment: compare it as a force at the characteristic length.
-        let angle = source.components == ["angle"];
-        source.set.face(w, if angle { tolerance * self.length } else { tolerance })
+        source.set.face(w, self.undecided(source, tolerance))
+    }
+
+    /// A tolerance for forces as one for what is conjugate to a source's first component: an angle's
+    /// moment is compared as a force at the characteristic length.
+    #[inline]
+    #[must_use]
+    pub fn undecided(&self, source: &Source, tolerance: f64) -> f64 {
+        if source.is_angle { tolerance * self.length } else { tolerance }
     }
 
     /// Size of the multipliers as forces.
@@ -176,7 +203,7 @@ impl Mechanism {
 
     /// The inputs with every source that gives way moved to the nearest point of the face it is pushed
     /// to: what nothing pushes stays where it is.
-    pub(crate) fn pushed(&self, objective: &Objective, gradient: &Gradient, inputs: &Inputs<f64>) -> Inputs<f64> {
+    pub(crate) fn pushed(&self, objective: Objective, gradient: &Gradient, inputs: &Inputs<f64>) -> Inputs<f64> {
         let tolerance = UNDECIDED * self.force_scale(gradient);
         let mut pushed = inputs.clone();
         for source in self.sources.iter().filter(|s| self.gives_way(objective, s)) {
@@ -200,19 +227,19 @@ impl Mechanism {
 }
 
 impl Solver<'_> {
-    fn slope(&self, objective: &Objective, state: &State) -> Option<Gradient> {
+    fn slope(&self, objective: Objective, nominal: &State, state: &State) -> Option<Gradient> {
         let linearised = self.linearise(state)?;
-        let cost = self.mechanism.objective_cost(objective, &linearised, state);
+        let cost = self.mechanism.objective_cost(objective, nominal, &linearised, state);
         Some(self.mechanism.gradient(&linearised, cost))
     }
 
     /// Climbs from a state to where the objective stands still on the admissible offsets; `None` where
-    /// the closure is singular.
+    /// the closure is singular. Errors are told from the nominal state.
     #[must_use]
-    pub fn climb(&self, objective: &Objective, from: State) -> Option<Summit> {
+    pub fn climb(&self, objective: Objective, nominal: &State, from: State) -> Option<Summit> {
         let m = self.mechanism;
-        let value = m.objective_value(objective, &from);
-        let gradient = self.slope(objective, &from)?;
+        let value = m.objective_value(objective, nominal, &from);
+        let gradient = self.slope(objective, nominal, &from)?;
         let mut at = Summit { state: from, value, gradient, steps: 0, settled: false, blocked: false };
         for _ in 0..WHOLE_STEPS {
             let pushed = m.pushed(objective, &at.gradient, &at.state.inputs);
@@ -221,22 +248,22 @@ impl Solver<'_> {
                 return Some(at);
             }
             let Ok(next) = self.follow(&at.state, &pushed) else { break };
-            let value = m.objective_value(objective, &next);
+            let value = m.objective_value(objective, nominal, &next);
             // A guide that hesitates between two corners, or a pin that floats: the projected ascent
             // settles it.
             if value < at.value - m.noise(&at) {
                 break;
             }
-            let gradient = self.slope(objective, &next)?;
+            let gradient = self.slope(objective, nominal, &next)?;
             at = Summit { state: next, value, gradient, steps: at.steps + 1, ..at };
         }
-        self.climb_slowly(objective, at)
+        self.climb_slowly(objective, nominal, at)
     }
 
     /// Projected gradient ascent in the sets' own coordinates, with the step length of Barzilai and
     /// Borwein (IMA J. Numer. Anal. 8, 1988, 141) and a search that lets the value fall for a while
     /// (Birgin, Martinez and Raydan, SIAM J. Optim. 10, 2000, 1196).
-    fn climb_slowly(&self, objective: &Objective, mut at: Summit) -> Option<Summit> {
+    fn climb_slowly(&self, objective: Objective, nominal: &State, mut at: Summit) -> Option<Summit> {
         let m = self.mechanism;
         let free: Vec<usize> = (0..m.sources().len())
             .filter(|&s| !m.sources()[s].set.is_zero() && m.gives_way(objective, &m.sources()[s]))
@@ -267,7 +294,7 @@ impl Solver<'_> {
                 let to: Vec<f64> = unit.iter().zip(&step).map(|(u, s)| u + part * s).collect();
                 match self.follow(&at.state, &m.offsets_of_unit(&free, &to, &at.state.inputs)) {
                     Ok(next) => {
-                        let value = m.objective_value(objective, &next);
+                        let value = m.objective_value(objective, nominal, &next);
                         if value >= lowest + 1e-4 * part * gain - noise {
                             break Some((to, next, value));
                         }
@@ -280,7 +307,7 @@ impl Solver<'_> {
                 }
             };
             let Some((to, state, value)) = reached else { break };
-            let gradient = self.slope(objective, &state)?;
+            let gradient = self.slope(objective, nominal, &state)?;
             let next_slope = m.unit_slope(&free, &gradient);
             let bend: f64 = (0..unit.len()).map(|k| (to[k] - unit[k]) * (slope[k] - next_slope[k])).sum();
             let squared = part * part * inner(&step, &step);

@@ -3,7 +3,7 @@
 use crate::clearance::Set;
 use crate::joint::Joint;
 use crate::mechanism::{Mechanism, Point, Row, Source};
-use crate::space::{Space, norm, scale, sub};
+use crate::space::{Component, Space, norm, scale, sub};
 use crate::spec::{Spec, Target};
 
 /// A mistake in a specification: an index out of range or a set that does not fit its joint.
@@ -52,7 +52,7 @@ impl Mechanism {
         let mut sources = Vec::with_capacity(spec.sources.len());
         let mut centre = Vec::new();
         for (i, s) in spec.sources.iter().enumerate() {
-            let set = Set::from(s.set);
+            let set = Set::try_from(s.set).map_err(|e| SpecError(format!("source {i}: {e}")))?;
             let first = centre.len();
             let components = attach(&s.target, first, &mut points, &joints, &mut rows, &driven_rows)
                 .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;
@@ -61,7 +61,12 @@ impl Mechanism {
             }
             centre.extend_from_slice(&s.centre);
             let is_clearance = matches!(s.target, Target::Clearance { .. });
-            sources.push(Source { set, law: s.law, first, is_clearance, components });
+            let is_angle = match s.target {
+                Target::Angle { .. } => true,
+                Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
+                Target::Clearance { .. } | Target::Dimension { .. } => false,
+            };
+            sources.push(Source { set, law: s.law, first, is_clearance, is_angle, components });
         }
         Ok(Self {
             space: spec.space,

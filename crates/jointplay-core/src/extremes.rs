@@ -1,28 +1,33 @@
 //! The worst that the error can ever be.
 //!
-//! To first order the set of errors is the sum of linear images of all admissible sets, so its extent
-//! along a direction u is `sum_j h_j(A_j^T u)`; the largest position error is the largest extent over
-//! all directions. On the exact closure each extreme is climbed by [`crate::ascent`] from many
-//! starts: the linearised optimum, support points along a fan of directions, and random corners.
+//! To first order by [`crate::reach`]. On the exact closure each extreme is climbed from many starts: the
+//! linearised optimum, support points along a fan of directions, and random corners; on lanes where whole
+//! steps settle ([`crate::batch::Climb`]), plainly ([`crate::ascent`]) where they do not.
+
+// Kernels must be inlined into callers compiled for a width of vector registers.
+#![allow(clippy::inline_always)]
 
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use std::f64::consts::TAU;
 
-use crate::ascent::{Objective, Summit};
+use crate::ascent::{Measure, Objective};
+use crate::batch::lanes::LANES;
+use crate::batch::simd::{Kernel, dispatch};
+use crate::batch::{Climb, Height, Task};
 use crate::clearance::{MAX_SIZE, inner};
 use crate::closure::Inputs;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
+use crate::reach::{Reach, spread};
 use crate::sensitivity::Output;
 use crate::solver::{Solver, State};
-use crate::space::{Component, norm};
+use crate::space::{Component, Vec3};
 use crate::status::Status;
 
-/// Directions of the first-order search, besides those where a support point jumps.
-const FAN: u32 = 360;
-/// Alternations between direction and support point from each of them.
-const ALTERNATIONS: usize = 60;
+/// Cases that are solved before the programs are recorded.
+const HANDFUL: usize = 4;
+/// Two heights closer than this part of them are the same: the first start counts.
+const SAME: f64 = 1e-13;
 
 /// Extremes of one configuration. The order of the extremes: position, rotation, then lowest and
 /// highest of every component.
@@ -32,10 +37,14 @@ pub struct Worst {
     pub position: f64,
     /// To first order.
     pub position_first_order: f64,
+    /// What the first-order figure certainly does not exceed.
+    pub position_bound: f64,
     /// Largest rotation from nominal, absolute.
     pub rotation: f64,
     /// To first order.
     pub rotation_first_order: f64,
+    /// What the first-order figure certainly does not exceed.
+    pub rotation_bound: f64,
     /// Lowest and highest error of every component.
     pub component: Vec<[f64; 2]>,
     /// To first order.
@@ -46,6 +55,8 @@ pub struct Worst {
     pub offset: Vec<Vec<f64>>,
     /// Share of every source in the first-order figure of each extreme.
     pub contribution: Vec<Vec<f64>>,
+    /// Starts that the batch engine handed to the plain solver.
+    pub fallbacks: u64,
     /// Outcome.
     pub status: Status,
 }
@@ -59,6 +70,43 @@ struct Linear {
     undecided: Vec<usize>,
 }
 
+/// One extreme: what is climbed, its first order, and where to start.
+struct Extreme {
+    measure: Measure,
+    linear: Linear,
+    bound: f64,
+    starts: Vec<Vec<f64>>,
+}
+
+/// The highest summits of all extremes.
+struct Summits {
+    heights: Vec<Height>,
+    blocked: bool,
+    fallbacks: u64,
+}
+
+/// Blocks of starts at one nominal pose.
+struct Blocks<'b, 'm> {
+    climb: &'b Climb<'m>,
+    case: &'b Case<'b>,
+    reference: &'b [f64],
+    tasks: &'b [Task],
+}
+
+impl Kernel for Blocks<'_, '_> {
+    type Output = Vec<Option<Height>>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let mut workspace = self.climb.workspace();
+        let mut heights = Vec::with_capacity(self.tasks.len());
+        for block in self.tasks.chunks(LANES) {
+            heights.extend(self.climb.solve(&mut workspace, self.case, self.reference, block));
+        }
+        heights
+    }
+}
+
 impl Mechanism {
     /// Number of extremes that [`Self::worst`] gives.
     #[must_use]
@@ -69,9 +117,10 @@ impl Mechanism {
     /// The worst errors of every case, each extreme climbed from `starts` starts.
     #[must_use]
     pub fn worst(&self, cases: &[Case<'_>], starts: usize) -> Vec<Worst> {
+        let climb = if cases.len() >= HANDFUL { self.solver(cases).and_then(|s| Climb::record(&s)) } else { None };
         self.each(
             cases,
-            |solver, _, case, nominal| self.worst_at(solver, case, &nominal, starts),
+            |solver, _, case, nominal| self.worst_at(solver, climb.as_ref(), case, &nominal, starts),
             || self.no_worst(Status::NotAssembled),
         )
     }
@@ -80,13 +129,16 @@ impl Mechanism {
         Worst {
             position: f64::NAN,
             position_first_order: f64::NAN,
+            position_bound: f64::NAN,
             rotation: f64::NAN,
             rotation_first_order: f64::NAN,
+            rotation_bound: f64::NAN,
             component: vec![[f64::NAN; 2]; self.size()],
             component_first_order: vec![[f64::NAN; 2]; self.size()],
             direction: vec![f64::NAN; self.n_translations()],
             offset: vec![vec![f64::NAN; self.n_parameters()]; self.n_extremes()],
             contribution: vec![vec![f64::NAN; self.sources.len()]; self.n_extremes()],
+            fallbacks: 0,
             status,
         }
     }
@@ -97,15 +149,6 @@ impl Mechanism {
         self.space.components().iter().filter(|c| matches!(c, Component::Along(_))).count()
     }
 
-    /// `A^T u` restricted to a source's parameters.
-    fn pulled(map: &Output, direction: &[f64], range: std::ops::Range<usize>) -> [f64; MAX_SIZE] {
-        let mut w = [0.0; MAX_SIZE];
-        for (k, p) in range.enumerate() {
-            w[k] = direction.iter().enumerate().map(|(i, u)| u * map.parameters[(i, p)]).sum();
-        }
-        w
-    }
-
     /// The linearised extreme along a direction of the output's components; `shift` is the error that
     /// drive values other than the nominal ones make.
     fn extent(&self, map: &Output, shift: &[f64], direction: &[f64]) -> Linear {
@@ -113,7 +156,10 @@ impl Mechanism {
         let mut contribution = Vec::with_capacity(self.sources.len());
         let mut reach = Vec::with_capacity(self.sources.len());
         for source in &self.sources {
-            let w = Self::pulled(map, direction, source.range());
+            let mut w = [0.0; MAX_SIZE];
+            for (w, p) in w.iter_mut().zip(source.range()) {
+                *w = direction.iter().enumerate().map(|(i, u)| u * map.parameters[(i, p)]).sum();
+            }
             let face = source.set.face(&w[..source.set.size()], 0.0);
             for (k, p) in source.range().enumerate() {
                 parameters[p] += face.centre[k];
@@ -128,65 +174,48 @@ impl Mechanism {
         Linear { value, parameters, contribution, undecided }
     }
 
-    /// Directions of the plane between which no support point of a polyhedral set jumps.
-    fn fan(&self, map: &Output) -> Vec<[f64; 2]> {
-        let mut angles: Vec<f64> = (0..FAN).map(|k| TAU * f64::from(k) / f64::from(FAN)).collect();
-        for source in &self.sources {
-            for form in source.set.break_forms() {
-                // form . (A^T u) = g . u vanishes at right angles to g.
-                let g: Vec<f64> =
-                    (0..2).map(|i| source.range().zip(form).map(|(p, f)| f * map.parameters[(i, p)]).sum()).collect();
-                let across = g[0].atan2(-g[1]);
-                for k in 0..2 {
-                    let angle = across + 0.5 * TAU * f64::from(k);
-                    // Either side of the jump.
-                    angles.extend([angle - 1e-7, angle + 1e-7]);
-                }
-            }
+    /// The largest size of some components: position or rotation.
+    fn farthest(
+        &self,
+        measure: Measure,
+        map: &Output,
+        shift: &[f64],
+        range: std::ops::Range<usize>,
+        starts: usize,
+    ) -> Extreme {
+        let found = Reach::new(self, map, shift, range.clone()).farthest();
+        let along = |u: Vec3<f64>| {
+            let mut direction = vec![0.0; self.size()];
+            direction[range.clone()].iter_mut().zip(u).for_each(|(d, u)| *d = u);
+            self.extent(map, shift, &direction)
+        };
+        let mut optima: Vec<Linear> = found.directions.iter().take(starts.max(1)).map(|&u| along(u)).collect();
+        for k in 0..starts.saturating_sub(optima.len()) {
+            optima.push(along(spread(range.len(), k, starts)));
         }
-        angles.into_iter().map(|a| [a.cos(), a.sin()]).collect()
+        let starts = self.starts(&optima, starts / 2);
+        Extreme { measure, linear: optima.swap_remove(0), bound: found.bound, starts }
     }
 
-    /// Local maxima of the linearised mechanism's position error over all directions, largest first.
-    fn position_extent(&self, map: &Output, shift: &[f64]) -> Vec<Linear> {
-        let size = self.size();
-        let mut maxima: Vec<(Vec<f64>, Linear)> = Vec::new();
-        for start in self.fan(map) {
-            let mut direction = vec![0.0; size];
-            direction[..2].copy_from_slice(&start);
-            let mut reached = self.extent(map, shift, &direction);
-            for _ in 0..ALTERNATIONS {
-                let error: Vec<f64> = (0..2)
-                    .map(|i| {
-                        let offsets = reached.parameters.iter().enumerate();
-                        shift[i] + offsets.map(|(p, u)| map.parameters[(i, p)] * u).sum::<f64>()
-                    })
-                    .collect();
-                let distance = norm(&error);
-                if distance == 0.0 {
-                    break;
-                }
-                direction[..2].iter_mut().zip(&error).for_each(|(d, e)| *d = e / distance);
-                let next = self.extent(map, shift, &direction);
-                let gain = next.value - reached.value;
-                reached = next;
-                if gain.abs() <= 1e-15 * reached.value {
-                    break;
-                }
-            }
-            let known = |(other, linear): &(Vec<f64>, Linear)| {
-                inner(other, &direction) > 1.0 - 1e-9 && (linear.value - reached.value).abs() <= 1e-9 * reached.value
-            };
-            if !maxima.iter().any(known) {
-                maxima.push((direction, reached));
-            }
-        }
-        maxima.sort_by(|(_, a), (_, b)| b.value.total_cmp(&a.value));
-        maxima.into_iter().map(|(_, linear)| linear).collect()
+    /// The lowest or the highest value of a component.
+    fn end(&self, index: usize, lowest: bool, map: &Output, shift: &[f64], starts: usize) -> Extreme {
+        let mut along = vec![0.0; self.size()];
+        along[index] = if lowest { -1.0 } else { 1.0 };
+        let linear = [self.extent(map, shift, &along)];
+        let starts = self.starts(&linear, starts / 4);
+        let [linear] = linear;
+        Extreme { measure: Measure::Component { index, lowest }, bound: linear.value, linear, starts }
     }
 
-    fn worst_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State, starts: usize) -> Worst {
-        let size = self.size();
+    fn worst_at(
+        &self,
+        solver: &Solver<'_>,
+        climb: Option<&Climb<'_>>,
+        case: &Case<'_>,
+        nominal: &State,
+        starts: usize,
+    ) -> Worst {
+        let (size, translations) = (self.size(), self.n_translations());
         let Some(linearised) = solver.linearise(nominal) else { return self.no_worst(Status::Singular) };
         let map = self.output_sensitivity(&linearised, nominal);
         let built = match solver.follow(nominal, &self.built(case.drives)) {
@@ -194,95 +223,139 @@ impl Mechanism {
             Err(status) => return self.no_worst(status),
         };
         let shift = self.drive_shift(&map, case, nominal);
+        let mut extremes = vec![self.farthest(Measure::Position, &map, &shift, 0..translations, starts)];
+        for index in 0..size {
+            extremes.extend([true, false].map(|lowest| self.end(index, lowest, &map, &shift, starts)));
+        }
+        // In the plane the largest rotation is one end or the other of the angle's range.
+        let in_space = size - translations > 1;
+        if in_space {
+            extremes.push(self.farthest(Measure::Rotation, &map, &shift, translations..size, starts));
+        }
         let reference = self.output(&nominal.coordinates, &nominal.inputs);
-
-        let mut optima = self.position_extent(&map, &shift);
-        optima.truncate(starts.max(1));
-        for k in 0..starts.saturating_sub(optima.len()) {
-            let angle = TAU * k as f64 / starts as f64;
-            let mut direction = vec![0.0; size];
-            (direction[1], direction[0]) = angle.sin_cos();
-            optima.push(self.extent(&map, &shift, &direction));
+        let mut found = self.summits(solver, climb, case, nominal, &built, &reference, &extremes);
+        if !in_space {
+            let larger = |of: &dyn Fn(usize) -> f64| {
+                if of(2 * size).abs() >= of(2 * size - 1).abs() { 2 * size } else { 2 * size - 1 }
+            };
+            let (exact, linear) = (larger(&|k| found.heights[k].value), larger(&|k| extremes[k].linear.value));
+            found.heights.push(found.heights[exact].clone());
+            let Linear { value, parameters, contribution, undecided } = &extremes[linear].linear;
+            let copy = Linear {
+                value: *value,
+                parameters: parameters.clone(),
+                contribution: contribution.clone(),
+                undecided: undecided.clone(),
+            };
+            extremes.push(Extreme { measure: Measure::Rotation, linear: copy, bound: *value, starts: Vec::new() });
         }
-        let position_starts = self.starts(&optima, starts / 2);
-        let linear_position = optima.swap_remove(0);
-
-        let mut from = [0.0; 3];
-        for (component, value) in self.space.components().iter().zip(&reference) {
-            if let Component::Along(i) = component {
-                from[*i] = *value;
-            }
-        }
-        let mut blocked = false;
-        let mut climb = |objective: &Objective, candidates: Vec<Vec<f64>>| {
-            let summit = self.highest(solver, &built, objective, candidates, &mut blocked);
-            (summit.value, summit.state.inputs.parameters.clone(), self.error(&summit.state, nominal))
+        let rotation = extremes.len() - 1;
+        let order = || [0, rotation].into_iter().chain(1..=2 * size);
+        let sign =
+            |k: usize| if matches!(extremes[k].measure, Measure::Component { lowest: true, .. }) { -1.0 } else { 1.0 };
+        let ends = |of: &dyn Fn(usize) -> f64| -> Vec<[f64; 2]> {
+            (0..size).map(|i| [2 * i + 1, 2 * i + 2].map(|k| sign(k) * of(k))).collect()
         };
-        let (position, position_offset, error) = climb(&Objective::Position { from }, position_starts);
-        let direction = error[..self.n_translations()].iter().map(|e| e / position).collect();
-
-        let mut component = Vec::with_capacity(size);
-        let mut component_first_order = Vec::with_capacity(size);
-        let mut offsets = Vec::with_capacity(2 * size);
-        let mut contributions = Vec::with_capacity(2 * size);
-        for i in 0..size {
-            let mut exact = [0.0; 2];
-            let mut first_order = [0.0; 2];
-            for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
-                let mut along = vec![0.0; size];
-                along[i] = sign;
-                let linear = self.extent(&map, &shift, &along);
-                let linear = [linear];
-                let candidates = self.starts(&linear, starts / 4);
-                let [linear] = linear;
-                let (_, offset, error) = climb(&Objective::Component { index: i, sign }, candidates);
-                exact[side] = error[i];
-                first_order[side] = sign * linear.value;
-                offsets.push(offset);
-                contributions.push(linear.contribution.iter().map(|c| sign * c).collect::<Vec<f64>>());
-            }
-            component.push(exact);
-            component_first_order.push(first_order);
-        }
-        // The largest rotation is one end or the other of the angle's range.
-        let angle = size - 1;
-        let larger = |range: &[f64; 2]| usize::from(range[1].abs() >= range[0].abs());
-        let end = larger(&component[angle]);
-        let linear_end = larger(&component_first_order[angle]);
-        let sign = if linear_end == 1 { 1.0 } else { -1.0 };
-        let rotation_contribution = contributions[2 * angle + linear_end].iter().map(|c| sign * c).collect();
-        let mut all_offsets = vec![position_offset, offsets[2 * angle + end].clone()];
-        all_offsets.append(&mut offsets);
-        let mut all_contributions = vec![linear_position.contribution, rotation_contribution];
-        all_contributions.append(&mut contributions);
-        let status = match self.nominal_status(nominal) {
-            Status::Ok if blocked => Status::Singular,
+        let heights = &found.heights;
+        let status = match self.status_of(&linearised, nominal) {
+            Status::Ok if found.blocked => Status::Singular,
             other => other,
         };
         Worst {
-            position,
-            position_first_order: linear_position.value,
-            rotation: component[angle][end].abs(),
-            rotation_first_order: component_first_order[angle][linear_end].abs(),
-            component,
-            component_first_order,
-            direction,
-            offset: all_offsets,
-            contribution: all_contributions,
+            position: heights[0].value,
+            position_first_order: extremes[0].linear.value,
+            position_bound: extremes[0].bound,
+            rotation: heights[rotation].value,
+            rotation_first_order: extremes[rotation].linear.value,
+            rotation_bound: extremes[rotation].bound,
+            component: ends(&|k| heights[k].value),
+            component_first_order: ends(&|k| extremes[k].linear.value),
+            direction: heights[0].error[..translations].iter().map(|e| e / heights[0].value).collect(),
+            offset: order().map(|k| heights[k].parameters.clone()).collect(),
+            contribution: order()
+                .map(|k| extremes[k].linear.contribution.iter().map(|c| sign(k) * c).collect())
+                .collect(),
+            fallbacks: found.fallbacks,
             status,
         }
+    }
+
+    /// The highest summit of every extreme over all its starts.
+    #[allow(clippy::too_many_arguments)] // all of them describe one configuration
+    fn summits(
+        &self,
+        solver: &Solver<'_>,
+        climb: Option<&Climb<'_>>,
+        case: &Case<'_>,
+        nominal: &State,
+        built: &State,
+        reference: &[f64],
+        extremes: &[Extreme],
+    ) -> Summits {
+        let each =
+            |e: &Extreme| e.starts.iter().map(|s| Task { measure: e.measure, start: s.clone() }).collect::<Vec<_>>();
+        let tasks: Vec<Task> = extremes.iter().flat_map(each).collect();
+        let mut heights = match climb {
+            Some(climb) => dispatch(Blocks { climb, case, reference, tasks: &tasks }),
+            None => vec![None; tasks.len()],
+        };
+        let mut summits = Summits { heights: Vec::with_capacity(extremes.len()), blocked: false, fallbacks: 0 };
+        let mut at = 0;
+        for extreme in extremes {
+            let mut best: Option<Height> = None;
+            for k in at..at + extreme.starts.len() {
+                let height = heights[k].take().or_else(|| {
+                    summits.fallbacks += 1;
+                    self.climb_plainly(solver, nominal, built, &tasks[k], &mut summits.blocked)
+                });
+                let Some(height) = height else { continue };
+                if best.as_ref().is_none_or(|b| height.value > b.value + SAME * b.value.abs()) {
+                    best = Some(height);
+                }
+            }
+            at += extreme.starts.len();
+            summits.blocked |= best.is_none();
+            summits.heights.push(best.unwrap_or_else(|| Height {
+                value: f64::NAN,
+                parameters: vec![f64::NAN; self.n_parameters()],
+                error: vec![f64::NAN; self.size()],
+            }));
+        }
+        summits
+    }
+
+    /// One climb by the plain solver; a start that cannot be assembled is approached as far as the branch
+    /// goes.
+    fn climb_plainly(
+        &self,
+        solver: &Solver<'_>,
+        nominal: &State,
+        built: &State,
+        task: &Task,
+        blocked: &mut bool,
+    ) -> Option<Height> {
+        let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: task.start.clone() };
+        let start = solver.follow(built, &inputs).unwrap_or_else(|_| {
+            *blocked = true;
+            built.clone()
+        });
+        let Some(summit) = solver.climb(Objective::Error(task.measure), nominal, start) else {
+            *blocked = true;
+            return None;
+        };
+        *blocked |= summit.blocked;
+        let error = self.error(&summit.state, nominal);
+        Some(Height { value: summit.value, parameters: summit.state.inputs.parameters, error })
     }
 
     /// Moves the given sources of a start to corners of their sets, drawn at random.
     fn to_corners(&self, parameters: &mut [f64], sources: &[usize], rng: &mut Xoshiro256PlusPlus) {
         for source in sources.iter().map(|&s| &self.sources[s]) {
             let mut w = [0.0; MAX_SIZE];
-            for v in &mut w {
-                *v = rng.random_range(-1.0..1.0);
-            }
-            // Moments weigh as forces at the set's own proportions.
-            if let crate::clearance::Set::Diamond { half_length, .. } = source.set {
-                w[1] *= half_length;
+            // Every component weighs the same at the set's own proportions.
+            for k in 0..source.set.size() {
+                let half_width = source.set.half_width(k);
+                w[k] = if half_width > 0.0 { rng.random_range(-1.0..1.0) / half_width } else { 0.0 };
             }
             let face = source.set.face(&w[..source.set.size()], 0.0);
             for (k, p) in source.range().enumerate() {
@@ -311,37 +384,5 @@ impl Mechanism {
             starts.push(start);
         }
         starts
-    }
-
-    /// The highest summit over all starts; a start that cannot be assembled is approached as far as
-    /// the branch goes.
-    fn highest(
-        &self,
-        solver: &Solver<'_>,
-        built: &State,
-        objective: &Objective,
-        candidates: Vec<Vec<f64>>,
-        blocked: &mut bool,
-    ) -> Summit {
-        let mut best: Option<Summit> = None;
-        for parameters in candidates {
-            let inputs = Inputs { drives: built.inputs.drives.clone(), parameters };
-            let start = solver.follow(built, &inputs).unwrap_or_else(|_| {
-                *blocked = true;
-                built.clone()
-            });
-            let Some(summit) = solver.climb(objective, start) else {
-                *blocked = true;
-                continue;
-            };
-            *blocked |= summit.blocked;
-            if best.as_ref().is_none_or(|b| summit.value > b.value) {
-                best = Some(summit);
-            }
-        }
-        best.unwrap_or_else(|| {
-            *blocked = true;
-            Summit::nowhere(built, self)
-        })
     }
 }

@@ -19,10 +19,14 @@ use crate::batch::simd::{Kernel, dispatch};
 use crate::closure::Inputs;
 use crate::mechanism::Mechanism;
 use crate::real::Real;
-use crate::solver::{Solver, State};
+use crate::solver::{Linearised, Solver, State};
 use crate::space::{Component, Pose, sub};
 use crate::status::Status;
+use crate::trace::CLEAR;
 
+/// What the load leaves undecided is felt by the output when it moves it by more than this part of what all
+/// play together could.
+pub(crate) const UNFELT: f64 = 1e-9;
 /// Configurations that one task solves.
 const RUN: usize = 16 * LANES;
 
@@ -174,6 +178,15 @@ impl Mechanism {
         Inputs { drives: drives.to_vec(), parameters: self.centre.clone() }
     }
 
+    /// The same where the Jacobian is factored already: an estimate spares the singular value where it is
+    /// plainly large.
+    pub(crate) fn status_of(&self, linearised: &Linearised<'_>, state: &State) -> Status {
+        if self.singular_estimate(linearised) >= CLEAR * self.singular_value {
+            return Status::Ok;
+        }
+        self.nominal_status(state)
+    }
+
     /// Whether the nominal state is too near a singular one.
     pub(crate) fn nominal_status(&self, state: &State) -> Status {
         let (value, _) = self.singular_value_at(state);
@@ -240,17 +253,19 @@ impl Mechanism {
 
     fn loaded_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State) -> Loaded {
         let size = self.size();
-        let status = self.nominal_status(nominal);
         let Some(at_nominal) = solver.linearise(nominal) else { return self.no_load_result(Status::Singular) };
+        let status = self.status_of(&at_nominal, nominal);
         let start = match solver.follow(nominal, &self.built(case.drives)) {
             Ok(state) => state,
             Err(status) => return self.no_load_result(status),
         };
-        let Some(summit) = solver.climb(&Objective::Load, start) else { return self.no_load_result(Status::Singular) };
+        let Some(summit) = solver.climb(Objective::Load, nominal, start) else {
+            return self.no_load_result(Status::Singular);
+        };
 
         // First order, at the nominal pose. Drive values that differ from the nominal ones count too.
-        let gradient = self.gradient(&at_nominal, self.objective_cost(&Objective::Load, &at_nominal, nominal));
-        let offsets = self.pushed(&Objective::Load, &gradient, &self.built(case.drives));
+        let gradient = self.gradient(&at_nominal, self.objective_cost(Objective::Load, nominal, &at_nominal, nominal));
+        let offsets = self.pushed(Objective::Load, &gradient, &self.built(case.drives));
         let map = self.output_sensitivity(&at_nominal, nominal);
         let mut contribution = vec![0.0; self.sources.len() * size];
         let mut error_first_order = self.drive_shift(&map, case, nominal);
@@ -266,15 +281,17 @@ impl Mechanism {
         let map = self.output_sensitivity(&at_summit, &summit.state);
         let tolerance = UNDECIDED * self.force_scale(&summit.gradient);
         let mut undetermined = vec![0.0; size];
-        let mut decided = summit.settled;
+        let mut reach = vec![0.0; size];
         for source in self.sources.iter().filter(|s| s.is_clearance) {
             let face = self.exposed(source, &summit.gradient, tolerance);
-            decided &= face.is_point();
             for (i, half_width) in undetermined.iter_mut().enumerate() {
                 let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
                 *half_width += face.half_width(&row);
+                reach[i] += source.set.support(&row);
             }
         }
+        let felt = undetermined.iter().zip(&reach).any(|(width, reach)| *width > UNFELT * reach);
+        let decided = summit.settled && !felt;
         Loaded {
             error: self.error(&summit.state, nominal),
             error_first_order,

@@ -45,6 +45,8 @@ pub struct Source {
     pub first: usize,
     /// Whether the load decides where it goes (clearances) or not (tolerances, drive errors).
     pub is_clearance: bool,
+    /// Whether its first component is an angle.
+    pub is_angle: bool,
     /// The kind of parameter, by name, one per component.
     pub components: Vec<&'static str>,
 }

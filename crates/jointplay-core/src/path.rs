@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::closure::Inputs;
+use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::sensitivity::Output;
 use crate::solver::{Solver, State, scaled_size};
@@ -196,6 +197,15 @@ impl Mechanism {
         }
     }
 
+    /// The drive values of a state, those nearest to given ones over full turns.
+    #[must_use]
+    pub fn drive_values(&self, coordinates: &[f64], near: &[f64]) -> Vec<f64> {
+        if coordinates.iter().any(|c| c.is_nan()) {
+            return vec![f64::NAN; self.n_drives];
+        }
+        (0..self.n_drives).map(|d| self.drive_value(d, coordinates, near[d])).collect()
+    }
+
     /// The first assembled state of the nominal mechanism and the solver planned there.
     ///
     /// Tries the drive values as asked; where the guess is too far from them, closes the joints first
@@ -215,7 +225,7 @@ impl Mechanism {
             return None;
         }
         let solver = Solver::new(self, &free.coordinates);
-        let values: Vec<f64> = (0..self.n_drives).map(|d| self.drive_value(d, &free.coordinates, drives[d])).collect();
+        let values = self.drive_values(&free.coordinates, drives);
         let state = solver.polish(&free.coordinates, &Inputs::nominal(self, &values))?;
         Some((solver, state))
     }
@@ -263,6 +273,19 @@ impl Mechanism {
         }
         let status = if value < self.singular_value { Status::Singular } else { Status::Ok };
         Configuration { state: Some(state), status, singular_value: value, singular_motion: motion, mismatch: f64::NAN }
+    }
+
+    /// Measures how near every case is to a singular state, at its nominal coordinates.
+    #[must_use]
+    pub fn measure(&self, cases: &[Case<'_>]) -> Vec<Configuration> {
+        let measured = |case: &Case<'_>| {
+            if case.coordinates.iter().any(|c| c.is_nan()) {
+                return self.unsolved(Status::NotAssembled);
+            }
+            let inputs = Inputs::nominal(self, case.drives);
+            self.judge(State { coordinates: case.coordinates.to_vec(), inputs, negative: false })
+        };
+        cases.par_iter().map(measured).collect()
     }
 
     /// Solves the nominal mechanism for `n` rows of drive values given one after the other, keeping to
@@ -360,7 +383,7 @@ impl Mechanism {
         if coordinates.iter().any(|c| !c.is_finite()) {
             return None;
         }
-        let drives: Vec<f64> = near.iter().enumerate().map(|(d, &q)| self.drive_value(d, coordinates, q)).collect();
+        let drives = self.drive_values(coordinates, near);
         let inputs = Inputs::nominal(self, &drives);
         // A singular state cannot be polished; it is judged by its Jacobian later.
         let given = || State { coordinates: coordinates.to_vec(), inputs: inputs.clone(), negative: false };

@@ -60,6 +60,32 @@ pub fn rotation_of_vector(v: Vec3<f64>) -> Mat3<f64> {
     })
 }
 
+/// The matrix that takes an angular velocity in ground axes to the rate of a rotation vector below a full
+/// turn (the inverse of the left Jacobian of the exponential map).
+#[must_use]
+pub fn inverse_left_jacobian(v: Vec3<f64>) -> Mat3<f64> {
+    let square = dot(v, v);
+    let angle = square.sqrt();
+    // (1 - (a / 2) cot(a / 2)) / a^2, by its series where that cancels.
+    let c = if angle < 1e-2 {
+        1.0 / 12.0 + square / 720.0 + square * square / 30240.0
+    } else {
+        (1.0 - 0.5 * angle / (0.5 * angle).tan()) / square
+    };
+    let across = cross_matrix(v);
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let (diagonal, other) = if i == j { (1.0, square) } else { (0.0, 0.0) };
+            diagonal - 0.5 * across[i][j] + c * (v[i] * v[j] - other)
+        })
+    })
+}
+
+/// The matrix that multiplies a vector by `v` from the left.
+const fn cross_matrix(v: Vec3<f64>) -> Mat3<f64> {
+    [[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,6 +99,25 @@ mod tests {
             // Near half a turn the axis is known to the root of rounding at worst.
             let tolerance = if angle > 3.1 { 1e-8 } else { 1e-15 * (1.0 + 4.0 * angle) };
             assert!((0..3).all(|k| (back[k] - v[k]).abs() <= tolerance), "{angle}: {back:?}");
+        }
+    }
+
+    #[test]
+    fn the_rate_of_a_rotation_vector_is_its_difference() {
+        for size in [1e-9, 1e-3, 9.9e-3, 0.0101, 0.5, 2.0] {
+            let v = scale([0.6, -0.48, 0.64], size);
+            let map = inverse_left_jacobian(v);
+            for axis in 0..3 {
+                let step = 1e-5;
+                let ends = [step, -step].map(|h| {
+                    let mut turn = [0.0; 3];
+                    turn[axis] = h;
+                    rotation_vector(&product(&rotation_of_vector(turn), &rotation_of_vector(v)))
+                });
+                for k in 0..3 {
+                    assert!((map[k][axis] - (ends[0][k] - ends[1][k]) / (2.0 * step)).abs() < 1e-9);
+                }
+            }
         }
     }
 

@@ -222,7 +222,7 @@ impl<'m> Solver<'m> {
     }
 
     /// As [`Self::follow`], giving the last state reached with the failure.
-    fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
+    pub(crate) fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
         let mut state = from.clone();
         if from.inputs == *to {
             return Ok(from.clone());
@@ -252,6 +252,25 @@ impl<'m> Solver<'m> {
 }
 
 impl Mechanism {
+    /// An estimate of the smallest singular value of the length-scaled Jacobian, too large by no more than
+    /// about the square root of the number of unknowns: the inverse of `|J^-1 b|` for a unit vector b
+    /// without a pattern.
+    pub(crate) fn singular_estimate(&self, linearised: &Linearised<'_>) -> f64 {
+        let mut right: Vec<f64> = self.probe().collect();
+        let mut motion = vec![0.0; self.n_unknowns()];
+        linearised.factors.solve(&mut right, &mut motion);
+        1.0 / scaled_size(self, &motion)
+    }
+
+    /// That unit vector, with the rows' units.
+    pub(crate) fn probe(&self) -> impl Iterator<Item = f64> + '_ {
+        let size = (self.n_rows() as f64).sqrt();
+        self.rows.iter().enumerate().map(move |(k, row)| {
+            let sign = if (k as f64 * 0.618_034).fract() < 0.5 { 1.0 } else { -1.0 };
+            sign * self.unit(row.component) / size
+        })
+    }
+
     /// Moves all bodies by small twists.
     pub(crate) fn retract(&self, coordinates: &mut [f64], twists: &[f64]) {
         let bodies = coordinates.chunks_exact_mut(self.space.n_coordinates());

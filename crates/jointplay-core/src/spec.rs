@@ -154,17 +154,61 @@ pub enum SetSpec {
         /// Upper bound, not below zero.
         high: f64,
     },
+    /// Ball in socket.
+    Ball {
+        /// Radial clearance.
+        radius: f64,
+    },
+    /// Pin in a bore between shoulders.
+    Journal {
+        /// Radial clearance at both ends of the pin.
+        radius: f64,
+        /// Half of the length over which pin and bore engage.
+        half_length: f64,
+        /// Axial play on each side.
+        axial: f64,
+    },
+    /// Pin in a bore, free to slide.
+    Sleeve {
+        /// Radial clearance at both ends of the pin.
+        radius: f64,
+        /// Half of the length over which pin and bore engage.
+        half_length: f64,
+    },
+    /// Rectangular slider in a guide.
+    Guide {
+        /// Gap on each side.
+        gap: f64,
+        /// Half of the slider's length.
+        half_length: f64,
+        /// Half of the slider's width, along side.
+        half_width: f64,
+        /// Half of the slider's height, along normal.
+        half_height: f64,
+    },
+    /// Plate between planes.
+    Plate {
+        /// Gap on each side.
+        gap: f64,
+        /// Half of the plate's size along the joint's normal.
+        half_normal: f64,
+        /// Half of the plate's size along the joint's side.
+        half_side: f64,
+    },
 }
 
 /// How offsets scatter from unit to unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Law {
-    /// Uniform in the set.
+    /// Uniform in the set; both ends of a pin, and its axial play, each on its own.
     Uniform,
-    /// Uniform on the boundary of the set: always in contact.
+    /// Uniform on the boundary of the set: always in contact. On a polytope, uniform in the set and then
+    /// pushed out from the middle to the boundary: every facet gets the share of the cone above it. Both
+    /// ends of a pin, and its axial play, each on its own boundary.
     Boundary,
-    /// Normal with three standard deviations to the boundary, truncated to the set.
+    /// Normal with three standard deviations to the largest value of every component, truncated to the
+    /// set; both ends of a pin, and its axial play, each on its own.
     Normal,
     /// Normal and not truncated; the set holds three standard deviations.
     Gauss,

@@ -45,7 +45,8 @@ impl Kernel for &Block<'_, '_> {
     fn run(self) -> Vec<Row> {
         let mut rows = Vec::with_capacity(LANES);
         let mut registers = self.follow.workspace();
-        self.follow.solve(&mut registers, &self.from, self.drives, |_, row| {
+        let from = vec![&self.from; self.drives.len() / self.from.inputs.drives.len()];
+        self.follow.solve(&mut registers, &from, self.drives, |_, row| {
             rows.push(row.map(|(coordinates, clear)| (coordinates.to_vec(), clear)));
         });
         rows

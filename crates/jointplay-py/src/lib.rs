@@ -8,7 +8,7 @@ mod arrays;
 use jointplay_core::sampling::{BINS, Request};
 use jointplay_core::spec::Law;
 use jointplay_core::{Mechanism as Core, Spec, Status};
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
+use numpy::{PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -127,6 +127,68 @@ impl Mechanism {
             .finish())
     }
 
+    /// Poses, output and status on a grid of drive values, reached from seeds: states with a node each.
+    fn flood<'py>(
+        &self,
+        py: Python<'py>,
+        shape: Vec<usize>,
+        drives: PyReadonlyArray2<'py, f64>,
+        seed_nodes: Vec<usize>,
+        seed_drives: PyReadonlyArray2<'py, f64>,
+        seed_poses: PyReadonlyArray3<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.require_square()?;
+        let core = &self.core;
+        let rows = rows(&drives, "drives", core.n_drives())?;
+        let configurations = Configurations::new(core, &seed_drives, &seed_poses)?;
+        let seeds: Vec<_> = seed_nodes.into_iter().zip(configurations.cases()).collect();
+        let n = shape.iter().product::<usize>();
+        if rows.len() != n || seeds.len() != configurations.cases().len() || seeds.iter().any(|seed| seed.0 >= n) {
+            return Err(PyValueError::new_err("a row of drives per node of the grid and a node per seed are needed"));
+        }
+        let (trace, output) = py.detach(|| {
+            let trace = core.flood(&shape, &rows.concat(), &seeds);
+            let output = core.outputs(&trace.coordinates);
+            (trace, output)
+        });
+        Ok(Table::new(py)
+            .status(trace.status.iter().copied())?
+            .array("poses", &[n, core.n_bodies(), core.n_body_coordinates()], trace.coordinates)?
+            .array("output", &[n, core.size()], output)?
+            .finish())
+    }
+
+    /// Drive values of configurations that are solved already, those nearest to given ones over full turns.
+    fn drive_values<'py>(
+        &self,
+        py: Python<'py>,
+        poses: PyReadonlyArray3<'py, f64>,
+        near: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
+        let (core, n) = (&self.core, poses.shape()[0]);
+        let drives = near.as_array().broadcast((n, near.len())).map(|rows| rows.to_owned());
+        let drives = numpy::IntoPyArray::into_pyarray(drives.unwrap_or_default(), py);
+        let configurations = Configurations::new(core, &drives.readonly(), &poses)?;
+        let cases = configurations.cases();
+        let read = cases.iter().flat_map(|case| core.drive_values(case.coordinates, case.drives)).collect();
+        let array = numpy::ndarray::Array2::from_shape_vec((n, core.n_drives()), read)
+            .map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Ok(numpy::IntoPyArray::into_pyarray(array, py))
+    }
+
+    /// How near configurations that are solved already are to a singular one.
+    fn measure<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let configurations = Configurations::new(&self.core, &drives, &poses)?;
+        let cases = configurations.cases();
+        let measured = py.detach(|| self.core.measure(&cases));
+        Ok(self.solved(py, &measured)?.finish())
+    }
+
     fn inverse<'py>(
         &self,
         py: Python<'py>,
@@ -241,8 +303,11 @@ impl Mechanism {
         Ok(Table::new(py)
             .array("position", &[n], results.iter().map(|r| r.position).collect())?
             .array("position_first_order", &[n], results.iter().map(|r| r.position_first_order).collect())?
+            .array("position_bound", &[n], results.iter().map(|r| r.position_bound).collect())?
             .array("rotation", &[n], results.iter().map(|r| r.rotation).collect())?
             .array("rotation_first_order", &[n], results.iter().map(|r| r.rotation_first_order).collect())?
+            .array("rotation_bound", &[n], results.iter().map(|r| r.rotation_bound).collect())?
+            .array("fallbacks", &[n], results.iter().map(|r| r.fallbacks).collect())?
             .array("component", &[n, size, 2], flat(results.iter().flat_map(|r| &r.component)))?
             .array("component_first_order", &[n, size, 2], flat(results.iter().flat_map(|r| &r.component_first_order)))?
             .array("direction", &[n, core.n_translations()], flat(results.iter().map(|r| &r.direction)))?

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jointplay import poses
 from jointplay.mobility import examine
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
@@ -14,6 +15,10 @@ from .nominal import Floats
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+#: which numbers of a set bound a displacement
+SIZES = ("radius", "axial", "gap")
 
 
 def check(m: Mechanism) -> xr.Dataset:
@@ -58,7 +63,7 @@ def compute(m: Mechanism) -> Result:
     builder.add("joint_kind", "joint", np.array(m.joint_kinds, dtype=str), "type of the joint")
     builder.add("first_body", "joint", np.array(ends[0], dtype=str), "body that carries the joint")
     builder.add("second_body", "joint", np.array(ends[1], dtype=str), "body that rides on it")
-    guess = np.array(spec["guess"]).reshape(len(m.bodies), -1)
+    guess = poses.components(np.array(spec["guess"]).reshape(len(m.bodies), -1))
     builder.add("guess", ("body", "component"), guess, "pose of the body at the start", "component")
     driven = np.array([m.joints[joint] for joint in m.drive_joints], dtype=str)
     builder.add("driven_joint", "drive", driven, "joint that the drive commands")
@@ -77,8 +82,8 @@ def _sizes(m: Mechanism) -> tuple[Floats, list[str]]:
     units: list[str] = []
     for s, source in enumerate(m.core_spec["sources"]):
         ((shape, size),) = source["set"].items()
-        largest = {"disc": "radius", "diamond": "gap"}.get(shape)
-        value = size[largest] if largest else max(abs(size["low"]), abs(size["high"]))
+        names = ("low", "high") if shape == "interval" else SIZES
+        value = max(abs(size[name]) for name in names if name in size)
         first = int(np.flatnonzero(m.parameter_source == s)[0])
         sizes.append(value / float(m.parameter_factors[first]))
         kind = axes_of(m)["parameter"].kinds[first]

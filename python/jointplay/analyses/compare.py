@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay import poses
 from jointplay.errors import InputError, not_known
 from jointplay.mobility import require_determinate
 from jointplay.model import Mechanism
-from jointplay.result import Result, Variable, align, axes_of, stack, to_dataset
+from jointplay.result import Result, Variable, align, axes_of, split, stack, to_dataset
 
 from .nominal import Nominal, follow, nominal, report
 from .questions import computation
@@ -46,7 +47,8 @@ def compare(
         Its drives are solved from the path; its own drive values do not matter.
     question : {"worst", "loaded", "random"}
     components : sequence of str, optional
-        What `b` has to follow, of x, y, angle, in the least squares sense; all with three drives or more, else x and y.
+        What `b` has to follow, of x, y, angle (in space x, y, z, rx, ry, rz), in the least squares sense; all with as
+        many drives or more, else the position.
     names : (str, str), optional
         Labels of the two; the names of their files if left out.
     **options
@@ -80,6 +82,9 @@ def compute(
 ) -> Result:
     """The light form of `compare`."""
     ask = computation(question, QUESTIONS)
+    if a.components != b.components:
+        spaces = f"{a.data.space} and {b.data.space}"
+        raise InputError(f"one moves in the plane and one in space ({spaces}), so their errors cannot be compared")
     followed = _components(b, components)
     labels = _labels(a, b, names)
     require_determinate(b)
@@ -98,7 +103,7 @@ def _side(m: Mechanism, result: Result, at: Nominal, path: Nominal) -> Result:
     """One mechanism's part: its drive values as a variable, and how far it is from the path."""
     builder = report(m, "compare", at)
     builder.add("drive_value", ("configuration", "drive"), at.drives, "drive value", "drive")
-    mismatch = at.output - path.output
+    mismatch = poses.difference(at.output, path.output)
     builder.add(
         "mismatch", ("configuration", "component"), mismatch, "nominal pose - nominal pose of the first", "component"
     )
@@ -118,13 +123,17 @@ def _without_clash(a: Mechanism, b: Mechanism, results: list[Result]) -> list[Re
 
 def _components(b: Mechanism, components: Sequence[str] | None) -> tuple[str, ...]:
     if components is None:
-        return b.components if len(b.drives) >= len(b.components) else ("x", "y")
+        lengths, _ = split(list(b.components))
+        return b.components if len(b.drives) >= len(b.components) else tuple(lengths)
     chosen = (components,) if isinstance(components, str) else tuple(components)
     for name in chosen:
         if name not in b.components:
             raise InputError(not_known(str(name), "a component", b.components), key="components")
     if not chosen:
-        raise InputError("name at least one of x, y, angle", key="components")
+        raise InputError(f"name at least one of {', '.join(b.components)}", key="components")
+    _, angles = split(list(b.components))
+    if 0 < sum(name in angles for name in chosen) < len(angles):
+        raise InputError(f"{', '.join(angles)} are one rotation and go together", key="components")
     return chosen
 
 

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.compile import LENGTHS
 from jointplay.errors import InputError, not_known, shown
 from jointplay.model import Mechanism
-from jointplay.result import Result, axes_of, to_dataset
+from jointplay.result import Result, axes_of, split, to_dataset
 
 from .loaded import require_loads
 from .nominal import Codes, Floats, Nominal, nominal, report
@@ -62,10 +63,11 @@ def compensate(
     weights : (float, float), optional
         Weights of position and rotation: a position error counts as many times its length, a rotation as
         many times the arc it makes at the radius `weights[1]`, in the length unit of the file per radian. Default:
-        (1, 0) with fewer than three drives, else (1, characteristic length).
+        (1, 0) with fewer drives than the output has components, else (1, characteristic length).
     target : array, optional
-        Error to reach in place of zero: (x, y) or (x, y, angle), for all or for each configuration. With ``"given"``
-        and no offsets this is the inverse kinematics of a displaced output point.
+        Error to reach in place of zero: (x, y) or (x, y, angle), in space (x, y, z) or (x, y, z, rx, ry, rz), for all
+        or for each configuration. With ``"given"`` and no offsets this is the inverse kinematics of a displaced output
+        point.
 
     Returns
     -------
@@ -219,13 +221,13 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
 def _weights(m: Mechanism, weights: tuple[float, float] | None) -> Floats:
     """Metres per metre and per radian, of every component."""
     if weights is None:
-        position, rotation = 1.0, 0.0 if len(m.drives) < 3 else m.length
+        position, rotation = 1.0, 0.0 if len(m.drives) < len(m.components) else m.length
     else:
         if len(weights) != 2 or not all(np.isfinite(w) and w >= 0 for w in weights) or not any(weights):
             problem = f"two weights, position and rotation, not negative and not both zero; here {shown(list(weights))}"
             raise InputError(problem, key="weights")
         position, rotation = float(weights[0]), float(weights[1]) * m.units.length
-    return np.array([rotation if c == "angle" else position for c in m.components])
+    return np.array([position if c in LENGTHS else rotation for c in m.components])
 
 
 def _target(m: Mechanism, count: int, target: Any) -> Floats:
@@ -234,10 +236,11 @@ def _target(m: Mechanism, count: int, target: Any) -> Floats:
         return wanted
     array = np.asarray(target, dtype=np.float64)
     width = array.shape[-1] if array.ndim else 0
-    if array.ndim not in (1, 2) or width not in (2, 3) or (array.ndim == 2 and len(array) != count):
-        problem = (
-            f"needs x, y or x, y, angle for all or each of the {count} configurations; here the shape is {array.shape}"
-        )
+    lengths, _ = split(list(m.components))
+    widths = (len(lengths), len(m.components))
+    if array.ndim not in (1, 2) or width not in widths or (array.ndim == 2 and len(array) != count):
+        names = f"{', '.join(lengths)} or {', '.join(m.components)}"
+        problem = f"needs {names} for all or each of the {count} configurations; here the shape is {array.shape}"
         raise InputError(problem, file=m.file, key="target")
     if not np.isfinite(array).all():
         raise InputError("has values that are not finite", file=m.file, key="target")
@@ -266,9 +269,10 @@ def _report(m: Mechanism, at: Nominal, question: str, before: Floats, found: Cor
     builder.add("correction", drive, corrected - at.drives, "corrected - nominal drive value", "drive")
     builder.add("error", pose, before, "error with the drives as commanded", "component")
     builder.add("residual", pose, found.error, "error with the drives corrected", "component")
-    position = np.hypot(found.error[:, 0], found.error[:, 1])
+    lengths = np.isin(m.components, LENGTHS)
+    position = np.linalg.norm(found.error[:, lengths], axis=1)
     builder.add("residual_position", "configuration", position, "position error with the drives corrected", "length")
-    rotation = np.abs(found.error[:, 2])
+    rotation = np.linalg.norm(found.error[:, ~lengths], axis=1)
     builder.add("residual_rotation", "configuration", rotation, "rotation with the drives corrected", "angle")
     low, high = _ranges(m)
     builder.add("at_limit", drive, (corrected <= low) | (corrected >= high), "whether the range holds the drive")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay import poses
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
 
@@ -91,7 +92,13 @@ def compute(
     builder.add("offset", ("configuration", "parameter"), u, "offset of the parameter", "parameter")
     inside = admissible(m, u)
     builder.add("admissible", ("configuration", "source"), inside, "whether the offset lies within its clearance")
-    builder.add("pose", ("configuration", "body", "component"), found["poses"], "pose of the body's axes", "component")
+    builder.add(
+        "pose",
+        ("configuration", "body", "component"),
+        poses.components(found["poses"]),
+        "pose of the body's axes",
+        "component",
+    )
     builder.status(at.worse(found["status"]))
     return builder.result()
 

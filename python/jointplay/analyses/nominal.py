@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.compile import LENGTHS
+from jointplay.errors import InputError
 from jointplay.mobility import require_determinate
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result
@@ -43,15 +45,15 @@ class Nominal:
     drives : ndarray
         Shape (configuration, drive): as commanded, or as solved from the path.
     poses : ndarray
-        Shape (configuration, body, 3).
+        Shape (configuration, body, pose): as the core has them, in space with a quaternion.
     output : ndarray
-        Pose of the output point, shape (configuration, 3).
+        Pose of the output point, shape (configuration, component).
     status : ndarray
         The core's codes.
     singular_value : ndarray
         Smallest singular value of the length-scaled Jacobian.
     singular_motion : ndarray
-        The motion that belongs to it, shape (configuration, body, 3).
+        The motion that belongs to it, shape (configuration, body, component).
     units : Units or None
         Units that results are asked in, when not those of the mechanism's file.
     """
@@ -83,13 +85,15 @@ def nominal(m: Mechanism) -> Nominal:
     Raises
     ------
     InputError
-        When the mechanism has too few or too many drives, or is over-constrained.
+        When the mechanism has too few or too many drives, or is over-constrained, or only has a grid.
     """
     require_determinate(m)
     if m.drive_values is not None:
         # A drive has its commanded value also where the links cannot follow.
         return replace(_of(m.core.solve(m.drive_values)), drives=m.drive_values)
-    assert m.targets is not None
+    if m.targets is None:
+        problem = "the file has a [grid] for `map`; for anything else give the drives values, or the output a [path]"
+        raise InputError(problem, file=m.file, key="drives")
     return follow(m, m.targets, m.target_components)
 
 
@@ -98,8 +102,8 @@ def follow(m: Mechanism, targets: Floats, components: tuple[str, ...]) -> Nomina
 
     An angle counts as the length of its arc at the characteristic length.
     """
-    weight = {"x": 1.0, "y": 1.0, "angle": m.length}
-    weights = np.array([weight[c] if c in components else 0.0 for c in m.components])
+    weight = {c: 1.0 if c in LENGTHS else m.length for c in components}
+    weights = np.array([weight.get(c, 0.0) for c in m.components])
     return _of(m.core.inverse(targets, weights, m.start_drives))
 
 

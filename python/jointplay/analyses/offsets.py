@@ -117,12 +117,45 @@ def admissible(m: Mechanism, u: Floats) -> NDArray[np.bool_]:
         away = u[:, columns] - np.array(source["centre"])
         ((shape, size),) = source["set"].items()
         slack = SLACK * m.length
-        if shape == "disc":
-            inside[:, s] = np.hypot(away[:, 0], away[:, 1]) <= size["radius"] + slack
-        elif shape == "diamond":
-            inside[:, s] = np.abs(away[:, 0]) + size["half_length"] * np.abs(away[:, 1]) <= size["gap"] + slack
-        else:
+        if shape == "interval":
             angular = axes_of(m)["parameter"].kinds[columns[0]] == "angle"
             slack = SLACK if angular else slack
             inside[:, s] = (away[:, 0] >= size["low"] - slack) & (away[:, 0] <= size["high"] + slack)
+        else:
+            inside[:, s] = _beyond(shape, size, away) <= slack
     return inside
+
+
+def _beyond(shape: str, size: Mapping[str, float], away: Floats) -> Floats:
+    """How far outside the set of a clearance offsets are, in metres; not above zero inside. Shape (configuration,)."""
+    moves: Floats = np.abs(away.T)
+    beyond: Floats
+    match shape:
+        case "disc" | "ball":
+            beyond = np.linalg.norm(away, axis=1) - size["radius"]
+        case "diamond":
+            beyond = moves[0] + size["half_length"] * moves[1] - size["gap"]
+        case "journal":
+            beyond = np.maximum(moves[0] - size["axial"], _pin_ends(size, away[:, 1:]))
+        case "sleeve":
+            beyond = _pin_ends(size, away)
+        case "guide":
+            side, normal, roll, tilt_side, tilt_normal = moves
+            across_side = side + size["half_length"] * tilt_normal + size["half_height"] * roll
+            across_normal = normal + size["half_length"] * tilt_side + size["half_width"] * roll
+            beyond = np.maximum(across_side, across_normal) - size["gap"]
+        case "plate":
+            rise, tilt_side, tilt_normal = moves
+            beyond = rise + size["half_normal"] * tilt_side + size["half_side"] * tilt_normal - size["gap"]
+        case _:
+            raise AssertionError(f"unknown set {shape}")
+    return beyond
+
+
+def _pin_ends(size: Mapping[str, float], away: Floats) -> Floats:
+    """How far the farther end of a pin is beyond the wall; offsets are side, normal, tilt_side, tilt_normal."""
+    side, normal, tilt_side, tilt_normal = away.T
+    # An end is at +- half_length along the axis; turned by the tilt it moves across by tilt x axis.
+    reach = np.array([[size["half_length"]], [-size["half_length"]]])
+    ends: Floats = np.hypot(side + reach * tilt_normal, normal - reach * tilt_side)
+    return np.asarray(ends.max(axis=0) - size["radius"])

@@ -56,9 +56,9 @@ def random(
     Returns
     -------
     xarray.Dataset
-        Over `configuration`: `mean`, `std`, `covariance` (also with `_first_order`), `quantile` and `largest` (of x, y,
-        angle, position, rotation; quantiles are known within `quantile_resolution`), `histogram` with `edge`, `outside`
-        (share beyond the limits of the file), `failures` (samples by outcome; no sample is dropped
+        Over `configuration`: `mean`, `std`, `covariance` (also with `_first_order`), `quantile` and `largest` (of every
+        component, position, rotation; quantiles are known within `quantile_resolution`), `histogram` with `edge`,
+        `outside` (share beyond the limits of the file), `failures` (samples by outcome; no sample is dropped
         silently), `contribution` (variance per source; they add up to the first-order one), `nominal`, `status`.
 
     Examples

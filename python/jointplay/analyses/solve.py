@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay import poses
+from jointplay.compile import ANGULAR, DRIVABLE, coordinate
 from jointplay.mobility import examine
 from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, to_dataset
@@ -50,12 +51,19 @@ def solve(m: Mechanism) -> xr.Dataset:
     return to_dataset(compute(m))
 
 
-def compute(m: Mechanism) -> Result:
-    """The light form of `solve`."""
-    at = nominal(m)
+def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
+    """The light form of `solve`; at configurations that are solved already, without the targets of a path."""
+    on_path = at is None and m.targets is not None
+    at = at or nominal(m)
     mobility = examine(m)
     builder = report(m, "solve", at, degrees_of_freedom=mobility.degrees_of_freedom)
-    builder.add("pose", ("configuration", "body", "component"), at.poses, "pose of the body's axes", "component")
+    builder.add(
+        "pose",
+        ("configuration", "body", "component"),
+        poses.components(at.poses),
+        "pose of the body's axes",
+        "component",
+    )
     values, angular = coordinates(m, at)
     scale = np.where(angular, m.units.angle, m.units.length)
     builder.add("coordinate", ("configuration", "joint"), values / scale, "coordinate of the joint")
@@ -69,10 +77,12 @@ def compute(m: Mechanism) -> Result:
         "motion that belongs to the smallest singular value",
         "component",
     )
-    if m.targets is not None:
+    if on_path:
+        assert m.targets is not None
         pose = ("configuration", "component")
         builder.add("target", pose, m.targets, "pose asked of the output", "component")
-        builder.add("mismatch", pose, at.output - m.targets, "nominal pose - target", "component")
+        mismatch = poses.difference(at.output, m.targets)
+        builder.add("mismatch", pose, mismatch, "nominal pose - target", "component")
     if m.limits.joints or m.limits.drives:
         within = within_limits(m, at, values)
         builder.add("within_limits", "configuration", within, "whether joints and drives keep to their ranges")
@@ -81,27 +91,20 @@ def compute(m: Mechanism) -> Result:
 
 
 def coordinates(m: Mechanism, at: Nominal) -> tuple[Floats, NDArray[np.bool_]]:
-    """The coordinate of every joint, SI, (configuration, joint), nan for fixed joints; and whether it is an angle."""
-    spec = m.core_spec
-    ground = np.zeros((len(at), 1, 3))
-    poses = np.concatenate([at.poses, ground], axis=1)  # the ground has index -1
+    """The coordinate of every joint, SI, (configuration, joint), nan for joints that have none; and which are angles.
 
-    def place(index: int) -> tuple[Floats, Floats]:
-        point = spec["points"][index]
-        x, y, angle = np.moveaxis(poses[:, point["body"]], -1, 0)
-        u, v = point["at"][:2]
-        c, s = np.cos(angle), np.sin(angle)
-        return np.stack([x + c * u - s * v, y + s * u + c * v], axis=-1), angle
-
-    values = np.full((len(at), len(m.joints)), math.nan)
-    angular = np.array([kind in ("revolute", "fixed") for kind in m.joint_kinds])
-    for k, (joint, kind) in enumerate(zip(spec["joints"], m.joint_kinds, strict=True)):
-        (first, angle), (second, angle_second) = place(joint["first"]), place(joint["second"])
-        if kind == "revolute":
-            values[:, k] = angle_second - angle
-        elif kind != "fixed":
-            along = angle + math.atan2(joint["axis_first"][1], joint["axis_first"][0])
-            values[:, k] = np.einsum("nc,nc->n", second - first, np.stack([np.cos(along), np.sin(along)], axis=-1))
+    In space an angle is continued from one configuration to the next, and a driven one is that of its drive.
+    """
+    values = np.stack([coordinate(m.core_spec, k, at.poses) for k in range(len(m.joints))], axis=-1)
+    angular = np.array([kind in ANGULAR or kind not in DRIVABLE for kind in m.joint_kinds])
+    if m.pose_size == poses.SPATIAL:
+        for k in np.flatnonzero(angular).tolist():
+            known = np.isfinite(values[:, k])
+            values[known, k] = np.unwrap(values[known, k])
+        for d, k in enumerate(m.drive_joints):
+            if angular[k]:
+                turn = 2.0 * np.pi
+                values[:, k] += turn * np.round((at.drives[:, d] - values[:, k]) / turn)
     return values, angular
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay.compile import ANGULAR
 from jointplay.errors import InputError, shown
 from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, stack, to_dataset
@@ -18,7 +19,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 QUESTIONS = ("worst", "loaded", "random", "given", "solve")
-LENGTHS = frozenset({"radial", "diametral", "gap", "length", "position", "x", "y", "at"})
+LENGTHS = frozenset(
+    {"radial", "diametral", "axial", "gap", "length", "width", "height", "size", "position", "x", "y", "z", "at"}
+)
+ANGLES = frozenset({"rotation", "angle", "rx", "ry", "rz"})
 
 
 def sweep(
@@ -147,11 +151,9 @@ def _unit(m: Mechanism, key: str) -> str:
         return m.units.length_name
     if parts[0] == "drives" and words[-1] not in ("law", "count", "joint"):
         turns = {
-            m.joint_kinds[j] == "revolute"
-            for d, j in zip(m.drives, m.drive_joints, strict=True)
-            if parts[1] in ("*", d)
+            m.joint_kinds[j] in ANGULAR for d, j in zip(m.drives, m.drive_joints, strict=True) if parts[1] in ("*", d)
         }
         return "" if len(turns) != 1 else m.units.angle_name if turns.pop() else m.units.length_name
-    if words[-1] in ("rotation", "angle") or (parts[0] == "joints" and "angle" in parts):
+    if words[-1] in ANGLES or (parts[0] == "joints" and "angle" in parts):
         return m.units.angle_name if words[-1] != "law" else ""
     return m.units.length_name if words[-1] in LENGTHS else ""

@@ -89,7 +89,28 @@ def swept(settings: dict[str, str]) -> tuple[list[str], list[float | str], dict[
     return list(ranges), values, {key: text for key, text in settings.items() if key not in ranges}
 
 
-def _steps(key: str, text: str) -> list[float | str] | None:
+def gridded(settings: dict[str, str]) -> dict[str, float | list[float]]:
+    """The grid of a map: ``KEY=from:to:count`` and ``KEY=1,2,5`` make an axis, ``KEY=0`` holds.
+
+    Examples
+    --------
+    >>> gridded({"x": "-10:10:3", "angle": "0"})
+    {'x': [-10.0, 0.0, 10.0], 'angle': 0.0}
+    """
+    grid: dict[str, float | list[float]] = {}
+    for key, text in settings.items():
+        steps = _steps(key, text, "--grid")
+        if steps is None:
+            held = numbers(text, f"--grid {key}")
+            steps = [*held] if isinstance(held, tuple) else [held]
+        values = [step for step in steps if isinstance(step, int | float)]
+        if len(values) < len(steps):
+            raise InputError(f"{shown(text)} is not from:to:count, 1,2,5 or a number", key=f"--grid {key}")
+        grid[key] = [float(v) for v in values] if len(values) > 1 else float(values[0])
+    return grid
+
+
+def _steps(key: str, text: str, option: str = "--set") -> list[float | str] | None:
     if text[:1] in ("[", "{", '"', "'"):
         return None
     if "," in text:
@@ -100,7 +121,12 @@ def _steps(key: str, text: str) -> list[float | str] | None:
         first, last, number = text.split(":")
         low, high, count = float(first), float(last), int(number)
     except ValueError:
-        raise InputError(f"{shown(text)} is not from:to:count, such as 0:1:11", key=f"--set {key}") from None
+        raise InputError(f"{shown(text)} is not from:to:count, such as 0:1:11", key=f"{option} {key}") from None
     if not 2 <= count <= MOST_STEPS:
-        raise InputError(f"{count} values; 2 to {MOST_STEPS} can be swept", key=f"--set {key}")
+        raise InputError(f"{count} values; 2 to {MOST_STEPS} are possible", key=f"{option} {key}")
     return [(low * (count - 1 - k) + high * k) / (count - 1) for k in range(count)]
+
+
+def words(text: str | None) -> list[str] | None:
+    """Words between commas; None where the option is left out."""
+    return None if text is None else [word.strip() for word in text.split(",")]

@@ -52,6 +52,16 @@ class Law(StrEnum):
     normal = "normal"
 
 
+class Mapped(StrEnum):
+    """What `map` can ask."""
+
+    loaded = "loaded"
+    worst = "worst"
+    random = "random"
+    given = "given"
+    solve = "solve"
+
+
 File = Annotated[str, typer.Argument(metavar="FILE", help="Mechanism file (TOML).", show_default=False)]
 Settings = Annotated[
     list[str] | None,

@@ -14,17 +14,21 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay import poses
 from jointplay.errors import not_known
-from jointplay.schema import MechanismFile
+from jointplay.schema import MechanismFile, PlanarFile, SpatialFile
 from jointplay.units import Units
 
-from .drives import COMPONENTS, compile_drives, coordinate_factor
-from .graph import CompiledJoint, Graph
+from .coordinates import coordinate
+from .drives import COMPONENTS, LENGTHS, Commands, compile_drives, coordinate_factor
+from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
+from .grid import Grid, compile_grid
 from .loads import compile_loads, output_point
 from .sources import compile_sources
-from .start import compile_start
+from .spatial_start import spatial_start
+from .start import planar_start
 
-__all__ = ["Compiled", "Limits", "compile_file"]
+__all__ = ["ANGULAR", "DRIVABLE", "LENGTHS", "TURNS", "Compiled", "Grid", "Limits", "compile_file", "coordinate"]
 
 #: below this (metres) a mechanism has no size of its own
 SMALLEST_LENGTH = 1e-12
@@ -96,6 +100,8 @@ class Compiled:
         Components of a pose.
     component_factors : ndarray
         SI per file unit of the components of a pose.
+    pose_size : int
+        How many numbers a body's pose has in the core: in space it has a quaternion.
     drive_factors : ndarray
         SI per file unit of every drive.
     drive_values : ndarray or None
@@ -103,9 +109,11 @@ class Compiled:
     start_drives : ndarray
         Drive values at the start guess, from which a path is approached.
     targets : ndarray or None
-        Output poses asked by a path, shape (configuration, 3), nan where nothing is asked.
+        Output poses asked by a path, shape (configuration, component), nan where nothing is asked.
     target_components : tuple of str
         Components that the path asks for.
+    grid : Grid or None
+        What is mapped.
     limits : Limits
         What is acceptable.
     has_loads : bool
@@ -132,11 +140,13 @@ class Compiled:
     centre: Floats
     components: tuple[str, ...]
     component_factors: Floats
+    pose_size: int
     drive_factors: Floats
     drive_values: Floats | None
     start_drives: Floats
     targets: Floats | None
     target_components: tuple[str, ...]
+    grid: Grid | None
     limits: Limits
     has_loads: bool
     length: float
@@ -163,18 +173,20 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
     commands = compile_drives(data, graph)
     output = output_point(data, graph)
     loads = compile_loads(data, graph, output)
-    guess = compile_start(data, graph, commands)
+    guess = _guess(data, graph, commands)
     length = _length(graph, guess)
     sources = compile_sources(data, graph, commands, output, length)
     limits = _limits(data, graph)
+    components = COMPONENTS[data.space]
+    component_factors = _fixed([units.length if c in LENGTHS else units.angle for c in components])
     spec = {
         "space": data.space,
         "n_bodies": len(graph.bodies),
         "guess": guess.tolist(),
         "length": length,
         "singular_value": limits.singular_value,
-        "points": [{"body": p.body, "at": [*p.at, 0.0]} for p in graph.points],
-        "joints": [_joint_spec(joint) for joint in graph.joints],
+        "points": [{"body": p.body, "at": list(p.at)} for p in graph.points],
+        "joints": [_joint_spec(joint, data.space) for joint in graph.joints],
         "drives": [{"joint": j} for j in commands.joints],
         "output": {"point": output},
         "loads": loads,
@@ -197,13 +209,15 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
             np.array([k for k, source in enumerate(sources) for _ in source.components], dtype=np.int64)
         ),
         centre=_fixed([value for source in sources for value in source.centre]),
-        components=COMPONENTS,
-        component_factors=_fixed([units.length, units.length, units.angle]),
+        components=components,
+        component_factors=component_factors,
+        pose_size=guess.shape[1],
         drive_factors=_frozen(commands.factors),
         drive_values=None if commands.values is None else _frozen(commands.values),
-        start_drives=_frozen(_start_drives(graph, commands.joints, guess)),
+        start_drives=_fixed([float(coordinate(spec, joint, guess)) for joint in commands.joints]),
         targets=None if commands.targets is None else _frozen(commands.targets),
         target_components=commands.target_components,
+        grid=compile_grid(data, commands, components, component_factors, file),
         limits=limits,
         has_loads=any(any(load["force"]) or any(load["moment"]) for load in loads),
         length=length,
@@ -215,28 +229,15 @@ def _length(graph: Graph, guess: Floats) -> float:
     """Characteristic length in metres: the median size of the bodies, else their distance, else one file unit."""
     largest = graph.span()
     if largest < SMALLEST_LENGTH:
-        largest = float(np.hypot(guess[:, 0], guess[:, 1]).max(initial=0.0))
+        largest = float(np.linalg.norm(poses.position(guess), axis=1).max(initial=0.0))
     return largest if largest >= SMALLEST_LENGTH else graph.units.length
 
 
-def _start_drives(graph: Graph, joints: tuple[int, ...], guess: Floats) -> Floats:
-    """Coordinates of the driven joints at the guess."""
-    poses = np.vstack([guess, np.zeros(3)])  # the ground has index -1
-
-    def place(point: int) -> tuple[Floats, float]:
-        body, at = graph.points[point].body, graph.points[point].at
-        x, y, angle = poses[body]
-        c, s = math.cos(angle), math.sin(angle)
-        return np.array([x + c * at[0] - s * at[1], y + s * at[0] + c * at[1]]), float(angle)
-
-    values = []
-    for index in joints:
-        joint = graph.joints[index]
-        (first, angle_first), (second, angle_second) = place(joint.first), place(joint.second)
-        along = angle_first + joint.axis_first
-        distance = (second - first) @ np.array([math.cos(along), math.sin(along)])
-        values.append(angle_second - angle_first if joint.is_angular else float(distance))
-    return np.array(values, dtype=np.float64)
+def _guess(data: MechanismFile, graph: Graph, commands: Commands) -> Floats:
+    if isinstance(data, SpatialFile):
+        return spatial_start(data, graph, commands)
+    assert isinstance(data, PlanarFile)
+    return planar_start(data, graph, commands)
 
 
 def _limits(data: MechanismFile, graph: Graph) -> Limits:
@@ -253,7 +254,8 @@ def _limits(data: MechanismFile, graph: Graph) -> Limits:
     joints = {name: graph.joint_index(name, f"limits.joints.{name}") for name in given.joints}
     for name, index in joints.items():
         if not graph.joints[index].can_be_driven:
-            raise graph.refuse(f"'{name}' is a fixed joint and has no coordinate to limit", f"limits.joints.{name}")
+            problem = f"'{name}' is a {graph.joints[index].kind} joint and has no coordinate to limit"
+            raise graph.refuse(problem, f"limits.joints.{name}")
     return Limits(
         position=math.nan if given.position is None else given.position * units.length,
         rotation=math.nan if given.rotation is None else given.rotation * units.angle,
@@ -263,13 +265,15 @@ def _limits(data: MechanismFile, graph: Graph) -> Limits:
     )
 
 
-def _joint_spec(joint: CompiledJoint) -> dict[str, Any]:
+def _joint_spec(joint: CompiledJoint, space: str) -> dict[str, Any]:
+    sides = {"side_first": list(joint.side_first), "side_second": list(joint.side_second)}
     return {
         "kind": joint.kind,
         "first": joint.first,
         "second": joint.second,
-        "axis_first": [math.cos(joint.axis_first), math.sin(joint.axis_first), 0.0],
-        "axis_second": [math.cos(joint.axis_second), math.sin(joint.axis_second), 0.0],
+        "axis_first": list(joint.axis_first),
+        "axis_second": list(joint.axis_second),
+        **(sides if space == "spatial" else {}),
     }
 
 

@@ -12,10 +12,13 @@ from jointplay.schema import MechanismFile
 
 from .graph import CompiledJoint, Graph
 
-COMPONENTS = ("x", "y", "angle")
+#: components of a pose, and which of them are lengths; the others are angles
+COMPONENTS = {"planar": ("x", "y", "angle"), "spatial": ("x", "y", "z", "rx", "ry", "rz")}
+LENGTHS = ("x", "y", "z")
 #: names of variables and dimensions of results, beside which the drives appear as coordinates
 RESERVED = frozenset(
     {
+        *("across", "contact_change"),
         *("admissible", "at_limit", "bin", "body", "component", "configuration", "contribution", "coordinate"),
         *("correction", "covariance", "direction", "drive", "edge", "error", "extreme", "failures", "guess"),
         *("histogram", "iterations", "joint", "largest", "mean", "mismatch", "nominal", "offset", "outside"),
@@ -49,9 +52,9 @@ class Commands:
     factors : ndarray
         SI per file unit of each drive.
     values : ndarray or None
-        Commanded values, shape (configuration, drive).
+        Commanded values, shape (configuration, drive); None when a path or the nodes of a grid decide them.
     targets : ndarray or None
-        Poses asked of the output, shape (configuration, 3), nan where nothing is asked.
+        Poses asked of the output, shape (configuration, component), nan where nothing is asked.
     target_components : tuple of str
         The components that are asked.
     """
@@ -78,14 +81,17 @@ def compile_drives(data: MechanismFile, graph: Graph) -> Commands:
         index = graph.joint_index(drive.joint, f"drives.{name}.joint")
         if not graph.joints[index].can_be_driven:
             free = listed(j.name for j in graph.joints if j.can_be_driven)
-            problem = f"'{drive.joint}' is a fixed joint and has no coordinate to drive; joints that have one: {free}"
+            kind = graph.joints[index].kind
+            problem = f"'{drive.joint}' is a {kind} joint and has no coordinate to drive; joints that have one: {free}"
             raise graph.refuse(problem, f"drives.{name}.joint")
         if index in joints:
             other = list(data.drives)[joints.index(index)]
             raise graph.refuse(f"'{drive.joint}' is already driven by '{other}'", f"drives.{name}.joint")
         joints.append(index)
     factors = np.array([coordinate_factor(graph, graph.joints[j]) for j in joints], dtype=np.float64)
-    values = None if data.path is not None else _values(data, graph) * factors
+    # With a grid drives may be left without values; then there is nothing but a map to ask for.
+    mapped_only = data.grid is not None and not all(drive.is_commanded for drive in data.drives.values())
+    values = None if data.path is not None or mapped_only else _values(data, graph) * factors
     targets, asked = _targets(data, graph)
     return Commands(tuple(data.drives), tuple(joints), factors, values, targets, asked)
 
@@ -127,9 +133,10 @@ def _targets(data: MechanismFile, graph: Graph) -> tuple[NDArray[np.float64] | N
             problem = "either the drives have values or the output has a [path]; here are both"
             raise InputError(problem, file=graph.file, key=f"drives.{name}")
     asked = data.path.asked
-    factors = {"x": graph.units.length, "y": graph.units.length, "angle": graph.units.angle}
+    components = COMPONENTS[data.space]
     count = len(next(iter(asked.values())))
-    targets = np.full((count, len(COMPONENTS)), np.nan)
+    targets = np.full((count, len(components)), np.nan)
     for component, values in asked.items():
-        targets[:, COMPONENTS.index(component)] = np.array(values) * factors[component]
+        factor = graph.units.length if component in LENGTHS else graph.units.angle
+        targets[:, components.index(component)] = np.array(values) * factor
     return targets, tuple(asked)

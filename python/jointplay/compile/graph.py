@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
-import math
 import statistics
 from dataclasses import dataclass
 
 from jointplay.errors import InputError, listed, nearest, not_known
-from jointplay.schema import Fixed, Joint, MechanismFile, PlacementTable
+from jointplay.schema import JointTable, MechanismFile, Universal
 from jointplay.units import Units
+
+from .frames import Frame, Vector, X, Y, cross_axes, in_axes, vector
+from .placing import frames
 
 GROUND = "ground"
 #: index of the ground among the bodies, in the interface of the core
 GROUND_INDEX = -1
+ORIGIN: Vector = (0.0, 0.0, 0.0)
+#: whose coordinate is an angle, and whose is a distance along the axis
+ANGULAR = ("revolute",)
+SLIDING = ("prismatic", "cylindrical", "pin_in_slot")
+DRIVABLE = (*ANGULAR, *SLIDING)
+#: directions in which joints hold, and coordinates, that are angles; the others are lengths
+TURNS = ("angle", "roll", "tilt_side", "tilt_normal")
 
 
 @dataclass(frozen=True)
@@ -20,30 +29,32 @@ class Point:
     """A point fixed to a body; metres, body axes."""
 
     body: int
-    at: tuple[float, float]
+    at: Vector
 
 
 @dataclass(frozen=True)
 class CompiledJoint:
-    """A joint between two points. Axes are angles in the axes of each body."""
+    """A joint between two points. Axes and sides in the axes of each body; in the plane the side is not used."""
 
     name: str
     pin: str
     kind: str
     first: int
     second: int
-    axis_first: float
-    axis_second: float
+    axis_first: Vector
+    axis_second: Vector
+    side_first: Vector
+    side_second: Vector
 
     @property
     def is_angular(self) -> bool:
         """Whether its coordinate is an angle."""
-        return self.kind == "revolute"
+        return self.kind in ANGULAR
 
     @property
     def can_be_driven(self) -> bool:
         """Whether it has a coordinate."""
-        return self.kind != "fixed"
+        return self.kind in DRIVABLE
 
 
 class Graph:
@@ -57,6 +68,10 @@ class Graph:
         self.joints: list[CompiledJoint] = []
         #: point of every joint of the file on each of its bodies
         self.places: dict[tuple[str, str], int] = {}
+        #: bodies that are described in one assembled reference configuration
+        self.drawn_assembled: set[int] = {GROUND_INDEX}
+        #: bodies that are the cross of a universal joint, with its axes in the drawing where it has one
+        self.crosses: dict[int, tuple[Vector, Vector] | None] = {}
         for name, joint in data.joints.items():
             self._add(name, joint)
         self._check_bodies(data)
@@ -79,14 +94,14 @@ class Graph:
         names = [joint.name for joint in self.joints]
         if name in names:
             return names.index(name)
-        riders = [joint.name for joint in self.joints if joint.pin == name]
-        if riders:
-            raise self.refuse(f"'{name}' carries several bodies; name one of {listed(riders)}", key)
+        parts = [joint.name for joint in self.joints if joint.pin == name]
+        if parts:
+            raise self.refuse(f"'{name}' consists of several joints; name one of {listed(parts)}", key)
         raise self.refuse(not_known(name, "a joint", names), key)
 
-    def add_point(self, body: int, at: tuple[float, float]) -> int:
+    def add_point(self, body: int, at: tuple[float, ...]) -> int:
         """A new point, given in file units."""
-        self.points.append(Point(body, (at[0] * self.units.length, at[1] * self.units.length)))
+        self.points.append(Point(body, vector(at, self.units.length)))
         return len(self.points) - 1
 
     def joint_point(self, body: str, joint: str, key: str) -> int:
@@ -96,39 +111,58 @@ class Graph:
             raise self.refuse(not_known(joint, f"a joint on '{body}'", there), key)
         return self.places[body, joint]
 
-    def _add(self, name: str, joint: Joint) -> None:
+    def _add(self, name: str, joint: JointTable) -> None:
         if name == "output":
             raise self.refuse("'output' has its own meaning in dimensions; rename the joint", f"joints.{name}")
-        placements = joint.placements
-        for body in placements:
-            if body != GROUND and body not in self.bodies:
-                self.bodies.append(body)
-            index = GROUND_INDEX if body == GROUND else self.bodies.index(body)
-            self.places[body, name] = self.add_point(index, placements[body].at)
-        (carrier, seat), *riders = placements.items()
-        for body, placement in riders:
-            # A guide's axis has the same numbers on both bodies; a mounting angle is that of the second body's x axis.
-            default = 0.0 if isinstance(joint, Fixed) and joint.on else self._axis(seat, 0.0)
-            self.joints.append(
-                CompiledJoint(
-                    name=name if len(riders) == 1 else f"{name}/{body}",
-                    pin=name,
-                    kind=joint.kind,
-                    first=self.places[carrier, name],
-                    second=self.places[body, name],
-                    axis_first=self._axis(seat, 0.0),
-                    axis_second=self._axis(placement, default),
-                )
-            )
+        for body, place in joint.placements.items():
+            index = self._body(body)
+            self.places[body, name] = self.add_point(index, place.at)
+            if joint.is_drawn_assembled:
+                self.drawn_assembled.add(index)
+            if isinstance(joint, Universal) and body == joint.names[0]:
+                self.bodies.append(f"{name}.cross")
 
-    def _axis(self, placement: PlacementTable, default: float) -> float:
-        match placement.axis:
-            case None:
-                return default
-            case (ux, uy):
-                return math.atan2(uy, ux)
-            case angle:
-                return angle * self.units.angle
+        def refuse(problem: str, key: str) -> InputError:
+            return self.refuse(problem, f"joints.{name}.{key}")
+
+        carrier, *riders = joint.names
+        for body in riders:
+            first, second = frames(joint, carrier, body, self.units, refuse)
+            if isinstance(joint, Universal):
+                self._add_universal(name, joint, first, second)
+                continue
+            own = name if len(riders) == 1 else f"{name}/{body}"
+            ends = (self.places[carrier, name], self.places[body, name])
+            self.joints.append(CompiledJoint(own, name, joint.kind, *ends, first[0], second[0], first[1], second[1]))
+
+    def _body(self, name: str) -> int:
+        if name == GROUND:
+            return GROUND_INDEX
+        if name not in self.bodies:
+            self.bodies.append(name)
+        return self.bodies.index(name)
+
+    def _add_universal(self, name: str, joint: Universal, first: Frame, second: Frame) -> None:
+        """Two pins on a cross, whose x axis is the first pin and whose y axis is the second one."""
+        a, b = joint.names
+        cross = self.bodies.index(f"{name}.cross")
+        centre = self.add_point(cross, ORIGIN)
+        # Angles count from where the side of the body points along the cross's other pin ...
+        side_of_first, side_of_second = Y, X
+        self.crosses[cross] = None
+        if joint.is_drawn_assembled:
+            # ... or from the drawing.
+            axes = cross_axes(first[0], second[0])
+            side_of_first, side_of_second = (in_axes(frame[1], axes) for frame in (first, second))
+            self.drawn_assembled.add(cross)
+            self.crosses[cross] = (first[0], second[0])
+        at_first, at_second = self.places[a, name], self.places[b, name]
+        sides = (first[1], side_of_first), (side_of_second, second[1])
+        pins = (
+            CompiledJoint(f"{name}.first", name, "revolute", at_first, centre, first[0], X, *sides[0]),
+            CompiledJoint(f"{name}.second", name, "revolute", centre, at_second, Y, second[0], *sides[1]),
+        )
+        self.joints.extend(pins)
 
     def joints_of(self, body: int) -> list[CompiledJoint]:
         """The joints on a body."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from jointplay.schema import MechanismFile
+from jointplay.schema import LoadTable, MechanismFile
+from jointplay.units import Units
 
-from .graph import GROUND, Graph
+from .frames import vector
+from .graph import GROUND, ORIGIN, Graph
 
 
 def output_point(data: MechanismFile, graph: Graph) -> int:
@@ -17,11 +20,11 @@ def output_point(data: MechanismFile, graph: Graph) -> int:
     return _point(graph, output.body, output.at, "output")
 
 
-def _point(graph: Graph, body: str, at: tuple[float, float] | str, key: str) -> int:
+def _point(graph: Graph, body: str, at: Sequence[float] | str, key: str) -> int:
     index = graph.body_index(body, f"{key}.body")
     if isinstance(at, str):
         return graph.joint_point(body, at, f"{key}.at")
-    return graph.add_point(index, at)
+    return graph.add_point(index, tuple(at))
 
 
 def compile_loads(data: MechanismFile, graph: Graph, output: int) -> list[dict[str, Any]]:
@@ -37,24 +40,29 @@ def compile_loads(data: MechanismFile, graph: Graph, output: int) -> list[dict[s
         elif body == data.output.body:
             point = output
         else:
-            point = _point(graph, body, (0.0, 0.0), key)
-        fx, fy = load.force or (0.0, 0.0)
-        loads.append(_load(point, fx * graph.units.force, fy * graph.units.force, load.moment * graph.units.moment))
+            point = _point(graph, body, ORIGIN, key)
+        loads.append({"point": point, **_wrench(load, graph.units)})
     return loads + _weights(data, graph)
 
 
+def _wrench(load: LoadTable, units: Units) -> dict[str, list[float]]:
+    force = vector(load.force or (), units.force)
+    # A moment in the plane is about the axis that points out of it.
+    about = load.moment if isinstance(load.moment, tuple) else (0.0, 0.0, load.moment)
+    return {"force": list(force), "moment": list(vector(about, units.moment))}
+
+
 def _weights(data: MechanismFile, graph: Graph) -> list[dict[str, Any]]:
-    gx, gy = data.gravity
-    if not (gx or gy):
+    if not any(data.gravity):
         return []
     heavy = {name: body for name, body in data.bodies.items() if body.mass > 0.0}
     if not heavy:
         raise graph.refuse("no body has a mass: [bodies.NAME] with mass in kg and centre", "gravity")
     return [
-        _load(graph.add_point(graph.bodies.index(name), body.centre), body.mass * gx, body.mass * gy, 0.0)
+        {
+            "point": graph.add_point(graph.bodies.index(name), body.centre),
+            "force": list(vector(data.gravity, body.mass)),
+            "moment": [0.0, 0.0, 0.0],
+        }
         for name, body in heavy.items()
     ]
-
-
-def _load(point: int, fx: float, fy: float, moment: float) -> dict[str, Any]:
-    return {"point": point, "force": [fx, fy, 0.0], "moment": [0.0, 0.0, moment]}

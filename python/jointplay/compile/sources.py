@@ -10,20 +10,28 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from jointplay.schema import (
-    Fixed,
+    BallClearance,
+    GuideClearance,
+    JournalClearance,
+    LockedAngle,
     MechanismFile,
-    PinInSlot,
-    Prismatic,
-    Revolute,
+    PlateClearance,
+    PrismaticClearance,
+    RevoluteClearance,
+    SleeveClearance,
+    SlotClearance,
     ToleranceLaw,
     ToleranceTable,
 )
+from jointplay.units import Units
 
 from .drives import Commands
-from .graph import CompiledJoint, Graph
+from .graph import TURNS, CompiledJoint, Graph
 
 #: two points closer than this share of the mechanism's length have no direction between them
 COINCIDENT = 1e-9
+SHIFTS_ACROSS = ("side", "normal")
+TILTS = ("tilt_side", "tilt_normal")
 
 
 @dataclass(frozen=True)
@@ -57,7 +65,7 @@ def compile_sources(data: MechanismFile, graph: Graph, commands: Commands, outpu
     """All sources of a mechanism, in SI."""
     sources: list[Source] = []
     for index, joint in enumerate(graph.joints):
-        source = _of_joint(data, graph, index, joint)
+        source = _of_joint(data, graph, index, joint, length)
         if source is not None:
             sources.append(source)
     sources.extend(_of_dimension(data, graph, name, output, length) for name in data.dimensions)
@@ -71,26 +79,53 @@ def compile_sources(data: MechanismFile, graph: Graph, commands: Commands, outpu
     return sources
 
 
-def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoint) -> Source | None:
-    length, angle = graph.units.length, graph.units.angle
-    entry = data.joints[joint.pin]
-    spec: dict[str, Any] = {"joint": index}
-    match entry:
-        case Revolute(clearance=play) if play is not None:
-            spec |= {"set": {"disc": {"radius": play.radius * length}}, "law": play.law}
-            return Source(joint.name, "clearance", ("x", "y"), (length, length), (0.0, 0.0), spec)
-        case Prismatic(clearance=guide) if guide is not None:
-            spec |= {"set": {"diamond": {"gap": guide.gap * length, "half_length": guide.length / 2.0 * length}}}
-            spec |= {"law": guide.law}
-            return Source(joint.name, "clearance", ("normal", "angle"), (length, angle), (0.0, 0.0), spec)
-        case PinInSlot(clearance=slot) if slot is not None:
-            gap = slot.gap * length
-            spec |= {"set": {"interval": {"low": -gap, "high": gap}}, "law": slot.law}
-            return Source(joint.name, "clearance", ("normal",), (length,), (0.0,), spec)
-        case Fixed(angle=locked) if locked is not None:
-            spec |= _interval(locked.tolerance, locked.law or "normal", angle)
-            return Source(joint.name, "angle", ("angle",), (angle,), (locked.deviation * angle,), spec)
-    return None
+def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoint, length: float) -> Source | None:
+    entry, units = data.joints[joint.pin], graph.units
+    locked, play = getattr(entry, "angle", None), getattr(entry, "clearance", None)
+    if isinstance(locked, LockedAngle):
+        spec = {"joint": index, **_interval(locked.tolerance, locked.law or "normal", units.angle)}
+        return Source(joint.name, "angle", ("angle",), (units.angle,), (locked.deviation * units.angle,), spec)
+    if play is None:
+        return None
+    components, shape = _set(play, units, length)
+    factors = tuple(units.angle if component in TURNS else units.length for component in components)
+    spec = {"joint": index, "set": shape, "law": play.law}
+    return Source(joint.name, "clearance", components, factors, (0.0,) * len(components), spec)
+
+
+def _set(play: object, units: Units, length: float) -> tuple[tuple[str, ...], dict[str, Any]]:
+    """Components of a clearance in the order of the joint's locked directions, and its set."""
+    unit = units.length
+    match play:
+        case RevoluteClearance():
+            return ("x", "y"), {"disc": {"radius": play.radius * unit}}
+        case PrismaticClearance():
+            size = {"gap": play.gap * unit, "half_length": play.length / 2.0 * unit}
+            return ("normal", "angle"), {"diamond": size}
+        case SlotClearance():
+            return ("normal",), {"interval": {"low": -play.gap * unit, "high": play.gap * unit}}
+        case JournalClearance():
+            size = {**_pin(play, unit, length), "axial": play.axial * unit}
+            return ("along", *SHIFTS_ACROSS, *TILTS), {"journal": size}
+        case SleeveClearance():
+            return (*SHIFTS_ACROSS, *TILTS), {"sleeve": _pin(play, unit, length)}
+        case BallClearance():
+            return ("x", "y", "z"), {"ball": {"radius": play.radius * unit}}
+        case GuideClearance():
+            height = play.width if play.height is None else play.height
+            halves = {"half_length": play.length, "half_width": play.width, "half_height": height}
+            size = {"gap": play.gap * unit, **{key: value / 2.0 * unit for key, value in halves.items()}}
+            return (*SHIFTS_ACROSS, "roll", *TILTS), {"guide": size}
+        case PlateClearance():
+            side, normal = play.size
+            size = {"gap": play.gap * unit, "half_normal": normal / 2.0 * unit, "half_side": side / 2.0 * unit}
+            return ("along", *TILTS), {"plate": size}
+    raise AssertionError(f"{type(play).__name__} has no set")
+
+
+def _pin(play: SleeveClearance, unit: float, length: float) -> dict[str, float]:
+    """Radius and half-length of a pin. One without radial play does not tilt, however long it is."""
+    return {"radius": play.radius * unit, "half_length": length if play.length is None else play.length / 2.0 * unit}
 
 
 def _of_dimension(data: MechanismFile, graph: Graph, name: str, output: int, length: float) -> Source:

@@ -1,4 +1,4 @@
-"""The guess from which a mechanism is assembled.
+"""The guess from which a mechanism in the plane is assembled.
 
 The file tells roughly where bodies are, often only their angles. The rest follows by walking the joints outwards
 from the ground: a pin joint puts the body's point on its neighbour's, a guide also lends its direction. Loops need not
@@ -12,15 +12,16 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.schema import MechanismFile
+from jointplay.schema import PlanarFile
 
 from .drives import Commands
+from .frames import Vector
 from .graph import GROUND_INDEX, CompiledJoint, Graph
 
 Pose = tuple[float, float, float]
 
 
-def compile_start(data: MechanismFile, graph: Graph, commands: Commands) -> NDArray[np.float64]:
+def planar_start(data: PlanarFile, graph: Graph, commands: Commands) -> NDArray[np.float64]:
     """Guess (x, y, angle) of every body in SI, ground axes; shape (body, 3)."""
     given = {graph.bodies.index(name): start for name, start in data.start.items()}
     units = graph.units
@@ -61,7 +62,7 @@ def _beside(
     # Pins leave the angle open; an angle that nobody gives is zero.
     angle = 0.0
     if joint.kind in ("prismatic", "fixed"):
-        turn = joint.axis_first - joint.axis_second
+        turn = _angle(joint.axis_first) - _angle(joint.axis_second)
         angle = pose[2] + turn if forward else pose[2] - turn
     x, y, angle_asked = asked
     angle = angle if angle_asked is None else angle_asked
@@ -70,7 +71,7 @@ def _beside(
     along = (0.0, 0.0)
     if joint.kind in ("prismatic", "pin_in_slot"):
         distance = coordinate if forward else -coordinate
-        along = _turned((distance, 0.0), joint.axis_first + (pose[2] if forward else angle))
+        along = _turned((distance, 0.0, 0.0), _angle(joint.axis_first) + (pose[2] if forward else angle))
     return (
         pose[0] + px + along[0] - qx if x is None else x,
         pose[1] + py + along[1] - qy if y is None else y,
@@ -78,6 +79,10 @@ def _beside(
     )
 
 
-def _turned(at: tuple[float, float], angle: float) -> tuple[float, float]:
+def _angle(axis: Vector) -> float:
+    return math.atan2(axis[1], axis[0])
+
+
+def _turned(at: Vector, angle: float) -> tuple[float, float]:
     c, s = math.cos(angle), math.sin(angle)
     return (c * at[0] - s * at[1], s * at[0] + c * at[1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from dataclasses import asdict
 from importlib import resources
 from typing import Any
 
@@ -12,9 +13,18 @@ from tomlkit.exceptions import TOMLKitError
 
 from jointplay.errors import InputError, not_known
 from jointplay.model import loads
+from jointplay.schema import SpatialFile
 from jointplay.schema.keys import assign, expand
 
-_NAMES = ("four-bar", "p3r", "slider-crank", "five-bar", "3-rrr", "six-bar", "serial-2r")
+from .delta import Delta
+from .stewart_gough import StewartGough
+from .template import Template
+from .three_upu import ThreeUpu
+
+_PLANAR = ("four-bar", "p3r", "slider-crank", "five-bar", "3-rrr", "six-bar", "serial-2r")
+_TEMPLATES: Mapping[str, type[Template]] = {template.name: template for template in (ThreeUpu, StewartGough, Delta)}
+_SPATIAL = ("serial-6r", "rssr", "3-upu", "stewart-gough", "delta", "3-rrr-spherical", "sarrus")
+_NAMES = (*_PLANAR, *_SPATIAL)
 
 
 def names() -> tuple[str, ...]:
@@ -41,7 +51,24 @@ def title(name: str) -> str:
     >>> title("3-rrr")
     '3-RRR planar parallel robot'
     """
-    return str(tomllib.loads(_read(name))["title"])
+    return str(tomllib.loads(text(name))["title"])
+
+
+def parameters(name: str) -> dict[str, float | str]:
+    """The sizes from which an example is written, with their usual values; none for one that is a file as it stands.
+
+    Parameters
+    ----------
+    name : str
+        One of `names()`.
+
+    Examples
+    --------
+    >>> parameters("3-upu")["base_radius"]
+    300
+    """
+    _check(name)
+    return asdict(_TEMPLATES[name]()) if name in _TEMPLATES else {}
 
 
 def text(name: str, settings: Mapping[str, str] | None = None) -> str:
@@ -52,8 +79,8 @@ def text(name: str, settings: Mapping[str, str] | None = None) -> str:
     name : str
         One of `names()`.
     settings : mapping, optional
-        Values to put in, as TOML, by dotted key (``*`` for every entry that has the rest of the key). A value that
-        is not TOML is taken as text. Comments stay.
+        Values to put in, as TOML, by dotted key (``*`` for every entry that has the rest of the key), or sizes by
+        name (see `parameters`). A value that is not TOML is taken as text. Comments stay.
 
     Raises
     ------
@@ -65,12 +92,14 @@ def text(name: str, settings: Mapping[str, str] | None = None) -> str:
     >>> print(text("four-bar", {"title": "Mine"}).splitlines()[6])
     title  = "Mine"
     """
-    content = _read(name)
-    if not settings:
+    _check(name)
+    given = dict(settings or {})
+    content = _written(name, given)
+    if not given:
         return content
     file = f"{name}.toml"
     document = tomlkit.parse(content)
-    for key, value in settings.items():
+    for key, value in given.items():
         for steps in expand(document.unwrap(), key, file):
             assign(document, steps, _value(value), table=tomlkit.table)
     content = document.as_string()
@@ -78,10 +107,26 @@ def text(name: str, settings: Mapping[str, str] | None = None) -> str:
     return content
 
 
-def _read(name: str) -> str:
+def _check(name: str) -> None:
     if name not in _NAMES:
         raise InputError(not_known(name, "an example", _NAMES))
-    return resources.files(__name__).joinpath(f"{name}.toml").read_text(encoding="utf-8")
+
+
+def _written(name: str, settings: dict[str, str]) -> str:
+    """The file with the sizes among the settings, which it takes out of them."""
+    if name not in _TEMPLATES:
+        return resources.files(__name__).joinpath(f"{name}.toml").read_text(encoding="utf-8")
+    template = _TEMPLATES[name]
+    # What is neither a key of the file nor has a dot was meant as a size.
+    keys_of_the_file = set(SpatialFile.model_fields) - set(template.sizes())
+    sizes = [key for key in settings if "." not in key and key not in keys_of_the_file]
+    content = template.of({key: _plain(_value(settings.pop(key))) for key in sizes}).text()
+    loads(content, f"{name}.toml")  # sizes can contradict each other in ways that only the mechanism shows
+    return content
+
+
+def _plain(value: Any) -> Any:
+    return value.unwrap() if hasattr(value, "unwrap") else value
 
 
 def _value(written: str) -> Any:

@@ -1,4 +1,4 @@
-"""Drawings of mechanisms and results; needs matplotlib (`pip install 'jointplay[plot]'`).
+"""Drawings of mechanisms and results; needs matplotlib, pages of maps plotly (`pip install 'jointplay[plot]'`).
 
 Every function returns a `matplotlib.figure.Figure`, or draws into the axes it is given. Colours are those of Okabe and
 Ito, and series differ in marker and dash as well, so that a drawing survives colour blindness and a black-and-white
@@ -14,6 +14,8 @@ if find_spec("matplotlib") is None:
 
 from .figures import blame, error, histogram, sweep
 from .linkage import mechanism
+from .map import draw as draw_map
+from .map import map
 from .sheet import check_path, draw
 
-__all__ = ["blame", "check_path", "draw", "error", "histogram", "mechanism", "sweep"]
+__all__ = ["blame", "check_path", "draw", "draw_map", "error", "histogram", "map", "mechanism", "sweep"]

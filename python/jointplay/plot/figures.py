@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jointplay.errors import InputError
-from jointplay.result import Result
+from jointplay.result import Result, size, unit_of
 from jointplay.result import blame as shares_of
 
 from .style import COLOURS, GREY, HATCHES, along, canvas, labelled, light, series
@@ -157,7 +157,7 @@ def histogram(
     ----------
     result : Dataset
         Of `random`.
-    quantity : {"position", "rotation", "x", "y", "angle"}
+    quantity : {"position", "rotation"} or a component
     configuration : int
     axes : matplotlib axes, optional
     """
@@ -221,12 +221,10 @@ def _mechanisms(result: Result) -> list[tuple[str, Result]]:
 
 def _sizes(result: Result, quantity: str) -> list[tuple[str, Floats, str]]:
     """The curves that a result has to show: name, sizes over configurations, unit."""
-    unit = result.unit("nominal", component="x" if quantity == "position" else "angle")
+    unit = unit_of(result, quantity)
 
-    def size(name: str) -> Floats:
-        if quantity == "rotation":
-            return np.abs(result.get(name, component="angle"))
-        return np.hypot(result.get(name, component="x"), result.get(name, component="y"))
+    def of(name: str) -> Floats:
+        return size(result, name, quantity)
 
     if f"worst_{quantity}" in result.data:
         return [("worst", result.get(f"worst_{quantity}"), unit)]
@@ -234,9 +232,12 @@ def _sizes(result: Result, quantity: str) -> list[tuple[str, Floats, str]]:
         level = min(result.labels("probability"), key=lambda p: abs(p - 0.95))
         return [(f"{100 * level:g} %", result.get("quantile", probability=level, quantity=quantity), unit)]
     if "residual" in result.data:
-        return [("as commanded", size("error"), unit), ("corrected", size("residual"), unit)]
+        return [
+            ("as commanded", size(result, "error", quantity), unit),
+            ("corrected", size(result, "residual", quantity), unit),
+        ]
     if "error" in result.data:
-        return [(str(result.attrs.get("question", "")), size("error"), unit)]
+        return [(str(result.attrs.get("question", "")), of("error"), unit)]
     raise InputError("has no error to draw", key="result")
 
 

@@ -1,15 +1,16 @@
 """Labelled results: units on the way out, and the way to `xarray.Dataset`."""
 
 from .blame import Blame, blame
-from .build import EXTREMES, QUANTITIES, STATUSES, Builder, axes_of, version
+from .build import STATUSES, Builder, axes_of, version
 from .combine import align, merge, stack
 from .dataset import from_dataset, to_dataset
+from .quantity import TRANSLATIONS, quantities, quantity
+from .sizes import size, split, unit_of
 from .structure import Attribute, Result, Variable
 
 __all__ = [
-    "EXTREMES",
-    "QUANTITIES",
     "STATUSES",
+    "TRANSLATIONS",
     "Attribute",
     "Blame",
     "Builder",
@@ -20,7 +21,12 @@ __all__ = [
     "blame",
     "from_dataset",
     "merge",
+    "quantities",
+    "quantity",
+    "size",
+    "split",
     "stack",
     "to_dataset",
+    "unit_of",
     "version",
 ]

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .sizes import split
 from .structure import Array, Result
 
-POSITION = ["x", "y"]
 #: shares that differ by less than this are alike
 ALIKE = 1e-3
 
@@ -56,10 +56,10 @@ def blame(result: Result) -> Blame:
         return Blame(sources, _share(position), _share(rotation))
     values = np.moveaxis(contribution.values, contribution.dims.index("source"), 1)
     components = result.labels("component")
-    xy, angle = values[:, :, [components.index(c) for c in POSITION]], values[:, :, components.index("angle")]
+    parts = (values[:, :, [components.index(c) for c in chosen]] for chosen in split(components))
     if str(result.attrs.get("question", "")) == "random":
-        return Blame(sources, _share(xy.sum(axis=2)), _share(angle))
-    return Blame(sources, _share(np.einsum("nsc,nc->ns", xy, xy.sum(axis=1))), _share(angle))
+        return Blame(sources, *(_share(part.sum(axis=2)) for part in parts))
+    return Blame(sources, *(_share(np.einsum("nsc,nc->ns", part, part.sum(axis=1))) for part in parts))
 
 
 def _share(parts: Array) -> Array:

@@ -11,14 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from jointplay import _core
+from jointplay.compile import ANGULAR, TURNS
 from jointplay.model import Mechanism
 from jointplay.units import Units
 
+from .sizes import split
 from .structure import Array, Attribute, Result, Variable
 
-QUANTITIES = ("x", "y", "angle", "position", "rotation")
-EXTREMES = ("position", "rotation", "x low", "x high", "y low", "y high", "angle low", "angle high")
-WRENCH = ("fx", "fy", "moment")
+SIDES = ("low", "high")
+#: components of a reaction, and how many of them are forces
+WRENCH = {"planar": (("fx", "fy", "moment"), 2), "spatial": (("fx", "fy", "fz", "mx", "my", "mz"), 3)}
 STATUSES = np.array(_core.STATUSES)
 #: decimal digits that every double precision number can hold
 SHORT = 15
@@ -45,29 +47,33 @@ class Axis:
 
 def axes_of(m: Mechanism) -> dict[str, Axis]:
     """The dimensions that results of a mechanism can have, `configuration` apart."""
-    angular = [m.joint_kinds[joint] == "revolute" for joint in m.drive_joints]
+    angular = [m.joint_kinds[joint] in ANGULAR for joint in m.drive_joints]
     drives = tuple("angle" if turns else "length" for turns in angular)
 
     def parameter_kind(index: int) -> str:
         component = m.parameters[index].rpartition(".")[2]
         if component == "value":
             return drives[int(m.core_spec["sources"][int(m.parameter_source[index])]["drive"])]
-        return "angle" if component == "angle" else "length"
+        return "angle" if component in TURNS else "length"
 
-    components = tuple("angle" if name == "angle" else "length" for name in m.components)
+    lengths, _ = split(list(m.components))
+    components = tuple("length" if name in lengths else "angle" for name in m.components)
+    sizes, both = ("position", "rotation"), ("length", "angle")
+    sides = [(f"{name} {side}", kind) for name, kind in zip(m.components, components, strict=True) for side in SIDES]
+    wrench, forces = WRENCH[m.data.space]
     return {
         "component": Axis(m.components, components),
         "component_other": Axis(m.components, components),
-        "quantity": Axis(QUANTITIES, (*components, "length", "angle")),
-        "extreme": Axis(EXTREMES, tuple("angle" if e.startswith(("rot", "angle")) else "length" for e in EXTREMES)),
-        "wrench": Axis(WRENCH, ("force", "force", "moment")),
+        "quantity": Axis((*m.components, *sizes), (*components, *both)),
+        "extreme": Axis((*sizes, *(name for name, _ in sides)), (*both, *(kind for _, kind in sides))),
+        "wrench": Axis(wrench, tuple("force" if k < forces else "moment" for k in range(len(wrench)))),
         "parameter": Axis(m.parameters, tuple(parameter_kind(k) for k in range(len(m.parameters)))),
         "drive": Axis(m.drives, drives),
         "source": Axis(m.sources),
         "joint": Axis(m.joints),
         "body": Axis(m.bodies),
-        "side": Axis(("low", "high")),
-        "axis": Axis(("x", "y")),
+        "side": Axis(SIDES),
+        "axis": Axis(tuple(lengths)),
         "outcome": Axis(tuple(_core.STATUSES)),
     }
 

@@ -9,32 +9,64 @@ from __future__ import annotations
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic.json_schema import models_json_schema
 
-from jointplay.errors import InputError
+from jointplay.errors import InputError, shown, suggestion
 
-from .file import Dimension, Drive, Load, MechanismFile, Output
-from .joints import Fixed, Joint, PinInSlot, Prismatic, Revolute
+from .clearances import (
+    BallClearance,
+    GuideClearance,
+    JournalClearance,
+    LockedAngle,
+    PlateClearance,
+    PrismaticClearance,
+    RevoluteClearance,
+    SleeveClearance,
+    SlotClearance,
+)
+from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, PlanarFile
+from .grid import GridRange
+from .joints import JointTable
 from .messages import located
-from .values import NAME, PlacementTable, ToleranceLaw, ToleranceTable
+from .placements import Place, PlacementTable, SpatialPlacementTable
+from .spatial_file import SpatialFile, SpatialStart
+from .spatial_joints import SpatialJoint, Universal
+from .values import NAME, ToleranceLaw, ToleranceTable
 
 __all__ = [
     "NAME",
+    "BallClearance",
     "Dimension",
     "Drive",
-    "Fixed",
-    "Joint",
-    "Load",
+    "GridRange",
+    "GuideClearance",
+    "JointTable",
+    "JournalClearance",
+    "LoadTable",
+    "LockedAngle",
     "MechanismFile",
-    "Output",
-    "PinInSlot",
+    "OutputTable",
+    "Place",
     "PlacementTable",
-    "Prismatic",
-    "Revolute",
+    "PlanarFile",
+    "PlateClearance",
+    "PrismaticClearance",
+    "RevoluteClearance",
+    "SleeveClearance",
+    "SlotClearance",
+    "SpatialFile",
+    "SpatialJoint",
+    "SpatialPlacementTable",
+    "SpatialStart",
     "ToleranceLaw",
     "ToleranceTable",
+    "Universal",
     "json_schema",
     "validate",
 ]
+
+#: the two kinds of file, by the value of `space`; without one a mechanism is planar
+FILES: dict[str, type[MechanismFile]] = {"planar": PlanarFile, "spatial": SpatialFile}
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -59,8 +91,12 @@ def validate(raw: dict[str, Any], file: str) -> MechanismFile:
     InputError
         Naming the first mistake.
     """
+    space = raw.get("space", "planar")
+    if not isinstance(space, str) or space not in FILES:
+        problem = f"{shown(space)} is not valid here; {suggestion(str(space), FILES)}"
+        raise InputError(problem, file=file, key="space")
     try:
-        return MechanismFile.model_validate(raw)
+        return FILES[space].model_validate(raw)
     except ValidationError as error:
         key, problem = located(error, raw)
         raise InputError(problem, file=file, key=key) from None
@@ -71,11 +107,14 @@ def json_schema() -> dict[str, Any]:
 
     Examples
     --------
-    >>> sorted(json_schema()["required"])
-    ['format', 'joints', 'output', 'units']
+    >>> [entry["$ref"] for entry in json_schema()["oneOf"]]
+    ['#/$defs/PlanarFile', '#/$defs/SpatialFile']
     """
-    schema: dict[str, Any] = _tidy(MechanismFile.model_json_schema(by_alias=True, mode="validation"))
-    return {"$schema": DIALECT, **schema, "title": "jointplay mechanism, format 1"}
+    models = [(model, "validation") for model in FILES.values()]
+    _, definitions = models_json_schema(models, by_alias=True)  # type: ignore[arg-type]
+    files = [{"$ref": f"#/$defs/{model.__name__}"} for model in FILES.values()]
+    schema = {"title": "jointplay mechanism, format 1", "type": "object", "oneOf": files, **_tidy(definitions)}
+    return {"$schema": DIALECT, **schema}
 
 
 def _tidy(node: Any) -> Any:

@@ -1,7 +1,8 @@
-"""The mechanism file as a whole, `format = 1`."""
+"""The mechanism file as a whole, `format = 1`: what is common to plane and space, and all of it for the plane."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
@@ -10,8 +11,10 @@ from pydantic.json_schema import SkipJsonSchema
 from jointplay.errors import shown
 from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 
-from .joints import Joint
+from .grid import Grid
+from .joints import Joint, JointTable
 from .values import (
+    IN_SPACE,
     Name,
     NonNegative,
     Number,
@@ -40,22 +43,34 @@ class UnitsTable(Table):
     force: ForceUnit = Field("N", description="unit of forces; moments are in force times length")
 
 
-class Body(Table):
+class BodyTable(Table):
+    """Mass of a body, for its weight."""
+
+    mass: NonNegative = Field(0.0, description="mass in kg")
+    centre: tuple[float, ...]
+
+
+class Body(BodyTable):
     """Mass of a body, for its weight."""
 
     example: ClassVar[str] = "{ mass = 0.4, centre = [50, 0] }"
 
-    mass: NonNegative = Field(0.0, description="mass in kg")
     centre: Pair = Field((0.0, 0.0), description="centre of mass in body axes")
 
 
-class Start(Table):
+class StartTable(Table):
     """Roughly where a body is. What is left out follows from the joints; it need not be exact."""
-
-    example: ClassVar[str] = "{ x = 0, y = 0, angle = 30 }"
 
     x: Number | SkipJsonSchema[None] = Field(None, description="position of the body's origin in ground axes")
     y: Number | SkipJsonSchema[None] = Field(None, description="position of the body's origin in ground axes")
+
+
+class Start(StartTable):
+    """Roughly where a body is. What is left out follows from the joints; it need not be exact."""
+
+    example: ClassVar[str] = "{ x = 0, y = 0, angle = 30 }"
+    elsewhere: ClassVar[Mapping[str, str]] = {"z": IN_SPACE, "rotation": IN_SPACE}
+
     angle: Number | SkipJsonSchema[None] = Field(None, description="angle of the body's axes in ground axes")
 
 
@@ -102,70 +117,104 @@ class Drive(Table):
         return (*(self.from_ + k * step for k in range(last)), self.to)
 
 
-class Path(Table):
+class PathTable(Table):
     """Target values of the output, from which the drives are solved."""
 
-    example: ClassVar[str] = "{ x = [10, 20], y = [80, 85] }"
+    components: ClassVar[tuple[str, ...]]
 
     x: Numbers | SkipJsonSchema[None] = Field(None, description="positions of the output along the ground's x axis")
     y: Numbers | SkipJsonSchema[None] = Field(None, description="positions of the output along the ground's y axis")
-    angle: Numbers | SkipJsonSchema[None] = Field(None, description="angles of the output body")
 
     @model_validator(mode="after")
     def _equal(self) -> Self:
         counts = {key: len(values) for key, values in self.asked.items()}
+        names = ", ".join(self.components)
         if not counts:
-            raise problem("a path needs at least one of x, y, angle, each a list of target values")
+            raise problem(f"a path needs at least one of {names}, each a list of target values")
         if len(set(counts.values())) > 1:
             has = ", ".join(f"{key} {count}" for key, count in counts.items())
-            raise problem(f"x, y and angle run together and need as many values each; here: {has}")
+            raise problem(f"{names} run together and need as many values each; here: {has}")
         return self
 
     @property
     def asked(self) -> dict[str, tuple[float, ...]]:
         """The components that have targets."""
-        given = {"x": self.x, "y": self.y, "angle": self.angle}
+        given = {key: getattr(self, key) for key in self.components}
         return {key: values for key, values in given.items() if values is not None}
 
 
+class Path(PathTable):
+    """Target values of the output, from which the drives are solved."""
+
+    example: ClassVar[str] = "{ x = [10, 20], y = [80, 85] }"
+    components: ClassVar[tuple[str, ...]] = ("x", "y", "angle")
+    elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(("z", "rx", "ry", "rz"), IN_SPACE)
+
+    angle: Numbers | SkipJsonSchema[None] = Field(None, description="angles of the output body")
+
+
+def place_checker(size: int) -> Callable[[object], object]:
+    """A validator of points with so many coordinates, or names of joints."""
+    point = "[x, y]" if size == 2 else "[x, y, z]"
+
+    def check(value: object) -> object:
+        if isinstance(value, str):
+            return value
+        if isinstance(value, list | tuple) and len(value) == size and all(is_number(v) for v in value):
+            return value
+        raise problem(f"a point {point} or the name of a joint on that body is needed, not {shown(value)}")
+
+    return check
+
+
 #: a point of a body: its coordinates in body axes, or the name of a joint on that body
-Place = Annotated[Pair | str, BeforeValidator(lambda value: _place(value))]
+Place = Annotated[Pair | str, BeforeValidator(place_checker(2))]
 
 
-def _place(value: object) -> object:
-    if isinstance(value, str):
-        return value
-    if isinstance(value, list | tuple) and len(value) == 2 and all(is_number(v) for v in value):
-        return value
-    raise problem(f"a point [x, y] or the name of a joint on that body is needed, not {shown(value)}")
+class OutputTable(Table):
+    """The point on a body whose pose error is asked."""
+
+    body: str = Field(description="the body that carries the output point")
+    at: tuple[float, ...] | str
 
 
-class Output(Table):
+class Output(OutputTable):
     """The point on a body whose pose error is asked."""
 
     example: ClassVar[str] = '{ body = "rocker", at = [150, 0] }'
 
-    body: str = Field(description="the body that carries the output point")
     at: Place = Field((0.0, 0.0), description="the output point: [x, y] in body axes, or a joint on the body")
 
 
-class Load(Table):
+class LoadTable(Table):
+    """A dead load in ground axes."""
+
+    #: how a force and a moment are written
+    written: ClassVar[str]
+
+    body: str | SkipJsonSchema[None] = Field(None, description="the loaded body; the output body if left out")
+    at: tuple[float, ...] | str | None
+    force: tuple[float, ...] | None
+    moment: float | tuple[float, ...]
+
+    @model_validator(mode="after")
+    def _something(self) -> Self:
+        if self.force is None and "moment" not in self.model_fields_set:
+            raise problem(f"a load needs {self.written}")
+        return self
+
+
+class Load(LoadTable):
     """A dead load in ground axes."""
 
     example: ClassVar[str] = "{ force = [0, -10] }"
+    written: ClassVar[str] = "a force [fx, fy] or a moment"
 
-    body: str | SkipJsonSchema[None] = Field(None, description="the loaded body; the output body if left out")
     at: Place | SkipJsonSchema[None] = Field(
         None, description="where: [x, y] in body axes or a joint on the body; the output point if left out"
     )
     force: Pair | SkipJsonSchema[None] = Field(None, description="force [fx, fy]")
     moment: Number = Field(0.0, description="moment, counter-clockwise")
-
-    @model_validator(mode="after")
-    def _something(self) -> Self:
-        if self.force is None and "moment" not in self.model_fields_set:
-            raise problem("a load needs a force [fx, fy] or a moment")
-        return self
 
 
 class Dimension(Table):
@@ -216,27 +265,22 @@ def _format(value: object) -> object:
     return value
 
 
-def _space(value: object) -> object:
-    if value == "spatial":
-        raise problem('this version reads planar mechanisms only: space = "planar", not "spatial"')
-    return value
-
-
 class MechanismFile(Table):
-    """A mechanism in one file."""
+    """What the files of all mechanisms have in common."""
 
     format: Annotated[Literal[1], BeforeValidator(_format)] = Field(description="version of the file format: 1")
     title: str = Field("", description="one line that says what the mechanism is")
-    space: Annotated[Literal["planar"], BeforeValidator(_space)] = Field("planar", description="plane or space")
+    space: Literal["planar", "spatial"]
     units: UnitsTable = Field(description='such as { length = "mm", angle = "deg", force = "N" }')
-    gravity: Pair = Field((0.0, 0.0), description="acceleration of gravity [gx, gy] in m/s^2, ground axes")
-    bodies: dict[Name, Body] = Field({}, description="masses of bodies")
-    joints: dict[Name, Joint] = Field(description="the joints; the bodies are named by them")
-    start: dict[Name, Start] = Field({}, description="roughly where the bodies are: it chooses the assembly branch")
+    gravity: tuple[float, ...]
+    bodies: Mapping[str, BodyTable]
+    joints: Mapping[str, JointTable]
+    start: Mapping[str, StartTable]
     drives: dict[Name, Drive] = Field({}, description="commanded joint coordinates")
-    path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")
-    output: Output = Field(description="the point whose error is asked: a body and a point on it")
-    loads: Annotated[tuple[Load, ...], Field(strict=False)] = Field((), description="dead loads")
+    path: PathTable | None
+    grid: Grid | SkipJsonSchema[None] = Field(None, description="what is mapped: ranges of drives or of the output")
+    output: OutputTable
+    loads: Sequence[LoadTable]
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
     limits: Limits = Field(default_factory=lambda: Limits.model_validate({}), description="what is acceptable")
 
@@ -245,3 +289,16 @@ class MechanismFile(Table):
         if not self.joints:
             raise problem("a mechanism needs joints: [joints.NAME] tables")
         return self
+
+
+class PlanarFile(MechanismFile):
+    """A mechanism in the plane."""
+
+    space: Literal["planar"] = Field("planar", description="plane or space")
+    gravity: Pair = Field((0.0, 0.0), description="acceleration of gravity [gx, gy] in m/s^2, ground axes")
+    bodies: dict[Name, Body] = Field({}, description="masses of bodies")
+    joints: dict[Name, Joint] = Field(description="the joints; the bodies are named by them")
+    start: dict[Name, Start] = Field({}, description="roughly where the bodies are: it chooses the assembly branch")
+    path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")
+    output: Output = Field(description="the point whose error is asked: a body and a point on it")
+    loads: Annotated[tuple[Load, ...], Field(strict=False)] = Field((), description="dead loads")

@@ -1,116 +1,50 @@
-"""The joints of a mechanism file and their clearances."""
+"""The joints of mechanisms in the plane, and what all joints have in common."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import listed, nearest, shown, suggestion
 
-from .values import (
-    Axis,
-    ClearanceLaw,
-    Name,
-    NonNegative,
-    Number,
-    Pair,
-    Placement,
-    PlacementTable,
-    Positive,
-    Table,
-    Tolerance,
-    ToleranceLaw,
-    check_law,
-    problem,
-)
-
-LAW = "uniform in the set, on its boundary (always in contact), or normal with three sigma to the boundary"
+from .clearances import LockedAngle, PrismaticClearance, RevoluteClearance, SlotClearance
+from .placements import Place, Placement, PlacementTable
+from .values import IN_SPACE, Axis, Name, Pair, Table, problem
 
 
-class RevoluteClearance(Table):
-    """Play of a pin in its hole: the pin's centre lies in a disc."""
-
-    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["radial"]}, {"required": ["diametral"]}]})
-    example: ClassVar[str] = "{ radial = 0.02 } (hole radius - pin radius) or { diametral = 0.04 }"
-
-    radial: NonNegative | SkipJsonSchema[None] = Field(None, description="hole radius minus pin radius")
-    diametral: NonNegative | SkipJsonSchema[None] = Field(None, description="hole diameter minus pin diameter")
-    law: ClearanceLaw = Field("uniform", description=LAW)
-
-    @model_validator(mode="after")
-    def _one_measure(self) -> Self:
-        if self.radial is None and self.diametral is None:
-            raise problem("say which clearance is meant: radial (hole radius - pin radius) or diametral (twice that)")
-        if self.radial is not None and self.diametral is not None:
-            raise problem("give radial or diametral, not both")
-        return self
-
-    @property
-    def radius(self) -> float:
-        """Radius of the disc, in file units."""
-        return self.radial if self.radial is not None else (self.diametral or 0.0) / 2.0
-
-
-class PrismaticClearance(Table):
-    """Play of a slider in its guide: it may shift, and tilt over its length."""
-
-    example: ClassVar[str] = "{ gap = 0.02, length = 40 }"
-
-    gap: NonNegative = Field(description="gap on each side of the slider")
-    length: Positive = Field(description="length of the slider inside its guide")
-    law: ClearanceLaw = Field("uniform", description=LAW)
-
-
-class SlotClearance(Table):
-    """Play of a pin across its slot."""
-
-    example: ClassVar[str] = "{ gap = 0.02 }"
-
-    gap: NonNegative = Field(description="gap on each side of the pin")
-    law: ClearanceLaw = Field("uniform", description=LAW)
-
-
-class LockedAngle(Table):
-    """The angle at which two bodies are locked together, as an error around the mounting angle."""
-
-    example: ClassVar[str] = "{ tolerance = 0.1, deviation = 0 }"
-
-    tolerance: Tolerance | SkipJsonSchema[None] = Field(None, description="how far the angle may be off")
-    deviation: Number = Field(0.0, description="the known error of one built unit")
-    law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="normal (three sigma, default) or uniform")
-
-    @model_validator(mode="after")
-    def _law(self) -> Self:
-        check_law(self.tolerance, self.law)
-        return self
-
-
-class _Joint(Table):
+class JointTable(Table):
     """Where a joint sits: on each of its bodies in their own axes, or once for bodies drawn assembled."""
 
     needs_axis: ClassVar[bool] = False
-    may_turn: ClassVar[bool] = False
+    #: how a point and a placement with an axis are written
+    point: ClassVar[str]
+    placement: ClassVar[str]
 
-    on: dict[Name, Placement] | SkipJsonSchema[None] = Field(
-        None, description="the bodies with the joint's place on each, in body axes; the first carries pin or guide"
-    )
+    on: Mapping[str, Place] | None
     bodies: Annotated[tuple[Name, ...], Field(strict=False)] | SkipJsonSchema[None] = Field(
         None, description="instead of `on`: bodies described in one assembled reference configuration"
     )
-    at: Pair | SkipJsonSchema[None] = Field(None, description="with `bodies`: the joint's point, the same for all")
-    axis: Axis | SkipJsonSchema[None] = Field(None, description="with `bodies`: its direction, the same for all")
+    at: tuple[float, ...] | None
+
+    #: the keys that say it once, beside `at`
+    shared: ClassVar[tuple[str, ...]] = ("axis",)
 
     @model_validator(mode="after")
     def _placed(self) -> Self:
+        point = self.point
         if (self.on is None) == (self.bodies is None):
-            raise problem("say where it sits: either on = { BODY = [x, y], BODY = [x, y] }, or bodies and at")
-        if self.on is not None and (self.at is not None or self.axis is not None):
-            raise problem("at and axis at this place go with `bodies`; with `on` every body has its own")
+            raise problem(f"say where it sits: either on = {{ BODY = {point}, BODY = {point} }}, or bodies and at")
+        if self.on is not None and any(getattr(self, key) is not None for key in ("at", *self.shared)):
+            keys = ", ".join(["at", *self.shared[:-1]])
+            raise problem(
+                f"{keys} and {self.shared[-1]} at this place go with `bodies`; with `on` every body has its own"
+            )
         if self.bodies is not None and self.at is None:
-            raise problem("'at' is missing (with `bodies`: the joint's point [x, y])")
-        names = list(self.on or self.bodies or ())
+            raise problem(f"'at' is missing (with `bodies`: the joint's point {point})")
+        names = self.names
         if len(names) < 2:
             raise problem(f"a joint connects two bodies or more, not {listed(names)}")
         if len(set(names)) < len(names):
@@ -119,17 +53,54 @@ class _Joint(Table):
         return self
 
     def _check_axes(self) -> None:
-        first, *others = self.placements.items()
-        if self.needs_axis and first[1].axis is None:
-            raise problem(f"its first body needs an axis: {first[0]} = {{ at = [x, y], axis = [ux, uy] }}")
-        turned = [name for name, p in [first, *others] if p.axis is not None]
-        if turned and not self.needs_axis and not self.may_turn:
-            raise problem(f"a {self.kind} joint in the plane has no axis; take it from '{turned[0]}'")
+        """Refuse axes that the kind of joint has not, and ask for those that it needs."""
+
+    def _check_first_axis(self, axis: object) -> None:
+        if self.needs_axis and axis is None:
+            where = f"{self.names[0]} = {self.placement}" if self.on else "axis, beside `at`"
+            raise problem(f"its first body needs an axis: {where}")
 
     @property
     def kind(self) -> str:
         """The joint's type."""
         return str(getattr(self, "type", ""))
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Its bodies, the carrier first."""
+        return list(self.on or self.bodies or ())
+
+    @property
+    def placements(self) -> Mapping[str, Place]:
+        """Every body with the place of the joint on it, the carrier first."""
+        raise NotImplementedError
+
+    @property
+    def is_drawn_assembled(self) -> bool:
+        """Whether its bodies are described in one assembled reference configuration."""
+        return self.on is None
+
+
+class PlanarJoint(JointTable):
+    """A joint in the plane."""
+
+    may_turn: ClassVar[bool] = False
+    point: ClassVar[str] = "[x, y]"
+    placement: ClassVar[str] = "{ at = [x, y], axis = [ux, uy] }"
+    elsewhere: ClassVar[Mapping[str, str]] = {"side": IN_SPACE, "axes": IN_SPACE}
+
+    on: dict[Name, Placement] | SkipJsonSchema[None] = Field(
+        None, description="the bodies with the joint's place on each, in body axes; the first carries pin or guide"
+    )
+    at: Pair | SkipJsonSchema[None] = Field(None, description="with `bodies`: the joint's point, the same for all")
+    axis: Axis | SkipJsonSchema[None] = Field(None, description="with `bodies`: its direction, the same for all")
+
+    def _check_axes(self) -> None:
+        places = self.placements
+        self._check_first_axis(places[self.names[0]].axis)
+        turned = [name for name, place in places.items() if place.axis is not None]
+        if turned and not self.needs_axis and not self.may_turn:
+            raise problem(f"a {self.kind} joint in the plane has no axis; take it from '{turned[0]}'")
 
     @property
     def placements(self) -> dict[str, PlacementTable]:
@@ -140,14 +111,14 @@ class _Joint(Table):
         return {body: PlacementTable(at=self.at, axis=self.axis) for body in self.bodies or ()}
 
 
-class Revolute(_Joint):
+class Revolute(PlanarJoint):
     """A pin in a hole."""
 
     type: Literal["revolute"] = Field(description="kind of joint")
     clearance: RevoluteClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
 
 
-class Prismatic(_Joint):
+class Prismatic(PlanarJoint):
     """A slider in a guide, which the first body carries."""
 
     needs_axis: ClassVar[bool] = True
@@ -157,7 +128,7 @@ class Prismatic(_Joint):
     clearance: PrismaticClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
 
 
-class PinInSlot(_Joint):
+class PinInSlot(PlanarJoint):
     """A pin in a straight slot, which the first body carries."""
 
     needs_axis: ClassVar[bool] = True
@@ -173,7 +144,7 @@ class PinInSlot(_Joint):
         return self
 
 
-class Fixed(_Joint):
+class Fixed(PlanarJoint):
     """Two bodies locked together; an axis on them gives the mounting angle."""
 
     may_turn: ClassVar[bool] = True
@@ -183,36 +154,40 @@ class Fixed(_Joint):
 
 
 KINDS = ("revolute", "prismatic", "pin_in_slot", "fixed")
-#: what the file format has for mechanisms in space
-SPATIAL = ("cylindrical", "spherical", "universal", "planar")
+SPATIAL_KINDS = ("revolute", "prismatic", "cylindrical", "spherical", "universal", "planar", "fixed")
 
 
-def _check_kind(value: Any) -> Any:
-    if isinstance(value, _Joint):
+def kind_checker(here: Sequence[str], known: str, there: Sequence[str], elsewhere: str) -> Callable[[Any], Any]:
+    """A validator that refuses joints of no kind, or of a kind that there is only `elsewhere`."""
+
+    def check(value: Any) -> Any:
+        if isinstance(value, JointTable):
+            return value
+        if not isinstance(value, dict):
+            raise problem(f'a table such as {{ type = "revolute", on = {{ ... }} }} is needed, not {shown(value)}')
+        if "type" not in value:
+            near = nearest("type", map(str, value))
+            raise problem(f"'type' is missing (one of {listed(here)})" + (f"; is it '{near}'?" if near else ""))
+        kind = value["type"]
+        if kind in there and kind not in here:
+            raise problem(f"{shown(kind)} is a joint {elsewhere}; {known} there are {listed(here)}")
+        if kind not in here:
+            raise problem(f"type = {shown(kind)} is not a joint; {suggestion(str(kind), here)}")
         return value
-    if not isinstance(value, dict):
-        raise problem(f'a table such as {{ type = "revolute", on = {{ ... }} }} is needed, not {shown(value)}')
-    if "type" not in value:
-        near = nearest("type", map(str, value))
-        raise problem(f"'type' is missing (one of {listed(KINDS)})" + (f"; is it '{near}'?" if near else ""))
-    kind = value["type"]
-    if kind in SPATIAL:
-        raise problem(f"{shown(kind)} is a joint in space; in the plane there are {listed(KINDS)}")
-    if kind not in KINDS:
-        raise problem(f"type = {shown(kind)} is not a joint; {suggestion(str(kind), KINDS)}")
-    return value
+
+    return check
 
 
-def _tag(value: Any) -> str:
-    return f"<{value.kind if isinstance(value, _Joint) else value['type']}>"
+def joint_tag(value: Any) -> str:
+    """Which member of the union a joint is. In angle brackets, because no key of a file can look like that."""
+    return f"<{value.kind if isinstance(value, JointTable) else value['type']}>"
 
 
-#: tags in angle brackets, because no key of a file can look like that
 Joint = Annotated[
     Annotated[Revolute, Tag("<revolute>")]
     | Annotated[Prismatic, Tag("<prismatic>")]
     | Annotated[PinInSlot, Tag("<pin_in_slot>")]
     | Annotated[Fixed, Tag("<fixed>")],
-    Discriminator(_tag),
-    BeforeValidator(_check_kind),
+    Discriminator(joint_tag),
+    BeforeValidator(kind_checker(KINDS, "in the plane", SPATIAL_KINDS, "in space")),
 ]

@@ -9,6 +9,8 @@ from pydantic import ValidationError
 
 from jointplay.errors import shown, suggestion
 
+COUNTS = {2: "two", 3: "three"}
+
 
 def located(error: ValidationError, raw: object) -> tuple[str, str]:
     """Dotted key and sentence of the first mistake.
@@ -25,13 +27,18 @@ def located(error: ValidationError, raw: object) -> tuple[str, str]:
     tuple of str
         The dotted key (empty for the file as a whole) and the problem.
     """
-    found = error.errors(include_url=False)[0]
+    errors = error.errors(include_url=False)
+    found = errors[0]
     kind, given, context = found["type"], found.get("input"), found.get("ctx", {})
     loc = found["loc"]
     if loc and loc[-1] == "[key]":
         name = loc[-2]
         return _key(loc[:-2], raw), _name(str(name))
-    return _key(loc, raw), _sentence(kind, given, context, loc)
+    if kind == "missing" and loc and isinstance(loc[-1], int):
+        # One mistake for every value that is missing at the end of a list of fixed length.
+        count = 1 + max(int(e["loc"][-1]) for e in errors if e["type"] == kind and e["loc"][:-1] == loc[:-1])
+        return _key(loc[:-1], raw), f"{COUNTS.get(count, count)} values are needed, not {shown(given)}"
+    return _key(loc, raw), _sentence(kind, given, context)
 
 
 def _name(name: str) -> str:
@@ -51,7 +58,7 @@ def _key(loc: Sequence[int | str], raw: Any) -> str:
     return ".".join(parts)
 
 
-def _sentence(kind: str, given: object, context: Mapping[str, Any], loc: Sequence[int | str]) -> str:
+def _sentence(kind: str, given: object, context: Mapping[str, Any]) -> str:
     value = shown(given)
     match kind:
         case "problem":
@@ -69,8 +76,6 @@ def _sentence(kind: str, given: object, context: Mapping[str, Any], loc: Sequenc
             return f"{value} is not valid here; {suggestion(str(given), known)}"
         case "tuple_type":
             return f"a list in brackets is needed, not {value}"
-        case "missing" if loc and isinstance(loc[-1], int):
-            return f"two values are needed, not {value}"
         case "too_long":
             return f"{context['max_length']} values are needed, not {value}"
         case "too_short":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, StringConstraints, model_validator
@@ -21,6 +22,7 @@ NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
 Numbers = Annotated[tuple[Number, ...], Field(strict=False, min_length=1)]
 Pair = Annotated[tuple[Number, Number], Field(strict=False)]
+Triple = Annotated[tuple[Number, Number, Number], Field(strict=False)]
 
 #: names are parts of dotted keys ("joints.J1.clearance") and of labels ("D/ED", "J1.x")
 NAME = r"""^[^\s\x00-\x1f\x7f./*"=\[\]]+$"""
@@ -28,6 +30,10 @@ Name = Annotated[str, StringConstraints(pattern=NAME, max_length=100)]
 
 ClearanceLaw = Literal["uniform", "boundary", "normal"]
 ToleranceLaw = Literal["normal", "uniform"]
+
+#: where keys belong that a mechanism of the other kind does not have
+IN_SPACE = 'in space (space = "spatial")'
+IN_PLANE = 'in the plane (space = "planar")'
 
 
 def problem(message: str) -> PydanticCustomError:
@@ -47,6 +53,8 @@ class Table(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
     #: what to write, for the message when something else than a table stands there
     example: ClassVar[str] = "{ ... }"
+    #: keys that this table has in mechanisms of the other kind only, with what to say of them
+    elsewhere: ClassVar[Mapping[str, str]] = {}
 
     @model_validator(mode="before")
     @classmethod
@@ -57,6 +65,8 @@ class Table(BaseModel):
             raise problem(f"a table such as {cls.example} is needed, not {shown(data)}")
         known = {field.alias or name: field for name, field in cls.model_fields.items()}
         for key in data:
+            if key in cls.elsewhere:
+                raise problem(f"'{key}' is a key {cls.elsewhere[key]}; here: {', '.join(sorted(known))}")
             if key not in known:
                 raise problem(f"'{str(key)[:60]}' is not a key here; {suggestion(str(key), sorted(known))}")
         for key, field in known.items():
@@ -66,15 +76,22 @@ class Table(BaseModel):
         return data
 
 
+def _is_direction(value: Any, size: int) -> bool:
+    if not (isinstance(value, list | tuple) and len(value) == size and all(is_number(v) for v in value)):
+        return False
+    if not all(math.isfinite(v) and abs(v) <= LARGEST for v in value):
+        return False
+    if math.hypot(*value) < SHORTEST_AXIS:
+        example = "[1, 0], or an angle" if size == 2 else "[0, 0, 1]"
+        raise problem(f"{shown(list(value))} has no direction; write {example}")
+    return True
+
+
 def _axis(value: Any) -> float | tuple[float, float]:
     if is_number(value) and math.isfinite(value) and abs(value) <= LARGEST:
         return float(value)
-    if isinstance(value, list | tuple) and len(value) == 2 and all(is_number(v) for v in value):
-        x, y = value
-        if all(math.isfinite(v) and abs(v) <= LARGEST for v in value):
-            if math.hypot(x, y) < SHORTEST_AXIS:
-                raise problem(f"{shown(list(value))} has no direction; write [1, 0], or an angle")
-            return (float(x), float(y))
+    if _is_direction(value, 2):
+        return (float(value[0]), float(value[1]))
     raise problem(f"a direction [ux, uy] or an angle is needed, not {shown(value)}")
 
 
@@ -82,21 +99,14 @@ def _axis(value: Any) -> float | tuple[float, float]:
 Axis = Annotated[float | tuple[float, float], PlainValidator(_axis, json_schema_input_type=Number | Pair)]
 
 
-class PlacementTable(Table):
-    """Where a joint sits on one of its bodies, in body axes."""
-
-    example: ClassVar[str] = "[x, y] or { at = [x, y], axis = [ux, uy] }"
-
-    at: Pair = Field(description="the point [x, y] in body axes")
-    axis: Axis | SkipJsonSchema[None] = Field(None, description="direction of the joint: [ux, uy] or an angle")
+def _direction(value: Any) -> tuple[float, float, float]:
+    if _is_direction(value, 3):
+        return (float(value[0]), float(value[1]), float(value[2]))
+    raise problem(f"a direction [ux, uy, uz] is needed, not {shown(value)}")
 
 
-def _placement(value: object) -> object:
-    return {"at": value} if isinstance(value, list | tuple) else value
-
-
-#: `[x, y]`, or a table with the axis as well
-Placement = Annotated[PlacementTable, BeforeValidator(_placement, json_schema_input_type=Pair | PlacementTable)]
+#: a direction in space, of any length
+Direction = Annotated[tuple[float, float, float], PlainValidator(_direction, json_schema_input_type=Triple)]
 
 
 class ToleranceTable(Table):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from jointplay.compile import LENGTHS
 from jointplay.result import Result
 
 from .layout import Column, Table, fixed, words
@@ -51,7 +52,7 @@ def _mobility(result: Result) -> Table:
     guess = result.get("guess")
     columns = [words("body", result.labels("body"))]
     for k, name in enumerate(frame):
-        places = 2 if name == "angle" else 3
+        places = 3 if name in LENGTHS else 2
         unit = result.unit("guess", component=name)
         columns.append(Column(name, unit, tuple(fixed(float(v), places) for v in guess[:, k])))
     assembled = (

@@ -6,7 +6,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from jointplay.result import Result
+from jointplay.compile import LENGTHS
+from jointplay.result import Result, size, unit_of
+
+from .singularities import remarks
 
 OUTCOMES = {
     "not_assembled": "the drives ask for what the links cannot reach",
@@ -48,6 +51,10 @@ def _notes(result: Result) -> Iterable[str]:
         yield from _outside(result)
     if question == "compensate":
         yield from _correction(result)
+    if question == "solve" and (status == "singular").any():
+        yield "`jointplay singularities` says of which kind, and how far the path is from it."
+    if question == "singularities":
+        yield from remarks(result)
     if "within_limits" in result.data and not result.get("within_limits").all():
         yield f"{_which(np.flatnonzero(~result.get('within_limits')).tolist())}: outside the ranges of [limits]."
     if "mismatch" in result.data and "mechanism" in result.sizes:
@@ -65,10 +72,12 @@ def _motion(result: Result, outcome: str, bad: np.ndarray[tuple[int, ...], np.dt
     if outcome != "singular" or "singular_motion" not in result.data or bad.ndim > 1:
         return ""
     motion = np.abs(result.get("singular_motion")[bad])
-    size = np.maximum(motion[..., :2].max(axis=-1) / float(result.attrs["length"]), motion[..., 2])
-    moving = (size > TAKES_PART * size.max(axis=1, keepdims=True)).any(axis=0)
+    lengths = np.isin(result.labels("component"), LENGTHS)
+    shift = motion[..., lengths].max(axis=-1) / float(result.attrs["length"])
+    parts = np.maximum(shift, motion[..., ~lengths].max(axis=-1))
+    moving = (parts > TAKES_PART * parts.max(axis=1, keepdims=True)).any(axis=0)
     names = [name for name, moves in zip(result.labels("body"), moving.tolist(), strict=True) if moves]
-    return f" (what moves: {', '.join(names)})"
+    return f" (what moves: {', '.join(names)})" if names else ""
 
 
 def _samples(result: Result) -> Iterable[str]:
@@ -116,8 +125,7 @@ def _correction(result: Result) -> Iterable[str]:
 
 def _mismatch(result: Result) -> Iterable[str]:
     second = result.labels("mechanism")[1]
-    gap = result.get("mismatch", mechanism=second)
-    distance = np.hypot(gap[:, 0], gap[:, 1])
+    distance = size(result, "mismatch", "position", mechanism=second)
     largest = float(np.nanmax(distance, initial=0.0))
     if largest > 1e-6 * float(result.attrs.get("length", 1.0)):
-        yield f"{second} leaves the path by up to {largest:.4g} {result.unit('nominal', component='x')}."
+        yield f"{second} leaves the path by up to {largest:.4g} {unit_of(result, 'position')}."

@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointplay.result import Result, blame
+from jointplay.result import Result, blame, size, split, unit_of
 
 from .check import overview
 from .layout import NOTHING, Column, Table, commands, numbers, words
+from .map import overview as map_overview
 from .notes import notes
+from .singularities import columns as singularities
 
 #: longer motions are shown in part; files hold all of them
 MOST_ROWS = 60
@@ -27,6 +29,8 @@ def tables(result: Result) -> list[Table]:
         return [Table(TITLES[_question(result)], _compare(result), notes(result))]
     if "sweep" in result.attrs:
         return _sweep(result)
+    if "grid" in result.attrs:
+        return map_overview(result)
     if _question(result) == "check":
         return overview(result)
     question = _question(result)
@@ -49,9 +53,9 @@ def _rows(result: Result, question: str) -> list[int]:
     if count <= MOST_ROWS:
         return list(range(count))
     rows = set(np.linspace(0, count - 1, MOST_ROWS).round().astype(int).tolist())
-    size = _size(result, question)
-    if np.isfinite(size).any():
-        rows.add(int(np.nanargmax(size)))
+    figure = _size(result, question)
+    if np.isfinite(figure).any():
+        rows.add(int(np.nanargmax(figure)))
     return sorted(rows)
 
 
@@ -65,14 +69,9 @@ def _size(result: Result, question: str) -> Floats:
         return result.get("worst_position")
     if question == "random":
         return _quantile(result, "position", 0.95)
-    if question == "solve":
+    if question in ("solve", "singularities"):
         return -result.get("singular_value")
-    return position(result, "error")
-
-
-def position(result: Result, name: str) -> Floats:
-    """Size of the position part of an error."""
-    return np.hypot(result.get(name, component="x"), result.get(name, component="y"))
+    return size(result, "error", "position")
 
 
 def _quantile(result: Result, quantity: str, probability: float) -> Floats:
@@ -96,7 +95,7 @@ def _figures(result: Result, name: str, header: str, **at: object) -> Column:
 def together(
     result: Result,
     name: str,
-    components: tuple[str, ...],
+    components: list[str],
     suffix: str,
     digits: int = 4,
     extra: dict[str, Floats] | None = None,
@@ -130,34 +129,40 @@ def _culprits(sources: list[str], share: float) -> str:
     return f"{names} {100 * share:.0f} %" + (" each" if len(sources) > 1 else "")
 
 
-def _length(result: Result) -> str:
-    return result.unit("nominal", component="x")
-
-
-def _angle(result: Result) -> str:
-    return result.unit("nominal", component="angle")
+def _components(result: Result) -> tuple[list[str], list[str]]:
+    """Lengths and angles of the poses."""
+    return split(result.labels("component"))
 
 
 def _solve(result: Result) -> list[Column]:
-    columns = together(result, "nominal", ("x", "y"), "", 6)
-    columns.append(numbers("angle", _angle(result), result.get("nominal", component="angle"), NOISE, 6))
+    lengths, angles = _components(result)
+    columns = [*together(result, "nominal", lengths, "", 6), *together(result, "nominal", angles, "", 6)]
     columns.append(numbers("singular value", "", result.get("singular_value"), digits=3))
     if "mismatch" in result.data:
-        asked = [c for c in ("x", "y", "angle") if np.isfinite(result.get("mismatch", component=c)).any()]
+        asked = [c for c in result.labels("component") if np.isfinite(result.get("mismatch", component=c)).any()]
         columns += [_figures(result, "mismatch", f"{c} off path", component=c) for c in asked]
     return columns
 
 
 def _error(result: Result) -> list[Column]:
-    columns = together(result, "error", ("x", "y"), "", extra={"distance": position(result, "error")})
-    columns += [_blamed(result, "position"), _figures(result, "error", "angle", component="angle")]
+    lengths, angles = _components(result)
+    columns = together(result, "error", lengths, "", extra={"distance": size(result, "error", "position")})
+    columns.append(_blamed(result, "position"))
+    if len(angles) == 1:
+        columns.append(_figures(result, "error", angles[0], component=angles[0]))
+    else:
+        turns = together(result, "error", angles, "", extra={"turn": size(result, "error", "rotation")})
+        columns += [replace(column, spare=0 if column.name == "turn" else 2) for column in turns]
     return [*columns, replace(_blamed(result, "rotation"), spare=1)]
 
 
 def _loaded(result: Result) -> list[Column]:
     columns = _error(result)
-    open_ = [c for c in ("x", "y", "angle") if (result.get("undetermined", component=c) > 0).any()]
-    return columns + [_figures(result, "undetermined", f"{c} open ±", component=c) for c in open_]
+    for c in result.labels("component"):
+        rounding = noise(result, result.unit("undetermined", component=c))
+        if (result.get("undetermined", component=c) > rounding).any():
+            columns.append(_figures(result, "undetermined", f"{c} open ±", component=c))
+    return columns
 
 
 def _worst(result: Result) -> list[Column]:
@@ -172,8 +177,8 @@ def _worst(result: Result) -> list[Column]:
 
 
 def _random(result: Result) -> list[Column]:
-    length, angle = _length(result), _angle(result)
-    spread = [*together(result, "std", ("x", "y"), " std"), _figures(result, "std", "angle std", component="angle")]
+    length, angle = unit_of(result, "position"), unit_of(result, "rotation")
+    spread = [column for part in _components(result) for column in together(result, "std", part, " std")]
     columns = [replace(column, spare=3) for column in spread]
     for share, spare in ((0.5, 2), (0.95, 0), (0.99, 2)):
         values = _quantile(result, "position", share)
@@ -195,10 +200,10 @@ def _compensate(result: Result) -> list[Column]:
         places = len(change_column.cells[0].partition(".")[2]) if change_column.cells else 0
         cells = tuple(f"{v:.{places}f}" if np.isfinite(v) else NOTHING for v in corrected)
         columns += [Column(f"{name} corrected", unit, cells), change_column]
-    length, angle = _length(result), _angle(result)
-    columns.append(numbers("error", length, position(result, "error"), noise(result, length)))
+    length, angle = unit_of(result, "position"), unit_of(result, "rotation")
+    columns.append(numbers("error", length, size(result, "error", "position"), noise(result, length)))
     columns.append(numbers("left", length, result.get("residual_position"), noise(result, length)))
-    columns.append(numbers("turn", angle, np.abs(result.get("error", component="angle")), noise(result, angle)))
+    columns.append(numbers("turn", angle, size(result, "error", "rotation"), noise(result, angle)))
     columns.append(numbers("left", angle, result.get("residual_rotation"), noise(result, angle)))
     return columns
 
@@ -212,12 +217,13 @@ def _figure_names(question: str) -> list[tuple[str, dict[str, object], str]]:
         return [("quantile", at, "95 % position error"), ("quantile", {"quantity": "rotation"}, "95 % rotation")]
     if question == "solve":
         return [("singular_value", {}, "smallest singular value")]
-    return [("error", {}, "position error"), ("error", {"component": "angle"}, "rotation")]
+    return [("error", {"size": "position"}, "position error"), ("error", {"size": "rotation"}, "rotation")]
 
 
 def _figure(result: Result, name: str, at: dict[str, object]) -> tuple[Floats, str]:
-    if name == "error" and not at:
-        return position(result, "error"), _length(result)
+    if name == "error":
+        quantity = str(at["size"])
+        return size(result, "error", quantity), unit_of(result, quantity)
     if name == "quantile":
         levels = result.labels("probability")
         at = {**at, "probability": min(levels, key=lambda level: abs(level - 0.95))}
@@ -292,6 +298,7 @@ TITLES = {
     "worst": "Worst case: the largest error that the clearances and tolerances allow",
     "random": "Random: scatter of the error from unit to unit",
     "compensate": "Compensation: drives corrected",
+    "singularities": "Singularities: what gives least, and how far away along the path",
 }
 COLUMNS: dict[str, Callable[[Result], list[Column]]] = {
     "solve": _solve,
@@ -300,4 +307,5 @@ COLUMNS: dict[str, Callable[[Result], list[Column]]] = {
     "worst": _worst,
     "random": _random,
     "compensate": _compensate,
+    "singularities": singularities,
 }

@@ -12,11 +12,11 @@ use super::program::{Layout, Symbolic, record_step};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use crate::ascent::UNDECIDED;
-use crate::clearance::Set;
+use crate::clearance::{MAX_SIZE, Set};
 use crate::closure::Inputs;
 use crate::linear::Elimination;
-use crate::loaded::{Case, Table};
-use crate::mechanism::Mechanism;
+use crate::loaded::{Case, Table, UNFELT};
+use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::Cost;
 use crate::solver::Solver;
 use crate::space::{Component, Pose};
@@ -26,7 +26,7 @@ use crate::trace::CLEAR;
 /// Steps that a block takes at most.
 const STEPS: usize = 40;
 /// Largest change of an offset, as a part of its set, of a block that stands still.
-const STILL: f64 = 1e-13;
+pub(super) const STILL: f64 = 1e-13;
 /// A step below this (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;
 /// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
@@ -102,7 +102,10 @@ impl<'m> Contact<'m> {
             }
         }
         let mut pushed = vec![Block::splat(0.0); n_u];
-        self.push(|p| out(at.gradient + p), out(at.scale), &mut pushed, &mut good);
+        for (p, centre) in m.centre.iter().enumerate() {
+            pushed[p] = Block::splat(*centre);
+        }
+        push(m, loosened, |p| out(at.gradient + p), out(at.scale), &mut pushed);
         let first: Vec<Block> = pushed.clone();
 
         let inputs = n_u + self.layout.n_varying();
@@ -110,17 +113,18 @@ impl<'m> Contact<'m> {
         let to = StepOutputs::new(m, &self.layout);
         let sign = *out(at.pivots);
         let mut still = [false; LANES];
+        let mut undecided = [false; LANES];
         let mut steps = [0_u64; LANES];
         for _ in 0..STEPS {
             step[..n_u].copy_from_slice(&pushed);
             self.step.run(step);
             let out = |k: usize| self.step.output(step, k);
-            self.push(|p| out(to.gradient + p), out(to.scale), &mut pushed, &mut good);
+            undecided = push(m, loosened, |p| out(to.gradient + p), out(to.scale), &mut pushed);
             let mut all = true;
             for i in 0..cases.len() {
                 let moved = out(to.size).0[i];
                 good[i] &= moved <= SMALL_ANGLE * SMALL_ANGLE && out(to.pivots).0[i] * sign.0[i] > 0.0;
-                still[i] = moved <= ROUNDING * ROUNDING && self.change(&step[..n_u], &pushed, i) <= STILL;
+                still[i] = moved <= ROUNDING * ROUNDING && change(m, loosened, &step[..n_u], &pushed, i) <= STILL;
                 steps[i] += u64::from(!still[i]);
                 all &= still[i] || !good[i];
             }
@@ -135,7 +139,10 @@ impl<'m> Contact<'m> {
         finish[..inputs].copy_from_slice(&step[..inputs]);
         self.finish.run(finish);
         for (i, case) in cases.iter().enumerate() {
-            if !good[i] || !still[i] {
+            let map = |k: usize, p: usize| self.statics.output(statics, at.map + k * n_u + p).0[i];
+            let force = |p: usize| self.step.output(step, to.gradient + p).0[i];
+            let scale = self.step.output(step, to.scale).0[i];
+            if !good[i] || !still[i] || (undecided[i] && self.matters(force, scale, map)) {
                 plainly(case, table);
                 continue;
             }
@@ -164,60 +171,20 @@ impl<'m> Contact<'m> {
         }
     }
 
-    /// Moves every clearance to the support point of its set along the gradient. Lanes that a tie or a
-    /// vanishing reaction leaves undecided are no longer good.
-    #[inline(always)]
-    fn push<'b>(
-        &self,
-        gradient: impl Fn(usize) -> &'b Block,
-        scale: &Block,
-        pushed: &mut [Block],
-        good: &mut [bool; LANES],
-    ) {
+    /// Whether the output feels what one lane's load leaves undecided.
+    #[inline(never)]
+    fn matters(&self, force: impl Fn(usize) -> f64, scale: f64, map: impl Fn(usize, usize) -> f64) -> bool {
         let m = self.mechanism;
-        for (p, centre) in m.centre.iter().enumerate() {
-            pushed[p] = Block::splat(*centre);
-        }
-        for source in m.sources().iter().filter(|s| s.is_clearance && !s.set.is_zero()) {
-            let p = source.first;
-            match source.set {
-                Set::Disc { radius } => {
-                    let (x, y) = (gradient(p), gradient(p + 1));
-                    for i in 0..LANES {
-                        let size = (x.0[i] * x.0[i] + y.0[i] * y.0[i]).sqrt();
-                        good[i] &= size > UNDECIDED * scale.0[i];
-                        pushed[p].0[i] += radius * x.0[i] / size;
-                        pushed[p + 1].0[i] += radius * y.0[i] / size;
-                    }
-                }
-                Set::Diamond { .. } | Set::Interval { .. } => {
-                    for i in 0..LANES {
-                        let mut w = [0.0; crate::clearance::MAX_SIZE];
-                        for k in 0..source.set.size() {
-                            w[k] = gradient(p + k).0[i];
-                        }
-                        let face = source.set.face(&w[..source.set.size()], UNDECIDED * scale.0[i]);
-                        good[i] &= face.is_point();
-                        for k in 0..source.set.size() {
-                            pushed[p + k].0[i] += face.centre[k];
-                        }
-                    }
-                }
+        (0..m.size()).any(|k| {
+            let (mut width, mut reach) = (0.0, 0.0);
+            for source in m.sources().iter().filter(|s| s.is_clearance) {
+                let w: Vec<f64> = source.range().map(&force).collect();
+                let row: Vec<f64> = source.range().map(|p| map(k, p)).collect();
+                width += source.set.face(&w, m.undecided(source, UNDECIDED * scale)).half_width(&row);
+                reach += source.set.support(&row);
             }
-        }
-    }
-
-    /// Largest change of an offset of one lane, as a part of its set.
-    #[inline(always)]
-    fn change(&self, from: &[Block], to: &[Block], lane: usize) -> f64 {
-        let mut largest = 0.0_f64;
-        for source in self.mechanism.sources().iter().filter(|s| s.is_clearance && !s.set.is_zero()) {
-            for p in source.range() {
-                let size = source.set.half_width(p - source.first);
-                largest = largest.max((to[p].0[lane] - from[p].0[lane]).abs() / size);
-            }
-        }
-        largest
+            !(width <= UNFELT * reach)
+        })
     }
 }
 
@@ -265,12 +232,12 @@ impl StepOutputs {
     }
 }
 
-fn poses_of<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Pose<Symbol<'r>>> {
+pub(super) fn poses_of<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Pose<Symbol<'r>>> {
     symbolic.numbers.chunks_exact(m.space.n_pose_numbers()).map(|n| m.space.pose_of_numbers(n)).collect()
 }
 
 /// Gradient of a cost along the parameters, and the multipliers.
-fn gradient<'r>(
+pub(super) fn gradient<'r>(
     m: &Mechanism,
     plan: &Elimination,
     factors: &crate::linear::Factors<Symbol<'r>>,
@@ -286,6 +253,18 @@ fn gradient<'r>(
     (inputs.parameters, multipliers)
 }
 
+impl Mechanism {
+    /// Size of the multipliers as forces.
+    pub(super) fn largest_force<'r>(&self, multipliers: &[Symbol<'r>]) -> Symbol<'r> {
+        self.rows.iter().zip(multipliers).fold(Symbol::Constant(0.0), |scale, (row, l)| {
+            scale.max(match row.component {
+                Component::Along(_) => l.abs(),
+                Component::About(_) => l.abs() * Symbol::Constant(1.0 / self.length),
+            })
+        })
+    }
+}
+
 fn load_statics<'r>(
     m: &Mechanism,
     plan: &Elimination,
@@ -295,12 +274,7 @@ fn load_statics<'r>(
     let poses = poses_of(m, symbolic);
     let cost = m.load_cost(&poses, &symbolic.inputs.parameters);
     let (gradient, multipliers) = gradient(m, plan, factors, &poses, cost);
-    let scale = m.rows.iter().zip(&multipliers).fold(Symbol::Constant(0.0), |scale, (row, l)| {
-        scale.max(match row.component {
-            Component::Along(_) => l.abs(),
-            Component::About(_) => l.abs() * Symbol::Constant(1.0 / m.length),
-        })
-    });
+    let scale = m.largest_force(&multipliers);
     Statics { gradient, scale, reactions: m.reactions(&poses, &multipliers) }
 }
 
@@ -326,24 +300,14 @@ fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
 }
 
-/// An estimate of the smallest singular value of the length-scaled Jacobian, too large by no more than
-/// about the square root of the number of unknowns: the inverse of `|J^-1 b|` for a unit vector b
-/// without a pattern.
+/// As [`Mechanism::singular_estimate`].
 pub(super) fn singular_estimate<'r>(
     m: &Mechanism,
     plan: &Elimination,
     factors: &crate::linear::Factors<Symbol<'r>>,
 ) -> Symbol<'r> {
     let n = m.n_rows();
-    let mut right: Vec<Symbol<'r>> = m
-        .rows
-        .iter()
-        .enumerate()
-        .map(|(k, row)| {
-            let sign = if (k as f64 * 0.618_034).fract() < 0.5 { 1.0 } else { -1.0 };
-            Symbol::Constant(sign * m.unit(row.component) / (n as f64).sqrt())
-        })
-        .collect();
+    let mut right: Vec<Symbol<'r>> = m.probe().map(Symbol::Constant).collect();
     let mut x = vec![Symbol::Constant(0.0); n];
     plan.solve(factors, &mut right, &mut x);
     let largest = x.iter().enumerate().fold(Symbol::Constant(0.0), |largest, (j, v)| {
@@ -378,9 +342,81 @@ fn output_of<'r>(
     m.pose_components(place, &m.turned(&layout.turn(m, recorder), &symbolic.numbers))
 }
 
-fn record_finish(m: &Mechanism, layout: &Layout) -> Option<Program> {
+/// The output's place and what its body has turned.
+pub(super) fn record_finish(m: &Mechanism, layout: &Layout) -> Option<Program> {
     let recorder = Recorder::new(SMALL_ANGLE);
     let symbolic = layout.varying(m, &recorder);
     let outputs = output_of(m, layout, &recorder, &poses_of(m, &symbolic), &symbolic);
     Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
+}
+
+/// Whether a load moves a source.
+const fn loosened(source: &Source) -> bool {
+    source.is_clearance
+}
+
+/// Moves every source that gives way to the support point of its set along the gradient; what a tie or a
+/// vanishing force leaves undecided stays where nothing pushes it. Tells the lanes where something is.
+#[inline(always)]
+pub(super) fn push<'b>(
+    m: &Mechanism,
+    gives_way: impl Fn(&Source) -> bool,
+    gradient: impl Fn(usize) -> &'b Block,
+    scale: &Block,
+    pushed: &mut [Block],
+) -> [bool; LANES] {
+    let mut undecided = [false; LANES];
+    for source in m.sources().iter().filter(|s| gives_way(s) && !s.set.is_zero()) {
+        let p = source.first;
+        match source.set {
+            Set::Disc { radius } => {
+                let (x, y) = (gradient(p), gradient(p + 1));
+                let (cx, cy) = (m.centre[p], m.centre[p + 1]);
+                for i in 0..LANES {
+                    let size = (x.0[i] * x.0[i] + y.0[i] * y.0[i]).sqrt();
+                    let decided = size > UNDECIDED * scale.0[i];
+                    undecided[i] |= !decided;
+                    pushed[p].0[i] = if decided { cx + radius * x.0[i] / size } else { pushed[p].0[i] };
+                    pushed[p + 1].0[i] = if decided { cy + radius * y.0[i] / size } else { pushed[p + 1].0[i] };
+                }
+            }
+            _ => {
+                let n = source.set.size();
+                for i in 0..LANES {
+                    let mut w = [0.0; MAX_SIZE];
+                    let mut offset = [0.0; MAX_SIZE];
+                    for k in 0..n {
+                        w[k] = gradient(p + k).0[i];
+                        offset[k] = pushed[p + k].0[i] - m.centre[p + k];
+                    }
+                    let face = source.set.face(&w[..n], m.undecided(source, UNDECIDED * scale.0[i]));
+                    let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
+                    undecided[i] |= !face.is_point();
+                    for k in 0..n {
+                        pushed[p + k].0[i] = m.centre[p + k] + to[k];
+                    }
+                }
+            }
+        }
+    }
+    undecided
+}
+
+/// Largest change of an offset of one lane, as a part of its set.
+#[inline(always)]
+pub(super) fn change(
+    m: &Mechanism,
+    gives_way: impl Fn(&Source) -> bool,
+    from: &[Block],
+    to: &[Block],
+    lane: usize,
+) -> f64 {
+    let mut largest = 0.0_f64;
+    for source in m.sources().iter().filter(|s| gives_way(s) && !s.set.is_zero()) {
+        for p in source.range() {
+            let size = source.set.half_width(p - source.first);
+            largest = largest.max((to[p].0[lane] - from[p].0[lane]).abs() / size);
+        }
+    }
+    largest
 }

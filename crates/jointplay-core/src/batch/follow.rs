@@ -1,6 +1,6 @@
 //! Nominal poses of a block of configurations near a state.
 //!
-//! The lanes start from one assembled state and take Newton steps to drive values of their own. A lane
+//! Every lane starts from an assembled state and takes Newton steps to drive values of its own. A lane
 //! counts when its first move is small, the following ones shrink, and the determinant keeps its sign:
 //! it is then on the branch of the state it came from. The others are followed plainly.
 
@@ -48,42 +48,43 @@ impl<'m> Follow<'m> {
         self.step.registers(&[])
     }
 
-    /// Solves up to a block of rows of drive values. `put` gets the row, its coordinates and an estimate
+    /// Solves up to a block of rows of drive values, each from a state of its own; states with as many
+    /// rows of drive values, one after the other. `put` gets the row, its coordinates and an estimate
     /// of the smallest singular value of the length-scaled Jacobian, or none where the row is in doubt.
     #[inline(always)]
     pub fn solve(
         &self,
         registers: &mut [Block],
-        from: &State,
+        from: &[&State],
         drives: &[f64],
         mut put: impl FnMut(usize, Option<(&[f64], f64)>),
     ) {
         let m = self.mechanism;
-        let rows = drives.len() / m.n_drives().max(1);
+        let rows = from.len();
         for lane in 0..LANES {
             let row = lane.min(rows - 1);
             let drives = &drives[row * m.n_drives()..(row + 1) * m.n_drives()];
-            self.layout.load(m, &from.coordinates, drives, registers, lane);
+            self.layout.load(m, &from[row].coordinates, drives, registers, lane);
         }
         let (n_u, n_pose) = (m.n_parameters(), m.n_bodies() * m.space.n_pose_numbers());
         let (size, pivots, clear) = (n_pose, n_pose + 1, n_pose + 2);
         let mut good = [true; LANES];
         let mut done = [false; LANES];
         let mut last = Block::splat(SMALL_ANGLE * SMALL_ANGLE);
-        let sign = if from.negative { -1.0 } else { 1.0 };
-        let mut orientation = 0.0;
+        let sign = |lane: usize| if from[lane.min(rows - 1)].negative { -1.0 } else { 1.0 };
+        let mut parity = 0.0;
         for step in 0..STEPS {
             self.step.run(registers);
             let now = *self.step.output(registers, size);
             let product = *self.step.output(registers, pivots);
             if step == 0 {
                 // The pivots' product has the determinant's sign up to the parity of their order.
-                orientation = if product.0[0] * sign > 0.0 { sign } else { -sign };
+                parity = if product.0[0] * sign(0) > 0.0 { 1.0 } else { -1.0 };
             }
             let mut all = true;
             for i in 0..LANES {
                 let shrinks = now.0[i] <= if step == 0 { last.0[i] } else { 0.25 * last.0[i] };
-                good[i] &= (shrinks || now.0[i] <= LAST * LAST) && product.0[i] * orientation > 0.0;
+                good[i] &= (shrinks || now.0[i] <= LAST * LAST) && product.0[i] * parity * sign(i) > 0.0;
                 done[i] = now.0[i] <= LAST * LAST;
                 all &= done[i] || !good[i];
             }
@@ -96,7 +97,7 @@ impl<'m> Follow<'m> {
             }
             last = now;
         }
-        let mut coordinates = from.coordinates.clone();
+        let mut coordinates = from[0].coordinates.clone();
         let width = m.space.n_pose_numbers();
         for row in 0..rows {
             if !good[row] || !done[row] {
@@ -104,7 +105,7 @@ impl<'m> Follow<'m> {
                 continue;
             }
             let size = m.n_body_coordinates();
-            for (body, near) in from.coordinates.chunks_exact(size).enumerate() {
+            for (body, near) in from[row].coordinates.chunks_exact(size).enumerate() {
                 let number = |k: usize| registers[n_u + body * width + k].0[row];
                 m.space.coordinates_of_numbers(number, near, &mut coordinates[body * size..(body + 1) * size]);
             }

@@ -9,6 +9,7 @@
 // Kernels must be inlined into callers compiled for a width of vector registers.
 #![allow(clippy::inline_always)]
 
+mod climb;
 mod contact;
 pub mod draw;
 mod follow;
@@ -19,6 +20,7 @@ pub mod simd;
 pub mod symbol;
 pub mod tape;
 
+pub use climb::{Climb, Height, Task};
 pub use contact::Contact;
 pub use follow::Follow;
 pub use program::{Bound, Newton};

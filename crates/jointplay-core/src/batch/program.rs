@@ -8,7 +8,7 @@ use crate::closure::{Command, Inputs};
 use crate::linear::Factors;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
-use crate::space::Pose;
+use crate::space::{Component, Pose};
 
 /// Full steps that a block takes at most.
 const STEPS: usize = 7;
@@ -163,7 +163,7 @@ pub(super) struct Step<'r> {
     pub numbers: Vec<Symbol<'r>>,
     /// What tells how far the output's body has turned.
     pub turn: Vec<Symbol<'r>>,
-    /// Squared length of the step, length-scaled.
+    /// Square of the largest component of the step, length-scaled.
     pub size: Symbol<'r>,
     pub pivots: Symbol<'r>,
     pub residual: Vec<Symbol<'r>>,
@@ -207,11 +207,15 @@ pub(super) fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>, turn
     let mut step = vec![zero; m.n_unknowns()];
     plan.solve(&factors, &mut right, &mut step);
 
-    let mut size = zero;
+    // The largest, not the sum: a step is small or large however many bodies take part in it.
+    let (mut moved, mut turned) = (zero, zero);
     for (j, s) in step.iter().enumerate() {
-        let unit = m.unit(m.space.components()[j % m.size()]);
-        size = *s * *s * Symbol::Constant(1.0 / (unit * unit)) + size;
+        match m.space.components()[j % m.size()] {
+            Component::Along(_) => moved = moved.max(*s * *s),
+            Component::About(_) => turned = turned.max(*s * *s),
+        }
     }
+    let size = turned.max(moved * Symbol::Constant(1.0 / (m.length * m.length)));
     let bodies = symbolic.numbers.chunks_exact(width).zip(step.chunks_exact(m.size()));
     let numbers = bodies.flat_map(|(n, s)| m.space.move_numbers(n, s)).collect();
     let turn = m.points[m.output]
@@ -310,7 +314,8 @@ impl Bound<'_> {
             self.step[n.n_parameters + k] = *n.first.output(&self.first, k);
         }
         let mut last = *n.first.output(&self.first, size);
-        let mut good = [true; LANES];
+        // Branch-free, so that lanes are judged as they are computed: many at once.
+        let mut good = [false; LANES];
         let mut i = 0;
         while i < LANES {
             good[i] = last.0[i] <= SMALL_ANGLE * SMALL_ANGLE;
@@ -321,23 +326,25 @@ impl Bound<'_> {
             n.step.run(&mut self.step);
             let now = *n.step.output(&self.step, size);
             let determinant = *n.step.output(&self.step, pivots);
-            let mut all = true;
+            // The second step must be well below the first, or the branch is in doubt.
+            let shrink = if step > 0 { 1e300 } else { 0.25 };
+            let mut open = false;
             let mut i = 0;
             while i < LANES {
-                // The second step must be well below the first, or the branch is in doubt.
-                good[i] &= step > 0 || now.0[i] <= 0.25 * last.0[i] || now.0[i] <= ROUNDING * ROUNDING;
-                good[i] &= now.0[i] <= LATER_ANGLE * LATER_ANGLE && determinant.0[i] * self.sign > 0.0;
+                let (now, last) = (now.0[i], last.0[i]);
+                let rounding = now <= ROUNDING * ROUNDING;
+                let shrinks = (now <= shrink * last) | rounding;
+                good[i] &= shrinks & (now <= LATER_ANGLE * LATER_ANGLE) & (determinant.0[i] * self.sign > 0.0);
                 // Newton converges quadratically: the next step is about now^3 / last^2.
-                let cube = now.0[i] * now.0[i] * now.0[i];
-                solved[i] |= now.0[i] <= ROUNDING * ROUNDING || cube <= SOLVED * SOLVED * last.0[i] * last.0[i];
-                all &= solved[i] || !good[i];
+                solved[i] |= rounding | (now * now * now <= SOLVED * SOLVED * (last * last));
+                open |= good[i] & !solved[i];
                 i += 1;
             }
             for k in 0..size {
                 let value = *n.step.output(&self.step, k);
                 self.step[n.n_parameters + k] = value;
             }
-            if all {
+            if !open {
                 break;
             }
             last = now;

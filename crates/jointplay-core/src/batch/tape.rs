@@ -4,11 +4,12 @@
 //! operations. Operations that depend only on quantities common to all samples of a configuration are
 //! done once for it; the rest is replayed on blocks of samples.
 
-use super::jit;
+use super::jit::{Compiled, Layout, Line};
 use super::lanes::Block;
 use super::simd::width;
 use super::symbol::{Binary, Node, Recorder, Symbol};
 
+/// The operations that a processor does at once.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
     Add,
@@ -26,8 +27,20 @@ pub(super) enum Kind {
     NegMulAdd,
 }
 
+impl Kind {
+    /// Number of operands.
+    pub const fn arity(self) -> usize {
+        match self {
+            Self::Neg | Self::Abs => 1,
+            Self::Add | Self::Sub | Self::Mul | Self::Div | Self::Max => 2,
+            Self::MulAdd | Self::MulSub | Self::NegMulAdd => 3,
+        }
+    }
+}
+
+/// One operation on registers of a block.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Instruction {
+pub(super) struct Op {
     pub kind: Kind,
     pub a: u16,
     pub b: u16,
@@ -45,11 +58,11 @@ pub struct Program {
     n_nodes: usize,
     /// Nodes whose common value goes to which register.
     broadcast: Vec<(usize, u16)>,
-    instructions: Vec<Instruction>,
+    operations: Vec<Op>,
     n_inputs: usize,
     n_registers: usize,
     outputs: Vec<u16>,
-    compiled: jit::Compiled,
+    compiled: Compiled,
 }
 
 impl Program {
@@ -119,11 +132,11 @@ impl Program {
             common: common.collect(),
             n_nodes: nodes.len(),
             broadcast: Vec::new(),
-            instructions: Vec::with_capacity(work.len()),
+            operations: Vec::with_capacity(work.len()),
             n_inputs,
             n_registers: n_inputs,
             outputs: Vec::new(),
-            compiled: jit::Compiled::default(),
+            compiled: Compiled::default(),
         };
         program.give_registers(&nodes, &varying, &work, &roots)?;
         Some(program)
@@ -180,16 +193,22 @@ impl Program {
                 u16::try_from(self.n_registers - 1).ok().filter(|r| *r != NONE)?
             };
             register[id as usize] = target;
-            self.instructions.push(Instruction { kind, a, b, c, target });
+            self.operations.push(Op { kind, a, b, c, target });
         }
         self.outputs = roots.iter().map(|&r| register[r as usize]).collect();
         Some(())
     }
 
+    /// Number of outputs.
+    #[must_use]
+    pub const fn n_outputs(&self) -> usize {
+        self.outputs.len()
+    }
+
     /// Number of operations per sample.
     #[must_use]
     pub fn n_operations(&self) -> usize {
-        self.instructions.len()
+        self.operations.len()
     }
 
     /// Registers with everything common to the samples of one configuration in place.
@@ -211,23 +230,13 @@ impl Program {
                 Node::Binary(Binary::Max, a, b) => value(a).max(value(b)),
             };
         }
-        let layout = jit::Layout::new(&self.line());
+        let layout = Layout::new(&self.line());
         let mut registers = vec![Block::splat(0.0); layout.n_blocks()];
         for &(id, register) in &self.broadcast {
             registers[register as usize] = Block::splat(values[id]);
         }
         layout.put_common(&mut registers, self.broadcast.iter().map(|&(id, _)| values[id]));
         registers
-    }
-
-    fn line(&self) -> jit::Line<'_> {
-        jit::Line {
-            instructions: &self.instructions,
-            n_inputs: self.n_inputs as u16,
-            first_temporary: (self.n_inputs + self.broadcast.len()) as u16,
-            n_registers: self.n_registers as u16,
-            outputs: &self.outputs,
-        }
     }
 
     /// An output after a run.
@@ -246,26 +255,39 @@ impl Program {
     #[allow(unsafe_code)]
     pub fn run(&self, registers: &mut [Block]) {
         let line = self.line();
-        let layout = jit::Layout::new(&line);
+        let layout = Layout::new(&line);
         assert_eq!(registers.len(), layout.n_blocks(), "registers of another program");
         if !self.compiled.run(width(), layout, &line, registers) {
             self.interpret(registers);
         }
     }
 
+    /// What there is to compile.
+    pub(super) fn line(&self) -> Line<'_> {
+        Line {
+            operations: &self.operations,
+            n_inputs: self.n_inputs as u16,
+            first_temporary: (self.n_inputs + self.broadcast.len()) as u16,
+            n_registers: self.n_registers as u16,
+            outputs: &self.outputs,
+        }
+    }
+
+    /// The interpreter: where there is no machine code, and the measure of it.
     #[inline(always)]
     #[allow(unsafe_code)]
-    fn interpret(&self, registers: &mut [Block]) {
-        for i in &self.instructions {
+    pub(super) fn interpret(&self, registers: &mut [Block]) {
+        assert!(registers.len() >= self.n_registers, "registers of another program");
+        for op in &self.operations {
             // SAFETY: `give_registers` numbers every operand and target below `n_registers`.
             let (a, b, c) = unsafe {
                 (
-                    registers.get_unchecked(i.a as usize),
-                    registers.get_unchecked(i.b as usize),
-                    registers.get_unchecked(i.c as usize),
+                    registers.get_unchecked(op.a as usize),
+                    registers.get_unchecked(op.b as usize),
+                    registers.get_unchecked(op.c as usize),
                 )
             };
-            let value = match i.kind {
+            let value = match op.kind {
                 Kind::Add => a.add(b),
                 Kind::Sub => a.sub(b),
                 Kind::Mul => a.mul(b),
@@ -278,7 +300,7 @@ impl Program {
                 Kind::NegMulAdd => a.neg_mul_add(b, c),
             };
             // SAFETY: as above.
-            unsafe { *registers.get_unchecked_mut(i.target as usize) = value };
+            unsafe { *registers.get_unchecked_mut(op.target as usize) = value };
         }
     }
 }

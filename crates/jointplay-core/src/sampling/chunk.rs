@@ -65,7 +65,7 @@ impl Job<'_> {
 
     #[inline(always)]
     fn outside(&self, position: f64, rotation: f64) -> bool {
-        position > self.request.limit_position || rotation > self.request.limit_rotation
+        (position > self.request.limit_position) | (rotation > self.request.limit_rotation)
     }
 }
 
@@ -86,7 +86,7 @@ impl Kernel for Chunk<'_, '_> {
         let translations = m.n_translations();
         let mut tally = Tally::new(n, job.ranges);
         tally.kept = job.request.keep.then(Kept::default);
-        let mut sums = super::tally::Sums::new(n);
+        let mut sums = super::tally::Sums::new(n, n + 2);
         let mut stream = Stream::new(job.request.seed, self.number);
         let mut bound = job.bound.clone();
         let mut parameters = vec![Block::splat(0.0); m.n_parameters()];
@@ -96,9 +96,10 @@ impl Kernel for Chunk<'_, '_> {
             let lanes = left.min(LANES);
             left -= lanes;
             for source in m.sources() {
-                let drawn = stream.draw(&source.set, Mechanism::law(source, job.request));
-                for (k, p) in source.range().enumerate() {
-                    parameters[p] = drawn[k].add(&Block::splat(m.centre[p]));
+                let law = Mechanism::law(source, job.request);
+                stream.draw(&source.set, law, &mut parameters[source.range()]);
+                for p in source.range() {
+                    parameters[p] = parameters[p].add(&Block::splat(m.centre[p]));
                 }
             }
             let mut good = [false; LANES];
@@ -115,7 +116,8 @@ impl Kernel for Chunk<'_, '_> {
                 quantities[n] = position.sqrt();
                 quantities[n + 1] = rotation.sqrt();
             }
-            for i in 0..lanes {
+            let all_good = good[..lanes].iter().fold(true, |all, &g| all & g);
+            for i in if all_good && tally.kept.is_none() { 0..0 } else { 0..lanes } {
                 let plain = if good[i] { None } else { Some(job.solve_plainly(&mut tally, &parameters, i)) };
                 if let Some(kept) = &mut tally.kept {
                     kept.parameters.extend(parameters.iter().map(|b| b.0[i]));
@@ -137,10 +139,12 @@ impl Kernel for Chunk<'_, '_> {
             sums.add(&quantities, &Block(use_lane), job.shift);
             tally.count_block(job.ranges, &quantities, &good, lanes);
             tally.statuses[Status::Ok as usize] += used;
+            let mut outside = 0;
             for i in 0..lanes {
                 let out = job.outside(quantities[n].0[i], quantities[n + 1].0[i]);
-                tally.outside += u64::from(out && good[i]);
+                outside += u64::from(out & good[i]);
             }
+            tally.outside += outside;
         }
         tally.absorb(&sums, job.shift);
         tally

@@ -82,41 +82,69 @@ pub struct Tally {
     pub kept: Option<Kept>,
 }
 
-/// A block less a shift; zero in the lanes of weight zero, which may hold anything.
-#[inline(always)]
-fn about(block: &Block, shift: f64, weight: &Block) -> Block {
-    let mut out = block.sub(&Block::splat(shift));
-    for l in 0..LANES {
-        out.0[l] = if weight.0[l] > 0.0 { out.0[l] } else { 0.0 };
-    }
-    out
-}
-
-/// Sums of the components and of their products about a common shift, lane by lane.
+/// Sums of the components and of their products about a common shift, and the largest size of every
+/// quantity, lane by lane.
 pub struct Sums {
     count: Block,
     values: Vec<Block>,
     /// Lower triangle, row by row.
     products: Vec<Block>,
+    largest: Vec<Block>,
 }
 
 impl Sums {
-    pub fn new(components: usize) -> Self {
-        let zero = Block::splat(0.0);
-        Self { count: zero, values: vec![zero; components], products: vec![zero; components * (components + 1) / 2] }
+    pub fn new(components: usize, quantities: usize) -> Self {
+        let zeros = |n: usize| vec![Block::splat(0.0); n];
+        Self {
+            count: Block::splat(0.0),
+            values: zeros(components),
+            products: zeros(components * (components + 1) / 2),
+            largest: zeros(quantities),
+        }
     }
 
-    /// Adds a block; lanes of weight zero do not count.
+    /// Adds a block; lanes of weight zero, which may hold anything, do not count.
     #[inline(always)]
     pub fn add(&mut self, quantities: &[Block], weight: &Block, shift: &[f64]) {
-        self.count = self.count.add(weight);
-        let mut k = 0;
-        for i in 0..self.values.len() {
-            let value = about(&quantities[i], shift[i], weight);
-            self.values[i] = self.values[i].add(&value);
-            for j in 0..=i {
-                self.products[k] = value.mul_add(&about(&quantities[j], shift[j], weight), &self.products[k]);
-                k += 1;
+        // One loop over the lanes for each number of components, so that nothing goes through memory.
+        match self.values.len() {
+            3 => self.add_components::<3, 6>(quantities, weight, shift),
+            6 => self.add_components::<6, 21>(quantities, weight, shift),
+            n => unreachable!("errors have 3 or 6 components, not {n}"),
+        }
+    }
+
+    #[inline(always)]
+    fn add_components<const N: usize, const P: usize>(&mut self, quantities: &[Block], weight: &Block, shift: &[f64]) {
+        let (values, quantities_of_error) = (&mut self.values[..N], &quantities[..N]);
+        let (products, shift) = (&mut self.products[..P], &shift[..N]);
+        let mut l = 0;
+        while l < LANES {
+            let counts = weight.0[l] > 0.0;
+            let mut about = [0.0; N];
+            let mut k = 0;
+            let mut i = 0;
+            while i < N {
+                let value = quantities_of_error[i].0[l] - shift[i];
+                about[i] = if counts { value } else { 0.0 };
+                values[i].0[l] += about[i];
+                let mut j = 0;
+                while j <= i {
+                    products[k].0[l] = about[i].mul_add(about[j], products[k].0[l]);
+                    k += 1;
+                    j += 1;
+                }
+                i += 1;
+            }
+            self.count.0[l] += weight.0[l];
+            l += 1;
+        }
+        for (largest, quantity) in self.largest.iter_mut().zip(quantities) {
+            let mut l = 0;
+            while l < LANES {
+                let size = if weight.0[l] > 0.0 { quantity.0[l].abs() } else { 0.0 };
+                largest.0[l] = if size > largest.0[l] { size } else { largest.0[l] };
+                l += 1;
             }
         }
     }
@@ -139,7 +167,7 @@ impl Tally {
 
     /// Adds one solved sample.
     pub fn add(&mut self, ranges: &Ranges, shift: &[f64], quantities: &[f64], outside: bool) {
-        let mut sums = Sums::new(self.mean.len());
+        let mut sums = Sums::new(self.mean.len(), quantities.len());
         let blocks: Vec<Block> = quantities.iter().map(|&q| Block::splat(q)).collect();
         let mut first = [0.0; LANES];
         first[0] = 1.0;
@@ -154,29 +182,35 @@ impl Tally {
 
     /// Counts a block of quantities into the histograms.
     #[inline(always)]
+    #[allow(unsafe_code)]
     pub fn count_block(&mut self, ranges: &Ranges, quantities: &[Block], good: &[bool; LANES], lanes: usize) {
         const ALL: usize = BINS * FINE;
+        const { assert!(ALL.is_power_of_two()) };
         for (q, values) in quantities.iter().enumerate() {
-            let place = values.sub(&Block::splat(ranges.low[q])).mul(&Block::splat(ranges.density[q]));
-            let bins = &mut self.bins[q * ALL..(q + 1) * ALL];
-            for i in 0..lanes {
-                // Beyond the range the end bins serve; casts saturate.
-                let bin = (place.0[i].max(0.0) as u32 as usize).min(ALL - 1);
-                bins[bin] += u64::from(good[i]);
+            let (low, density) = (ranges.low[q], ranges.density[q]);
+            // Beyond the range the end bins serve.
+            let mut bin = [0_u32; LANES];
+            let mut i = 0;
+            while i < LANES {
+                let inside = ((values.0[i] - low) * density).max(0.0).min((ALL - 1) as f64);
+                // SAFETY: between 0 and the last bin; `max` has turned a NaN into 0.
+                bin[i] = unsafe { inside.to_int_unchecked::<i32>() } as u32;
+                i += 1;
             }
-            let mut largest = self.largest[q];
+            let bins = &mut self.bins[q * ALL..][..ALL];
             for i in 0..lanes {
-                if good[i] && values.0[i].abs() > largest {
-                    largest = values.0[i].abs();
-                }
+                // The mask changes nothing but spares a check.
+                bins[bin[i] as usize & (ALL - 1)] += u64::from(good[i]);
             }
-            self.largest[q] = largest;
         }
     }
 
     /// Adds the moments of the samples summed about `shift`.
     pub fn absorb(&mut self, sums: &Sums, shift: &[f64]) {
         let n = self.mean.len();
+        for (largest, block) in self.largest.iter_mut().zip(&sums.largest) {
+            *largest = block.0.iter().fold(*largest, |a, &b| a.max(b));
+        }
         let total = |b: &Block| b.0.iter().sum::<f64>();
         let count = total(&sums.count);
         if count == 0.0 {

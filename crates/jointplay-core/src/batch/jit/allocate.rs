@@ -3,21 +3,11 @@
 //! One pass over the straight line. A number that is needed in memory once is used from there; when the
 //! vector registers run out, the number that is needed last makes room (Belady, IBM Syst. J. 5, 1966, 78).
 
-use super::super::tape::{Instruction, Kind};
+use super::super::tape::{Kind, Op};
+use super::{FIRST_COMMON, Line, MAGNITUDE, SIGN};
 
 /// A number that is never needed again.
 const NEVER: usize = usize::MAX;
-
-/// A line of code that is to be allocated.
-pub struct Line<'p> {
-    pub instructions: &'p [Instruction],
-    /// Registers below this are inputs, ...
-    pub n_inputs: u16,
-    /// ... those below this are common to all samples, the others are temporaries.
-    pub first_temporary: u16,
-    pub n_registers: u16,
-    pub outputs: &'p [u16],
-}
 
 /// Where a number stands in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,13 +67,6 @@ pub enum Vector {
     Fused { kind: Fused, form: Form, to: u8, second: u8, third: Source },
 }
 
-/// Entry of the common table with the sign bit set alone.
-pub const SIGN: u16 = 0;
-/// Entry of the common table with all bits but the sign's set.
-pub const MAGNITUDE: u16 = 1;
-/// Entry of the first common number.
-pub const FIRST_COMMON: u16 = 2;
-
 /// When the operands of an instruction and its result are needed next.
 struct Uses {
     operands: [usize; 3],
@@ -124,13 +107,13 @@ pub fn allocate(line: &Line<'_>, n_vector: usize) -> Vec<Vector> {
     stored[magnitude(line)] = Some(Place::Common(MAGNITUDE));
     let mut allocator = Allocator {
         line,
-        code: Vec::with_capacity(2 * line.instructions.len()),
+        code: Vec::with_capacity(2 * line.operations.len()),
         held: vec![None; n_vector],
         register: vec![None; n_values],
         stored,
     };
-    for (instruction, uses) in line.instructions.iter().zip(&uses) {
-        allocator.instruction(*instruction, uses);
+    for (op, uses) in line.operations.iter().zip(&uses) {
+        allocator.operation(*op, uses);
     }
     allocator.code
 }
@@ -144,13 +127,12 @@ const fn magnitude(line: &Line<'_>) -> usize {
 }
 
 /// Values that an instruction reads, and how many.
-fn operands(line: &Line<'_>, i: &Instruction) -> ([usize; 3], usize) {
-    let (a, b, c) = (i.a as usize, i.b as usize, i.c as usize);
-    match i.kind {
+fn operands(line: &Line<'_>, op: &Op) -> ([usize; 3], usize) {
+    let [a, b, c] = [op.a, op.b, op.c].map(usize::from);
+    match op.kind {
         Kind::Neg => ([a, sign(line), a], 2),
         Kind::Abs => ([a, magnitude(line), a], 2),
-        Kind::Add | Kind::Sub | Kind::Mul | Kind::Div | Kind::Max => ([a, b, a], 2),
-        Kind::MulAdd | Kind::MulSub | Kind::NegMulAdd => ([a, b, c], 3),
+        kind => ([a, b, c], kind.arity()),
     }
 }
 
@@ -160,13 +142,13 @@ fn uses(line: &Line<'_>, n_values: usize) -> Vec<Uses> {
     for &o in line.outputs {
         is_output[o as usize] = true;
     }
-    let mut uses = Vec::with_capacity(line.instructions.len());
-    for (at, i) in line.instructions.iter().enumerate().rev() {
-        let target = i.target as usize;
+    let mut uses = Vec::with_capacity(line.operations.len());
+    for (at, op) in line.operations.iter().enumerate().rev() {
+        let target = op.target as usize;
         let result = std::mem::replace(&mut next[target], NEVER);
         // Numbers that had the register before are not the output.
         let is_output = std::mem::replace(&mut is_output[target], false);
-        let (values, n) = operands(line, i);
+        let (values, n) = operands(line, op);
         uses.push(Uses { operands: values.map(|v| next[v]), result, is_output });
         for &v in &values[..n] {
             next[v] = at;
@@ -177,10 +159,10 @@ fn uses(line: &Line<'_>, n_values: usize) -> Vec<Uses> {
 }
 
 impl Allocator<'_> {
-    fn instruction(&mut self, i: Instruction, uses: &Uses) {
-        let (mut values, n) = operands(self.line, &i);
+    fn operation(&mut self, op: Op, uses: &Uses) {
+        let (mut values, n) = operands(self.line, &op);
         let mut nexts = uses.operands;
-        let commutes = matches!(i.kind, Kind::Add | Kind::Mul | Kind::Neg | Kind::Abs);
+        let commutes = matches!(op.kind, Kind::Add | Kind::Mul | Kind::Neg | Kind::Abs);
         if commutes && self.register[values[0]].is_none() && self.register[values[1]].is_some() {
             values.swap(0, 1);
             nexts.swap(0, 1);
@@ -196,16 +178,16 @@ impl Allocator<'_> {
                 self.held[r as usize] = Some(Held { value: values[p], next: nexts[p] });
             }
         }
-        let to = if n == 2 { self.binary(i.kind, &values) } else { self.fused(i.kind, values, from_memory) };
+        let to = if n == 2 { self.binary(op.kind, &values) } else { self.fused(op.kind, values, from_memory) };
         for p in 0..n {
             if nexts[p] == NEVER {
                 self.release(values[p]);
             }
         }
-        let target = i.target as usize;
+        let target = op.target as usize;
         self.stored[target] = None;
         if uses.is_output {
-            let place = Place::Block(i.target);
+            let place = Place::Block(op.target);
             self.code.push(Vector::Store { from: to, to: place });
             self.stored[target] = Some(place);
         }

@@ -4,6 +4,7 @@ use iced_x86::{Code, Encoder, IcedError, Instruction, MemoryOperand, Register};
 
 use super::super::lanes::{Block, LANES};
 use super::allocate::{Binary, Form, Fused, Place, Source, Vector};
+use super::{COPIES, Layout};
 
 /// Widths that code is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,17 +41,6 @@ impl Lanes {
     }
 }
 
-/// Copies of a common number in the table: what the narrower width reads at once. The wider one
-/// spreads the first copy.
-pub const COPIES: usize = 4;
-
-/// Where the parts of a program's memory begin, in blocks.
-#[derive(Clone, Copy, Debug)]
-pub struct Memory {
-    pub common: usize,
-    pub aside: usize,
-}
-
 /// Address of the memory, advanced from one part of the lanes to the next.
 const BLOCKS: Register = Register::RDI;
 /// Address of the common table, fixed.
@@ -58,10 +48,10 @@ const TABLE: Register = Register::RSI;
 const COUNTER: Register = Register::EAX;
 
 /// A function of the System V calling convention that runs the code on the memory at its argument.
-pub fn encode(code: &[Vector], lanes: Lanes, memory: Memory) -> Result<Vec<u8>, IcedError> {
-    let mut writer = Writer { encoder: Encoder::try_with_capacity(64, 16 * code.len() + 64)?, at: 0, lanes, memory };
+pub fn encode(code: &[Vector], lanes: Lanes, layout: Layout) -> Result<Vec<u8>, IcedError> {
+    let mut writer = Writer { encoder: Encoder::try_with_capacity(64, 16 * code.len() + 64)?, at: 0, lanes, layout };
     let bytes = size_of::<f64>() * lanes.count();
-    writer.put(Instruction::with2(Code::Lea_r64_m, TABLE, displaced(BLOCKS, memory.common * size_of::<Block>(), false))?)?;
+    writer.put(Instruction::with2(Code::Lea_r64_m, TABLE, displaced(BLOCKS, layout.table * size_of::<Block>(), false))?)?;
     writer.put(Instruction::with2(Code::Mov_r32_imm32, COUNTER, (LANES / lanes.count()) as u32)?)?;
     let start = writer.at;
     for &vector in code {
@@ -84,7 +74,7 @@ struct Writer {
     encoder: Encoder,
     at: u64,
     lanes: Lanes,
-    memory: Memory,
+    layout: Layout,
 }
 
 impl Writer {
@@ -105,7 +95,7 @@ impl Writer {
                 displaced(TABLE, k as usize * COPIES * size_of::<f64>(), self.lanes == Lanes::Eight)
             }
             Place::Aside(k) => {
-                let start = (self.memory.aside - self.memory.common) * size_of::<Block>();
+                let start = (self.layout.aside - self.layout.table) * size_of::<Block>();
                 displaced(TABLE, start + k as usize * size_of::<f64>() * self.lanes.count(), false)
             }
         }

@@ -1,118 +1,95 @@
-//! Recorded programs as machine code.
+//! Recorded programs as machine code of the processor at hand.
 //!
 //! A program that has been replayed often enough to pay for it is compiled: vector registers are given
-//! out ([`allocate`]), the instructions encoded ([`encode`]) and put into executable memory. The code does
-//! the operations of the interpreter in [`super::tape`], in its order and with its roundings, on a few
-//! lanes at a time, so results do not depend on which of the two ran. The interpreter remains for other
-//! processors, for systems that refuse executable memory and for programs that run a few times only.
+//! out (`allocate`), the instructions encoded (`encode`) and put into executable memory (`executable`).
+//! The code does the operations of the interpreter in [`super::tape`], in its order and with its
+//! roundings, for one vector of lanes after the other, so that results do not depend on which of the two
+//! ran. The interpreter remains for other processors, for systems that refuse executable memory, and for
+//! programs that run a few times only.
 
-#![allow(unsafe_code)]
-
+#[cfg(target_arch = "x86_64")]
 mod allocate;
+#[cfg(target_arch = "x86_64")]
 mod encode;
-#[cfg(test)]
+#[cfg(target_arch = "x86_64")]
+mod executable;
+#[cfg(all(test, target_arch = "x86_64"))]
 mod tests;
 
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, OnceLock};
-
-use memmap2::{Mmap, MmapMut};
+#[cfg(target_arch = "x86_64")]
+pub use executable::Compiled;
 
 use super::lanes::{Block, LANES};
-use super::simd::Width;
-use allocate::{FIRST_COMMON, allocate};
-use encode::{COPIES, Lanes, Memory, encode};
+use super::tape::Op;
 
-pub use allocate::Line;
+/// A straight line of operations on registers.
+pub struct Line<'p> {
+    pub operations: &'p [Op],
+    /// Registers below this are inputs, ...
+    pub n_inputs: u16,
+    /// ... those below this are common to all samples, the others are temporaries.
+    pub first_temporary: u16,
+    pub n_registers: u16,
+    /// Registers that are read afterwards.
+    pub outputs: &'p [u16],
+}
 
-/// Replays by the interpreter before a program is compiled: about what compiling costs.
-const REPLAYS: u32 = 16;
+/// Entry of the common table with the sign bit alone.
+const SIGN: u16 = 0;
+/// Entry of the common table with all bits but the sign's.
+const MAGNITUDE: u16 = 1;
+/// Entry of the first common number.
+const FIRST_COMMON: u16 = 2;
+/// Copies of a common number in the table: what the narrower width reads at once. The wider one spreads
+/// the first copy.
+const COPIES: usize = 4;
+/// Numbers of the widest vector.
+const WIDEST: usize = 8;
 
-/// The memory of a program: its registers, the table of common numbers, room to put temporaries aside.
+/// The memory of a program, in blocks: its registers, then for machine code a table of the common numbers
+/// and room for temporaries that leave their vector registers. Both are dense: registers lie so far apart
+/// that those of one vector of lanes compete for a few sets of the cache.
 #[derive(Clone, Copy, Debug)]
-pub struct Layout(Memory, usize);
-
-impl Layout {
-    pub fn new(line: &Line<'_>) -> Self {
-        let common = line.n_registers as usize;
-        let n_common = (FIRST_COMMON + line.first_temporary - line.n_inputs) as usize;
-        let aside = common + (COPIES * n_common).div_ceil(LANES);
-        let temporaries = (line.n_registers - line.first_temporary) as usize;
-        Self(Memory { common, aside }, aside + temporaries.div_ceil(LANES / 8))
-    }
-
-    /// Blocks in all.
-    pub const fn n_blocks(self) -> usize {
-        self.1
-    }
-
-    /// Fills the common table.
-    pub fn put_common(self, blocks: &mut [Block], common: impl Iterator<Item = f64>) {
-        let masks = [1 << 63, u64::MAX >> 1].map(f64::from_bits);
-        let places = blocks[self.0.common..self.0.aside].iter_mut().flat_map(|b| b.0.chunks_exact_mut(COPIES));
-        for (place, value) in places.zip(masks.into_iter().chain(common)) {
-            place.fill(value);
-        }
-    }
-}
-
-/// The code of a program for each width, once it has been compiled.
-#[derive(Clone, Debug, Default)]
-pub struct Compiled(Arc<[Tier; 2]>);
-
-#[derive(Debug, Default)]
-struct Tier {
-    replays: AtomicU32,
-    /// Empty where the system refuses executable memory.
-    code: OnceLock<Option<Executable>>,
-}
-
-impl Compiled {
-    /// Runs the code for a width if there is any; tells whether it has. A program that has run often
-    /// enough gets it.
-    pub fn run(&self, width: Width, layout: Layout, line: &Line<'_>, blocks: &mut [Block]) -> bool {
-        let (tier, lanes) = match width {
-            Width::Plain => return false,
-            Width::Avx2 => (&self.0[0], Lanes::Four),
-            Width::Avx512 => (&self.0[1], Lanes::Eight),
-        };
-        let code = match tier.code.get() {
-            Some(code) => code,
-            None if tier.replays.fetch_add(1, Ordering::Relaxed) == REPLAYS => {
-                tier.code.get_or_init(|| Executable::new(line, layout, lanes, lanes.n_registers()))
-            }
-            None => return false,
-        };
-        code.as_ref().is_some_and(|code| {
-            code.run(blocks);
-            true
-        })
-    }
-}
-
-/// Machine code of one program.
-#[derive(Debug)]
-struct Executable {
-    code: Mmap,
+pub struct Layout {
+    /// Where the table begins, after the registers.
+    table: usize,
+    /// Where the temporaries' room begins.
+    aside: usize,
     n_blocks: usize,
 }
 
-impl Executable {
-    fn new(line: &Line<'_>, layout: Layout, lanes: Lanes, n_vector: usize) -> Option<Self> {
-        let code = encode(&allocate(line, n_vector), lanes, layout.0).ok()?;
-        // Never writable and executable at the same time.
-        let mut memory = MmapMut::map_anon(code.len()).ok()?;
-        memory.copy_from_slice(&code);
-        Some(Self { code: memory.make_exec().ok()?, n_blocks: layout.n_blocks() })
+impl Layout {
+    pub fn new(line: &Line<'_>) -> Self {
+        let table = line.n_registers as usize;
+        let n_common = (FIRST_COMMON + line.first_temporary - line.n_inputs) as usize;
+        let aside = table + (COPIES * n_common).div_ceil(LANES);
+        let temporaries = (line.n_registers - line.first_temporary) as usize;
+        Self { table, aside, n_blocks: aside + (WIDEST * temporaries).div_ceil(LANES) }
     }
 
-    fn run(&self, blocks: &mut [Block]) {
-        assert_eq!(blocks.len(), self.n_blocks, "registers of another program");
-        // SAFETY: the code is a function of this calling convention, made for a width that this processor
-        // has. It reads and writes whole lanes of `n_blocks` blocks, which are aligned to 64 bytes.
-        unsafe {
-            let function: extern "sysv64" fn(*mut Block) = std::mem::transmute(self.code.as_ptr());
-            function(blocks.as_mut_ptr());
+    /// Blocks in all.
+    pub const fn n_blocks(&self) -> usize {
+        self.n_blocks
+    }
+
+    /// Fills the table.
+    pub fn put_common(&self, blocks: &mut [Block], common: impl Iterator<Item = f64>) {
+        let masks = [1 << 63, u64::MAX >> 1].map(f64::from_bits);
+        let entries = blocks[self.table..self.aside].iter_mut().flat_map(|b| b.0.chunks_exact_mut(COPIES));
+        for (entry, value) in entries.zip(masks.into_iter().chain(common)) {
+            entry.fill(value);
         }
+    }
+}
+
+/// There is no machine code for this processor.
+#[cfg(not(target_arch = "x86_64"))]
+#[derive(Clone, Debug, Default)]
+pub struct Compiled;
+
+#[cfg(not(target_arch = "x86_64"))]
+impl Compiled {
+    pub const fn run(&self, _: super::simd::Width, _: Layout, _: &Line<'_>, _: &mut [Block]) -> bool {
+        false
     }
 }

@@ -1,0 +1,82 @@
+//! Offsets in coordinates of the set's own, in which projections are simple.
+
+use super::{MAX_SIZE, Set, Shape, padded};
+use crate::space::norm;
+
+impl Set {
+    /// The set's own coordinates of an offset.
+    ///
+    /// The disc and the ball become the unit disc and ball; the interval and the diamond (turned by 45
+    /// degrees) the interval and the square from -1 to 1; journal and sleeve the product of the axial
+    /// interval with a unit disc for each end of the pin; guide and plate squares that taper along an
+    /// interval. The set must not be a point; the coordinates of a part of it that is one are zero.
+    #[must_use]
+    pub fn to_unit(&self, offset: &[f64]) -> [f64; MAX_SIZE] {
+        match self.shape() {
+            Shape::Round { radius, size } => std::array::from_fn(|k| if k < size { offset[k] / radius } else { 0.0 }),
+            Shape::Diamond { gap, half_length } => {
+                let (a, b) = (offset[0] / gap, offset[1] * half_length / gap);
+                padded([a + b, a - b])
+            }
+            Shape::Interval { low, high } => padded([(2.0 * offset[0] - low - high) / (high - low)]),
+            Shape::Pin(pin) => pin.to_unit(offset),
+            Shape::Tapered(tapered) => tapered.to_unit(offset),
+        }
+    }
+
+    /// The offset of coordinates of the set's own.
+    #[must_use]
+    pub fn of_unit(&self, unit: &[f64]) -> [f64; MAX_SIZE] {
+        match self.shape() {
+            Shape::Round { radius, size } => std::array::from_fn(|k| if k < size { radius * unit[k] } else { 0.0 }),
+            Shape::Diamond { gap, half_length } => {
+                padded([0.5 * gap * (unit[0] + unit[1]), 0.5 * gap / half_length * (unit[0] - unit[1])])
+            }
+            Shape::Interval { low, high } => padded([0.5 * (low + high) + 0.5 * (high - low) * unit[0]]),
+            Shape::Pin(pin) => pin.of_unit(unit),
+            Shape::Tapered(tapered) => tapered.of_unit(unit),
+        }
+    }
+
+    /// A gradient along the offset, along the set's own coordinates.
+    #[must_use]
+    pub fn unit_gradient(&self, w: &[f64]) -> [f64; MAX_SIZE] {
+        match self.shape() {
+            Shape::Round { radius, size } => std::array::from_fn(|k| if k < size { radius * w[k] } else { 0.0 }),
+            Shape::Diamond { gap, half_length } => {
+                let (a, b) = (gap * w[0], gap / half_length * w[1]);
+                padded([0.5 * (a + b), 0.5 * (a - b)])
+            }
+            Shape::Interval { low, high } => padded([0.5 * (high - low) * w[0]]),
+            Shape::Pin(pin) => pin.unit_gradient(w),
+            Shape::Tapered(tapered) => tapered.unit_gradient(w),
+        }
+    }
+
+    /// The nearest point of the set in its own coordinates.
+    pub fn project_unit(&self, unit: &mut [f64]) {
+        match self.shape() {
+            Shape::Round { .. } => onto_ball(unit),
+            Shape::Diamond { .. } | Shape::Interval { .. } => {
+                for u in unit {
+                    *u = u.clamp(-1.0, 1.0);
+                }
+            }
+            Shape::Pin(pin) => pin.project_unit(unit),
+            Shape::Tapered(tapered) => {
+                let nearest = tapered.whole().nearest_unit(unit);
+                unit.copy_from_slice(&nearest[..unit.len()]);
+            }
+        }
+    }
+}
+
+/// The nearest point of the unit ball.
+pub(super) fn onto_ball(unit: &mut [f64]) {
+    let size = norm(unit);
+    if size > 1.0 {
+        for u in unit {
+            *u /= size;
+        }
+    }
+}

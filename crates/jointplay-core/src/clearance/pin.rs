@@ -1,0 +1,175 @@
+//! A pin in a bore: each of its two ends moves within a circle, and the pin along the axis.
+//!
+//! With the joint's axis q and the offset (d, th) of the pin's middle, the ends at `+-l` along the axis
+//! are displaced across it by `e+- = d_perp +- l th x q`. The wrench (F, M) does on them the work
+//! `R+ . e+ + R- . e-` with the reactions of the ends `R+- = (F_perp +- M x q / l) / 2`, so that
+//!
+//! `h(F, M) = r (|R+| + |R-|) + axial |F . q|`.
+
+use super::own::onto_ball;
+use super::{MAX_SIZE, padded};
+use crate::sampling::law;
+use crate::spec::Law;
+
+/// A pin in a bore. Its components are the one along the axis, where shoulders hold it, and then side,
+/// normal, tilt about side, tilt about normal.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pin {
+    /// Radial clearance at both ends.
+    pub radius: f64,
+    /// Distance from the middle of the pin to its ends.
+    pub half_length: f64,
+    /// Axial play on each side, where shoulders hold the pin.
+    pub axial: Option<f64>,
+}
+
+/// The ends of the pin, each with its two components across the axis: side and normal.
+type Ends = [[f64; 2]; 2];
+
+impl Pin {
+    /// Index of the first component across the axis.
+    #[inline(always)]
+    const fn across(&self) -> usize {
+        if self.axial.is_some() { 1 } else { 0 }
+    }
+
+    /// Puts axial play (if any) and four numbers one after the other.
+    #[inline(always)]
+    fn join(&self, along: f64, [a, b, c, d]: [f64; 4]) -> [f64; MAX_SIZE] {
+        if self.axial.is_some() { [along, a, b, c, d] } else { padded([a, b, c, d]) }
+    }
+
+    /// Displacements of the ends across the axis. With axis x side = normal, tilt x axis is
+    /// (tilt about normal, -tilt about side).
+    #[inline(always)]
+    fn ends(&self, offset: &[f64]) -> Ends {
+        let u = &offset[self.across()..];
+        let (about_side, about_normal) = (self.half_length * u[2], self.half_length * u[3]);
+        [[u[0] + about_normal, u[1] - about_side], [u[0] - about_normal, u[1] + about_side]]
+    }
+
+    /// The offset of the displacements of the ends and of the axial one.
+    #[inline(always)]
+    fn offset(&self, along: f64, [first, second]: Ends) -> [f64; MAX_SIZE] {
+        let half_turn = 0.5 / self.half_length;
+        self.join(
+            along,
+            [
+                0.5 * (first[0] + second[0]),
+                0.5 * (first[1] + second[1]),
+                half_turn * (second[1] - first[1]),
+                half_turn * (first[0] - second[0]),
+            ],
+        )
+    }
+
+    /// Reactions of the ends.
+    #[inline(always)]
+    fn reactions(&self, w: &[f64]) -> Ends {
+        let w = &w[self.across()..];
+        let per_lever = 1.0 / self.half_length;
+        let (about_side, about_normal) = (per_lever * w[2], per_lever * w[3]);
+        [
+            [0.5 * (w[0] + about_normal), 0.5 * (w[1] - about_side)],
+            [0.5 * (w[0] - about_normal), 0.5 * (w[1] + about_side)],
+        ]
+    }
+
+    pub(super) fn support(&self, w: &[f64]) -> f64 {
+        let [first, second] = self.reactions(w).map(|[x, y]| x.hypot(y));
+        self.radius * (first + second) + self.axial.map_or(0.0, |axial| axial * w[0].abs())
+    }
+
+    /// The face that a wrench exposes.
+    #[inline(always)]
+    pub(super) fn face(&self, w: &[f64], tolerance: f64) -> ([f64; MAX_SIZE], PinFace) {
+        let push = |[x, y]: [f64; 2]| {
+            let size = (x * x + y * y).sqrt();
+            let decided = size > tolerance;
+            let part = if decided { self.radius / size } else { 0.0 };
+            ([part * x, part * y], !decided && self.radius > 0.0)
+        };
+        let [first, second] = self.reactions(w);
+        let ((first, first_open), (second, second_open)) = (push(first), push(second));
+        let mut open = PinFace { pin: *self, ends: [first_open, second_open], along: false };
+        let mut along = 0.0;
+        if let Some(axial) = self.axial {
+            if w[0].abs() > tolerance {
+                along = axial.copysign(w[0]);
+            } else {
+                open.along = axial > 0.0;
+            }
+        }
+        (self.offset(along, [first, second]), open)
+    }
+
+    pub(super) fn to_unit(self, offset: &[f64]) -> [f64; MAX_SIZE] {
+        let part = |x: f64, size: f64| if size > 0.0 { x / size } else { 0.0 };
+        let [first, second] = self.ends(offset).map(|end| end.map(|e| part(e, self.radius)));
+        let along = self.axial.map_or(0.0, |axial| part(offset[0], axial));
+        self.join(along, [first[0], first[1], second[0], second[1]])
+    }
+
+    pub(super) fn of_unit(&self, unit: &[f64]) -> [f64; MAX_SIZE] {
+        let e = &unit[self.across()..];
+        let r = self.radius;
+        let along = self.axial.map_or(0.0, |axial| axial * unit[0]);
+        self.offset(along, [[r * e[0], r * e[1]], [r * e[2], r * e[3]]])
+    }
+
+    pub(super) fn unit_gradient(&self, w: &[f64]) -> [f64; MAX_SIZE] {
+        let [first, second] = self.reactions(w).map(|end| end.map(|f| self.radius * f));
+        let along = self.axial.map_or(0.0, |axial| axial * w[0]);
+        self.join(along, [first[0], first[1], second[0], second[1]])
+    }
+
+    pub(super) fn project_unit(&self, unit: &mut [f64]) {
+        let (along, ends) = unit.split_at_mut(self.across());
+        for u in along {
+            *u = u.clamp(-1.0, 1.0);
+        }
+        ends.chunks_exact_mut(2).for_each(onto_ball);
+    }
+
+    /// Variances of the components, each end independent of the other: of their half sum and of their
+    /// half difference.
+    pub(super) fn variances(&self, law: Law) -> [f64; MAX_SIZE] {
+        let shift = 0.5 * self.radius * self.radius * law::round_variance(law, 2);
+        let tilt = shift / (self.half_length * self.half_length);
+        let along = self.axial.map_or(0.0, |axial| axial * axial * law::interval_variance(law));
+        self.join(along, [shift, shift, tilt, tilt])
+    }
+}
+
+/// A face of a pin's set: some of its factors whole, the others points.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PinFace {
+    pin: Pin,
+    ends: [bool; 2],
+    along: bool,
+}
+
+impl PinFace {
+    #[inline(always)]
+    pub const fn is_point(&self) -> bool {
+        !(self.ends[0] || self.ends[1] || self.along)
+    }
+
+    /// What is open stays as the offset has it.
+    pub fn nearest(&self, centre: &[f64; MAX_SIZE], offset: &[f64]) -> [f64; MAX_SIZE] {
+        let (mut ends, from) = (self.pin.ends(centre), self.pin.ends(offset));
+        for end in 0..2 {
+            if self.ends[end] {
+                ends[end] = from[end];
+            }
+        }
+        self.pin.offset(if self.along { offset[0] } else { centre[0] }, ends)
+    }
+
+    pub fn half_width(&self, direction: &[f64]) -> f64 {
+        let reach = |open: bool, size: f64| if open { size } else { 0.0 };
+        let [first, second] = self.pin.reactions(direction).map(|[x, y]| self.pin.radius * x.hypot(y));
+        let along = self.pin.axial.map_or(0.0, |axial| axial * direction[0].abs());
+        reach(self.ends[0], first) + reach(self.ends[1], second) + reach(self.along, along)
+    }
+}

@@ -1,0 +1,182 @@
+"""`map`: a question asked at every node of a grid of drives or of output poses."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from jointplay.analyses.loaded import require_loads
+from jointplay.analyses.nominal import Interrupted, Progress
+from jointplay.analyses.offsets import parameters
+from jointplay.analyses.questions import computation
+from jointplay.errors import InputError
+from jointplay.model import Mechanism
+from jointplay.result import Result, to_dataset, version
+from jointplay.store import MemoryStore, Plan, open_store
+
+from .lattice import Lattice
+from .run import Work
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+QUESTIONS = ("loaded", "worst", "random", "given", "solve")
+#: nodes of a chunk: some seconds of work, some ten megabytes
+CHUNKS = {"loaded": 2**14, "given": 2**13, "solve": 2**12, "worst": 2**9, "random": 2**6}
+#: questions that do not tell by themselves how near a node is to a singularity
+MEASURED = ("solve", "worst", "random")
+#: parameters of a question on which its numbers do not depend, or that the map gives
+NO_OPTIONS = ("m", "at", "progress", "threads")
+
+
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C while a map was written; the words say what is there and how it goes on."""
+
+
+def map(
+    m: Mechanism,
+    question: str = "loaded",
+    grid: Mapping[str, Any] | None = None,
+    *,
+    path: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    chunk: int | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Ask a question at every node of a grid of drives or of output poses.
+
+    Parameters
+    ----------
+    m : Mechanism
+    question : {"loaded", "worst", "random", "given", "solve"}
+    grid : mapping, optional
+        In place of the file's ``[grid]``, in file units: by drive or by component of the output a table
+        ``{"from": -100, "to": 100, "count": 201}``, a sequence of values, or a number that holds it. One to three axes.
+    path : path-like, optional
+        A `.zarr` or `.nc` to which every chunk is written when it is done. Asked again, an unfinished map goes on where
+        it stopped. Without it the map is made in memory.
+    overwrite : bool
+        Whether something else at the path is replaced.
+    chunk : int, optional
+        Nodes that are worked off at a time; memory grows with it.
+    **options
+        Of the question, such as ``samples`` or ``offsets``.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of the question over the axes of the grid, with `status` per node; on a grid of output poses the
+        drives are coordinates. `contact_change` (for ``loaded``): whether a contact changes sides between the node and
+        the next one along the axis `across`. `within_limits`: with ranges of drives or joints in the file, whether they
+        are kept. With a path the dataset reads from there what is used of it.
+
+    Raises
+    ------
+    InputError
+        When there is no grid, it does not fit the mechanism, or the path holds something else.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> m = jp.loads(jp.examples.text("five-bar"))
+    >>> result = jp.map(m, grid={"x": [-40, 0, 40], "y": [150, 190]})
+    >>> result.error.sel(component="y").values.round(3)
+    array([[-0.083, -0.066],
+           [-0.091, -0.07 ],
+           [-0.087, -0.069]])
+    """
+    made = compute(m, question, grid, path=path, overwrite=overwrite, chunk=chunk, **options)
+    if made is not None:
+        return to_dataset(made)
+    assert path is not None
+    return open_map(path)
+
+
+def open_map(path: str | os.PathLike[str]) -> xr.Dataset:
+    """A map on disk as a dataset that reads from there what is used of it."""
+    import xarray as xr
+
+    if Path(path).suffix == ".nc":
+        return xr.open_dataset(path, engine="h5netcdf")
+    return xr.open_dataset(path, engine="zarr", chunks=None)
+
+
+def compute(
+    m: Mechanism,
+    question: str = "loaded",
+    grid: Mapping[str, Any] | None = None,
+    *,
+    path: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    chunk: int | None = None,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Result | None:
+    """The light form of `map`; None when the map goes to a file.
+
+    Raises
+    ------
+    Interrupted
+        On Ctrl-C, with the part of a map in memory that is done.
+    Stopped
+        On Ctrl-C, when the map goes to a file.
+    """
+    ask = computation(question, QUESTIONS)
+    _check_options(m, question, options)
+    if grid is not None:
+        m = m.with_({"grid": dict(grid)})
+    if m.grid is None:
+        problem = "say what is mapped: a [grid] in the file, grid={...}, or --grid x=-100:100:201"
+        raise InputError(problem, file=m.file, key="grid")
+    if chunk is not None and chunk < 1:
+        raise InputError(f"{chunk} is not a number of nodes; 1 or more are needed", key="chunk")
+    lattice = Lattice(m.grid, chunk or CHUNKS[question])
+    plan = Plan(m.grid.axes, lattice.shape, lattice.chunk, _fingerprint(m, question, lattice, options))
+    store = MemoryStore(plan) if path is None else open_store(Path(path), plan, overwrite=overwrite)
+    if not isinstance(store, MemoryStore) and store.is_complete:
+        store.clean()
+        return None
+    work = Work(m, lattice, store, lambda at: ask(m, at=at, **options), measure=question in MEASURED)
+    try:
+        work.run(progress)
+    except KeyboardInterrupt:
+        done = min(store.position[1], len(lattice)) if store.position[0] == 1 else len(lattice)
+        words = f"interrupted after {done} of {len(lattice)} chunks"
+        if path is not None:
+            raise Stopped(f"{words}, which are kept; the same command goes on from there") from None
+        if done == 0 or not isinstance(store, MemoryStore):
+            raise
+        part = store.result
+        raise Interrupted(Result(part.coords, part.data, {**part.attrs, "incomplete": words})) from None
+    return store.result if isinstance(store, MemoryStore) else None
+
+
+def _check_options(m: Mechanism, question: str, options: Mapping[str, Any]) -> None:
+    """Refuse before the work what the question would refuse at the first chunk."""
+    if question == "loaded":
+        require_loads(m)
+    if question == "given":
+        parameters(m, 1, options.get("offsets") or {}, options.get("deviations") or {})
+
+
+def _fingerprint(m: Mechanism, question: str, lattice: Lattice, options: Mapping[str, Any]) -> str:
+    """What has to be the same for a map to go on: all that its numbers and labels depend on, however it was written."""
+    assert m.grid is not None
+    known = inspect.signature(computation(question, QUESTIONS)).parameters
+    said = {
+        "mechanism": [m.title, m.spec(), m.bodies, m.joints, m.drives, m.sources, m.parameters, vars(m.units)],
+        "start": [m.start_drives] if m.drive_values is None else [m.start_drives, m.drive_values[0]],
+        "grid": vars(m.grid),
+        "limits": {name: dict(v) if isinstance(v, Mapping) else v for name, v in vars(m.limits).items()},
+        "question": question,
+        "options": {name: options.get(name, known[name].default) for name in sorted(known) if name not in NO_OPTIONS},
+        "chunk": lattice.chunk,
+        "version": version(),
+    }
+    text = json.dumps(said, sort_keys=True, default=lambda v: v.tolist() if hasattr(v, "tolist") else str(v))
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,110 @@
+"""On which side every clearance is in contact, and between which nodes of a map that changes.
+
+Every clearance has one or more places of contact. A round one (the pin in its hole, each end of a long pin, an axial
+shoulder, a slot) changes sides where the direction of its offset turns by 90 degrees or more from one node to the
+next, as it does where the reaction passes through zero. One with flat faces (a slider in its guide) changes where it
+goes to another corner of its set. An offset that the load leaves open is a state of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.analyses.nominal import Floats
+from jointplay.model import Mechanism
+
+#: a share of the clearance: below it a round contact has no direction
+CENTRAL = 1e-6
+#: a share of the clearance: corners of a flat set are farther apart
+CORNER = 0.25
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place of contact: it is where ``map @ offset`` is, as a share of the clearance."""
+
+    columns: NDArray[np.int64]
+    centre: Floats
+    map: Floats
+    round: bool
+
+
+class Contacts:
+    """The places of contact of a mechanism."""
+
+    def __init__(self, m: Mechanism) -> None:
+        self.factors = m.parameter_factors
+        self.places: list[Place] = []
+        for number, source in enumerate(m.core_spec["sources"]):
+            if source["kind"] != "clearance":
+                continue
+            columns = np.flatnonzero(m.parameter_source == number)
+            ((shape, size),) = source["set"].items()
+            for is_round, rows in _places(shape, size):
+                # A set of size zero leaves nothing to turn.
+                matrix = np.nan_to_num(np.array(rows), nan=0.0, posinf=0.0, neginf=0.0)
+                self.places.append(Place(columns, np.array(source["centre"]), matrix, is_round))
+
+    def change(self, before: Floats, after: Floats) -> NDArray[np.bool_]:
+        """Whether some contact changes from a node to its neighbour; nodes without an offset have no contact.
+
+        Parameters
+        ----------
+        before, after : ndarray
+            Offsets in file units, shape (..., parameter).
+        """
+        changed = np.zeros(before.shape[:-1], dtype=bool)
+        for place in self.places:
+            a, b = (self._state(place, offsets) for offsets in (before, after))
+            if place.round:
+                there = np.linalg.norm(a, axis=-1) > CENTRAL, np.linalg.norm(b, axis=-1) > CENTRAL
+                turned = (a * b).sum(axis=-1) <= 0.0
+                changed |= np.where(there[0] & there[1], turned, there[0] != there[1])
+            else:
+                changed |= np.abs(a - b).max(axis=-1) > CORNER
+        known = np.isfinite(before).all(axis=-1) & np.isfinite(after).all(axis=-1)
+        return changed & known
+
+    def _state(self, place: Place, offsets: Floats) -> Floats:
+        own = offsets[..., place.columns] * self.factors[place.columns] - place.centre
+        state: Floats = own @ place.map.T
+        return state
+
+
+def _places(shape: str, size: dict[str, float]) -> list[tuple[bool, Any]]:
+    """Of each place of contact of a set whether it is round, and the matrix to shares of the clearance."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        value = {key: np.float64(number) for key, number in size.items()}
+        match shape:
+            case "disc":
+                return [(True, np.eye(2) / value["radius"])]
+            case "ball":
+                return [(True, np.eye(3) / value["radius"])]
+            case "interval":
+                return [(True, [[1.0 / max(value["high"], -value["low"])]])]
+            case "diamond":
+                return [(False, np.diag([1.0, value["half_length"]]) / value["gap"])]
+            case "journal":
+                axial = np.array([[1.0, 0.0, 0.0, 0.0, 0.0]]) / value["axial"]
+                return [(True, axial), *((True, np.insert(end, 0, 0.0, axis=1)) for end in _ends(value))]
+            case "sleeve":
+                return [(True, end) for end in _ends(value)]
+            case "guide":
+                length, width, height = value["half_length"], value["half_width"], value["half_height"]
+                return [(False, np.diag([1.0, 1.0, max(width, height), length, length]) / value["gap"])]
+            case "plate":
+                return [(False, np.diag([1.0, value["half_normal"], value["half_side"]]) / value["gap"])]
+    raise ValueError(shape)
+
+
+def _ends(value: dict[str, np.float64]) -> list[Floats]:
+    """Radial offset of both ends of a pin from its shift along side and normal and its tilts about them.
+
+    A tilt about the side moves the far end along -normal, one about the normal moves it along the side.
+    """
+    half, radius = value["half_length"], value["radius"]
+    return [np.array([[1.0, 0.0, 0.0, end], [0.0, 1.0, -end, 0.0]], dtype=np.float64) / radius for end in (half, -half)]

@@ -1,0 +1,216 @@
+"""The work on a map: chunk by chunk outwards from the start, then again where a neighbour opened a new way in.
+
+A chunk is solved from the states on the faces of the chunks around it that are done. A region that winds may be
+entered later from another side; further passes solve such chunks again until nothing is added. All of it depends on
+the mechanism and the grid only, so that a run that was killed and taken up ends as one that was not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.analyses.nominal import Floats, Nominal, Progress
+from jointplay.analyses.solve import coordinates, within_limits
+from jointplay.model import Mechanism
+from jointplay.result import Result, Variable, axes_of
+from jointplay.store import Store
+
+from .contact import Contacts
+from .lattice import Lattice, Neighbour
+from .reach import Reach, Seed
+
+#: passes after which the work ends in any case; a region would have to wind as often in and out of a chunk
+MOST_PASSES = 100
+OK, NOT_ASSEMBLED = 0, 1
+Array = NDArray[Any]
+#: the question, asked of configurations that are solved
+Ask = Callable[[Nominal], Result]
+
+
+class Work:
+    """A map in the making.
+
+    Parameters
+    ----------
+    m : Mechanism
+    lattice : Lattice
+    store : Store
+        Where chunks go, and where an earlier run stopped.
+    ask : callable
+        The question.
+    measure : bool
+        Whether it needs the nearness to singularity of every node.
+    """
+
+    def __init__(self, m: Mechanism, lattice: Lattice, store: Store, ask: Ask, *, measure: bool) -> None:
+        self.m, self.lattice, self.store, self.ask, self.measure = m, lattice, store, ask, measure
+        self.reach = Reach(m, lattice.grid)
+        self.contacts = Contacts(m)
+        self.starts = self.reach.starts(lattice)
+        self.order = lattice.order(next(iter(self.starts), 0))
+
+    def run(self, progress: Progress | None = None) -> None:
+        """Do what is left."""
+        number, done = self.store.position
+        added = False
+        while number <= MOST_PASSES:
+            for place in range(done, len(self.order)):
+                if progress is not None and number == 1:
+                    progress(place, len(self.order))
+                added |= self._chunk(self.order[place])
+                self.store.advance((number, place + 1))
+            # A pass that was taken up in its middle may have added something before.
+            if not added and done == 0:
+                break
+            number, done, added = number + 1, 0, False
+        self._join()
+        # From here on the journal is no longer needed, and may be gone in part when the next run looks for it.
+        self.store.advance((MOST_PASSES + 1, 0))
+        self.store.finish()
+
+    def _chunk(self, number: int) -> bool:
+        """Solve a chunk, unless it was solved before and nothing new leads into it; whether it was solved."""
+        own = self.store.entry(number)
+        offered: dict[str, NDArray[np.bool_]] = {}
+        seeds = list(self.starts.get(number, ()))
+        opened = own is None
+        for neighbour in self.lattice.neighbours(number):
+            face = f"{neighbour.axis}.{neighbour.side}"
+            other = self.store.entry(neighbour.number)
+            if other is None:
+                continue
+            opposite = f"{neighbour.axis}.{1 - neighbour.side}"
+            offered[face] = other[f"status.{opposite}"] == OK
+            seeds += self._seeds(number, neighbour, offered[face], other[f"poses.{opposite}"])
+            if own is not None:
+                seen = own[f"seen.{face}"] if f"seen.{face}" in own else np.zeros_like(offered[face])
+                opened |= bool((offered[face] & ~seen & (own[f"status.{face}"] == NOT_ASSEMBLED)).any())
+        if not opened:
+            return False
+        at = self.reach.solve(self.lattice, number, seeds)
+        reached = at.status.copy()
+        result = self._result(number, self.reach.measured(at) if self.measure else at)
+        self.store.begin(result)
+        self.store.put(self.lattice.region(number), result)
+        self.store.put_entry(number, self._entry(number, at.poses, reached, result, offered))
+        return True
+
+    def _seeds(self, number: int, neighbour: Neighbour, ok: NDArray[np.bool_], poses: Floats) -> list[Seed]:
+        """The states on the face of a neighbour, each with the node of this chunk that is next to it."""
+        size, theirs = self.lattice.size(number), self.lattice.size(neighbour.number)
+        nodes = np.arange(np.prod(size)).reshape(size)
+        rows = self.reach.commands(self.lattice, neighbour.number)
+        rows = _face(rows.reshape(*theirs, -1), neighbour.axis, 1 - neighbour.side)
+        mine = _face(nodes, neighbour.axis, neighbour.side)
+        picked = zip(mine[ok].tolist(), rows[ok], poses[ok], strict=True)
+        return [Seed(node, row, state) for node, row, state in picked]
+
+    def _entry(
+        self,
+        number: int,
+        poses: Floats,
+        status: NDArray[np.uint8],
+        result: Result,
+        offered: Mapping[str, NDArray[np.bool_]],
+    ) -> dict[str, Array]:
+        """What the neighbours of a chunk need to know of it."""
+        size = self.lattice.size(number)
+        kept: dict[str, Array] = {"status": status.reshape(size)}
+        kept["poses"] = poses.reshape(*size, *poses.shape[1:])
+        if "contact_change" in result.data:
+            kept["offset"] = result.get("offset")
+        entry: dict[str, Array] = {f"seen.{face}": ok for face, ok in offered.items()}
+        for neighbour in self.lattice.neighbours(number):
+            for name, values in kept.items():
+                face = _face(values, neighbour.axis, neighbour.side)
+                entry[f"{name}.{neighbour.axis}.{neighbour.side}"] = np.array(face)
+        return entry
+
+    def _result(self, number: int, at: Nominal) -> Result:
+        """The answer at the nodes of a chunk, over the axes of the grid."""
+        flat = self.ask(at)
+        data = dict(flat.data)
+        if self.m.limits.joints or self.m.limits.drives:
+            within = within_limits(self.m, at, coordinates(self.m, at)[0])
+            words = "whether joints and drives keep to their ranges"
+            data["within_limits"] = Variable(("configuration",), within, "", words)
+        result = _on_grid(Result(flat.coords, data, flat.attrs), self.m, self.lattice, number)
+        if flat.attrs["question"] != "loaded":
+            return result
+        offsets = result.get("offset")
+        axes = self.lattice.grid.axes
+        changed = np.zeros((*offsets.shape[:-1], len(axes)), dtype=bool)
+        for axis in range(len(axes)):
+            along = np.moveaxis(offsets, axis, 0)
+            np.moveaxis(changed[..., axis], axis, 0)[:-1] = self.contacts.change(along[:-1], along[1:])
+        words = "whether a contact changes sides between this node and the next one along the axis"
+        change = Variable((*axes, "across"), changed, "", words)
+        across = Variable(("across",), np.array(axes), "", "axis of the grid along which the next node lies")
+        return Result({**result.coords, "across": across}, {**result.data, "contact_change": change}, result.attrs)
+
+    def _join(self) -> None:
+        """Mark changes of contact between the last nodes of a chunk and the first ones of the next."""
+        for number in range(len(self.lattice)):
+            own = self.store.entry(number)
+            if own is None or not any(name.startswith("offset.") for name in own):
+                continue
+            region = list(self.lattice.region(number))
+            for neighbour in self.lattice.neighbours(number):
+                other = self.store.entry(neighbour.number)
+                if neighbour.side == 0 or other is None:
+                    continue
+                here = (*region[: neighbour.axis], slice(region[neighbour.axis].stop - 1, region[neighbour.axis].stop))
+                face = (*here, *region[neighbour.axis + 1 :])
+                changed = self.contacts.change(own[f"offset.{neighbour.axis}.1"], other[f"offset.{neighbour.axis}.0"])
+                marked = self.store.values("contact_change", face)
+                marked[..., neighbour.axis] = np.expand_dims(changed, neighbour.axis)
+                self.store.replace("contact_change", face, marked)
+
+
+def _face(values: Array, axis: int, side: int) -> Array:
+    """The first or the last nodes along an axis."""
+    return np.asarray(np.take(values, -side, axis=axis))
+
+
+def _on_grid(flat: Result, m: Mechanism, lattice: Lattice, number: int) -> Result:
+    """A result over the nodes of a chunk as one over the axes of the grid."""
+    grid, size = lattice.grid, lattice.size(number)
+
+    def shaped(variable: Variable) -> Variable:
+        if variable.dims[:1] != ("configuration",):
+            return variable
+        values = variable.values.reshape(*size, *variable.values.shape[1:])
+        return Variable((*grid.axes, *variable.dims[1:]), values, variable.units, variable.long_name)
+
+    names = [*grid.axes, *grid.held]
+    drives = {name.removeprefix("drive "): v for name, v in flat.drives.items()} if grid.of_output else {}
+    known = {name: v for name, v in flat.coords.items() if name not in flat.drives and name != "configuration"}
+    taken = {*names, *known, *flat.data, *flat.sizes}
+    drives = {f"drive_{name}" if name in taken else name: shaped(v) for name, v in drives.items()}
+    coords = {**_axes(m, lattice), **drives, **{name: shaped(v) for name, v in known.items()}}
+    attrs = {**flat.attrs, "grid": ", ".join(grid.axes), "drives": ", ".join(drives or names)}
+    return Result(coords, {name: shaped(v) for name, v in flat.data.items()}, attrs)
+
+
+def _axes(m: Mechanism, lattice: Lattice) -> dict[str, Variable]:
+    """Coordinates of the axes, and of what is held, in file units."""
+    grid = lattice.grid
+    along = axes_of(m)["component" if grid.of_output else "drive"]
+    names, units = (
+        along.labels,
+        {name: str(getattr(m.units, f"{kind}_name")) for name, kind in zip(along.labels, along.kinds, strict=True)},
+    )
+    factors = m.component_factors if grid.of_output else m.drive_factors
+    words = {name: f"{name} of the output" if grid.of_output else f"value of drive {name}" for name in names}
+    coords = {
+        name: Variable((name,), labels, units[name], words[name])
+        for name, labels in zip(grid.axes, grid.labels, strict=True)
+    }
+    for name, value in grid.held.items():
+        factor = factors[names.index(name)]
+        coords[name] = Variable((), np.array(value / factor), units[name], f"{words[name]}, held")
+    return coords

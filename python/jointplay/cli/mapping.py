@@ -1,0 +1,126 @@
+"""The command `map`: make it, then print, or leave it where it was written, and draw."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from jointplay.errors import InputError
+
+from . import DONE, INTERRUPTED, NOT_OK
+from .answer import show
+from .progress import bar
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from jointplay.model import Mechanism
+    from jointplay.result import Result
+
+
+#: layers that are read at a time where the file does not say
+SLAB = 64
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Where the map goes and how.
+
+    Attributes
+    ----------
+    output : Path or None
+        The file; in memory if left out.
+    overwrite : bool
+        Whether something else there is replaced.
+    chunk : int or None
+        Nodes of a chunk.
+    """
+
+    output: Path | None
+    overwrite: bool
+    chunk: int | None
+
+
+def answer(
+    m: Mechanism,
+    question: str,
+    grid: Mapping[str, Any] | None,
+    options: Mapping[str, Any],
+    kept: Kept,
+    plot: Path | None,
+    variable: str | None,
+) -> int:
+    """Make a map.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from jointplay.analyses.map import Stopped, compute
+    from jointplay.analyses.nominal import Interrupted
+
+    if plot is not None:
+        from jointplay.plot.map import check_path
+
+        check_path(plot)
+    if variable is not None and plot is None:
+        raise InputError("says what is drawn; --plot says where", key="--variable")
+    interrupted = False
+    try:
+        with bar("map") as progress:
+            made = compute(
+                m,
+                question,
+                grid,
+                path=kept.output,
+                overwrite=kept.overwrite,
+                chunk=kept.chunk,
+                progress=progress,
+                **options,
+            )
+    except Stopped as stopped:
+        sys.stderr.write(f"{stopped}\n")
+        return INTERRUPTED
+    except Interrupted as stopped:
+        sys.stderr.write("interrupted; what is done:\n")
+        made, interrupted = stopped.partial, True
+    if made is not None:
+        _show(made)
+        code = DONE if (made.get("status") == "ok").all() else NOT_OK
+        if plot is not None:
+            _draw(made, plot, variable)
+        return INTERRUPTED if interrupted else code
+    from jointplay.analyses.map import open_map
+
+    assert kept.output is not None
+    with open_map(kept.output) as dataset:
+        if plot is not None:
+            _draw(dataset, plot, variable)
+        return DONE if _all_ok(dataset) else NOT_OK
+
+
+def _show(result: Result) -> None:
+    from jointplay.table import tables
+
+    show(str(result.attrs["title"] or result.attrs["file"]), tables(result))
+
+
+def _draw(result: Result | xr.Dataset, path: Path, variable: str | None) -> None:
+    from jointplay.plot.map import draw
+
+    draw(result, path, variable)
+
+
+def _all_ok(dataset: xr.Dataset) -> bool:
+    """Whether every node is ok, a slab at a time."""
+    status = dataset["status"]
+    along = status.dims[0]
+    step = int((status.encoding.get("chunks") or [SLAB])[0])
+    return all(
+        bool((status.isel({along: slice(low, low + step)}) == "ok").all())
+        for low in range(0, status.sizes[along], step)
+    )

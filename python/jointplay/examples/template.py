@@ -1,0 +1,110 @@
+"""Examples that are written from a few sizes: the values they take, and how numbers stand in their files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import Field, dataclass, fields
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.errors import InputError, not_known, shown
+
+Vector = NDArray[np.float64]
+
+#: decimals of a coordinate in millimetres or of a direction; more are rounding
+DECIMALS = 12
+
+
+@dataclass(frozen=True)
+class Template:
+    """The sizes of an example, in mm and degrees. Every field is a value that `--set` gives."""
+
+    name: ClassVar[str]
+    #: what a text may be, by field
+    words: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    #: fields whose value may be zero
+    may_vanish: ClassVar[tuple[str, ...]] = ("radial", "axial", "gap")
+
+    @classmethod
+    def sizes(cls) -> tuple[str, ...]:
+        """Names of the values that it takes."""
+        return tuple(field.name for field in fields(cls))
+
+    @classmethod
+    def of(cls, settings: Mapping[str, Any]) -> Self:
+        """With these values, and the usual ones for the others.
+
+        Raises
+        ------
+        InputError
+            When there is no such value, or a value is of the wrong kind.
+        """
+        known = {field.name: field for field in fields(cls)}
+        for key in settings:
+            if key not in known:
+                raise InputError(not_known(key, f"a value of {cls.name}", known), file=cls.name)
+        return cls(**{key: cls._checked(known[key], value) for key, value in settings.items()})
+
+    @classmethod
+    def _checked(cls, field: Field[Any], value: Any) -> Any:
+        key = field.name
+        if key in cls.words:
+            if value not in cls.words[key]:
+                raise InputError(not_known(str(value), "known here", cls.words[key]), file=cls.name, key=key)
+            return value
+        lowest = "0 or more" if key in cls.may_vanish else "more than 0"
+        is_number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+        if not is_number or value < 0 or (value == 0 and key not in cls.may_vanish):
+            raise InputError(f"a number, {lowest}, is needed, not {shown(value)}", file=cls.name, key=key)
+        return value
+
+    def refuse(self, key: str, problem: str) -> InputError:
+        """The error for sizes that do not go together."""
+        return InputError(problem, file=self.name, key=key)
+
+    def command(self) -> str:
+        """Comment lines with the command that writes this file."""
+        words = [f"--set {key}={getattr(self, key)}" for key in self.sizes()]
+        lines = [f"#   jointplay new {self.name}"]
+        for word in words:
+            if len(lines[-1]) + len(word) > 108:
+                lines[-1] += " \\"
+                lines.append("#      ")
+            lines[-1] += f" {word}"
+        return "\n".join(lines)
+
+    def text(self) -> str:
+        """The file."""
+        raise NotImplementedError
+
+
+def number(value: float) -> str:
+    """A number as short as it is.
+
+    Examples
+    --------
+    >>> number(300.0), number(-1e-17), number(1 / 3)
+    ('300', '0', '0.333333333333')
+    """
+    text = f"{round(float(value), DECIMALS):.15g}"
+    return "0" if text == "-0" else text
+
+
+def numbers(values: Iterable[float]) -> str:
+    """A list of numbers.
+
+    Examples
+    --------
+    >>> numbers([0.0, 150.0])
+    '[0, 150]'
+    """
+    return f"[{', '.join(number(value) for value in values)}]"
+
+
+def around(angle: float) -> tuple[Vector, Vector]:
+    """Unit vectors away from the z axis and along the circle around it, at an angle in degrees."""
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    return np.array([c, s, 0.0]), np.array([-s, c, 0.0])

@@ -1,0 +1,180 @@
+"""A map as a page to look around in: values under the pointer, a slider through slices, iso-surfaces in space.
+
+The page carries all that it needs and works without a network.
+"""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jointplay.errors import JointplayError
+
+from .isosurface import isosurface
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Floats = np.ndarray[Any, np.dtype[np.float64]]
+Texts = np.ndarray[Any, np.dtype[np.str_]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
+COLOUR_SCALE = "Cividis"
+#: quantiles of the nodes through which iso-surfaces are drawn
+LEVELS = (0.25, 0.5, 0.75)
+#: slices that a slider goes through
+MOST_SLICES = 101
+
+
+def page(value: xr.DataArray, status: Texts, contact_change: Flags, title: str, span: tuple[float, float]) -> str:
+    """The page as HTML.
+
+    Parameters
+    ----------
+    value : xarray.DataArray
+        Over one to three axes.
+    status, contact_change : ndarray
+        Over the same nodes; the changes also over the axes.
+    title : str
+    span : pair of float
+        Range of the colours.
+
+    Raises
+    ------
+    JointplayError
+        When plotly is not installed.
+    """
+    figure = figure_of(value, status, contact_change, title, span)
+    text: str = figure.to_html(include_plotlyjs=True, full_html=True)
+    return text
+
+
+def figure_of(value: xr.DataArray, status: Texts, contact_change: Flags, title: str, span: tuple[float, float]) -> Any:
+    """The plotly figure of a page."""
+    if find_spec("plotly") is None:
+        raise JointplayError("a page to look around in needs plotly: pip install 'jointplay[plot]'")
+    words = status.astype(object)
+    words[contact_change.any(axis=-1)] += ", a contact changes sides next to it"
+    if value.ndim == 1:
+        return _line(value, words, title)
+    return (_heat if value.ndim == 2 else _slices)(value, words, span, title)
+
+
+def _named(array: xr.DataArray) -> str:
+    unit = str(array.attrs["units"])
+    return f"{array.attrs['long_name']} [{unit}]" if unit else str(array.attrs["long_name"])
+
+
+def _hover(value: xr.DataArray, names: list[str]) -> str:
+    lines = [f"{name} = %{{{letter}:.6g}}" for name, letter in zip(names, "xyz", strict=False)]
+    number = "y" if value.ndim == 1 else "z"
+    lines[len(lines) if value.ndim > 1 else 1 :] = [
+        f"{value.attrs['long_name']}: %{{{number}:.5g}} {value.attrs['units']}"
+    ]
+    return "<br>".join([*lines, "%{customdata}"]) + "<extra></extra>"
+
+
+def _line(value: xr.DataArray, words: Any, title: str) -> Any:
+    import plotly.graph_objects as go
+
+    along = value[value.dims[0]]
+    hover = _hover(value, [str(along.name)])
+    line = go.Scatter(x=along.values, y=value.values, customdata=words, hovertemplate=hover, mode="lines+markers")
+    return go.Figure(line, {"title": title, "xaxis_title": _named(along), "yaxis_title": _named(value)})
+
+
+def _heat(value: xr.DataArray, words: Any, span: tuple[float, float], title: str) -> Any:
+    import plotly.graph_objects as go
+
+    figure = go.Figure(_plane(value, words, span, _named(value)), {"title": title})
+    _label(figure, value)
+    return figure
+
+
+def _plane(value: xr.DataArray, words: Any, span: tuple[float, float], label: str) -> Any:
+    import plotly.graph_objects as go
+
+    across, up = (value[dim] for dim in value.dims)
+    return go.Heatmap(
+        x=across.values,
+        y=up.values,
+        z=value.values.T,
+        customdata=words.T,
+        zmin=span[0],
+        zmax=span[1],
+        colorscale=COLOUR_SCALE,
+        colorbar={"title": label, "x": 0.46 if value.coords.get("slice") is not None else None},
+        hovertemplate=_hover(value, [str(across.name), str(up.name)]),
+        hoverongaps=True,
+    )
+
+
+def _label(figure: Any, value: xr.DataArray) -> None:
+    across, up = (value[dim] for dim in value.dims[:2])
+    equal = across.attrs["units"] == up.attrs["units"]
+    figure.update_xaxes(title=_named(across))
+    figure.update_yaxes(title=_named(up), **({"scaleanchor": "x"} if equal else {}))
+    figure.update_layout(plot_bgcolor="#d9d9d9")
+    figure.update_xaxes(showgrid=False, zeroline=False)
+    figure.update_yaxes(showgrid=False, zeroline=False)
+
+
+def _slices(value: xr.DataArray, words: Any, span: tuple[float, float], title: str) -> Any:
+    """A slice with its slider on the left, iso-surfaces on the right."""
+    from plotly.subplots import make_subplots
+
+    third = value[value.dims[2]]
+    picks = np.unique(np.linspace(0, third.size - 1, min(third.size, MOST_SLICES)).round().astype(int)).tolist()
+    figure = make_subplots(1, 2, specs=[[{"type": "heatmap"}, {"type": "scene"}]], column_widths=[0.45, 0.55])
+    for k in picks:
+        plane = _plane(value[:, :, k].assign_coords(slice=k), words[:, :, k], span, "")
+        figure.add_trace(plane.update(visible=k == picks[len(picks) // 2]), 1, 1)
+    surfaces = list(_surfaces(value, span))
+    for surface in surfaces:
+        figure.add_trace(surface, 1, 2)
+    unit = str(third.attrs["units"])
+    steps = [
+        {
+            "method": "update",
+            "label": f"{float(third[k]):g}",
+            "args": [{"visible": [j == k for j in picks] + [True] * len(surfaces)}],
+        }
+        for k in picks
+    ]
+    prefix = {"prefix": f"{third.name} = ", "suffix": f" {unit}"}
+    figure.update_layout(
+        title=f"{title}: {_named(value)}",
+        sliders=[{"active": len(picks) // 2, "steps": steps, "currentvalue": prefix, "len": 0.45}],
+        scene={f"{letter}axis_title": _named(value[dim]) for letter, dim in zip("xyz", value.dims, strict=True)},
+        legend={"x": 1.0, "xanchor": "right"},
+    )
+    _label(figure, value)
+    return figure
+
+
+def _surfaces(value: xr.DataArray, span: tuple[float, float]) -> Any:
+    import plotly.graph_objects as go
+
+    known = value.values[np.isfinite(value.values)]
+    axes = tuple(value[dim].values for dim in value.dims)
+    for level in np.unique(np.quantile(known, LEVELS)) if known.size else ():
+        points, triangles = isosurface(axes, value.values, float(level))
+        if not len(triangles):
+            continue
+        yield go.Mesh3d(
+            x=points[:, 0],
+            y=points[:, 1],
+            z=points[:, 2],
+            i=triangles[:, 0],
+            j=triangles[:, 1],
+            k=triangles[:, 2],
+            intensity=np.full(len(points), level),
+            cmin=span[0],
+            cmax=span[1],
+            colorscale=COLOUR_SCALE,
+            showscale=False,
+            opacity=0.5,
+            name=f"{level:.4g} {value.attrs['units']}",
+            showlegend=True,
+        )

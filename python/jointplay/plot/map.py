@@ -1,0 +1,284 @@
+"""Maps: the error over a grid as a line, a heat map, or slices of one; what cannot be reached is hatched."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from jointplay.errors import InputError
+from jointplay.result import Result, Variable, quantity
+from jointplay.write import atomically
+
+from . import sheet
+from .interactive import page
+from .style import COLOURS, GREY, STYLE, labelled
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Floats = np.ndarray[Any, np.dtype[np.float64]]
+#: even steps of lightness: it survives colour blindness and a black-and-white printer
+COLOUR_MAP = "cividis"
+#: how nodes are hatched that have no trusted number
+HATCHED = {"not_assembled": "", "singular": "xxxx", "underconstrained": "----", "not_assemblable": "++++"}
+UNREACHED = "#d9d9d9"
+#: slices of a map with three axes
+SLICES = 4
+#: near a singularity errors grow without bound; colours end at this quantile where it is far below the largest
+CUT, FAR = 0.98, 2.0
+
+
+@dataclass(frozen=True)
+class Layers:
+    """What is drawn of a map, over its axes.
+
+    Attributes
+    ----------
+    value : xarray.DataArray
+        The quantity; nan where there is no trusted number.
+    status : ndarray of str
+    contact_change : ndarray of bool
+        Over nodes and axes: between a node and the next one.
+    title : str
+    """
+
+    value: xr.DataArray
+    status: np.ndarray[Any, np.dtype[np.str_]]
+    contact_change: np.ndarray[Any, np.dtype[np.bool_]]
+    title: str
+
+
+def map(result: Result | xr.Dataset, variable: str | None = None, *, axes: Axes | None = None) -> Figure:
+    """Draw a map: a line over one axis, colours over two, slices over three.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        Of `map`.
+    variable : str, optional
+        ``position``, ``rotation``, ``singular_value``, or a variable with labels such as ``undetermined.angle``. The
+        first of these that the question has if left out.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw a map of one or two axes; a new figure if left out.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        When it is not a map, or has no such variable.
+    """
+    shown = layers(result, variable)
+    dims = shown.value.ndim
+    with mpl.rc_context(STYLE):
+        if axes is not None:
+            if dims == 3:
+                raise InputError("slices need a figure of their own; leave axes out", key="axes")
+            figure = axes.get_figure()
+            assert isinstance(figure, Figure)
+        else:
+            figure = Figure(figsize=(3.2 * SLICES, 3.6) if dims == 3 else (6.4, 4.6 if dims == 2 else 3.6))
+        if dims == 1:
+            _line(shown, axes or figure.add_subplot())
+        elif dims == 2:
+            _heat(shown, axes or figure.add_subplot(), bar=True)
+        else:
+            _slices(shown, figure)
+    return figure
+
+
+def layers(result: Result | xr.Dataset, variable: str | None = None) -> Layers:
+    """What is drawn of a map."""
+    if "grid" not in result.attrs:
+        raise InputError("this is not a map; jointplay.map makes one", key="map")
+    import xarray as xr
+
+    found = quantity(result, variable)
+    status = _values(result, "status").astype(str)
+    dims = str(result.attrs["grid"]).split(", ")
+    changes = np.zeros((*status.shape, status.ndim), dtype=bool)
+    if "contact_change" in (result.data if isinstance(result, Result) else result.data_vars):
+        changes = _values(result, "contact_change").astype(bool)
+    trusted = np.isin(status, [*HATCHED, ""], invert=True)
+    coords = {dim: _coordinate(result, dim) for dim in dims}
+    attrs = {"long_name": found.long_name, "units": found.units}
+    value = xr.DataArray(np.where(trusted, found.values, np.nan), coords, dims, attrs=attrs)
+    return Layers(value, status, changes, str(result.attrs["title"]))
+
+
+def _values(result: Result | xr.Dataset, name: str) -> np.ndarray[Any, np.dtype[Any]]:
+    return np.asarray(result.get(name) if isinstance(result, Result) else result[name].values)
+
+
+def _coordinate(result: Result | xr.Dataset, dim: str) -> tuple[str, Any, dict[str, str]]:
+    if isinstance(result, Result):
+        found: Variable = result.coords[dim]
+        return (dim, found.values, {"units": found.units, "long_name": dim})
+    return (dim, result[dim].values, {"units": str(result[dim].attrs.get("units", "")), "long_name": dim})
+
+
+def limits(values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float]:
+    """The range of the colours."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return 0.0, 1.0
+    low, cut, high = float(known.min()), float(np.quantile(known, CUT)), float(known.max())
+    return low, cut if high > FAR * cut else high
+
+
+def _heat(shown: Layers, axes: Axes, *, bar: bool, span: tuple[float, float] | None = None) -> list[Any]:
+    value = shown.value
+    across, up = value.dims
+    low, high = span or limits(value.values)
+    over = bool((value.values > high).any())
+    options: dict[str, Any] = {"extend": "max" if over else "neither"}
+    if bar:
+        options["cbar_kwargs"] = {"label": labelled(str(value.attrs["long_name"]), str(value.attrs["units"]))}
+    value.plot.pcolormesh(
+        x=across, y=up, ax=axes, cmap=COLOUR_MAP, vmin=low, vmax=high, add_colorbar=bar, rasterized=True, **options
+    )
+    axes.grid(False)
+    x, y = value[across].values, value[up].values
+    handles: list[Any] = []
+    for status, hatch in HATCHED.items():
+        there = shown.status == status
+        if there.any():
+            colour = ListedColormap([UNREACHED])
+            axes.pcolormesh(x, y, np.ma.masked_where(~there, there).T, cmap=colour, shading="nearest", rasterized=True)
+            if hatch:
+                axes.contourf(x, y, there.T.astype(float), levels=[0.5, 1.5], colors="none", hatches=[hatch])
+            handles.append(Patch(facecolor=UNREACHED, edgecolor=GREY, hatch=hatch, label=status.replace("_", " ")))
+    if shown.contact_change.any():
+        axes.add_collection(LineCollection(_boundaries(x, y, shown.contact_change), colors="#000000", linewidths=1.4))
+        handles.append(Line2D([], [], color="#000000", label="a contact changes sides"))
+    if handles and bar:
+        axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.14), ncols=3)
+    if value[across].attrs["units"] == value[up].attrs["units"]:
+        axes.set_aspect("equal")
+    if bar:
+        axes.set_title(shown.title)
+    return handles
+
+
+def _boundaries(x: Floats, y: Floats, changes: np.ndarray[Any, np.dtype[np.bool_]]) -> list[list[tuple[float, float]]]:
+    """The sides of the cells between nodes whose contacts differ."""
+    (xs, ys), lines = (_edges(x), _edges(y)), []
+    for i, j in np.argwhere(changes[..., 0]).tolist():
+        lines.append([(xs[i + 1], ys[j]), (xs[i + 1], ys[j + 1])])
+    for i, j in np.argwhere(changes[..., 1]).tolist():
+        lines.append([(xs[i], ys[j + 1]), (xs[i + 1], ys[j + 1])])
+    return lines
+
+
+def _edges(nodes: Floats) -> Floats:
+    """Where the cells around the nodes begin and end."""
+    middles = (nodes[:-1] + nodes[1:]) / 2.0
+    return np.concatenate([[2.0 * nodes[0] - middles[0]], middles, [2.0 * nodes[-1] - middles[-1]]])
+
+
+def _line(shown: Layers, axes: Axes) -> None:
+    value = shown.value
+    along = value.dims[0]
+    value.plot.line(x=along, ax=axes, color=COLOURS[0], marker="o" if value.size <= 60 else None)
+    x = value[along].values
+    edges = _edges(x)
+    for k in np.flatnonzero(np.isin(shown.status, list(HATCHED))):
+        axes.axvspan(
+            edges[k], edges[k + 1], facecolor=UNREACHED, hatch=HATCHED[str(shown.status[k])], edgecolor=GREY, lw=0
+        )
+    for k in np.flatnonzero(shown.contact_change[:-1, 0]):
+        axes.axvline(edges[k + 1], color="#000000", linestyle=":", linewidth=1.0)
+    handles = [
+        Patch(facecolor=UNREACHED, edgecolor=GREY, hatch=hatch, label=status.replace("_", " "))
+        for status, hatch in HATCHED.items()
+        if (shown.status == status).any()
+    ]
+    if shown.contact_change.any():
+        changes = Line2D([], [], color="#000000", linestyle=":", label="a contact changes sides")
+        axes.legend(handles=[*handles, changes])
+    elif handles:
+        axes.legend(handles=handles)
+    axes.set_title(shown.title)
+
+
+def _slices(shown: Layers, figure: Figure) -> None:
+    """Slices along the last axis, with one scale of colours."""
+    value = shown.value
+    third = value.dims[2]
+    picks = np.unique(np.linspace(0, value.shape[2] - 1, SLICES).round().astype(int))
+    low, high = limits(value.values)
+    handles: dict[Any, Any] = {}
+    every = [figure.add_subplot(1, len(picks), k + 1) for k in range(len(picks))]
+    for axes, k in zip(every, picks.tolist(), strict=True):
+        cut = Layers(value[:, :, k], shown.status[:, :, k], shown.contact_change[:, :, k], "")
+        handles |= {handle.get_label(): handle for handle in _heat(cut, axes, bar=False, span=(low, high))}
+        unit = str(value[third].attrs["units"])
+        axes.set_title(f"{third} = {float(value[third][k]):g} {unit}".rstrip())
+    words = labelled(str(value.attrs["long_name"]), str(value.attrs["units"]))
+    extend = "max" if bool((value.values > high).any()) else "neither"
+    figure.colorbar(every[-1].collections[0], ax=every, label=words, extend=extend)
+    if handles:
+        figure.legend(handles=list(handles.values()), loc="outside lower left", ncols=len(handles))
+    figure.suptitle(shown.title, fontsize=10)
+
+
+def check_path(path: Path) -> None:
+    """Refuse before the work a path that no drawing of a map can be written to.
+
+    Raises
+    ------
+    InputError
+    """
+    if path.suffix.lower() != ".html":
+        sheet.check_path(path, more=(".html",))
+    elif path.is_dir() or not path.parent.is_dir():
+        problem = "is a folder; name a file" if path.is_dir() else f"there is no folder '{path.parent}' to write it to"
+        raise InputError(problem, file=os.fspath(path))
+
+
+def draw(result: Result | xr.Dataset, path: Path, variable: str | None = None) -> None:
+    """Draw a map and write it.
+
+    Parameters
+    ----------
+    result : Result or xarray.Dataset
+        Of `map`.
+    path : Path
+        Ending in `.png`, `.svg` or `.pdf`, or in `.html` for a page to look around in.
+    variable : str, optional
+        As for `map`.
+    """
+    check_path(path)
+    if path.suffix.lower() == ".html":
+        shown = layers(result, variable)
+        text = page(shown.value, shown.status, shown.contact_change, shown.title, limits(shown.value.values))
+        _write(path, lambda temporary: temporary.write_bytes(text.encode()))
+        return
+    figure = map(result, variable)
+    metadata = {"Date": None} if path.suffix.lower() == ".svg" else None
+    with mpl.rc_context(STYLE):
+        _write(path, lambda temporary: figure.savefig(temporary, dpi=160, metadata=metadata))
+
+
+def _write(path: Path, write: Callable[[Path], object]) -> None:
+    def put(temporary: Path) -> None:
+        write(temporary)
+
+    try:
+        atomically(path, put)
+    except OSError as problem:
+        raise InputError(f"cannot be written: {problem.strerror or problem}", file=os.fspath(path)) from None

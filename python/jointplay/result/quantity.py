@@ -1,0 +1,108 @@
+"""One number per node of a result: what tables compare and maps are coloured by."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jointplay.errors import InputError, not_known
+
+from .dataset import from_dataset
+from .structure import Array, Result, Variable
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: the variable behind each quantity of a question
+BEHIND = {
+    "loaded": {"position": "error", "rotation": "error"},
+    "given": {"position": "error", "rotation": "error"},
+    "worst": {"position": "worst_position", "rotation": "worst_rotation"},
+    "random": {"position": "quantile", "rotation": "quantile"},
+    "solve": {"singular_value": "singular_value"},
+}
+#: share of the units that keep below the figure that stands for the scatter
+TYPICAL = 0.95
+TRANSLATIONS = ("x", "y", "z")
+WORDS = {"position": "position error", "rotation": "rotation", "singular_value": "smallest singular value"}
+
+
+def quantities(question: str) -> tuple[str, ...]:
+    """The quantities of a question, the most telling one first."""
+    return tuple(BEHIND[question])
+
+
+def quantity(result: Result | xr.Dataset, name: str | None = None) -> Variable:
+    """Values of a quantity, or of a variable at labels.
+
+    Parameters
+    ----------
+    result : Result or xarray.Dataset
+        Of any question. Of a dataset on disk only what is needed is read.
+    name : str, optional
+        ``position`` (size of the displacement) or ``rotation`` (of the turn); ``singular_value``; or a variable with a
+        label for each of its other dimensions, such as ``error.x`` or ``undetermined.angle``. The first quantity of
+        the question if left out.
+
+    Raises
+    ------
+    InputError
+        When there is no such variable, or its labels do not pick one number per node.
+    """
+    behind = BEHIND[str(result.attrs["question"])]
+    name = name or next(iter(behind))
+    variable, *labels = name.split(".")
+    source = behind.get(name, variable)
+    light = _only(result, source, [*behind, name])
+    if name in behind:
+        return _behind(light, source, name)
+    grid = str(light.attrs.get("grid", "configuration")).split(", ")
+    found = light.data[source]
+    for dim in [dim for dim in found.dims if dim not in grid]:
+        known = [str(label) for label in light.labels(dim)] if dim in light.coords else []
+        if not labels or labels[0] not in known:
+            given = labels[0] if labels else ""
+            problem = not_known(given, f"a label of {source} along {dim}", known)
+            raise InputError(problem, key=name)
+        at = known.index(labels.pop(0))
+        unit = light.coords.get(f"{dim}_unit")
+        units = (
+            str(unit.values[at]) if unit is not None and ("," in found.units or "see" in found.units) else found.units
+        )
+        values = np.take(found.values, at, axis=found.dims.index(dim))
+        found = Variable(tuple(d for d in found.dims if d != dim), values, units, f"{found.long_name}, {known[at]}")
+    if labels or found.values.dtype.kind not in "fiub":
+        raise InputError(f"{name} is not one number per node", key=name)
+    return Variable(found.dims, found.values.astype(float), found.units, found.long_name)
+
+
+def _only(result: Result | xr.Dataset, source: str, known: list[str]) -> Result:
+    names = list(result.data) if isinstance(result, Result) else [str(v) for v in result.data_vars]
+    if source not in names:
+        raise InputError(not_known(source, "a variable of this result", [*known[:-1], *names]), key="variable")
+    if isinstance(result, Result):
+        return result
+    return from_dataset(result[[source]])
+
+
+def _behind(result: Result, source: str, name: str) -> Variable:
+    found = result.data[source]
+    unit = found.units
+    if source == "quantile":
+        values = result.get(source, probability=TYPICAL, quantity=name)
+        unit = result.unit(source, quantity=name)
+        return _without(
+            found, ("probability", "quantity"), values, unit, f"{name}, {100 * TYPICAL:.0f} % of the units below"
+        )
+    if "component" not in found.dims:
+        return found
+    components = result.labels("component")
+    picked = [c for c in components if (c in TRANSLATIONS) == (name == "position")]
+    parts = np.stack([result.get(source, component=c) for c in picked])
+    size = np.sqrt((parts**2).sum(axis=0))
+    return _without(found, ("component",), size, result.unit(source, component=picked[0]), WORDS[name])
+
+
+def _without(found: Variable, dims: tuple[str, ...], values: Array, units: str, words: str) -> Variable:
+    return Variable(tuple(d for d in found.dims if d not in dims), values, units, words)

@@ -1,0 +1,105 @@
+"""The mechanism file for mechanisms in space: what it says otherwise than in the plane."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from .file import (
+    BodyTable,
+    LoadTable,
+    MechanismFile,
+    OutputTable,
+    PathTable,
+    StartTable,
+    place_checker,
+)
+from .spatial_joints import AnySpatialJoint
+from .values import IN_PLANE, Name, Number, Numbers, Triple, problem
+
+TURNS = ("rx", "ry", "rz")
+
+
+class SpatialBody(BodyTable):
+    """Mass of a body, for its weight."""
+
+    example: ClassVar[str] = "{ mass = 0.4, centre = [50, 0, 0] }"
+
+    centre: Triple = Field((0.0, 0.0, 0.0), description="centre of mass in body axes")
+
+
+class SpatialStart(StartTable):
+    """Roughly where a body is. What is left out follows from the joints; it need not be exact."""
+
+    example: ClassVar[str] = "{ x = 0, y = 0, z = 100, rotation = [0, 0, 30] }"
+    elsewhere: ClassVar[Mapping[str, str]] = {"angle": IN_PLANE}
+
+    z: Number | SkipJsonSchema[None] = Field(None, description="position of the body's origin in ground axes")
+    rotation: Triple | SkipJsonSchema[None] = Field(
+        None, description="rotation vector of the body's axes in ground axes: along the axis, as long as the angle"
+    )
+
+
+class SpatialPath(PathTable):
+    """Target values of the output, from which the drives are solved."""
+
+    example: ClassVar[str] = "{ x = [10, 20], y = [0, 5], z = [400, 400] }"
+    components: ClassVar[tuple[str, ...]] = ("x", "y", "z", *TURNS)
+    elsewhere: ClassVar[Mapping[str, str]] = {"angle": IN_PLANE}
+
+    z: Numbers | SkipJsonSchema[None] = Field(None, description="positions of the output along the ground's z axis")
+    rx: Numbers | SkipJsonSchema[None] = Field(None, description="x of the rotation vector of the output body")
+    ry: Numbers | SkipJsonSchema[None] = Field(None, description="y of the rotation vector of the output body")
+    rz: Numbers | SkipJsonSchema[None] = Field(None, description="z of the rotation vector of the output body")
+
+    @model_validator(mode="after")
+    def _whole_rotation(self) -> Self:
+        asked = [key for key in TURNS if key in self.asked]
+        if asked and len(asked) < len(TURNS):
+            raise problem(f"rx, ry and rz are one rotation and go together; here: {', '.join(asked)}")
+        return self
+
+
+#: a point of a body: its coordinates in body axes, or the name of a joint on that body
+SpatialPlace = Annotated[Triple | str, BeforeValidator(place_checker(3))]
+
+
+class SpatialOutput(OutputTable):
+    """The point on a body whose pose error is asked."""
+
+    example: ClassVar[str] = '{ body = "platform", at = [0, 0, 100] }'
+
+    at: SpatialPlace = Field(
+        (0.0, 0.0, 0.0), description="the output point: [x, y, z] in body axes, or a joint on the body"
+    )
+
+
+class SpatialLoad(LoadTable):
+    """A dead load in ground axes."""
+
+    example: ClassVar[str] = "{ force = [0, 0, -10] }"
+    written: ClassVar[str] = "a force [fx, fy, fz] or a moment [mx, my, mz]"
+
+    at: SpatialPlace | SkipJsonSchema[None] = Field(
+        None, description="where: [x, y, z] in body axes or a joint on the body; the output point if left out"
+    )
+    force: Triple | SkipJsonSchema[None] = Field(None, description="force [fx, fy, fz]")
+    moment: Triple = Field((0.0, 0.0, 0.0), description="moment [mx, my, mz]")
+
+
+class SpatialFile(MechanismFile):
+    """A mechanism in space."""
+
+    space: Literal["spatial"] = Field(description="plane or space")
+    gravity: Triple = Field((0.0, 0.0, 0.0), description="acceleration of gravity [gx, gy, gz] in m/s^2, ground axes")
+    bodies: dict[Name, SpatialBody] = Field({}, description="masses of bodies")
+    joints: dict[Name, AnySpatialJoint] = Field(description="the joints; the bodies are named by them")
+    start: dict[Name, SpatialStart] = Field({}, description="roughly where the bodies are, where joints do not tell")
+    path: SpatialPath | SkipJsonSchema[None] = Field(
+        None, description="targets of the output, in place of drive values"
+    )
+    output: SpatialOutput = Field(description="the point whose error is asked: a body and a point on it")
+    loads: Annotated[tuple[SpatialLoad, ...], Field(strict=False)] = Field((), description="dead loads")

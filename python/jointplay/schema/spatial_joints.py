@@ -1,0 +1,172 @@
+"""The joints of mechanisms in space."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from .clearances import (
+    BallClearance,
+    GuideClearance,
+    JournalClearance,
+    LockedAngle,
+    PlateClearance,
+    SleeveClearance,
+)
+from .joints import KINDS, SPATIAL_KINDS, JointTable, joint_tag, kind_checker
+from .placements import SpatialPlacement, SpatialPlacementTable
+from .values import Direction, Name, Triple, problem
+
+PLAY = "play built into the joint"
+#: how far from a right angle (cosine) the drawn pins of a cross may be
+SQUARE = 1e-3
+
+
+class SpatialJoint(JointTable):
+    """A joint in space."""
+
+    has_axis: ClassVar[bool] = True
+    point: ClassVar[str] = "[x, y, z]"
+    placement: ClassVar[str] = "{ at = [x, y, z], axis = [ux, uy, uz] }"
+    shared: ClassVar[tuple[str, ...]] = ("axis", "side")
+
+    on: dict[Name, SpatialPlacement] | SkipJsonSchema[None] = Field(
+        None, description="the bodies with the joint's place on each, in body axes; the first carries pin or guide"
+    )
+    at: Triple | SkipJsonSchema[None] = Field(None, description="with `bodies`: the joint's point, the same for all")
+    axis: Direction | SkipJsonSchema[None] = Field(None, description="with `bodies`: its direction, the same for all")
+    side: Direction | SkipJsonSchema[None] = Field(
+        None, description="with `bodies`: a direction across the axis, the same for all"
+    )
+
+    def _check_axes(self) -> None:
+        places = self.placements
+        self._check_first_axis(places[self.names[0]].axis)
+        for body, place in places.items():
+            if not self.has_axis and (place.axis or place.side):
+                what = "axis" if place.axis else "side"
+                raise problem(f"a {self.kind} joint has no {what}" + (f"; take it from '{body}'" if self.on else ""))
+
+    @property
+    def placements(self) -> dict[str, SpatialPlacementTable]:
+        """Every body with the place of the joint on it, the carrier first."""
+        if self.on is not None:
+            return self.on
+        assert self.at is not None
+        place = SpatialPlacementTable(at=self.at, axis=self.axis, side=self.side)
+        return dict.fromkeys(self.bodies or (), place)
+
+
+class SpatialRevolute(SpatialJoint):
+    """A pin in a hole, held along its axis as well."""
+
+    needs_axis: ClassVar[bool] = True
+
+    type: Literal["revolute"] = Field(description="kind of joint")
+    clearance: JournalClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
+
+
+class SpatialPrismatic(SpatialJoint):
+    """A slider of rectangular section in a guide, which the first body carries."""
+
+    needs_axis: ClassVar[bool] = True
+
+    type: Literal["prismatic"] = Field(description="kind of joint")
+    clearance: GuideClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
+
+
+class Cylindrical(SpatialJoint):
+    """A pin that turns and slides in its hole."""
+
+    needs_axis: ClassVar[bool] = True
+
+    type: Literal["cylindrical"] = Field(description="kind of joint")
+    clearance: SleeveClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
+
+
+class Spherical(SpatialJoint):
+    """A ball in a socket."""
+
+    has_axis: ClassVar[bool] = False
+
+    type: Literal["spherical"] = Field(description="kind of joint")
+    clearance: BallClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
+
+
+class Universal(SpatialJoint):
+    """A cross whose two pins, at right angles, sit in one body each."""
+
+    shared: ClassVar[tuple[str, ...]] = ("axes",)
+
+    type: Literal["universal"] = Field(description="kind of joint")
+    clearance: JournalClearance | SkipJsonSchema[None] = Field(None, description="play of each of the two pins")
+    axes: Annotated[tuple[Direction, Direction], Field(strict=False)] | SkipJsonSchema[None] = Field(
+        None, description="with `bodies`: directions of the pin in the first and of the pin in the second body"
+    )
+
+    def _check_axes(self) -> None:
+        if len(self.names) > 2:
+            raise problem(f"a universal joint connects two bodies, not {', '.join(self.names)}")
+        if self.axis is not None or self.side is not None:
+            raise problem("a universal joint has two pins: axes = [[ux, uy, uz], [ux, uy, uz]]")
+        for body, place in (self.on or {}).items():
+            if place.axis is None:
+                raise problem(f"each body needs the axis of its pin: {body} = {self.placement}")
+        if self.bodies is None:
+            return
+        if self.axes is None:
+            raise problem("'axes' is missing (with `bodies`: the axis of the pin in each body)")
+        first, second = self.axes
+        cosine = sum(a * b for a, b in zip(first, second, strict=True)) / (math.hypot(*first) * math.hypot(*second))
+        if abs(cosine) > SQUARE:
+            angle = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
+            raise problem(f"the pins of a cross are at right angles; as drawn, these axes are at {angle:.4g} deg")
+
+    @property
+    def placements(self) -> dict[str, SpatialPlacementTable]:
+        """Both bodies with the place of the joint and the axis of the pin in it."""
+        if self.on is not None:
+            return self.on
+        assert self.at is not None
+        assert self.axes is not None
+        ends = zip(self.bodies or (), self.axes, strict=True)
+        return {body: SpatialPlacementTable(at=self.at, axis=axis, side=None) for body, axis in ends}
+
+
+class Planar(SpatialJoint):
+    """A plate between two planes; its axis is their normal."""
+
+    needs_axis: ClassVar[bool] = True
+
+    type: Literal["planar"] = Field(description="kind of joint")
+    clearance: PlateClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
+
+
+class SpatialFixed(SpatialJoint):
+    """Two bodies locked together; axis and side on them give the mounting."""
+
+    type: Literal["fixed"] = Field(description="kind of joint")
+    angle: LockedAngle | SkipJsonSchema[None] = Field(None, description="error of the mounting angle about the axis")
+
+    @model_validator(mode="after")
+    def _angle_about_something(self) -> Self:
+        if self.angle is not None and self.placements[self.names[0]].axis is None:
+            where = f"{self.names[0]} = {self.placement}" if self.on else "axis, beside `at`"
+            raise problem(f"the angle is about an axis, which its first body needs: {where}")
+        return self
+
+
+AnySpatialJoint = Annotated[
+    Annotated[SpatialRevolute, Tag("<revolute>")]
+    | Annotated[SpatialPrismatic, Tag("<prismatic>")]
+    | Annotated[Cylindrical, Tag("<cylindrical>")]
+    | Annotated[Spherical, Tag("<spherical>")]
+    | Annotated[Universal, Tag("<universal>")]
+    | Annotated[Planar, Tag("<planar>")]
+    | Annotated[SpatialFixed, Tag("<fixed>")],
+    Discriminator(joint_tag),
+    BeforeValidator(kind_checker(SPATIAL_KINDS, "in space", KINDS, "in the plane")),
+]

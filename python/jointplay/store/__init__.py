@@ -1,0 +1,7 @@
+"""Where the chunks of a map are kept while it is made: in memory, or in a file that survives the end of the program."""
+
+from .chunks import ChunkStore, open_store
+from .memory import MemoryStore
+from .plan import Plan, Store
+
+__all__ = ["ChunkStore", "MemoryStore", "Plan", "Store", "open_store"]

@@ -1,0 +1,107 @@
+"""A map in a few lines: what became of its nodes, how large the error is and where, and which source is to blame."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointplay.result import TRANSLATIONS, Result, quantities, quantity
+
+from .layout import NOTHING, Column, Table, commands, numbers, words
+
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+#: statuses whose numbers count
+TRUSTED = ("ok", "undetermined", "strained")
+SHARES = (0.5, 0.9, 0.99)
+#: sources that are listed
+MOST_SOURCES = 12
+
+
+def overview(result: Result) -> list[Table]:
+    """The tables of a map."""
+    axes = str(result.attrs["grid"]).split(", ")
+    tables = [_outcomes(result, axes)]
+    good = np.isin(result.get("status"), TRUSTED)
+    if good.any():
+        tables.append(_sizes(result, axes, good))
+        if "contribution" in result.data:
+            tables.append(_shares(result, good))
+    return tables
+
+
+def _outcomes(result: Result, axes: list[str]) -> Table:
+    status = result.get("status")
+    found, counts = np.unique(status, return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    names = [str(found[k]).replace("_", " ") or "not computed" for k in order]
+    shares = tuple(f"{100 * counts[k] / status.size:.1f}" for k in order)
+    columns = (
+        words("status", names),
+        Column("nodes", "", tuple(str(counts[k]) for k in order)),
+        Column("share", "%", shares),
+    )
+    shape = " × ".join(str(n) for n in status.shape)
+    notes = [f"{str(result.attrs['incomplete']).capitalize()}."] if "incomplete" in result.attrs else []
+    if "contact_change" in result.data and (changes := int(result.get("contact_change").any(axis=-1).sum())):
+        notes.append(f"At {changes} nodes a contact changes sides on the way to a next node: the error may jump there.")
+    if "within_limits" in result.data:
+        outside = int((~result.get("within_limits") & (status != "not_assembled")).sum())
+        notes.append(f"{outside} nodes that can be reached are outside the ranges of [limits].")
+    return Table(f"Map over {', '.join(axes)}: {shape} nodes", columns, tuple(notes))
+
+
+def _sizes(result: Result, axes: list[str], good: Nodes) -> Table:
+    """Quantiles of every quantity over the nodes, its extreme, and where that is."""
+    found = {name: quantity(result, name) for name in quantities(str(result.attrs["question"]))}
+    rows = []
+    for name, variable in found.items():
+        # Of nearness to singularity the smallest is the worst.
+        sign = -1.0 if name == "singular_value" else 1.0
+        bad = np.where(good, sign * variable.values, -np.inf)
+        quantiles = np.abs(np.quantile(bad[good], SHARES))
+        rows.append((variable, quantiles, np.unravel_index(np.argmax(bad), bad.shape)))
+    columns = [
+        words("quantity", [v.long_name for v, _, _ in rows]),
+        words("unit", [v.units or NOTHING for v, _, _ in rows]),
+    ]
+    for k, share in enumerate(SHARES):
+        header = "median" if share == 0.5 else f"{100 * share:.0f} %"
+        columns.append(_mixed(header, [float(quantiles[k]) for _, quantiles, _ in rows]))
+    extreme = "smallest" if "singular_value" in found else "largest"
+    columns.append(_mixed(extreme, [float(v.values[at]) for v, _, at in rows]))
+    for k, axis in enumerate(axes):
+        along = result.coords[axis]
+        columns.append(commands(f"at {axis}", along.units, [along.values[at[k]] for _, _, at in rows]))
+    note = "Quantiles are over the nodes: half of them, 90 % and 99 % of them are better."
+    return Table("How far off, and where", tuple(columns), (note,))
+
+
+def _mixed(header: str, values: list[float]) -> Column:
+    """Numbers of different units under each other: each with digits of its own."""
+    return Column(header, "", tuple(numbers("", "", [value]).cells[0] for value in values))
+
+
+def _shares(result: Result, good: Nodes) -> Table:
+    """Shares of the sources in the error of all nodes together, which counts a node by the size of its error."""
+    sources = result.labels("source")
+    shares = {which: parts / parts.sum() for which, parts in _parts(result, good).items() if parts.sum() > 0.0}
+    order = np.argsort(-next(iter(shares.values()), np.zeros(len(sources))), kind="stable")[:MOST_SOURCES]
+    columns = [words("source", [sources[k] for k in order])]
+    for which, share in shares.items():
+        columns.append(Column(which, "%", tuple(f"{100 * share[k]:.1f}" for k in order)))
+    more = len(sources) - len(order)
+    notes = (f"{more} more sources have smaller shares.",) if more else ()
+    return Table("To blame, over all nodes", tuple(columns), notes)
+
+
+def _parts(result: Result, good: Nodes) -> dict[str, Floats]:
+    """What every source adds to the first-order error, summed over the nodes: (source)."""
+    if "extreme" in result.data["contribution"].dims:
+        extremes = {which: result.get("contribution", extreme=which)[good] for which in ("position", "rotation")}
+        return {which: parts.sum(axis=0) for which, parts in extremes.items()}
+    values = result.get("contribution")[good]
+    # Of an error, its part along the whole: the squares add up. A variance adds up as it is.
+    along = values if result.attrs["question"] == "random" else values * values.sum(axis=1, keepdims=True)
+    moves = np.array([name in TRANSLATIONS for name in result.labels("component")])
+    sums = along.sum(axis=0)
+    return {"position": sums[:, moves].sum(axis=1), "rotation": sums[:, ~moves].sum(axis=1)}
