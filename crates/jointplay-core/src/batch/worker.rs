@@ -12,14 +12,14 @@ use crate::projected::Projected;
 
 /// Rounds that only close the mechanism at the start.
 const CLOSING: usize = 2;
-/// Whole steps at most.
-const WHOLE_STEPS: usize = 25;
-/// Whole steps at most that change the offsets by more than half of what the one before did.
-const LEAPS: usize = 3;
+/// After every so many whole steps their changes must have shrunk to this part.
+const CHECKED: usize = 4;
+const SHRUNK: f64 = 0.05;
 /// Newton steps at most at one set of proposed offsets.
 const NEWTON_STEPS: usize = 12;
-/// A whole step stands still when no offset changes by more than this part of its set.
-const STILL: f64 = 1e-13;
+/// A lane stands still when no offset wants to change by more than this part of its set, as a projected
+/// ascent does: what is left changes the value by the square of it.
+const STILL: f64 = 1e-11;
 /// A Newton step below this (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;
 
@@ -48,8 +48,8 @@ pub(super) struct Worker<'m> {
 enum Phase<'m> {
     /// Closes the mechanism at the start.
     Closing,
-    /// Takes whole steps; the largest change that the last one made, and how many did not shrink it.
-    Whole { change: f64, leaps: usize },
+    /// Takes whole steps; the largest change when it was last checked.
+    Whole { change: f64 },
     /// Closes the mechanism where whole steps have led.
     Settling,
     /// Closes the mechanism at proposed offsets; what was accepted last.
@@ -130,16 +130,18 @@ impl<'m> Worker<'m> {
         match &mut self.phase {
             Phase::Closing if self.rounds < CLOSING => Next::Stay,
             Phase::Closing => {
-                self.goes_on(Phase::Whole { change: round.change, leaps: 0 });
+                self.goes_on(Phase::Whole { change: round.change });
                 Next::Push
             }
-            Phase::Whole { change, leaps } => {
+            Phase::Whole { change } => {
                 if round.is_closed() && round.change <= STILL {
                     return Next::Done(Some(round.height(self)));
                 }
-                *leaps += usize::from(round.change > 0.5 * *change);
-                *change = round.change;
-                if *leaps > LEAPS || self.rounds >= WHOLE_STEPS {
+                let shrinks = !self.rounds.is_multiple_of(CHECKED) || {
+                    let before = std::mem::replace(change, round.change);
+                    round.change <= SHRUNK * before
+                };
+                if !shrinks {
                     self.goes_on(Phase::Settling);
                     return Next::Stay;
                 }
