@@ -26,7 +26,7 @@ use crate::trace::CLEAR;
 /// Steps that a block takes at most.
 const STEPS: usize = 40;
 /// Largest change of an offset, as a part of its set, of a block that stands still.
-pub(super) const STILL: f64 = 1e-13;
+const STILL: f64 = 1e-13;
 /// A step below this (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;
 /// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
@@ -105,7 +105,7 @@ impl<'m> Contact<'m> {
         for (p, centre) in m.centre.iter().enumerate() {
             pushed[p] = Block::splat(*centre);
         }
-        let open = push(m, loosened, |p| out(at.gradient + p), out(at.scale), &mut pushed);
+        let open = push(m, loosened, &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
         let first: Vec<Block> = pushed.clone();
 
         let inputs = n_u + self.layout.n_varying();
@@ -119,12 +119,13 @@ impl<'m> Contact<'m> {
             step[..n_u].copy_from_slice(&pushed);
             self.step.run(step);
             let out = |k: usize| self.step.output(step, k);
-            undecided = push(m, loosened, |p| out(to.gradient + p), out(to.scale), &mut pushed);
+            undecided = push(m, loosened, &[true; LANES], |p| out(to.gradient + p), out(to.scale), &mut pushed);
+            let changed = change(m, loosened, &step[..n_u], &pushed);
             let mut all = true;
             for i in 0..cases.len() {
                 let moved = out(to.size).0[i];
                 good[i] &= moved <= SMALL_ANGLE * SMALL_ANGLE && out(to.pivots).0[i] * sign.0[i] > 0.0;
-                still[i] = moved <= ROUNDING * ROUNDING && change(m, loosened, &step[..n_u], &pushed, i) <= STILL;
+                still[i] = moved <= ROUNDING * ROUNDING && changed.0[i] <= STILL;
                 steps[i] += u64::from(!still[i]);
                 all &= still[i] || !good[i];
             }
@@ -362,11 +363,13 @@ const fn loosened(source: &Source) -> bool {
 }
 
 /// Moves every source that gives way to the support point of its set along the gradient; what a tie or a
-/// vanishing force leaves undecided stays where nothing pushes it. Tells the lanes where something is.
+/// vanishing force leaves undecided stays where nothing pushes it. Tells the lanes where something is. Of
+/// lanes that do not ask nothing can be relied on.
 #[inline(always)]
 pub(super) fn push<'b>(
     m: &Mechanism,
     gives_way: impl Fn(&Source) -> bool,
+    asking: &[bool; LANES],
     gradient: impl Fn(usize) -> &'b Block,
     scale: &Block,
     pushed: &mut [Block],
@@ -388,7 +391,7 @@ pub(super) fn push<'b>(
             }
             _ => {
                 let n = source.set.size();
-                for i in 0..LANES {
+                for i in (0..LANES).filter(|&i| asking[i]) {
                     let mut w = [0.0; MAX_SIZE];
                     let mut offset = [0.0; MAX_SIZE];
                     for k in 0..n {
@@ -408,20 +411,14 @@ pub(super) fn push<'b>(
     undecided
 }
 
-/// Largest change of an offset of one lane, as a part of its set.
+/// Largest change of an offset, as a part of its set.
 #[inline(always)]
-pub(super) fn change(
-    m: &Mechanism,
-    gives_way: impl Fn(&Source) -> bool,
-    from: &[Block],
-    to: &[Block],
-    lane: usize,
-) -> f64 {
-    let mut largest = 0.0_f64;
+pub(super) fn change(m: &Mechanism, gives_way: impl Fn(&Source) -> bool, from: &[Block], to: &[Block]) -> Block {
+    let mut largest = Block::splat(0.0);
     for source in m.sources().iter().filter(|s| gives_way(s) && !s.set.is_zero()) {
         for p in source.range() {
-            let size = source.set.half_width(p - source.first);
-            largest = largest.max((to[p].0[lane] - from[p].0[lane]).abs() / size);
+            let size = Block::splat(source.set.half_width(p - source.first));
+            largest = to[p].sub(&from[p]).abs().div(&size).max(&largest);
         }
     }
     largest
