@@ -6,8 +6,8 @@ play, guides of 80 x 30 x 30 mm with gaps of 10 um, pins along the circles.
 
 from __future__ import annotations
 
+import itertools
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -187,7 +187,7 @@ def test_the_error_tends_to_its_first_order_as_clearances_shrink() -> None:
         error, first = si(result.error), si(result.error_first_order)
         gaps.append(np.linalg.norm(error - first) / np.linalg.norm(first))
     assert 0.01 < gaps[0] < 0.05
-    for wide, narrow in zip(gaps, gaps[1:], strict=False):
+    for wide, narrow in itertools.pairwise(gaps):
         assert narrow / wide == pytest.approx(0.5, abs=0.02)
 
 
