@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import jointplay as jp
 from answers import EXAMPLES, example
 from jointplay import _core
 from jointplay.analyses.nominal import nominal
