@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Upu:
-    """Metres. `turn` is the angle of the first pins from the tangent: 0 for Tsai's layout, a right angle for SNU's."""
+    """Metres. `turn` is the angle of the first pins from the tangent: 0 is Tsai's layout, 90 degrees the SNU's."""
 
     base_radius: float = 0.30
     platform_radius: float = 0.15
