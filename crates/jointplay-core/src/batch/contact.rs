@@ -165,6 +165,12 @@ impl<'m> Contact<'m> {
                 table.undetermined.push(0.0);
             }
             for source in m.sources() {
+                table.open.extend(std::iter::repeat_n(0.0, size));
+                let decided = (!open[i] || self.decides(source, first_force, first_scale))
+                    && (!undecided[i] || self.decides(source, force, scale));
+                table.decided.push(decided);
+            }
+            for source in m.sources() {
                 for k in 0..size {
                     let share = source.range().map(|p| out(at.map + k * n_u + p) * lane(&first[p])).sum();
                     table.contribution.push(share);
@@ -176,6 +182,13 @@ impl<'m> Contact<'m> {
             table.steps.push(steps[i]);
             table.status.push(Status::Ok);
         }
+    }
+
+    /// Whether one lane's load decides where a source is.
+    fn decides(&self, source: &Source, force: impl Fn(usize) -> f64, scale: f64) -> bool {
+        let w: Vec<f64> = source.range().map(force).collect();
+        let tolerance = self.mechanism.undecided(source, UNDECIDED * scale);
+        !source.is_clearance || source.set.face(&w, tolerance).is_point()
     }
 
     /// Whether the output feels what one lane's load leaves undecided.
