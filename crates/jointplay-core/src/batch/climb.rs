@@ -132,10 +132,6 @@ impl<'m> Climb<'m> {
                     && change(m, |_| true, &step[..n_u], &pushed, i) <= STILL;
                 all &= still[i] || !good[i];
             }
-            for k in 0..state {
-                let value = *self.step.output(step, k);
-                step[n_u + self.layout.varying_state(k)] = value;
-            }
             if all {
                 break;
             }
@@ -189,5 +185,5 @@ fn record_climb_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     outputs.extend(step.turn);
     outputs.extend([step.size, step.pivots, m.largest_force(&multipliers)]);
     outputs.extend(slope);
-    Program::new(&recorder, first + m.size(), &outputs)
+    Some(Program::new(&recorder, first + m.size(), &outputs)?.replacing(layout.state(m)))
 }

@@ -109,9 +109,9 @@ impl Kernel for Chunk<'_, '_> {
                 let (mut position, mut rotation) = (Block::splat(0.0), Block::splat(0.0));
                 for k in 0..n {
                     let error = bound.error(k);
-                    quantities[k] = error;
+                    quantities[k] = *error;
                     let size = if k < translations { &mut position } else { &mut rotation };
-                    *size = error.mul_add(&error, size);
+                    *size = error.mul_add(error, size);
                 }
                 quantities[n] = position.sqrt();
                 quantities[n + 1] = rotation.sqrt();
