@@ -1,6 +1,6 @@
 //! Newton's iteration recorded as programs, and its run on a block of samples.
 
-use super::lanes::{Block, LANES};
+use super::lanes::{Block, LANES, Mask, bits_if};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use super::{LATER_ANGLE, SMALL_ANGLE};
@@ -298,7 +298,7 @@ impl Newton {
 }
 
 impl Bound<'_> {
-    /// Where the parameters of a block go before [`Self::solve`].
+    /// Where the parameters of a block go before [`Self::solve`], which leaves them there.
     #[inline(always)]
     pub fn parameters(&mut self) -> &mut [Block] {
         &mut self.memory[..self.newton.n_parameters]
@@ -306,46 +306,48 @@ impl Bound<'_> {
 
     /// Solves a block; tells which lanes are solved. Their errors are then in [`Self::error`].
     #[inline(always)]
-    pub fn solve(&mut self) -> [bool; LANES] {
+    pub fn solve(&mut self) -> Mask {
         let n = self.newton;
         let (size, pivots) = (n.n_state, n.n_state + 1);
         n.first.run(&mut self.memory);
         let mut last = *n.first.output(&self.memory, size);
         // Branch-free, so that lanes are judged as they are computed: many at once.
-        let mut good = [false; LANES];
+        let mut good = Mask::NONE;
         let mut i = 0;
         while i < LANES {
-            good[i] = last.0[i] <= SMALL_ANGLE * SMALL_ANGLE;
+            good.0[i] = bits_if(last.0[i] <= SMALL_ANGLE * SMALL_ANGLE);
             i += 1;
         }
-        let mut solved = [false; LANES];
+        let mut solved = Mask::NONE;
         for step in 0..STEPS {
             n.step.run(&mut self.memory);
-            let now = *n.step.output(&self.memory, size);
+            let now = n.step.output(&self.memory, size);
             let determinant = n.step.output(&self.memory, pivots);
             // The second step must be well below the first, or the branch is in doubt.
             let shrink = if step > 0 { 1e300 } else { 0.25 };
-            let mut open = false;
+            let mut open = 0;
             let mut i = 0;
             while i < LANES {
-                let (now, last) = (now.0[i], last.0[i]);
+                let (now, before) = (now.0[i], last.0[i]);
                 let rounding = now <= ROUNDING * ROUNDING;
-                let shrinks = (now <= shrink * last) | rounding;
-                good[i] &= shrinks & (now <= LATER_ANGLE * LATER_ANGLE) & (determinant.0[i] * self.sign > 0.0);
+                let shrinks = (now <= shrink * before) | rounding;
+                let same_branch = determinant.0[i] * self.sign > 0.0;
+                good.0[i] &= bits_if(shrinks) & bits_if(now <= LATER_ANGLE * LATER_ANGLE) & bits_if(same_branch);
                 // Newton converges quadratically: the next step is about now^3 / last^2.
-                solved[i] |= rounding | (now * now * now <= SOLVED * SOLVED * (last * last));
-                open |= good[i] & !solved[i];
+                let predicted = now * now * now <= SOLVED * SOLVED * (before * before);
+                solved.0[i] |= bits_if(rounding) | bits_if(predicted);
+                open |= good.0[i] & !solved.0[i];
+                last.0[i] = now;
                 i += 1;
             }
-            if !open {
+            if open == 0 {
                 break;
             }
-            last = now;
         }
         n.finish.run(&mut self.memory);
         let mut i = 0;
         while i < LANES {
-            good[i] &= solved[i];
+            good.0[i] &= solved.0[i];
             i += 1;
         }
         good
