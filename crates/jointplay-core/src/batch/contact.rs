@@ -129,10 +129,6 @@ impl<'m> Contact<'m> {
                 steps[i] += u64::from(!still[i]);
                 all &= still[i] || !good[i];
             }
-            for k in 0..to.size {
-                let value = *self.step.output(step, k);
-                step[n_u + self.layout.varying_state(k)] = value;
-            }
             if all {
                 break;
             }
@@ -348,7 +344,8 @@ fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> 
     outputs.extend([step.size, step.pivots, statics.scale]);
     outputs.extend(statics.gradient);
     outputs.extend(statics.reactions);
-    Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
+    let program = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)?;
+    Some(program.replacing(layout.state(m)))
 }
 
 fn output_of<'r>(
