@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 use crate::clearance::MAX_SIZE;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::Output;
 use crate::space::{Vec3, add, cross, dot, norm, scale, sub};
 
@@ -71,14 +71,20 @@ impl<'m> Reach<'m> {
         Self { mechanism, columns, base, dimensions: range.len() }
     }
 
+    /// What a direction pulls a source's offsets by.
+    fn pull(&self, source: &Source, direction: Vec3<f64>) -> [f64; MAX_SIZE] {
+        let mut w = [0.0; MAX_SIZE];
+        for (w, p) in w.iter_mut().zip(source.range()) {
+            *w = dot(self.columns[p], direction);
+        }
+        w
+    }
+
     /// The farthest error along a direction.
     fn support_point(&self, direction: Vec3<f64>) -> Vec3<f64> {
         let mut error = self.base;
         for source in self.mechanism.sources() {
-            let mut w = [0.0; MAX_SIZE];
-            for (w, p) in w.iter_mut().zip(source.range()) {
-                *w = dot(self.columns[p], direction);
-            }
+            let w = self.pull(source, direction);
             let face = source.set.face(&w[..source.set.size()], 0.0);
             for (offset, p) in face.centre.iter().zip(source.range()) {
                 error = add(error, scale(self.columns[p], *offset));
@@ -88,7 +94,9 @@ impl<'m> Reach<'m> {
     }
 
     fn reach(&self, direction: Vec3<f64>) -> f64 {
-        dot(self.support_point(direction), direction)
+        let sources = self.mechanism.sources().iter();
+        sources
+            .fold(dot(self.base, direction), |reach, source| reach + source.set.support(&self.pull(source, direction)))
     }
 
     /// Goes from a direction to that of its support point, until nothing is gained.
@@ -123,27 +131,19 @@ impl<'m> Reach<'m> {
             }
         };
         let reach: Vec<f64> = directions.iter().map(|&u| self.reach(u)).collect();
-        let mut maxima: Vec<(Vec3<f64>, f64)> = Vec::new();
+        let mut maxima = Maxima::default();
         for (k, &direction) in directions.iter().enumerate() {
-            if neighbours[k].iter().any(|&n| reach[n] > reach[k]) {
-                continue;
-            }
-            let (direction, reached) = self.climb(direction);
-            let known = |&(other, value): &(Vec3<f64>, f64)| {
-                dot(other, direction) > 1.0 - 1e-9 && (value - reached).abs() <= 1e-9 * reached
-            };
-            if !maxima.iter().any(known) {
-                maxima.push((direction, reached));
+            if neighbours[k].iter().all(|&n| reach[n] <= reach[k]) {
+                maxima.insert(self.climb(direction));
             }
         }
-        maxima.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-        let largest = maxima.first().map_or(0.0, |(_, value)| *value);
         let bound = match self.dimensions {
-            1 => largest,
+            1 => maxima.largest(),
             2 => reach.iter().copied().fold(0.0, f64::max) / (0.5 * TAU / FAN as f64).cos(),
-            _ => self.bound(largest, &reach),
+            _ => self.bound(&mut maxima, &reach),
         };
-        Farthest { directions: maxima.into_iter().map(|(u, _)| u).collect(), bound: bound.max(largest) }
+        let bound = bound.max(maxima.largest());
+        Farthest { directions: maxima.largest_first(), bound }
     }
 
     /// Directions of the plane by angle, with those on either side of a jump of a support point.
@@ -167,28 +167,56 @@ impl<'m> Reach<'m> {
     }
 
     /// What the reach does not exceed anywhere on the sphere, by dividing the cells that may hide more than
-    /// the tolerance above what is known.
-    fn bound(&self, known: f64, reach: &[f64]) -> f64 {
-        let mesh = mesh();
+    /// the tolerance above the largest maximum. What they do hide joins the maxima.
+    fn bound(&self, maxima: &mut Maxima, reach: &[f64]) -> f64 {
         type Corner = (Vec3<f64>, f64);
+        let mesh = mesh();
         let corner = |k: usize| (mesh.corners[k], reach[k]);
         let mut cells: Vec<[Corner; 3]> = mesh.cells.iter().map(|cell| cell.map(corner)).collect();
-        let (mut bound, mut seen) = (known, 0);
+        let (mut bound, mut seen) = (0.0_f64, 0);
         while let Some([a, b, c]) = cells.pop() {
             seen += 1;
             let here = a.1.max(b.1).max(c.1) / cosine_of_radius([a.0, b.0, c.0]);
-            if here <= known * (1.0 + TOLERANCE) || seen > MOST_CELLS {
+            if here <= maxima.largest() * (1.0 + TOLERANCE) || seen > MOST_CELLS {
                 bound = bound.max(here);
                 continue;
             }
-            let middle = |p: Corner, q: Corner| {
+            let mut middle = |p: Corner, q: Corner| {
                 let u = unit(add(p.0, q.0));
-                (u, self.reach(u))
+                let reach = self.reach(u);
+                if reach > maxima.largest() {
+                    maxima.insert(self.climb(u));
+                }
+                (u, reach)
             };
             let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
             cells.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
         }
         bound
+    }
+}
+
+/// Local maxima, each a direction and its reach.
+#[derive(Default)]
+struct Maxima(Vec<(Vec3<f64>, f64)>);
+
+impl Maxima {
+    fn insert(&mut self, (direction, reach): (Vec3<f64>, f64)) {
+        let known = |&(other, value): &(Vec3<f64>, f64)| {
+            dot(other, direction) > 1.0 - 1e-9 && (value - reach).abs() <= 1e-9 * reach
+        };
+        if !self.0.iter().any(known) {
+            self.0.push((direction, reach));
+        }
+    }
+
+    fn largest(&self) -> f64 {
+        self.0.iter().fold(0.0, |largest, &(_, reach)| reach.max(largest))
+    }
+
+    fn largest_first(mut self) -> Vec<Vec3<f64>> {
+        self.0.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        self.0.into_iter().map(|(direction, _)| direction).collect()
     }
 }
 
