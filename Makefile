@@ -15,8 +15,11 @@ export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 export NO_COLOR := 1
 export NO_MKDOCS_2_WARNING := 1
 DEMO := build/demo
+BENCH := .venv-bench
+# What `make bench` hands to benchmarks/run.py, such as OPTIONS="--only W1 W6" or OPTIONS=--quick.
+OPTIONS ?=
 
-.PHONY: help build demo test lint lint-rust lint-python check-rust check-python docs serve-docs format clean
+.PHONY: help build demo test lint lint-rust lint-python check-rust check-python bench bench-core docs serve-docs format clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
@@ -49,6 +52,13 @@ check-rust:
 check-python: $(STAMPS)/build $(STAMPS)/develop
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
+bench: $(BENCH)/stamp bench-core  ## jointplay side by side with other programs; rewrites the tables of docs/benchmarks.md
+	$(BENCH)/bin/python benchmarks/run.py $(OPTIONS)
+
+bench-core: $(BENCH)/stamp  ## the core alone, mechanism by mechanism
+	$(BENCH)/bin/python benchmarks/specs.py
+	cargo bench --locked --package jointplay-core -- --quiet
+
 docs: $(STAMPS)/build $(STAMPS)/develop  ## build the documentation in site/, warnings are errors
 	$(BIN)/mkdocs build --strict # not --quiet, which also silences the warnings that strict counts
 
@@ -61,7 +71,7 @@ format: $(STAMPS)/develop  ## put all sources into their format
 	$(BIN)/ruff format
 
 clean:  ## remove everything that was made
-	rm -rf .venv target site build python/jointplay/_core*.so .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-bench target site build python/jointplay/_core*.so .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find python tests examples -name __pycache__ -prune -exec rm -rf {} +
 
 $(STAMPS)/venv:
@@ -73,6 +83,13 @@ $(STAMPS)/venv:
 
 $(STAMPS)/build: $(STAMPS)/venv pyproject.toml $(RUST)
 	$(BIN)/maturin develop --quiet --locked --release --extras plot
+	@touch $@
+
+# The peers have an environment of their own: none of them is needed to use or to test jointplay.
+$(BENCH)/stamp: benchmarks/requirements.txt pyproject.toml $(RUST)
+	test -x $(BENCH)/bin/python || $(PYTHON) -m venv $(BENCH)
+	$(BENCH)/bin/python -m pip install --quiet --requirement benchmarks/requirements.txt
+	PYO3_PYTHON=$(CURDIR)/$(BENCH)/bin/python VIRTUAL_ENV=$(CURDIR)/$(BENCH) $(BENCH)/bin/maturin develop --quiet --locked --release
 	@touch $@
 
 $(STAMPS)/develop: $(STAMPS)/build pyproject.toml

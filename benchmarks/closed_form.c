@@ -170,8 +170,8 @@ static inline void count(const Linkage *l, Block *error, const double *weight, S
     }
 }
 
-/* n samples, a multiple of 64: drawn, solved, counted. */
-void monte_carlo(const Linkage *l, uint64_t seed, int64_t n, Statistics *out) {
+/* n samples, a multiple of 64: drawn, solved, counted; with fewer phases than three only the first ones. */
+void monte_carlo(const Linkage *l, uint64_t seed, int64_t n, int phases, Statistics *out) {
     Block u[OFFSETS], error[QUANTITIES], weight;
     Block sums[10], largest[QUANTITIES];
     Stream stream;
@@ -181,7 +181,9 @@ void monte_carlo(const Linkage *l, uint64_t seed, int64_t n, Statistics *out) {
     seeded(&stream, seed);
     for (int64_t at = 0; at < n; at += N) {
         draw(l, &stream, u);
+        if (phases < 2) continue;
         solve(l, u, error, weight);
+        if (phases < 3) continue;
         count(l, error, weight, out, sums, largest);
     }
     for (int i = 0; i < N; i++) {

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from scatter import BINS, Problem
 
 Array = NDArray[np.float64]
@@ -102,12 +103,10 @@ class InC:
         self._linkage.low[:] = p.edges[:, 0]
         self._linkage.density[:] = BINS / (p.edges[:, 1] - p.edges[:, 0])
 
-    def monte_carlo(self, samples: int) -> dict[str, Array]:
-        """Draw, solve and count."""
-        found = _Statistics()
-        self._library.monte_carlo(
-            ctypes.byref(self._linkage), ctypes.c_uint64(1), ctypes.c_int64(samples), ctypes.byref(found)
-        )
+    def monte_carlo(self, samples: int, phases: int = 3) -> dict[str, Array]:
+        """Draw, solve and count, or only the first of these phases."""
+        found, numbers = _Statistics(), (ctypes.c_uint64(1), ctypes.c_int64(samples), ctypes.c_int(phases))
+        self._library.monte_carlo(ctypes.byref(self._linkage), *numbers, ctypes.byref(found))
         product = np.zeros((3, 3))
         product[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]] = found.product
         return {"sum": np.array(found.sum), "product": product, "bins": np.array(found.bins).reshape(5, BINS)}

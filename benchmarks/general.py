@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from revolute import LAST, STEPS, Revolute
 from scatter import BINS, Problem
 

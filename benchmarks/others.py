@@ -7,9 +7,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
 from closed_form import BUILD, compiled, linkage, pointer
 from harness import Contender
-from numpy.typing import NDArray
 from revolute import Revolute
 from scatter import Problem, problem, sigma_words
 

@@ -24,6 +24,7 @@ WORKLOADS = {
     "W3": "w3_map",
     "W5": "w5_chain",
     "W6": "w6_start",
+    "phases": "phases",  # after `make bench-core`
 }
 #: set before anything numerical is imported
 THREADS = {

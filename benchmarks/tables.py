@@ -16,7 +16,7 @@ PEERS = ("jointplay", "numpy", "scipy", "numba", "jax", "casadi", "pylinkage", "
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A Markdown table; every column after the first that holds numbers reads from the left like the others."""
+    """A Markdown table; all columns read from the left."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
@@ -28,11 +28,13 @@ def written(report: Report) -> str:
             t.what,
             f"{'at most' if t.at_most else 'at least'} {number(t.asked)}",
             number(t.measured),
-            "reached" if t.reached else "**not reached**",
+            t.verdict,
         ]
         for t in report.targets
     ]
-    parts = [table(report.header, report.rows), table(["ratio", "target", "measured", "in this run"], targets)]
+    parts = [table(report.header, report.rows)]
+    if targets:
+        parts.append(table(["ratio", "target", "measured", "in this run"], targets))
     return f"### {report.name}: {report.title}\n\n" + "\n\n".join([*parts, *report.notes]) + "\n"
 
 

@@ -8,12 +8,11 @@ from typing import Any
 
 import closed_form
 import general
+import jointplay as jp
 import others
 from harness import Contender, Report, Target, interleave, ratio, rows, scaling
 from revolute import revolute
 from scatter import Problem, problem
-
-import jointplay as jp
 
 FILE = Path(__file__).with_name("four-bar.toml")
 SAMPLES = 1 << 20

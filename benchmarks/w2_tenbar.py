@@ -8,13 +8,12 @@ from typing import Any
 
 import closed_form
 import general
+import jointplay as jp
 import others
 import w1_fourbar
 from harness import Contender, Report, Target, interleave, ratio, rows, scaling
 from revolute import revolute
 from scatter import Problem, problem
-
-import jointplay as jp
 
 FILE = Path(__file__).with_name("ten-bar.toml")
 SAMPLES = 1 << 19

@@ -12,16 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import closed_form
 import numpy as np
+from numpy.typing import NDArray
+
+import closed_form
+import jointplay as jp
 import w1_fourbar
 from harness import Contender, Report, Target, interleave, number, ratio, rows, scaling
-from numpy.typing import NDArray
+from jointplay import examples
 from revolute import CHUNK, Revolute, revolute
 from scatter import problem
-
-import jointplay as jp
-from jointplay import examples
 
 Array = NDArray[np.float64]
 PER_DRIVE = 100
@@ -150,7 +150,7 @@ def measure(rounds: int) -> Report:
         ],
         [
             f"{len(decided):,} of {len(drives):,} configurations are decided; the peers solve {len(many):,} of them, "
-            f"one by one {len(few):,}. The exact closure, which jointplay gives beside the first order, differs from it "
-            f"by up to {number(both.max() * 100)} % of the largest error of a component."
+            f"one by one {len(few):,}. The exact closure, which jointplay gives beside the first order, differs from "
+            f"it by up to {number(both.max() * 100)} % of the largest error of a component."
         ],
     )

@@ -8,10 +8,10 @@ import time
 from typing import Any
 
 import numpy as np
-from harness import Contender, Report, Spread, Target, interleave, number
-from scatter import LEVELS, NO_LIMIT
 
 import jointplay as jp
+from harness import Contender, Report, Spread, Target, interleave, number
+from scatter import LEVELS, NO_LIMIT
 
 SIZES = (1, 10, 100, 1000)
 SAMPLES = 1 << 14

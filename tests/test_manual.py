@@ -117,6 +117,7 @@ SHORT = {"drives.theta1.values": [22.7, 43.83]}
 RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "check": jp.check,
     "solve": jp.solve,
+    "singularities": jp.singularities,
     "given": jp.given,
     "loaded": jp.loaded,
     "worst": jp.worst,
@@ -124,6 +125,7 @@ RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "compensate": jp.compensate,
     "compare": lambda m: jp.compare(m, jp.loads(examples.text("p3r"))),
     "sweep": lambda m: jp.sweep(m, "joints.*.clearance.radial", [0.1, 0.2]),
+    "map": lambda m: jp.map(m, grid={"theta1": [30.0, 40.0]}),
 }
 
 
@@ -155,7 +157,7 @@ def test_every_public_name_is_in_the_manual(name: str) -> None:
     assert re.search(rf"^::: {re.escape(home)}\.{name}$", page("api.md"), re.MULTILINE)
 
 
-@pytest.mark.parametrize("name", ["error", "blame", "sweep", "histogram", "mechanism"])
+@pytest.mark.parametrize("name", ["error", "blame", "sweep", "histogram", "map", "mechanism"])
 def test_every_figure_is_in_the_manual(name: str) -> None:
     assert name in jp.plot.__all__
     assert f"::: {getattr(jp.plot, name).__module__}.{name}\n" in page("api.md")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ SQUARE = {"from": -160, "to": 160, "count": 41}
 
 
 def reach_of_3_rrr(x: np.ndarray, y: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """Whether every leg (two links of 150) reaches the platform, and the angles of the cranks, elbows as in the file."""
+    """Whether every leg (two links of 150) reaches the platform, and its crank's angle with the file's elbow."""
     bases = np.array([[-260.0, -150.0], [260.0, -150.0], [0.0, 300.0]])
     pins = np.array([[-69.282, -40.0], [69.282, -40.0], [0.0, 80.0]])
     c, s = math.cos(angle), math.sin(angle)
@@ -79,7 +80,7 @@ class TestNodes:
 class TestQuestions:
     """A map says at its nodes what the question says for the same drives, which it reaches on another way."""
 
-    OPTIONS: dict[str, dict[str, object]] = {
+    OPTIONS: ClassVar[dict[str, dict[str, object]]] = {
         "loaded": {},
         "worst": {},
         "random": {"samples": 500, "seed": 3},
@@ -204,7 +205,7 @@ class TestRefusals:
         m, grid = example("five-bar"), {"x": [0.0, 10.0], "y": 180.0}
         with pytest.raises(jp.InputError, match=r"say what is mapped: a \[grid\]"):
             jp.map(m)
-        with pytest.raises(jp.InputError, match="'wors' is not a question .* did you mean 'worst'"):
+        with pytest.raises(jp.InputError, match=r"'wors' is not a question .* did you mean 'worst'"):
             jp.map(m, "wors", grid)
         with pytest.raises(jp.InputError, match="nothing loads the mechanism"):
             jp.map(m.with_({"loads": []}), grid=grid)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from answers import EXAMPLES
 from jointplay import examples
 from jointplay.errors import InputError
 from jointplay.mobility import Mobility, examine, require_determinate
@@ -54,7 +55,7 @@ def refused(text: str) -> str:
     return str(caught.value)
 
 
-@pytest.mark.parametrize("name", examples.names())
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_examples_are_driven_just_once(name: str) -> None:
     m = loads(examples.text(name))
     mobility = examine(m)

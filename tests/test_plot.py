@@ -56,9 +56,11 @@ class TestPlot:
         plot = pytest.importorskip("jointplay.plot")
         m = example(name)
         loaded = jp.loaded(m)
-        axes = plot.mechanism(m, 2, exaggerate=100.0, result=loaded).axes[0]
-        output = jp.solve(m).nominal[2].sel(component=["x", "y"]).values
-        stars = [line.get_xydata()[0] for line in axes.lines if line.get_marker() == "*"]
+        axes = plot.mechanism(m, 1, exaggerate=100.0, result=loaded).axes[0]
+        axis = [c for c in m.components if c in ("x", "y", "z")]
+        output = jp.solve(m).nominal[1].sel(component=axis).values
+        stars = [line for line in axes.lines if line.get_marker() == "*"]
+        stars = [np.ravel(line.get_data_3d()) if len(axis) == 3 else line.get_xydata()[0] for line in stars]
         np.testing.assert_allclose(stars, [output], rtol=0, atol=1e-9)
         names = {part for text in axes.texts for part in text.get_text().split(", ")}
         assert set(m.joints) <= names

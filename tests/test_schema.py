@@ -52,10 +52,34 @@ def test_it_refuses_what_the_program_refuses(path: tuple[str, ...], value: Any) 
     assert not VALIDATOR.is_valid(data)
 
 
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("space",), "planar"),
+        (("joints", "leg1", "type"), "pin_in_slot"),
+        (("joints", "leg1", "clearance", "width"), 0),
+        (("joints", "leg1", "on", "lower1"), [0, 0]),
+        (("joints", "base1", "axes"), [[0, 0, 1]]),
+        (("path", "angle"), [0]),
+        (("output", "at"), [0, 0]),
+        (("loads", 0, "moment"), 1),
+    ],
+)
+def test_it_refuses_what_there_is_not_in_space(path: tuple[str | int, ...], value: Any) -> None:
+    data = copy.deepcopy(tomllib.loads(TEXTS["3-upu"]))
+    VALIDATOR.validate(data)
+    table: Any = data
+    for key in path[:-1]:
+        table = table[key]
+    table[path[-1]] = value
+    assert not VALIDATOR.is_valid(data)
+
+
 def test_the_json_schema_knows_every_key_and_explains_it() -> None:
     schema = json_schema()
-    tables = [schema, *schema["$defs"].values()]
+    tables = list(schema["$defs"].values())
     assert {"radial", "diametral", "law"} <= set(schema["$defs"]["RevoluteClearance"]["properties"])
+    assert {"radial", "axial", "length", "law"} <= set(schema["$defs"]["JournalClearance"]["properties"])
     assert "from" in schema["$defs"]["Drive"]["properties"]
     for table in tables:
         assert table["additionalProperties"] is False
@@ -65,7 +89,7 @@ def test_the_json_schema_knows_every_key_and_explains_it() -> None:
 
 
 def test_every_key_of_the_examples_is_in_the_json_schema() -> None:
-    known = {key for table in [json_schema(), *json_schema()["$defs"].values()] for key in table["properties"]}
+    known = {key for table in json_schema()["$defs"].values() for key in table["properties"]}
     named = {"joints", "drives", "dimensions", "bodies", "start", "on"}
 
     def keys(node: Any, names: bool = False) -> set[str]:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .analyses.loaded import loaded
     from .analyses.map import map
     from .analyses.random import random
+    from .analyses.singularities import singularities
     from .analyses.solve import solve
     from .analyses.sweep import sweep
     from .analyses.worst import worst
@@ -49,12 +50,25 @@ __all__ = [
     "plot",
     "random",
     "save",
+    "singularities",
     "solve",
     "sweep",
     "worst",
 ]
 
-_QUESTIONS = ("check", "compare", "compensate", "given", "loaded", "map", "random", "solve", "sweep", "worst")
+_QUESTIONS = (
+    "check",
+    "compare",
+    "compensate",
+    "given",
+    "loaded",
+    "map",
+    "random",
+    "singularities",
+    "solve",
+    "sweep",
+    "worst",
+)
 _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "InputError": "errors",
     "JointplayError": "errors",

@@ -118,7 +118,7 @@ def loop(seed: int, clearance: float = 1e-4) -> dict[str, Any]:
 
 
 def platform(seed: int, clearance: float = 1e-4) -> dict[str, Any]:
-    """Six legs from the ground to a platform: cylindrical drive, ball; a cross, a planar pair and a fixed joint, too."""
+    """Six legs from the ground to a platform, with joints of every kind."""
     rng = np.random.default_rng(seed)
     b = Builder(20, rng)
     top = 0
@@ -156,7 +156,7 @@ def matrices(poses: Array) -> Array:
 
 
 def offsets(spec: dict[str, Any], poses: Array, moved: dict[int, Array]) -> list[Array]:
-    """Displacement of every joint's locked components at poses [body, 7]; `moved` are points off their nominal place."""
+    """Displacement of every joint's locked components at poses [body, 7]; `moved` points are off their place."""
     position = np.vstack([poses[:, :3], np.zeros(3)])  # the ground has index -1
     rotation = np.concatenate([matrices(poses), np.eye(3)[None]])
     found = []

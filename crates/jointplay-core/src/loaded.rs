@@ -278,19 +278,24 @@ impl Mechanism {
         }
 
         let Some(at_summit) = solver.linearise(&summit.state) else { return self.no_load_result(Status::Singular) };
-        let map = self.output_sensitivity(&at_summit, &summit.state);
-        let tolerance = UNDECIDED * self.force_scale(&summit.gradient);
+        // What is undecided at the nominal pose is so at any size of the play, even where the exact pose then
+        // falls to one side.
         let mut undetermined = vec![0.0; size];
-        let mut reach = vec![0.0; size];
-        for source in self.sources.iter().filter(|s| s.is_clearance) {
-            let face = self.exposed(source, &summit.gradient, tolerance);
-            for (i, half_width) in undetermined.iter_mut().enumerate() {
-                let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
-                *half_width += face.half_width(&row);
-                reach[i] += source.set.support(&row);
+        let mut felt = false;
+        let there = self.output_sensitivity(&at_summit, &summit.state);
+        for (gradient, map) in [(&gradient, &map), (&summit.gradient, &there)] {
+            let tolerance = UNDECIDED * self.force_scale(gradient);
+            for (i, largest) in undetermined.iter_mut().enumerate() {
+                let (mut width, mut reach) = (0.0, 0.0);
+                for source in self.sources.iter().filter(|s| s.is_clearance) {
+                    let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
+                    width += self.exposed(source, gradient, tolerance).half_width(&row);
+                    reach += source.set.support(&row);
+                }
+                felt |= width > UNFELT * reach;
+                *largest = width.max(*largest);
             }
         }
-        let felt = undetermined.iter().zip(&reach).any(|(width, reach)| *width > UNFELT * reach);
         let decided = summit.settled && !felt;
         Loaded {
             error: self.error(&summit.state, nominal),

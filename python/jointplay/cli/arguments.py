@@ -100,14 +100,13 @@ def gridded(settings: dict[str, str]) -> dict[str, float | list[float]]:
     grid: dict[str, float | list[float]] = {}
     for key, text in settings.items():
         steps = _steps(key, text, "--grid")
-        found = [text] if steps is None else steps
-        numbers_only = [step for step in found if not isinstance(step, str)]
         if steps is None:
-            grid[key] = numbers(text, f"--grid {key}", (1,))[0]  # type: ignore[index]
-        elif len(numbers_only) < len(found):
+            held = numbers(text, f"--grid {key}")
+            steps = [*held] if isinstance(held, tuple) else [held]
+        values = [step for step in steps if isinstance(step, int | float)]
+        if len(values) < len(steps):
             raise InputError(f"{shown(text)} is not from:to:count, 1,2,5 or a number", key=f"--grid {key}")
-        else:
-            grid[key] = [float(step) for step in numbers_only]
+        grid[key] = [float(v) for v in values] if len(values) > 1 else float(values[0])
     return grid
 
 
@@ -126,3 +125,8 @@ def _steps(key: str, text: str, option: str = "--set") -> list[float | str] | No
     if not 2 <= count <= MOST_STEPS:
         raise InputError(f"{count} values; 2 to {MOST_STEPS} are possible", key=f"{option} {key}")
     return [(low * (count - 1 - k) + high * k) / (count - 1) for k in range(count)]
+
+
+def words(text: str | None) -> list[str] | None:
+    """Words between commas; None where the option is left out."""
+    return None if text is None else [word.strip() for word in text.split(",")]

@@ -65,6 +65,8 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> int:
     """Write a bundled example to start from, or list them."""
+    import tomllib
+
     from jointplay import examples
     from jointplay.write import create
 
@@ -76,7 +78,7 @@ def new(
     text = examples.text(name, arguments.assignments(settings or (), "--set"))
     path = output or Path(f"{name}.toml")
     create(text, path, replace=force)
-    typer.echo(f"wrote {path}: {examples.title(name)}")
+    typer.echo(f"wrote {path}: {tomllib.loads(text)['title']}")
     return DONE
 
 
@@ -103,6 +105,34 @@ def solve(file: File, settings: Settings = None, output: Output = None, plot: Pl
     from jointplay.analyses.solve import compute
 
     return answer.answer({"solve": compute}, answer.mechanism(file, settings), output, plot)
+
+
+@app.command()
+def singularities(
+    file: File,
+    length: Annotated[
+        float | None,
+        typer.Option("--length", metavar="L", help="Length that counts as a radian. [default: size of the mechanism]"),
+    ] = None,
+    components: Annotated[
+        str | None,
+        typer.Option("--components", metavar="x,y,...", help="What of the output has to move; see the manual."),
+    ] = None,
+    path: Annotated[
+        bool, typer.Option("--path/--no-path", help="Look for singularities between the configurations, too.")
+    ] = True,
+    settings: Settings = None,
+    output: Output = None,
+) -> int:
+    """Say how near to a singularity the mechanism is, of which kind, what moves there, and how far away it is."""
+    from jointplay.analyses.singularities import compute
+
+    counted = arguments.words(components)
+
+    def ask(m: Mechanism, progress: Any) -> Result:
+        return compute(m, length=length, components=counted, path=path, progress=progress)
+
+    return answer.answer({"singularities": ask}, answer.mechanism(file, settings), output, None)
 
 
 @app.command()
@@ -171,7 +201,10 @@ def compensate(
         typer.Option("--weights", metavar="P,R", help="Weights of position and of rotation; R is a length per radian."),
     ] = None,
     target: Annotated[
-        str | None, typer.Option("--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero.")
+        str | None,
+        typer.Option(
+            "--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero; in space X,Y,Z[,RX,RY,RZ]."
+        ),
     ] = None,
     settings: Settings = None,
     output: Output = None,
@@ -184,7 +217,7 @@ def compensate(
     put = answer.offsets(offset)
     which = (question or (Correctable.given if put else Correctable.loaded)).value
     pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,))
-    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3))
+    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3, 6))
 
     def correct(m: Mechanism) -> Result:
         return compute(m, which, put or None, weights=pair, target=aim)
@@ -249,14 +282,15 @@ def map_(
     settings: Settings = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="PATH", help="Write it, chunk by chunk: .zarr or .nc; asked again, go on."),
+        typer.Option("--output", "-o", metavar="PATH", help="Write it by chunks: .zarr or .nc; asked again, go on."),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace something else at the path.")] = False,
     chunk: Annotated[
         int | None, typer.Option("--chunk", metavar="N", help="Nodes that are worked off at a time.")
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg or .pdf; .html to look around in.")
+        Path | None,
+        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg, .pdf, or .html to look around in."),
     ] = None,
     variable: Annotated[
         str | None,
@@ -285,7 +319,9 @@ def compare(
     components: Annotated[
         str | None,
         typer.Option(
-            "--components", metavar="x,y,angle", help="What B follows; x,y if left out, all with three drives."
+            "--components",
+            metavar="x,y,angle",
+            help="What B follows; if left out the position, all with as many drives.",
         ),
     ] = None,
     samples: Samples = 100_000,
@@ -302,7 +338,7 @@ def compare(
     options: dict[str, Any] = {}
     if question is Compared.random:
         options = {"samples": samples, "seed": seed, "law": law.value if law else None}
-    followed = None if components is None else [word.strip() for word in components.split(",")]
+    followed = arguments.words(components)
 
     def ask(m: Mechanism) -> Result:
         return compute(m, b, question.value, components=followed, **options)

@@ -121,5 +121,6 @@ def _all_ok(dataset: xr.Dataset) -> bool:
     along = status.dims[0]
     step = int((status.encoding.get("chunks") or [SLAB])[0])
     return all(
-        bool((status.isel({along: slice(low, low + step)}) == "ok").all()) for low in range(0, status.sizes[along], step)
+        bool((status.isel({along: slice(low, low + step)}) == "ok").all())
+        for low in range(0, status.sizes[along], step)
     )

@@ -18,8 +18,9 @@ LENGTHS = ("x", "y", "z")
 #: names of variables and dimensions of results, beside which the drives appear as coordinates
 RESERVED = frozenset(
     {
-        *("across", "admissible", "at_limit", "bin", "body", "component", "configuration", "contribution", "coordinate"),
-        *("contact_change", "correction", "covariance", "direction", "drive", "edge", "error", "extreme", "failures", "guess"),
+        *("across", "contact_change"),
+        *("admissible", "at_limit", "bin", "body", "component", "configuration", "contribution", "coordinate"),
+        *("correction", "covariance", "direction", "drive", "edge", "error", "extreme", "failures", "guess"),
         *("histogram", "iterations", "joint", "largest", "mean", "mismatch", "nominal", "offset", "outside"),
         *("parameter", "pose", "probability", "quantile", "quantity", "question", "reaction", "residual", "rotation"),
         *("samples", "settled", "side", "source", "status", "std", "target", "undetermined", "within_limits"),

@@ -88,7 +88,9 @@ def _check_asked(
         count = f"{drives} drive{'s' * (drives != 1)}"
         free = [name for name in components if name not in asked]
         hint = f"; hold others with a number, such as {free[0]} = 0" if len(asked) < drives and free else ""
-        problem = f"{listed(asked)}: {count} can bring the output to {drives} asked component{'s' * (drives != 1)}{hint}"
+        problem = (
+            f"{listed(asked)}: {count} can bring the output to {drives} asked component{'s' * (drives != 1)}{hint}"
+        )
         raise InputError(problem, file=file, key="grid")
     rotations = [name for name in ("rx", "ry", "rz") if name in asked]
     turning = [name for name in rotations if name in axes]

@@ -54,8 +54,8 @@ class StewartGough(Template):
 {self.command()}
 #
 # writes this file. All bodies are described as they are drawn: assembled, with the platform {number(self.height)} mm
-# above the base, their axes along those of the ground. Legs stand in pairs: two neighbours are base_spread degrees apart
-# on the base; on the platform, each meets its other neighbour, platform_spread degrees apart.
+# above the base, their axes along those of the ground. Legs stand in pairs: two neighbours are base_spread degrees
+# apart on the base; on the platform, each meets its other neighbour, platform_spread degrees apart.
 #
 # The coordinate of a leg is the distance between the centres of its universal joint and its ball.
 

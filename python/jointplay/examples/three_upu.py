@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .template import Template, around, number, numbers
+from .template import Template, Vector, around, number, numbers
 
 #: where the legs are, in degrees
 LEGS = (0.0, 120.0, 240.0)
@@ -34,7 +34,11 @@ class ThreeUpu(Template):
 
     def text(self) -> str:
         """The file."""
-        legs = "\n".join(self._leg(k + 1, angle) for k, angle in enumerate(LEGS))
+        away = (self.base_radius / 6, -self.base_radius / 10)
+        # On its axis the SNU layout is singular: a drawing there would leave open how the platform turns from it.
+        ends = [(0.0, 0.0), away] if self.layout == "tsai" else [away, (away[0] / 2, away[1] / 2)]
+        centre = np.array([*ends[0], self.height])
+        legs = "\n".join(self._leg(k + 1, angle, centre) for k, angle in enumerate(LEGS))
         lies = "along the circle through the joints" if self.layout == "tsai" else "towards the middle of the base"
         layout = {"tsai": "Tsai", "snu": "SNU"}[self.layout]
         return f"""\
@@ -43,9 +47,9 @@ class ThreeUpu(Template):
 #
 {self.command()}
 #
-# writes this file. All bodies are described as they are drawn: assembled, with the platform {number(self.height)} mm
-# above the base, their axes along those of the ground. The pin in the base, and the parallel one in the platform, lies
-# {lies} ({layout} layout).
+# writes this file. All bodies are described as they are drawn: assembled, the middle of the platform at
+# {numbers(centre)}, their axes along those of the ground. The pin in the base, and the parallel one in the platform,
+# lies {lies} ({layout} layout).
 #
 # The coordinate of a leg is the distance between the centres of its two universal joints, because these are the points
 # of its prismatic joint. The play of the guide is told at the upper one. Where the guide itself sits along the leg
@@ -59,8 +63,8 @@ units  = {{ length = "mm", angle = "deg", force = "N" }}
 {legs}
 # The drives follow the output: leg lengths are solved for these positions.
 [path]
-x = [0, {number(self.base_radius / 6)}]
-y = [0, {number(-self.base_radius / 10)}]
+x = {numbers(x for x, _ in ends)}
+y = {numbers(y for _, y in ends)}
 z = {numbers([self.height, self.height])}
 
 [drives.l1]
@@ -74,17 +78,17 @@ joint = "leg3"
 
 [output]
 body = "platform"
-at   = {numbers([0, 0, self.height])}
+at   = {numbers(centre)}
 
 [[loads]]
 force  = [0, 0, -100]
 moment = [0, 0, 0]            # N mm: force times length
 """
 
-    def _leg(self, k: int, angle: float) -> str:
+    def _leg(self, k: int, angle: float, centre: Vector) -> str:
         outwards, tangent = around(angle)
         bottom = self.base_radius * outwards
-        top = self.platform_radius * outwards + [0, 0, self.height]
+        top = self.platform_radius * outwards + centre
         along = top - bottom
         first = tangent if self.layout == "tsai" else outwards
         second = np.cross(first, along) / np.linalg.norm(np.cross(first, along))

@@ -14,7 +14,8 @@ if find_spec("matplotlib") is None:
 
 from .figures import blame, error, histogram, sweep
 from .linkage import mechanism
+from .map import draw as draw_map
 from .map import map
 from .sheet import check_path, draw
 
-__all__ = ["blame", "check_path", "draw", "error", "histogram", "map", "mechanism", "sweep"]
+__all__ = ["blame", "check_path", "draw", "draw_map", "error", "histogram", "map", "mechanism", "sweep"]

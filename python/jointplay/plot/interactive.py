@@ -45,13 +45,20 @@ def page(value: xr.DataArray, status: Texts, contact_change: Flags, title: str, 
     JointplayError
         When plotly is not installed.
     """
+    figure = figure_of(value, status, contact_change, title, span)
+    text: str = figure.to_html(include_plotlyjs=True, full_html=True)
+    return text
+
+
+def figure_of(value: xr.DataArray, status: Texts, contact_change: Flags, title: str, span: tuple[float, float]) -> Any:
+    """The plotly figure of a page."""
     if find_spec("plotly") is None:
         raise JointplayError("a page to look around in needs plotly: pip install 'jointplay[plot]'")
     words = status.astype(object)
     words[contact_change.any(axis=-1)] += ", a contact changes sides next to it"
-    make = {1: _line, 2: _heat, 3: _slices}[value.ndim]
-    text: str = make(value, words, span, title).to_html(include_plotlyjs=True, full_html=True)
-    return text
+    if value.ndim == 1:
+        return _line(value, words, title)
+    return (_heat if value.ndim == 2 else _slices)(value, words, span, title)
 
 
 def _named(array: xr.DataArray) -> str:
@@ -62,11 +69,13 @@ def _named(array: xr.DataArray) -> str:
 def _hover(value: xr.DataArray, names: list[str]) -> str:
     lines = [f"{name} = %{{{letter}:.6g}}" for name, letter in zip(names, "xyz", strict=False)]
     number = "y" if value.ndim == 1 else "z"
-    lines[len(lines) if value.ndim > 1 else 1 :] = [f"{value.attrs['long_name']}: %{{{number}:.5g}} {value.attrs['units']}"]
+    lines[len(lines) if value.ndim > 1 else 1 :] = [
+        f"{value.attrs['long_name']}: %{{{number}:.5g}} {value.attrs['units']}"
+    ]
     return "<br>".join([*lines, "%{customdata}"]) + "<extra></extra>"
 
 
-def _line(value: xr.DataArray, words: Any, span: tuple[float, float], title: str) -> Any:
+def _line(value: xr.DataArray, words: Any, title: str) -> Any:
     import plotly.graph_objects as go
 
     along = value[value.dims[0]]

@@ -18,10 +18,7 @@ Places = np.ndarray[Any, np.dtype[np.int64]]
 CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
 #: the tetrahedra: ways from the first corner to the last along one axis after the other
 TETRAHEDRA = np.array(
-    [
-        np.concatenate([[0], np.cumsum([4 >> axis for axis in order])])
-        for order in itertools.permutations(range(3))
-    ]
+    [np.concatenate([[0], np.cumsum([4 >> axis for axis in order])]) for order in itertools.permutations(range(3))]
 )
 #: corners above the level, as bits, to edges (pairs of corners) in triangles
 _ALONE = {1: (0, (1, 2, 3)), 2: (1, (0, 2, 3)), 4: (2, (0, 1, 3)), 8: (3, (0, 1, 2))}
@@ -70,8 +67,9 @@ def isosurface(axes: tuple[Floats, ...], values: Floats, level: float) -> tuple[
     found = []
     for case, triangles in TRIANGLES.items():
         own = bits == case
-        for edges in triangles:
-            found.append(np.stack([_between(at[own], places[own], edge, level) for edge in edges], axis=1))
+        found += [
+            np.stack([_between(at[own], places[own], edge, level) for edge in edges], axis=1) for edges in triangles
+        ]
     points = np.concatenate(found).reshape(-1, 3)
     return points, np.arange(len(points)).reshape(-1, 3)
 

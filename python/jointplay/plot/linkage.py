@@ -9,11 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
+from jointplay import poses
 from jointplay.analyses.nominal import Nominal, nominal
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Result
 
+from .spatial import Sketch
 from .style import COLOURS, GREY, canvas, light
 
 if TYPE_CHECKING:
@@ -43,7 +45,7 @@ def mechanism(
     configuration : int
         Which, counted from 0.
     exaggerate : float
-        How many times larger than they are pin clearances and errors are drawn; 0: not at all.
+        How many times larger than they are pin clearances (in the plane) and errors are drawn; 0: not at all.
     result : Dataset, optional
         Of `given` or `loaded`: the pins are drawn where they lie in their clearances, and the error of the output as an
         arrow.
@@ -58,23 +60,25 @@ def mechanism(
         raise InputError(f"there is no configuration {configuration}; they go from 0 to {len(at) - 1}", file=m.file)
     if not np.isfinite(at.poses[configuration]).all():
         raise InputError(f"configuration {configuration} is not assembled and cannot be drawn", file=m.file)
-    figure, axes = canvas(axes, 7.4, 5.0)
-    drawing = _Drawing(m, at, configuration, axes)
+    figure, axes = canvas(axes, 7.4, 5.0, projection(m))
+    drawing = (Sketch if m.pose_size == poses.SPATIAL else _Drawing)(m, at, configuration, axes)
     if path and len(at) > 1:
-        output = at.output[:, :2] / m.units.length
-        axes.plot(*output.T, color=GREY, linewidth=1.0, linestyle=(0, (4, 2)), label="path of the output", zorder=1)
+        drawing.trace()
     drawing.bodies()
     drawing.joints(names)
     if exaggerate > 0:
-        drawing.clearances(exaggerate, None if result is None else light(result))
-    axes.margins(0.08)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set(xlabel=f"x [{m.units.length_name}]", ylabel=f"y [{m.units.length_name}]")
+        drawing.error(exaggerate, None if result is None else light(result))
+    drawing.frame()
     axes.set_title(m.title)
     handles, labels = axes.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
     axes.legend(unique.values(), unique.keys(), loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
+
+
+def projection(m: Mechanism) -> str | None:
+    """What kind of axes a mechanism is drawn in: those of matplotlib's own choice, or in space."""
+    return "3d" if m.pose_size == poses.SPATIAL else None
 
 
 class _Drawing:
@@ -85,18 +89,20 @@ class _Drawing:
         self.poses = np.vstack([at.poses[configuration], np.zeros(3)])  # the ground has index -1
         self.spec = m.core_spec
         every = np.array([self.place(k) for k in range(len(self.spec["points"]))])
-        path = at.output[:, :2] / m.units.length
-        every = np.vstack([every, path[np.isfinite(path).all(axis=1)]])
+        self.path = at.output[:, :2] / m.units.length
+        every = np.vstack([every, self.path[np.isfinite(self.path).all(axis=1)]])
         self.extent = float(np.ptp(every, axis=0).max()) or 1.0
 
     def place(self, index: int) -> Points:
         """A point of the specification, ground axes."""
         point = self.spec["points"][index]
-        x, y, angle = self.poses[point["body"]]
-        u, v = point["at"][:2]
-        c, s = np.cos(angle), np.sin(angle)
-        placed: Points = np.array([x + c * u - s * v, y + s * u + c * v]) / self.m.units.length
+        placed: Points = poses.place(self.poses[point["body"]], point["at"])[:2] / self.m.units.length
         return placed
+
+    def trace(self) -> None:
+        """The path of the output over all configurations."""
+        style: dict[str, Any] = {"color": GREY, "linewidth": 1.0, "linestyle": (0, (4, 2))}
+        self.axes.plot(*self.path.T, label="path of the output", zorder=1, **style)
 
     def bodies(self) -> None:
         """Every body as the line or the plate through its points."""
@@ -186,7 +192,14 @@ class _Drawing:
         body = self.spec["points"][point]["body"]
         return GREY if body == -1 else COLOURS[body % len(COLOURS)]
 
-    def clearances(self, exaggerate: float, result: Result | None) -> None:
+    def frame(self) -> None:
+        """Equal scales along both axes, and their names."""
+        unit = self.m.units.length_name
+        self.axes.margins(0.08)
+        self.axes.set_aspect("equal", adjustable="datalim")
+        self.axes.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
+
+    def error(self, exaggerate: float, result: Result | None) -> None:
         """The disc that each pin can use, where the pin lies in it, and the error of the output."""
         label = f"clearance, {exaggerate:g} times"
         for source in self.spec["sources"]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -196,7 +197,9 @@ def _line(shown: Layers, axes: Axes) -> None:
     x = value[along].values
     edges = _edges(x)
     for k in np.flatnonzero(np.isin(shown.status, list(HATCHED))):
-        axes.axvspan(edges[k], edges[k + 1], facecolor=UNREACHED, hatch=HATCHED[str(shown.status[k])], edgecolor=GREY, lw=0)
+        axes.axvspan(
+            edges[k], edges[k + 1], facecolor=UNREACHED, hatch=HATCHED[str(shown.status[k])], edgecolor=GREY, lw=0
+        )
     for k in np.flatnonzero(shown.contact_change[:-1, 0]):
         axes.axvline(edges[k + 1], color="#000000", linestyle=":", linewidth=1.0)
     handles = [
@@ -263,9 +266,19 @@ def draw(result: Result | xr.Dataset, path: Path, variable: str | None = None) -
     if path.suffix.lower() == ".html":
         shown = layers(result, variable)
         text = page(shown.value, shown.status, shown.contact_change, shown.title, limits(shown.value.values))
-        atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+        _write(path, lambda temporary: temporary.write_bytes(text.encode()))
         return
     figure = map(result, variable)
     metadata = {"Date": None} if path.suffix.lower() == ".svg" else None
     with mpl.rc_context(STYLE):
-        atomically(path, lambda temporary: figure.savefig(temporary, dpi=160, metadata=metadata))
+        _write(path, lambda temporary: figure.savefig(temporary, dpi=160, metadata=metadata))
+
+
+def _write(path: Path, write: Callable[[Path], object]) -> None:
+    def put(temporary: Path) -> None:
+        write(temporary)
+
+    try:
+        atomically(path, put)
+    except OSError as problem:
+        raise InputError(f"cannot be written: {problem.strerror or problem}", file=os.fspath(path)) from None

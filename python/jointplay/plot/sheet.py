@@ -13,10 +13,11 @@ from matplotlib.figure import Figure
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Result
+from jointplay.result import size as size_of
 from jointplay.write import atomically
 
 from .figures import blame, error, histogram, sweep
-from .linkage import mechanism
+from .linkage import mechanism, projection
 from .style import STYLE
 
 EXTENSIONS = (".png", ".svg", ".pdf")
@@ -66,7 +67,7 @@ def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:
         return _sweep(first)
     if "solve" in results:
         figure = Figure(figsize=(8.4, 5.5))
-        mechanism(m, _drawable(first), axes=figure.add_subplot())
+        mechanism(m, _drawable(first), axes=figure.add_subplot(projection=projection(m)))
         return figure
     if "compare" in results or "compensate" in results:
         figure = Figure(figsize=(10.0, 4.2))
@@ -92,7 +93,8 @@ def _errors(m: Mechanism, results: Mapping[str, Result]) -> Figure:
     figure = Figure(figsize=(13.0, 8.4))
     shown = _drawable(main)
     pushed = results.get("loaded") or results.get("given")
-    mechanism(m, shown, exaggerate=_exaggeration(m, pushed, shown), result=pushed, axes=figure.add_subplot(2, 2, 1))
+    axes = figure.add_subplot(2, 2, 1, projection=projection(m))
+    mechanism(m, shown, exaggerate=_exaggeration(m, pushed, shown), result=pushed, axes=axes)
     # What is given by the worst case lies on its curve.
     curves = {name: result for name, result in results.items() if "offsets_of" not in result.attrs}
     error(curves, axes=figure.add_subplot(2, 2, 2))
@@ -117,8 +119,7 @@ def _exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
     radii = [s["set"]["disc"]["radius"] for s in m.core_spec["sources"] if "disc" in s["set"]]
     size = max(radii, default=0.0) / m.units.length
     if pushed is not None:
-        error = np.hypot(*(pushed.get("error", component=c)[shown] for c in ("x", "y")))
-        size = max(size, float(np.nan_to_num(error)) / 2.0)
+        size = max(size, float(np.nan_to_num(size_of(pushed, "error", "position")[shown])) / 2.0)
     if size == 0.0:
         return 0.0
     factor = VISIBLE * m.length / m.units.length / size

@@ -42,7 +42,9 @@ def light(result: Result | xr.Dataset) -> Result:
     return result if isinstance(result, Result) else from_dataset(result)
 
 
-def canvas(axes: Axes | None, width: float = 6.0, height: float = 4.0) -> tuple[Figure, Axes]:
+def canvas(
+    axes: Axes | None, width: float = 6.0, height: float = 4.0, projection: str | None = None
+) -> tuple[Figure, Axes]:
     """The figure and axes to draw in: those given, or new ones."""
     if axes is not None:
         figure = axes.get_figure()
@@ -50,7 +52,7 @@ def canvas(axes: Axes | None, width: float = 6.0, height: float = 4.0) -> tuple[
         return figure, axes
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(width, height))
-        return figure, figure.add_subplot()
+        return figure, figure.add_subplot(projection=projection)
 
 
 def series(number: int) -> dict[str, Any]:

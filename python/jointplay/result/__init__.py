@@ -4,8 +4,8 @@ from .blame import Blame, blame
 from .build import STATUSES, Builder, axes_of, version
 from .combine import align, merge, stack
 from .dataset import from_dataset, to_dataset
-from .sizes import size, split, unit_of
 from .quantity import TRANSLATIONS, quantities, quantity
+from .sizes import size, split, unit_of
 from .structure import Attribute, Result, Variable
 
 __all__ = [
@@ -21,10 +21,10 @@ __all__ = [
     "blame",
     "from_dataset",
     "merge",
-    "size",
-    "split",
     "quantities",
     "quantity",
+    "size",
+    "split",
     "stack",
     "to_dataset",
     "unit_of",

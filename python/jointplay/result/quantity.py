@@ -67,7 +67,9 @@ def quantity(result: Result | xr.Dataset, name: str | None = None) -> Variable:
             raise InputError(problem, key=name)
         at = known.index(labels.pop(0))
         unit = light.coords.get(f"{dim}_unit")
-        units = str(unit.values[at]) if unit is not None and ("," in found.units or "see" in found.units) else found.units
+        units = (
+            str(unit.values[at]) if unit is not None and ("," in found.units or "see" in found.units) else found.units
+        )
         values = np.take(found.values, at, axis=found.dims.index(dim))
         found = Variable(tuple(d for d in found.dims if d != dim), values, units, f"{found.long_name}, {known[at]}")
     if labels or found.values.dtype.kind not in "fiub":
@@ -90,7 +92,9 @@ def _behind(result: Result, source: str, name: str) -> Variable:
     if source == "quantile":
         values = result.get(source, probability=TYPICAL, quantity=name)
         unit = result.unit(source, quantity=name)
-        return _without(found, ("probability", "quantity"), values, unit, f"{name}, {100 * TYPICAL:.0f} % of the units below")
+        return _without(
+            found, ("probability", "quantity"), values, unit, f"{name}, {100 * TYPICAL:.0f} % of the units below"
+        )
     if "component" not in found.dims:
         return found
     components = result.labels("component")

@@ -113,7 +113,7 @@ def json_schema() -> dict[str, Any]:
     models = [(model, "validation") for model in FILES.values()]
     _, definitions = models_json_schema(models, by_alias=True)  # type: ignore[arg-type]
     files = [{"$ref": f"#/$defs/{model.__name__}"} for model in FILES.values()]
-    schema = {"title": "jointplay mechanism, format 1", "oneOf": files, **_tidy(definitions)}
+    schema = {"title": "jointplay mechanism, format 1", "type": "object", "oneOf": files, **_tidy(definitions)}
     return {"$schema": DIALECT, **schema}
 
 

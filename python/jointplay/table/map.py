@@ -35,7 +35,11 @@ def _outcomes(result: Result, axes: list[str]) -> Table:
     order = np.argsort(-counts, kind="stable")
     names = [str(found[k]).replace("_", " ") or "not computed" for k in order]
     shares = tuple(f"{100 * counts[k] / status.size:.1f}" for k in order)
-    columns = (words("status", names), Column("nodes", "", tuple(str(counts[k]) for k in order)), Column("share", "%", shares))
+    columns = (
+        words("status", names),
+        Column("nodes", "", tuple(str(counts[k]) for k in order)),
+        Column("share", "%", shares),
+    )
     shape = " × ".join(str(n) for n in status.shape)
     notes = [f"{str(result.attrs['incomplete']).capitalize()}."] if "incomplete" in result.attrs else []
     if "contact_change" in result.data and (changes := int(result.get("contact_change").any(axis=-1).sum())):
@@ -56,7 +60,10 @@ def _sizes(result: Result, axes: list[str], good: Nodes) -> Table:
         bad = np.where(good, sign * variable.values, -np.inf)
         quantiles = np.abs(np.quantile(bad[good], SHARES))
         rows.append((variable, quantiles, np.unravel_index(np.argmax(bad), bad.shape)))
-    columns = [words("quantity", [v.long_name for v, _, _ in rows]), words("unit", [v.units or NOTHING for v, _, _ in rows])]
+    columns = [
+        words("quantity", [v.long_name for v, _, _ in rows]),
+        words("unit", [v.units or NOTHING for v, _, _ in rows]),
+    ]
     for k, share in enumerate(SHARES):
         header = "median" if share == 0.5 else f"{100 * share:.0f} %"
         columns.append(_mixed(header, [float(quantiles[k]) for _, quantiles, _ in rows]))

@@ -9,6 +9,8 @@ import numpy as np
 from jointplay.compile import LENGTHS
 from jointplay.result import Result, size, unit_of
 
+from .singularities import remarks
+
 OUTCOMES = {
     "not_assembled": "the drives ask for what the links cannot reach",
     "singular": "near a singularity: bodies can move although the drives are held, and the error says little",
@@ -49,6 +51,10 @@ def _notes(result: Result) -> Iterable[str]:
         yield from _outside(result)
     if question == "compensate":
         yield from _correction(result)
+    if question == "solve" and (status == "singular").any():
+        yield "`jointplay singularities` says of which kind, and how far the path is from it."
+    if question == "singularities":
+        yield from remarks(result)
     if "within_limits" in result.data and not result.get("within_limits").all():
         yield f"{_which(np.flatnonzero(~result.get('within_limits')).tolist())}: outside the ranges of [limits]."
     if "mismatch" in result.data and "mechanism" in result.sizes:
@@ -71,7 +77,7 @@ def _motion(result: Result, outcome: str, bad: np.ndarray[tuple[int, ...], np.dt
     parts = np.maximum(shift, motion[..., ~lengths].max(axis=-1))
     moving = (parts > TAKES_PART * parts.max(axis=1, keepdims=True)).any(axis=0)
     names = [name for name, moves in zip(result.labels("body"), moving.tolist(), strict=True) if moves]
-    return f" (what moves: {', '.join(names)})"
+    return f" (what moves: {', '.join(names)})" if names else ""
 
 
 def _samples(result: Result) -> Iterable[str]:

@@ -13,6 +13,7 @@ from .check import overview
 from .layout import NOTHING, Column, Table, commands, numbers, words
 from .map import overview as map_overview
 from .notes import notes
+from .singularities import columns as singularities
 
 #: longer motions are shown in part; files hold all of them
 MOST_ROWS = 60
@@ -68,7 +69,7 @@ def _size(result: Result, question: str) -> Floats:
         return result.get("worst_position")
     if question == "random":
         return _quantile(result, "position", 0.95)
-    if question == "solve":
+    if question in ("solve", "singularities"):
         return -result.get("singular_value")
     return size(result, "error", "position")
 
@@ -115,9 +116,12 @@ def _where(result: Result) -> list[Column]:
 
 def _blamed(result: Result, which: str, header: str = "to blame") -> Column:
     shares = blame(result)
+    # What is rounding has no cause.
+    rounding = noise(result, unit_of(result, which))
+    real = size(result, "error", which) > rounding if "error" in result.data else np.ones(len(shares.position), bool)
     cells = []
     for k in range(len(result.get("status"))):
-        found = shares.largest(which, k)
+        found = shares.largest(which, k) if real[k] else None
         cells.append(NOTHING if found is None else _culprits(*found))
     return replace(words(header, cells), unit=f"for {which}")
 
@@ -297,6 +301,7 @@ TITLES = {
     "worst": "Worst case: the largest error that the clearances and tolerances allow",
     "random": "Random: scatter of the error from unit to unit",
     "compensate": "Compensation: drives corrected",
+    "singularities": "Singularities: what gives least, and how far away along the path",
 }
 COLUMNS: dict[str, Callable[[Result], list[Column]]] = {
     "solve": _solve,
@@ -305,4 +310,5 @@ COLUMNS: dict[str, Callable[[Result], list[Column]]] = {
     "worst": _worst,
     "random": _random,
     "compensate": _compensate,
+    "singularities": singularities,
 }

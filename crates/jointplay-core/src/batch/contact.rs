@@ -105,7 +105,7 @@ impl<'m> Contact<'m> {
         for (p, centre) in m.centre.iter().enumerate() {
             pushed[p] = Block::splat(*centre);
         }
-        push(m, loosened, &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
+        let open = push(m, loosened, &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
         let first: Vec<Block> = pushed.clone();
 
         let inputs = n_u + self.layout.n_varying();
@@ -143,7 +143,13 @@ impl<'m> Contact<'m> {
             let map = |k: usize, p: usize| self.statics.output(statics, at.map + k * n_u + p).0[i];
             let force = |p: usize| self.step.output(step, to.gradient + p).0[i];
             let scale = self.step.output(step, to.scale).0[i];
-            if !good[i] || !still[i] || (undecided[i] && self.matters(force, scale, map)) {
+            let first_force = |p: usize| self.statics.output(statics, at.gradient + p).0[i];
+            let first_scale = self.statics.output(statics, at.scale).0[i];
+            if !good[i]
+                || !still[i]
+                || (open[i] && self.matters(first_force, first_scale, map))
+                || (undecided[i] && self.matters(force, scale, map))
+            {
                 plainly(case, table);
                 continue;
             }

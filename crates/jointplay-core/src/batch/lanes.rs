@@ -98,87 +98,76 @@ impl Block {
     pub fn neg_mul_add(&self, o: &Self, c: &Self) -> Self {
         each!(i, (-self.0[i]).mul_add(o.0[i], c.0[i]))
     }
-    /// A polynomial, highest coefficient first.
-    #[inline(always)]
-    #[must_use]
-    pub fn polynomial(&self, coefficients: &[f64]) -> Self {
-        let mut sum = Self::splat(coefficients[0]);
-        let mut k = 1;
-        while k < coefficients.len() {
-            sum = sum.mul_add(self, &Self::splat(coefficients[k]));
-            k += 1;
-        }
-        sum
-    }
-
-    /// Sine and cosine of `self` eighths of a turn, for `self` from -1 to 1 (power series).
-    #[inline(always)]
-    #[must_use]
-    pub fn sin_cos_eighths(&self) -> (Self, Self) {
-        const SINE: [f64; 8] = [
-            -1.0 / 1_307_674_368_000.0,
-            1.0 / 6_227_020_800.0,
-            -1.0 / 39_916_800.0,
-            1.0 / 362_880.0,
-            -1.0 / 5_040.0,
-            1.0 / 120.0,
-            -1.0 / 6.0,
-            1.0,
-        ];
-        const COSINE: [f64; 9] = [
-            1.0 / 20_922_789_888_000.0,
-            -1.0 / 87_178_291_200.0,
-            1.0 / 479_001_600.0,
-            -1.0 / 3_628_800.0,
-            1.0 / 40_320.0,
-            -1.0 / 720.0,
-            1.0 / 24.0,
-            -0.5,
-            1.0,
-        ];
-        let angle = self.mul(&Self::splat(std::f64::consts::FRAC_PI_4));
-        let square = angle.mul(&angle);
-        (angle.mul(&square.polynomial(&SINE)), square.polynomial(&COSINE))
-    }
-
-    /// Natural logarithm of positive, normal numbers: `2 atanh((m-1)/(m+1)) + e ln 2` with the
-    /// mantissa m between 1/sqrt 2 and sqrt 2.
+    /// Natural logarithm of positive, normal numbers.
     #[inline(always)]
     #[must_use]
     pub fn ln(&self) -> Self {
-        const SERIES: [f64; 10] = [
-            2.0 / 19.0,
-            2.0 / 17.0,
-            2.0 / 15.0,
-            2.0 / 13.0,
-            2.0 / 11.0,
-            2.0 / 9.0,
-            2.0 / 7.0,
-            2.0 / 5.0,
-            2.0 / 3.0,
-            2.0,
-        ];
-        // 2^52 + x holds the small integer x in its low bits: a conversion that every width has.
-        const MAGIC: f64 = 4_503_599_627_370_496.0;
-        // Bits of 1/sqrt 2.
-        const START: u64 = 0x3FE6_A09E_667F_3BCD;
-        let mut mantissa = [0.0; LANES];
-        let mut exponent = [0.0; LANES];
-        let mut i = 0;
-        while i < LANES {
-            let s = self.0[i].to_bits().wrapping_sub(START);
-            // Biased by 2048, so that the exponent shifted out is never negative.
-            let e = s.wrapping_add(2048 << 52) >> 52;
-            mantissa[i] = f64::from_bits((s & 0x000F_FFFF_FFFF_FFFF).wrapping_add(START));
-            exponent[i] = f64::from_bits(e | MAGIC.to_bits()) - MAGIC - 2048.0;
-            i += 1;
-        }
-        let m = Self(mantissa);
-        let one = Self::splat(1.0);
-        let z = m.sub(&one).div(&m.add(&one));
-        let square = z.mul(&z);
-        Self(exponent).mul_add(&Self::splat(std::f64::consts::LN_2), &z.mul(&square.polynomial(&SERIES)))
+        each!(i, ln(self.0[i]))
     }
+}
+
+// Functions of one lane: in a loop over the lanes their intermediate values stay in registers.
+
+/// A polynomial, highest coefficient first.
+#[inline(always)]
+fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
+    let mut sum = coefficients[0];
+    let mut k = 1;
+    while k < N {
+        sum = sum.mul_add(x, coefficients[k]);
+        k += 1;
+    }
+    sum
+}
+
+/// Sine and cosine of `x` eighths of a turn, for `x` from -1 to 1 (power series).
+#[inline(always)]
+#[must_use]
+pub fn sin_cos_eighths(x: f64) -> (f64, f64) {
+    const SINE: [f64; 8] = [
+        -1.0 / 1_307_674_368_000.0,
+        1.0 / 6_227_020_800.0,
+        -1.0 / 39_916_800.0,
+        1.0 / 362_880.0,
+        -1.0 / 5_040.0,
+        1.0 / 120.0,
+        -1.0 / 6.0,
+        1.0,
+    ];
+    const COSINE: [f64; 9] = [
+        1.0 / 20_922_789_888_000.0,
+        -1.0 / 87_178_291_200.0,
+        1.0 / 479_001_600.0,
+        -1.0 / 3_628_800.0,
+        1.0 / 40_320.0,
+        -1.0 / 720.0,
+        1.0 / 24.0,
+        -0.5,
+        1.0,
+    ];
+    let angle = x * std::f64::consts::FRAC_PI_4;
+    let square = angle * angle;
+    (angle * polynomial(square, SINE), polynomial(square, COSINE))
+}
+
+/// Natural logarithm of a positive, normal number: `2 atanh((m-1)/(m+1)) + e ln 2` with the mantissa m
+/// between 1/sqrt 2 and sqrt 2.
+#[inline(always)]
+#[must_use]
+pub fn ln(x: f64) -> f64 {
+    const SERIES: [f64; 10] =
+        [2.0 / 19.0, 2.0 / 17.0, 2.0 / 15.0, 2.0 / 13.0, 2.0 / 11.0, 2.0 / 9.0, 2.0 / 7.0, 2.0 / 5.0, 2.0 / 3.0, 2.0];
+    // 2^52 + x holds the small integer x in its low bits: a conversion that every width has.
+    const MAGIC: f64 = 4_503_599_627_370_496.0;
+    // Bits of 1/sqrt 2.
+    const START: u64 = 0x3FE6_A09E_667F_3BCD;
+    let s = x.to_bits().wrapping_sub(START);
+    // Biased by 2048, so that the exponent shifted out is never negative.
+    let e = s.wrapping_add(2048 << 52) >> 52;
+    let mantissa = f64::from_bits((s & 0x000F_FFFF_FFFF_FFFF).wrapping_add(START));
+    let exponent = f64::from_bits(e | MAGIC.to_bits()) - MAGIC - 2048.0;
+    let z = (mantissa - 1.0) / (mantissa + 1.0);
+    exponent.mul_add(std::f64::consts::LN_2, z * polynomial(z * z, SERIES))
 }
 
 #[cfg(test)]
@@ -189,9 +178,9 @@ mod tests {
     fn elementary_functions_agree_with_the_library() {
         for k in 0..4000 {
             let x = f64::from(k) / 2000.0 - 1.0;
-            let (s, c) = Block::splat(x).sin_cos_eighths();
+            let (s, c) = sin_cos_eighths(x);
             let angle = x * std::f64::consts::FRAC_PI_4;
-            assert!((s.0[3] - angle.sin()).abs() < 3e-16 && (c.0[5] - angle.cos()).abs() < 3e-16);
+            assert!((s - angle.sin()).abs() < 3e-16 && (c - angle.cos()).abs() < 3e-16);
             let y = (f64::from(k) * 0.01 - 38.0).exp();
             let l = Block::splat(y).ln().0[0];
             assert!((l - y.ln()).abs() < 1e-14 * (1.0 + y.ln().abs()), "{y} {l} {}", y.ln());

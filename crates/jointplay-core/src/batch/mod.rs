@@ -13,7 +13,6 @@ mod climb;
 mod contact;
 pub mod draw;
 mod follow;
-#[cfg(target_arch = "x86_64")]
 mod jit;
 pub mod lanes;
 mod program;

@@ -4,14 +4,9 @@
 //! operations. Operations that depend only on quantities common to all samples of a configuration are
 //! done once for it; the rest is replayed on blocks of samples.
 
-#[cfg(target_arch = "x86_64")]
-use std::sync::OnceLock;
-
-#[cfg(target_arch = "x86_64")]
-use super::jit::{Compiled, Vector};
+use super::jit::{Compiled, Layout, Line};
 use super::lanes::Block;
-#[cfg(target_arch = "x86_64")]
-use super::simd::{Width, width};
+use super::simd::width;
 use super::symbol::{Binary, Node, Recorder, Symbol};
 
 /// The operations that a processor does at once.
@@ -64,22 +59,11 @@ pub struct Program {
     /// Nodes whose common value goes to which register.
     broadcast: Vec<(usize, u16)>,
     operations: Vec<Op>,
+    n_inputs: usize,
     n_registers: usize,
     outputs: Vec<u16>,
-    machine: Machine,
+    compiled: Compiled,
 }
-
-/// Machine code of a program, written when it is first asked for; none where there can be none.
-#[cfg(target_arch = "x86_64")]
-#[derive(Clone, Debug, Default)]
-struct Machine {
-    ymm: OnceLock<Option<Compiled>>,
-    zmm: OnceLock<Option<Compiled>>,
-}
-
-#[cfg(not(target_arch = "x86_64"))]
-#[derive(Clone, Debug, Default)]
-struct Machine;
 
 impl Program {
     /// The program that computes `outputs`; `None` when it needs more registers than can be numbered.
@@ -149,9 +133,10 @@ impl Program {
             n_nodes: nodes.len(),
             broadcast: Vec::new(),
             operations: Vec::with_capacity(work.len()),
+            n_inputs,
             n_registers: n_inputs,
             outputs: Vec::new(),
-            machine: Machine::default(),
+            compiled: Compiled::default(),
         };
         program.give_registers(&nodes, &varying, &work, &roots)?;
         Some(program)
@@ -245,10 +230,12 @@ impl Program {
                 Node::Binary(Binary::Max, a, b) => value(a).max(value(b)),
             };
         }
-        let mut registers = vec![Block::splat(0.0); self.n_registers];
+        let layout = Layout::new(&self.line());
+        let mut registers = vec![Block::splat(0.0); layout.n_blocks()];
         for &(id, register) in &self.broadcast {
             registers[register as usize] = Block::splat(values[id]);
         }
+        layout.put_common(&mut registers, self.broadcast.iter().map(|&(id, _)| values[id]));
         registers
     }
 
@@ -267,35 +254,30 @@ impl Program {
     #[inline(always)]
     #[allow(unsafe_code)]
     pub fn run(&self, registers: &mut [Block]) {
-        match self.compiled() {
-            // SAFETY: compiled for the width in use, which this processor has.
-            Some(compiled) => unsafe { compiled.run(registers) },
-            None => self.interpret(registers),
+        let line = self.line();
+        let layout = Layout::new(&line);
+        assert_eq!(registers.len(), layout.n_blocks(), "registers of another program");
+        if !self.compiled.run(width(), layout, &line, registers) {
+            self.interpret(registers);
         }
     }
 
-    /// The program in machine code for the width in use.
-    #[cfg(target_arch = "x86_64")]
-    #[inline]
-    fn compiled(&self) -> Option<&Compiled> {
-        let (slot, vector) = match width() {
-            Width::Plain => return None,
-            Width::Avx2 => (&self.machine.ymm, Vector::Ymm),
-            Width::Avx512 => (&self.machine.zmm, Vector::Zmm),
-        };
-        slot.get_or_init(|| self.compile(vector)).as_ref()
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    pub(super) fn compile(&self, vector: Vector) -> Option<Compiled> {
-        Compiled::new(&self.operations, &self.outputs, self.n_registers, vector)
+    /// What there is to compile.
+    pub(super) fn line(&self) -> Line<'_> {
+        Line {
+            operations: &self.operations,
+            n_inputs: self.n_inputs as u16,
+            first_temporary: (self.n_inputs + self.broadcast.len()) as u16,
+            n_registers: self.n_registers as u16,
+            outputs: &self.outputs,
+        }
     }
 
     /// The interpreter: where there is no machine code, and the measure of it.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub(super) fn interpret(&self, registers: &mut [Block]) {
-        assert_eq!(registers.len(), self.n_registers, "registers of another program");
+        assert!(registers.len() >= self.n_registers, "registers of another program");
         for op in &self.operations {
             // SAFETY: `give_registers` numbers every operand and target below `n_registers`.
             let (a, b, c) = unsafe {

@@ -7,8 +7,6 @@ use crate::status::Status;
 pub const BINS: usize = 128;
 /// Fine bins per handed-out bin; quantiles are read from the fine ones.
 const FINE: usize = 8;
-/// The most components that an error has.
-const MOST_COMPONENTS: usize = 6;
 /// Room beyond the first-order range, for what the exact closure adds.
 const ROOM: f64 = 1.25;
 
@@ -84,18 +82,6 @@ pub struct Tally {
     pub kept: Option<Kept>,
 }
 
-/// A block; zero in the lanes of weight zero, which may hold anything.
-#[inline(always)]
-fn counted(block: &Block, weight: &Block) -> Block {
-    let mut out = *block;
-    let mut l = 0;
-    while l < LANES {
-        out.0[l] = if weight.0[l] > 0.0 { out.0[l] } else { 0.0 };
-        l += 1;
-    }
-    out
-}
-
 /// Sums of the components and of their products about a common shift, and the largest size of every
 /// quantity, lane by lane.
 pub struct Sums {
@@ -117,24 +103,48 @@ impl Sums {
         }
     }
 
-    /// Adds a block; lanes of weight zero do not count.
+    /// Adds a block; lanes of weight zero, which may hold anything, do not count.
     #[inline(always)]
     pub fn add(&mut self, quantities: &[Block], weight: &Block, shift: &[f64]) {
-        self.count = self.count.add(weight);
+        // One loop over the lanes for each number of components, so that nothing goes through memory.
+        match self.values.len() {
+            3 => self.add_components::<3, 6>(quantities, weight, shift),
+            6 => self.add_components::<6, 21>(quantities, weight, shift),
+            n => unreachable!("errors have 3 or 6 components, not {n}"),
+        }
+    }
+
+    #[inline(always)]
+    fn add_components<const N: usize, const P: usize>(&mut self, quantities: &[Block], weight: &Block, shift: &[f64]) {
+        let (values, quantities_of_error) = (&mut self.values[..N], &quantities[..N]);
+        let (products, shift) = (&mut self.products[..P], &shift[..N]);
+        let mut l = 0;
+        while l < LANES {
+            let counts = weight.0[l] > 0.0;
+            let mut about = [0.0; N];
+            let mut k = 0;
+            let mut i = 0;
+            while i < N {
+                let value = quantities_of_error[i].0[l] - shift[i];
+                about[i] = if counts { value } else { 0.0 };
+                values[i].0[l] += about[i];
+                let mut j = 0;
+                while j <= i {
+                    products[k].0[l] = about[i].mul_add(about[j], products[k].0[l]);
+                    k += 1;
+                    j += 1;
+                }
+                i += 1;
+            }
+            self.count.0[l] += weight.0[l];
+            l += 1;
+        }
         for (largest, quantity) in self.largest.iter_mut().zip(quantities) {
-            *largest = largest.max(&counted(&quantity.abs(), weight));
-        }
-        let n = self.values.len();
-        let mut about = [Block::splat(0.0); MOST_COMPONENTS];
-        for i in 0..n {
-            about[i] = counted(&quantities[i].sub(&Block::splat(shift[i])), weight);
-        }
-        let mut k = 0;
-        for i in 0..n {
-            self.values[i] = self.values[i].add(&about[i]);
-            for j in 0..=i {
-                self.products[k] = about[i].mul_add(&about[j], &self.products[k]);
-                k += 1;
+            let mut l = 0;
+            while l < LANES {
+                let size = if weight.0[l] > 0.0 { quantity.0[l].abs() } else { 0.0 };
+                largest.0[l] = if size > largest.0[l] { size } else { largest.0[l] };
+                l += 1;
             }
         }
     }
@@ -175,20 +185,22 @@ impl Tally {
     #[allow(unsafe_code)]
     pub fn count_block(&mut self, ranges: &Ranges, quantities: &[Block], good: &[bool; LANES], lanes: usize) {
         const ALL: usize = BINS * FINE;
+        const { assert!(ALL.is_power_of_two()) };
         for (q, values) in quantities.iter().enumerate() {
-            let place = values.sub(&Block::splat(ranges.low[q])).mul(&Block::splat(ranges.density[q]));
+            let (low, density) = (ranges.low[q], ranges.density[q]);
             // Beyond the range the end bins serve.
             let mut bin = [0_u32; LANES];
             let mut i = 0;
             while i < LANES {
-                let inside = place.0[i].max(0.0).min((ALL - 1) as f64);
+                let inside = ((values.0[i] - low) * density).max(0.0).min((ALL - 1) as f64);
                 // SAFETY: between 0 and the last bin; `max` has turned a NaN into 0.
                 bin[i] = unsafe { inside.to_int_unchecked::<i32>() } as u32;
                 i += 1;
             }
-            let bins = &mut self.bins[q * ALL..(q + 1) * ALL];
+            let bins = &mut self.bins[q * ALL..][..ALL];
             for i in 0..lanes {
-                bins[bin[i] as usize] += u64::from(good[i]);
+                // The mask changes nothing but spares a check.
+                bins[bin[i] as usize & (ALL - 1)] += u64::from(good[i]);
             }
         }
     }

@@ -10,15 +10,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from jointplay.analyses.loaded import require_loads
+from jointplay.analyses.nominal import Interrupted, Progress
+from jointplay.analyses.offsets import parameters
+from jointplay.analyses.questions import computation
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset, version
 from jointplay.store import MemoryStore, Plan, open_store
 
-from ..loaded import require_loads
-from ..nominal import Interrupted, Progress
-from ..offsets import parameters
-from ..questions import computation
 from .lattice import Lattice
 from .run import Work
 
@@ -55,8 +55,8 @@ def map(
     m : Mechanism
     question : {"loaded", "worst", "random", "given", "solve"}
     grid : mapping, optional
-        In place of the file's ``[grid]``, in file units: by drive or by component of the output a table ``{"from": -100,
-        "to": 100, "count": 201}``, a sequence of values, or a number that holds it. One to three axes.
+        In place of the file's ``[grid]``, in file units: by drive or by component of the output a table
+        ``{"from": -100, "to": 100, "count": 201}``, a sequence of values, or a number that holds it. One to three axes.
     path : path-like, optional
         A `.zarr` or `.nc` to which every chunk is written when it is done. Asked again, an unfinished map goes on where
         it stopped. Without it the map is made in memory.
@@ -72,8 +72,8 @@ def map(
     xarray.Dataset
         The variables of the question over the axes of the grid, with `status` per node; on a grid of output poses the
         drives are coordinates. `contact_change` (for ``loaded``): whether a contact changes sides between the node and
-        the next one along the axis `across`. `within_limits`: with ranges of drives or joints in the file, whether they are
-        kept. With a path the dataset reads from there what is used of it.
+        the next one along the axis `across`. `within_limits`: with ranges of drives or joints in the file, whether they
+        are kept. With a path the dataset reads from there what is used of it.
 
     Raises
     ------
@@ -86,9 +86,9 @@ def map(
     >>> m = jp.loads(jp.examples.text("five-bar"))
     >>> result = jp.map(m, grid={"x": [-40, 0, 40], "y": [150, 190]})
     >>> result.error.sel(component="y").values.round(3)
-    array([[-0.089, -0.08 ],
-           [-0.081, -0.073],
-           [-0.089, -0.081]])
+    array([[-0.083, -0.066],
+           [-0.091, -0.07 ],
+           [-0.087, -0.069]])
     """
     made = compute(m, question, grid, path=path, overwrite=overwrite, chunk=chunk, **options)
     if made is not None:

@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.analyses.nominal import Floats
 from jointplay.model import Mechanism
-
-from ..nominal import Floats
 
 #: a share of the clearance: below it a round contact has no direction
 CENTRAL = 1e-6
@@ -108,6 +107,4 @@ def _ends(value: dict[str, np.float64]) -> list[Floats]:
     A tilt about the side moves the far end along -normal, one about the normal moves it along the side.
     """
     half, radius = value["half_length"], value["radius"]
-    return [
-        np.array([[1.0, 0.0, 0.0, end], [0.0, 1.0, -end, 0.0]], dtype=np.float64) / radius for end in (half, -half)
-    ]
+    return [np.array([[1.0, 0.0, 0.0, end], [0.0, 1.0, -end, 0.0]], dtype=np.float64) / radius for end in (half, -half)]

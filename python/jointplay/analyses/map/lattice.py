@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jointplay.analyses.nominal import Floats
 from jointplay.compile import Grid
-
-from ..nominal import Floats
 
 Region = tuple[slice, ...]
 #: nodes along an axis among which a start is sought

@@ -10,17 +10,18 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core
+from jointplay.analyses.nominal import Floats, Nominal
 from jointplay.compile import Grid
 from jointplay.errors import InputError, listed
 from jointplay.mobility import require_determinate
 from jointplay.model import Mechanism
 
-from ..nominal import Floats, Nominal
 from .lattice import Lattice
 
 #: columns of a rotation vector among the components of a pose
@@ -116,7 +117,7 @@ class Reach:
             at.drives, at.poses, at.output, status, found["singular_value"], found["singular_motion"], at.units
         )
 
-    def _flood(self, shape: list[int], rows: Floats, seeds: Sequence[Seed]) -> dict[str, NDArray[np.float64]]:
+    def _flood(self, shape: list[int], rows: Floats, seeds: Sequence[Seed]) -> dict[str, NDArray[Any]]:
         width, bodies = rows.shape[1], self.start.poses.shape[1:]
         return self.core.flood(
             shape,

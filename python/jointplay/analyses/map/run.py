@@ -8,16 +8,17 @@ the mechanism and the grid only, so that a run that was killed and taken up ends
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.analyses.nominal import Floats, Nominal, Progress
+from jointplay.analyses.solve import coordinates, within_limits
 from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, axes_of
 from jointplay.store import Store
 
-from ..nominal import Floats, Nominal, Progress
-from ..solve import coordinates, within_limits
 from .contact import Contacts
 from .lattice import Lattice, Neighbour
 from .reach import Reach, Seed
@@ -25,6 +26,7 @@ from .reach import Reach, Seed
 #: passes after which the work ends in any case; a region would have to wind as often in and out of a chunk
 MOST_PASSES = 100
 OK, NOT_ASSEMBLED = 0, 1
+Array = NDArray[Any]
 #: the question, asked of configurations that are solved
 Ask = Callable[[Nominal], Result]
 
@@ -114,14 +116,14 @@ class Work:
         status: NDArray[np.uint8],
         result: Result,
         offered: Mapping[str, NDArray[np.bool_]],
-    ) -> dict[str, NDArray[np.generic]]:
+    ) -> dict[str, Array]:
         """What the neighbours of a chunk need to know of it."""
         size = self.lattice.size(number)
-        kept: dict[str, NDArray[np.generic]] = {"status": status.reshape(size)}
+        kept: dict[str, Array] = {"status": status.reshape(size)}
         kept["poses"] = poses.reshape(*size, *poses.shape[1:])
         if "contact_change" in result.data:
             kept["offset"] = result.get("offset")
-        entry = {f"seen.{face}": ok for face, ok in offered.items()}
+        entry: dict[str, Array] = {f"seen.{face}": ok for face, ok in offered.items()}
         for neighbour in self.lattice.neighbours(number):
             for name, values in kept.items():
                 face = _face(values, neighbour.axis, neighbour.side)
@@ -169,7 +171,7 @@ class Work:
                 self.store.replace("contact_change", face, marked)
 
 
-def _face(values: NDArray[np.generic], axis: int, side: int) -> NDArray[np.generic]:
+def _face(values: Array, axis: int, side: int) -> Array:
     """The first or the last nodes along an axis."""
     return np.asarray(np.take(values, -side, axis=axis))
 
@@ -198,9 +200,10 @@ def _axes(m: Mechanism, lattice: Lattice) -> dict[str, Variable]:
     """Coordinates of the axes, and of what is held, in file units."""
     grid = lattice.grid
     along = axes_of(m)["component" if grid.of_output else "drive"]
-    names, units = along.labels, {
-        name: str(getattr(m.units, f"{kind}_name")) for name, kind in zip(along.labels, along.kinds, strict=True)
-    }
+    names, units = (
+        along.labels,
+        {name: str(getattr(m.units, f"{kind}_name")) for name, kind in zip(along.labels, along.kinds, strict=True)},
+    )
     factors = m.component_factors if grid.of_output else m.drive_factors
     words = {name: f"{name} of the output" if grid.of_output else f"value of drive {name}" for name in names}
     coords = {

@@ -2,7 +2,7 @@
 
 mod shapes;
 
-use super::lanes::{Block, LANES};
+use super::lanes::{Block, LANES, ln, sin_cos_eighths};
 use crate::spec::Law;
 
 /// Standard deviations between the centre and the boundary of a normal law.
@@ -95,20 +95,15 @@ impl Stream {
     #[inline(always)]
     fn circle(&mut self) -> [Block; 2] {
         let bits = self.bits();
-        let mut eighths = [0.0; LANES];
-        let mut i = 0;
-        while i < LANES {
-            // The high 52 bits give the angle, the low ones the quarter.
-            eighths[i] = f64::from_bits((bits[i] >> 12) | 0x4000_0000_0000_0000) - 3.0;
-            i += 1;
-        }
-        let (s, c) = Block(eighths).sin_cos_eighths();
         let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
         let mut i = 0;
         while i < LANES {
+            // The high 52 bits give the angle, the low ones the quarter.
+            let eighths = f64::from_bits((bits[i] >> 12) | 0x4000_0000_0000_0000) - 3.0;
+            let (s, c) = sin_cos_eighths(eighths);
             let swap = (bits[i] & 1).wrapping_neg();
             let flip = (bits[i] & 2) << 62;
-            let (sb, cb) = (s.0[i].to_bits(), c.0[i].to_bits());
+            let (sb, cb) = (s.to_bits(), c.to_bits());
             // Quarters: (c, s), (-s, c), (-c, -s), (s, -c).
             x[i] = f64::from_bits((((sb ^ (1 << 63)) & swap) | (cb & !swap)) ^ flip);
             y[i] = f64::from_bits(((cb & swap) | (sb & !swap)) ^ flip);
@@ -120,9 +115,13 @@ impl Stream {
     /// Two independent standard normal numbers (Box and Muller).
     #[inline(always)]
     fn normals(&mut self) -> [Block; 2] {
-        // 1 - u is never zero.
-        let log = Block::splat(1.0).sub(&self.unit()).ln();
-        let radius = log.mul(&Block::splat(-2.0)).sqrt();
+        let mut radius = self.unit();
+        let mut i = 0;
+        while i < LANES {
+            // 1 - u is never zero.
+            radius.0[i] = (ln(1.0 - radius.0[i]) * -2.0).sqrt();
+            i += 1;
+        }
         let [x, y] = self.circle();
         [x.mul(&radius), y.mul(&radius)]
     }
@@ -145,15 +144,17 @@ impl Stream {
         let mut drawn = Block::splat(f64::INFINITY);
         loop {
             let fresh = self.normal().mul(&Block::splat(sigma));
-            let mut farthest = 0.0_f64;
+            // Masks and a sum of whole numbers: what the compiler turns into vectors.
+            let mut outside = 0_u64;
             let mut i = 0;
             while i < LANES {
-                drawn.0[i] = if drawn.0[i].abs() > 1.0 { fresh.0[i] } else { drawn.0[i] };
-                let size = drawn.0[i].abs();
-                farthest = if size > farthest { size } else { farthest };
+                let again = u64::from(drawn.0[i].abs() > 1.0).wrapping_neg();
+                let chosen = (fresh.0[i].to_bits() & again) | (drawn.0[i].to_bits() & !again);
+                drawn.0[i] = f64::from_bits(chosen);
+                outside += u64::from(drawn.0[i].abs() > 1.0);
                 i += 1;
             }
-            if farthest <= 1.0 || law == Law::Gauss {
+            if outside == 0 || law == Law::Gauss {
                 return drawn;
             }
         }

@@ -1,0 +1,54 @@
+//! The questions on all bundled mechanisms with drives, every one at the configurations of its file.
+
+#![allow(missing_docs)] // of what criterion's macros make
+
+mod common;
+
+use std::hint::black_box;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use jointplay_core::loaded::Case;
+use jointplay_core::sampling::Request;
+
+const SAMPLES: usize = 1 << 14;
+/// Climbs of the exact worst case, as many as a user gets.
+const STARTS: usize = 24;
+
+fn questions(c: &mut Criterion) {
+    for subject in common::subjects() {
+        let m = &subject.mechanism;
+        let rows = subject.drives.len() / m.n_drives();
+        let trace = m.trace(rows, &subject.drives);
+        let cases: Vec<Case<'_>> = subject
+            .drives
+            .chunks_exact(m.n_drives())
+            .zip(trace.coordinates.chunks_exact(m.n_unknowns()))
+            .map(|(drives, coordinates)| Case { drives, coordinates })
+            .collect();
+        let mut group = c.benchmark_group(&subject.name);
+        group.throughput(Throughput::Elements(rows as u64));
+        group.bench_function("solve", |b| b.iter(|| black_box(m.solve(rows, &subject.drives))));
+        group.bench_function("trace", |b| b.iter(|| black_box(m.trace(rows, &subject.drives))));
+        group.bench_function("loaded", |b| b.iter(|| black_box(m.loaded(&cases))));
+        group.bench_function("worst", |b| b.iter(|| black_box(m.worst(&cases, STARTS))));
+        group.throughput(Throughput::Elements(SAMPLES as u64));
+        let request = Request {
+            samples: SAMPLES,
+            seed: 1,
+            probabilities: vec![0.5, 0.99],
+            limit_position: f64::NAN,
+            limit_rotation: f64::NAN,
+            law: None,
+            keep: false,
+        };
+        group.bench_function("random", |b| b.iter(|| black_box(m.random(&cases[..1], &request))));
+        group.finish();
+    }
+}
+
+criterion_group! {
+    name = benches;
+    config = common::brief();
+    targets = questions
+}
+criterion_main!(benches);

@@ -1,0 +1,126 @@
+"""A sketch of a mechanism in space."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
+
+from jointplay import poses
+from jointplay.result import Result
+
+from .style import COLOURS, GREY
+
+if TYPE_CHECKING:
+    from jointplay.analyses.nominal import Nominal
+    from jointplay.model import Mechanism
+
+#: half the length of an axis on the drawing, as a share of its extent
+AXIS = 0.04
+#: how joints without an axis are marked
+MARKERS = {"spherical": "o", "fixed": "x"}
+SLIDING = ("prismatic", "cylindrical")
+
+Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+class Sketch:
+    """One configuration in file units: bodies as lines and plates, axes of joints as short lines."""
+
+    def __init__(self, m: Mechanism, at: Nominal, configuration: int, axes: Any) -> None:
+        self.m, self.axes, self.configuration = m, axes, configuration
+        self.spec = m.core_spec
+        self.poses = np.vstack([at.poses[configuration], poses.ground(m.pose_size)])  # the ground has index -1
+        self.places = np.array([self._place(k) for k in range(len(self.spec["points"]))])
+        self.path = at.output[:, :3] / m.units.length
+        every = np.vstack([self.places, self.path[np.isfinite(self.path).all(axis=1)]])
+        self.extent = float(np.ptp(every, axis=0).max()) or 1.0
+        self.every = every
+
+    def _place(self, index: int) -> Points:
+        point = self.spec["points"][index]
+        placed: Points = poses.place(self.poses[point["body"]], point["at"]) / self.m.units.length
+        return placed
+
+    def trace(self) -> None:
+        """The path of the output over all configurations."""
+        style = {"color": GREY, "linewidth": 1.0, "linestyle": (0, (4, 2))}
+        self.axes.plot(*self.path.T, label="path of the output", **style)
+
+    def bodies(self) -> None:
+        """Every body as the line or the plate through its points; the ground as a plate of dashes."""
+        used = sorted({joint[end] for joint in self.spec["joints"] for end in ("first", "second")})
+        output = self.spec["output"]["point"]
+        for body, name in [(-1, "ground"), *enumerate(self.m.bodies)]:
+            points = [self.places[k] for k in used if self.spec["points"][k]["body"] == body]
+            if self.spec["points"][output]["body"] == body and len(points) < 3:
+                points.append(self.places[output])
+            outline = _outline(np.array(points), self.extent)
+            colour = GREY if body == -1 else COLOURS[body % len(COLOURS)]
+            # A cross has no size of its own.
+            label = name if len(outline) > 1 else None
+            style = "--" if body == -1 else "-"
+            closed = np.vstack([outline, outline[:1]]) if len(outline) > 2 else outline
+            self.axes.plot(*closed.T, color=colour, linewidth=1.8, linestyle=style, label=label)
+            if len(outline) > 2 and body != -1:
+                self.axes.add_collection3d(Poly3DCollection([outline], facecolor=colour, alpha=0.2))
+
+    def joints(self, names: bool) -> None:
+        """Axes of joints as short lines, those of guides dotted; balls and locked joints as marks."""
+        at: dict[tuple[float, ...], list[str]] = {}
+        for name, joint in zip(self.m.joints, self.spec["joints"], strict=True):
+            place = self.places[joint["second"]]
+            if joint["kind"] in MARKERS:
+                marker = MARKERS[joint["kind"]]
+                self.axes.plot(*place[:, None], marker=marker, color="black", markerfacecolor="white", linestyle="")
+            else:
+                body = self.spec["points"][joint["first"]]["body"]
+                along = AXIS * self.extent * (poses.matrix(self.poses[body]) @ np.array(joint["axis_first"]))
+                if joint["kind"] in SLIDING:
+                    # The guide, from the one body's point to the other's.
+                    rider = self.spec["points"][joint["second"]]["body"]
+                    ends = np.stack([self.places[joint["first"]], place])
+                    self.axes.plot(*ends.T, color=COLOURS[rider % len(COLOURS)], linewidth=1.4, linestyle="-.")
+                ends = np.stack([place - along, place + along])
+                self.axes.plot(
+                    *ends.T, color="black", linewidth=2.2, linestyle=":" if joint["kind"] in SLIDING else "-"
+                )
+            at.setdefault(tuple((np.round(place / self.extent, 3) * self.extent).tolist()), []).append(name)
+        for (x, y, z), joined in at.items() if names else ():
+            self.axes.text(x, y, z, ", ".join(joined), fontsize=7)
+        output = self.places[self.spec["output"]["point"]]
+        self.axes.plot(*output[:, None], marker="*", color="black", markersize=9, linestyle="", label="output")
+
+    def error(self, exaggerate: float, result: Result | None) -> None:
+        """The position error of the output as an arrow."""
+        if result is None or "error" not in result.data:
+            return
+        tail = self.places[self.spec["output"]["point"]]
+        error = [result.get("error", component=c)[self.configuration] for c in ("x", "y", "z")]
+        arrow = exaggerate * np.array(error)
+        self.axes.quiver(*tail, *arrow, color=COLOURS[3], linewidth=1.6, label=f"error, {exaggerate:g} times")
+        self.every = np.vstack([self.every, tail + arrow])
+
+    def frame(self) -> None:
+        """Equal scales along all axes, and their names."""
+        unit = self.m.units.length_name
+        self.axes.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]", zlabel=f"z [{unit}]")
+        middle, reach = (self.every.max(axis=0) + self.every.min(axis=0)) / 2, 0.55 * self.extent
+        low, high = middle - reach, middle + reach
+        self.axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+        self.axes.set_box_aspect((1, 1, 1))
+
+
+def _outline(points: Points, extent: float) -> Points:
+    """Different points of a body in their order around their middle, as seen across the plane that suits them best."""
+    if not len(points):
+        return np.zeros((0, 3))
+    _, first = np.unique(np.round(points / extent, 6), axis=0, return_index=True)
+    unique: Points = points[np.sort(first)]
+    if len(unique) < 3:
+        return unique
+    away = unique - unique.mean(axis=0)
+    _, _, directions = np.linalg.svd(away, full_matrices=False)
+    order = np.argsort(np.arctan2(away @ directions[1], away @ directions[0]), kind="stable")
+    return np.asarray(unique[order])

@@ -1,0 +1,184 @@
+"""Drawings of maps show the numbers of maps; surfaces lie where the values are."""
+
+from __future__ import annotations
+
+import base64
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from answers import distance, example
+from jointplay.result import quantity
+
+plot = pytest.importorskip("jointplay.plot")
+pytest.importorskip("plotly")
+
+#: of a root of a sum of squares
+ROUNDING = 1e-15
+AREA = {"x": {"from": -120, "to": 120, "count": 13}, "y": {"from": -120, "to": 120, "count": 17}, "angle": 0}
+
+
+class TestStatic:
+    def test_colours_over_two_axes(self) -> None:
+        result = jp.map(example("3-rrr"), grid=AREA)
+        axes = plot.map(result).axes[0]
+        drawn = np.ma.filled(axes.collections[0].get_array(), np.nan).reshape(17, 13)
+        expected = np.where(result.status == "ok", distance(result.error), np.nan).T
+        np.testing.assert_allclose(drawn, expected, rtol=ROUNDING)
+        assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [mm]", "y [mm]")
+        assert plot.map(result).axes[1].get_ylabel() == "position error [mm]"
+        unreached = np.ma.filled(axes.collections[1].get_array().astype(float), np.nan).reshape(17, 13)
+        np.testing.assert_array_equal(np.isfinite(unreached), (result.status == "not_assembled").T)
+        lines = axes.collections[-1].get_segments()
+        assert len(lines) == int(result.contact_change.sum())
+        assert {text.get_text() for text in axes.get_legend().get_texts()} == {
+            "not assembled",
+            "a contact changes sides",
+        }
+
+    def test_the_line_between_nodes_is_where_the_contact_changes(self) -> None:
+        result = jp.map(example("3-rrr"), grid=AREA)
+        segments = plot.map(result).axes[0].collections[-1].get_segments()
+        drawn = sorted(tuple(np.round(np.mean(segment, axis=0), 9)) for segment in segments)
+        x, y = result.x.values, result.y.values
+        expected = [
+            ((x[i] + x[i + 1]) / 2 if k == 0 else x[i], y[j] if k == 0 else (y[j] + y[j + 1]) / 2)
+            for i, j, k in np.argwhere(result.contact_change.values)
+        ]
+        np.testing.assert_allclose(drawn, sorted(expected), rtol=0, atol=1e-9)
+
+    def test_a_line_over_one_axis(self) -> None:
+        result = jp.map(example("slider-crank"), grid={"theta": {"from": 0, "to": 180, "count": 91}})
+        axes = plot.map(result, "rotation").axes[0]
+        np.testing.assert_array_equal(axes.lines[0].get_xdata(), result.theta)
+        np.testing.assert_array_equal(axes.lines[0].get_ydata(), np.abs(result.error.sel(component="angle")))
+        assert axes.get_ylabel() == "rotation [deg]"
+
+    def test_slices_over_three_axes_share_their_colours(self) -> None:
+        grid = {"x": np.linspace(-60, 60, 5), "y": np.linspace(-50, 50, 4), "angle": np.linspace(-10, 20, 7)}
+        result = jp.map(example("3-rrr"), grid=grid)
+        *slices, bar = plot.map(result).axes
+        assert [axes.get_title("left") for axes in slices] == [f"angle = {v} deg" for v in (-10, 0, 10, 20)]
+        values = np.where(result.status == "ok", distance(result.error), np.nan)
+        for axes, k in zip(slices, (0, 2, 4, 6), strict=True):
+            drawn = np.ma.filled(axes.collections[0].get_array(), np.nan).reshape(4, 5)
+            np.testing.assert_allclose(drawn, values[:, :, k].T, rtol=ROUNDING)
+            assert axes.collections[0].get_clim() == slices[0].collections[0].get_clim()
+        assert bar.get_ylabel() == "position error [mm]"
+
+    @pytest.mark.parametrize("extension", ["png", "svg", "pdf"])
+    def test_files(self, tmp_path: Path, extension: str) -> None:
+        path = tmp_path / f"map.{extension}"
+        plot.draw_map(jp.map(example("3-rrr"), grid=AREA), path)
+        assert path.stat().st_size > 5000
+
+    def test_what_is_no_map_is_refused(self) -> None:
+        with pytest.raises(jp.InputError, match="this is not a map"):
+            plot.map(jp.worst(example("four-bar")))
+
+
+class TestQuantities:
+    def test_by_name_and_by_label(self) -> None:
+        m = example("five-bar")
+        grid = {"x": [0.0, 20.0], "y": [150.0, 170.0]}
+        loaded, worst = jp.map(m, grid=grid), jp.map(m, "worst", grid)
+        random, solve = jp.map(m, "random", grid, samples=300), jp.map(m, "solve", grid)
+        angle = loaded.error.sel(component="angle")
+        for result, name, expected in (
+            (loaded, None, distance(loaded.error)),
+            (loaded, "rotation", np.abs(angle)),
+            (loaded, "error.angle", angle),
+            (loaded, "reaction.B.fx", loaded.reaction.sel(joint="B", wrench="fx")),
+            (worst, "position", worst.worst_position),
+            (worst, "worst_component.y.low", worst.worst_component.sel(component="y", side="low")),
+            (random, "rotation", random["quantile"].sel(probability=0.95, quantity="rotation")),
+            (solve, None, solve.singular_value),
+        ):
+            np.testing.assert_allclose(quantity(result, name).values, expected, rtol=ROUNDING)
+        assert quantity(loaded, "error.angle").units == "deg"
+        assert quantity(loaded, "reaction.B.moment").units == "N mm"
+
+    @pytest.mark.parametrize(
+        ("name", "said"),
+        [
+            ("eror.x", "'eror' is not a variable of this result; did you mean 'error'"),
+            ("error", "'' is not a label of error along component; Known: x, y, angle"),
+            ("error.z", "'z' is not a label of error along component"),
+            ("error.x.y", "error.x.y is not one number per node"),
+            ("status", "status is not one number per node"),
+        ],
+    )
+    def test_others_are_refused(self, name: str, said: str) -> None:
+        result = jp.map(example("five-bar"), grid={"x": [0.0, 20.0], "y": 150.0})
+        with pytest.raises(jp.InputError, match=said):
+            plot.map(result, name)
+
+
+class TestPages:
+    def test_work_without_a_network_and_hold_the_values(self, tmp_path: Path) -> None:
+        result = jp.map(example("3-rrr"), grid=AREA)
+        path = tmp_path / "map.html"
+        plot.draw_map(result, path)
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"<(script|link|img)[^>]+(src|href)=", text)
+        assert 3e6 < len(text) < 9e6
+        from jointplay.plot.interactive import figure_of
+        from jointplay.plot.map import layers, limits
+
+        shown = layers(result)
+        figure = figure_of(shown.value, shown.status, shown.contact_change, "", limits(shown.value.values))
+        np.testing.assert_array_equal(figure.data[0].z, shown.value.values.T)
+        assert base64.b64encode(np.ascontiguousarray(figure.data[0].z).tobytes()).decode() in text.replace(
+            "\\u002f", "/"
+        )
+        assert figure.data[0].customdata[0][0] == "not_assembled"
+
+    def test_of_three_axes_have_a_slider_and_surfaces_inside_the_workspace(self) -> None:
+        from jointplay.plot.interactive import figure_of
+        from jointplay.plot.map import layers, limits
+
+        grid = {"x": np.linspace(-80, 80, 9), "y": np.linspace(-80, 80, 8), "angle": np.linspace(-10, 20, 7)}
+        shown = layers(jp.map(example("3-rrr"), grid=grid))
+        figure = figure_of(shown.value, shown.status, shown.contact_change, "", limits(shown.value.values))
+        heat, mesh = ([t for t in figure.data if t.type == kind] for kind in ("heatmap", "mesh3d"))
+        (slider,) = figure.layout.sliders
+        assert [step.label for step in slider.steps] == [f"{v:g}" for v in np.linspace(-10, 20, 7)]
+        for k, (trace, step) in enumerate(zip(heat, slider.steps, strict=True)):
+            np.testing.assert_array_equal(np.array(trace.z, dtype=float), shown.value.values[:, :, k].T)
+            assert step.args[0]["visible"] == [j == k for j in range(7)] + [True] * 3
+        assert len(mesh) == 3
+        assert all(len(surface.i) for surface in mesh)
+
+
+class TestIsosurface:
+    AXES = tuple(np.linspace(-1.1, 1.3, n) for n in (41, 45, 50))
+
+    def test_of_a_distance_is_a_closed_sphere(self) -> None:
+        from jointplay.plot.isosurface import isosurface
+
+        mesh = np.meshgrid(*self.AXES, indexing="ij")
+        points, triangles = isosurface(self.AXES, np.sqrt(sum(v**2 for v in mesh)), 0.8)
+        corners = points[triangles]
+        area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        assert area.sum() == pytest.approx(4 * np.pi * 0.8**2, rel=2e-3)
+        # Between the ends of a cell's diagonal d the distance is off a straight line by d^2 / 8 r at most.
+        most = sum((axis[1] - axis[0]) ** 2 for axis in self.AXES) / (8 * 0.8)
+        np.testing.assert_allclose(np.linalg.norm(points, axis=1), 0.8, rtol=0, atol=1.01 * most)
+        # Closed: every edge belongs to two triangles.
+        names = np.unique(points.round(9), axis=0, return_inverse=True)[1].reshape(-1)[triangles]
+        names = names[(names[:, 0] != names[:, 1]) & (names[:, 1] != names[:, 2]) & (names[:, 2] != names[:, 0])]
+        edges = np.sort(np.concatenate([names[:, [0, 1]], names[:, [1, 2]], names[:, [2, 0]]]), axis=1)
+        assert set(np.unique(edges, axis=0, return_counts=True)[1].tolist()) == {2}
+
+    def test_of_a_linear_field_is_exact_and_leaves_out_what_is_missing(self) -> None:
+        from jointplay.plot.isosurface import isosurface
+
+        x, y, z = np.meshgrid(*self.AXES, indexing="ij")
+        values = 0.3 * x - 0.7 * y + 0.2 * z
+        values[x < 0.0] = np.nan
+        points, _ = isosurface(self.AXES, values, 0.1)
+        np.testing.assert_allclose(points @ [0.3, -0.7, 0.2], 0.1, rtol=0, atol=1e-12)
+        assert points[:, 0].min() >= 0.0

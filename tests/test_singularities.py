@@ -1,0 +1,496 @@
+"""Singularities against closed forms of linkages and robots, and against what defines them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import null_space
+from scipy.optimize import brentq
+
+import jointplay as jp
+from jointplay import examples, poses
+from jointplay.analyses import solve
+from jointplay.analyses.nominal import Interrupted, Nominal, nominal
+from jointplay.analyses.singular_path import Path as DrivePath
+from jointplay.analyses.singular_values import Scaled
+from jointplay.analyses.singularities import compute
+from jointplay.errors import InputError
+from jointplay.table import tables
+from oracles.platform import placed
+from oracles.upu import Upu
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples" / "papers"))
+
+import make_upu_singularities as picture
+
+Array = NDArray[np.float64]
+DETERMINATE = [name for name in examples.names() if name != "sarrus"]
+#: where two bars stand that lean against each other, metres
+FEET = {"left": -0.3, "right": 0.3}
+#: chords of the steps along the path stand for its arc: STEP^2 / 24 of it
+ARC = 5e-5
+
+
+def example(name: str, **settings: str) -> jp.Mechanism:
+    return jp.loads(examples.text(name, settings))
+
+
+def scaled_jacobian(m: jp.Mechanism, pose: Array, length: float) -> tuple[Array, int]:
+    """Jacobian with lengths divided by one, written anew; and how many of its rows are the joints'."""
+    raw = m.core.jacobian(np.ascontiguousarray(pose))
+    turning = ("angle", "roll", "tilt_side", "tilt_normal")
+    rows = np.array([1.0 if name in turning else 1.0 / length for _, name in m.core.rows])
+    half = len(m.components) // 2 if len(m.components) == 6 else 2
+    columns = np.tile([length] * half + [1.0] * (len(m.components) - half), len(m.bodies))
+    return rows[:, None] * raw * columns, len(raw) - len(m.drives)
+
+
+# --- what defines them -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", DETERMINATE)
+def test_the_determinant_is_that_of_the_joints_times_that_of_the_drives(name: str) -> None:
+    m = example(name)
+    at, result = nominal(m), jp.singularities(m, path=False)
+    for k in range(0, len(at), 3):
+        jacobian, split = scaled_jacobian(m, at.poses[k], m.length)
+        joints, drives = jacobian[:split], jacobian[split:]
+        held = np.linalg.svd(joints, compute_uv=False)
+        felt = np.linalg.svd(drives @ null_space(joints), compute_uv=False)
+        assert held.prod() * felt.prod() == pytest.approx(abs(np.linalg.det(jacobian)), rel=1e-9)
+        one = result.isel(configuration=k)
+        assert float(one.constraint_singular_value) == pytest.approx(held[-1], rel=1e-9)
+        assert float(one.actuation_singular_value) == pytest.approx(felt[-1], rel=1e-9)
+        assert float(one.singular_value) <= min(held[-1], felt[-1])
+        assert float(one.singular_value) == pytest.approx(at.singular_value[k], rel=1e-8)
+        assert int(one.determinant_sign) == np.sign(np.linalg.det(jacobian))
+
+
+@pytest.mark.parametrize("name", DETERMINATE)
+def test_motions_are_those_of_the_values(name: str) -> None:
+    m = example(name)
+    at, result = nominal(m), jp.singularities(m, path=False)
+    units = np.where(np.isin(m.components, ("x", "y", "z")), m.length, 1.0)
+    for k in (0, len(at) - 1):
+        jacobian, split = scaled_jacobian(m, at.poses[k], m.length)
+        for kind in ("constraint", "actuation", "output"):
+            one = result.isel(configuration=k)
+            twists = (one[f"{kind}_motion"].values * m.component_factors / units).reshape(-1)
+            assert np.abs(twists).max() == pytest.approx(1.0)
+            size = np.linalg.norm(twists)
+            seen = jacobian[:split] @ twists if kind == "constraint" else jacobian[split:] @ twists
+            if kind != "output":
+                assert np.linalg.norm(seen) / size == pytest.approx(float(one[f"{kind}_singular_value"]), rel=1e-8)
+            if kind != "constraint":
+                assert np.linalg.norm(jacobian[:split] @ twists) < 1e-9 * size
+            counted = np.isin(m.components, result.attrs["output_components"].split(", "))
+            shown = (one[f"{kind}_twist"].values * m.component_factors / units)[counted]
+            if kind == "output":
+                assert np.linalg.norm(shown) / size == pytest.approx(float(one.output_singular_value), rel=1e-8)
+
+
+@pytest.mark.parametrize("name", ["four-bar", "3-rrr", "rssr", "3-upu", "serial-6r", "delta"])
+def test_the_twist_is_what_the_output_does_when_the_drives_make_the_motion(name: str) -> None:
+    m = example(name)
+    at, result = nominal(m), jp.singularities(m, path=False)
+    _, split = scaled_jacobian(m, at.poses[0], m.length)
+    motion = result.output_motion.values[0] * m.component_factors
+    rates = m.core.jacobian(np.ascontiguousarray(at.poses[0]))[split:] @ motion.reshape(-1)
+    step = 1e-5
+    solved = [m.core.solve(np.stack([at.drives[0], at.drives[0] + s * step * rates])) for s in (-1, 1)]
+    before, after = (each["output"][1] for each in solved)
+    measured = poses.difference(after, before) / (2 * step)
+    np.testing.assert_allclose(result.output_twist.values[0] * m.component_factors, measured, rtol=0, atol=1e-7)
+
+
+def test_length_is_the_scale_of_every_value() -> None:
+    m = example("four-bar")
+    result = jp.singularities(m, length=40.0, path=False)
+    assert result.attrs["length"] == 40.0
+    pose = nominal(m).poses[4]
+    jacobian, split = scaled_jacobian(m, pose, 0.04)
+    values = np.linalg.svd(jacobian[:split], compute_uv=False)
+    assert float(result.constraint_singular_value[4]) == pytest.approx(values[-1], rel=1e-12)
+    assert float(result.singular_value[4]) == pytest.approx(np.linalg.svd(jacobian, compute_uv=False)[-1], rel=1e-12)
+
+
+# --- planar closed forms ---------------------------------------------------------------------------------------------
+
+
+def test_rocker_over_crank_speed_of_a_four_bar() -> None:
+    m = example("four-bar")
+    result, solved = jp.singularities(m, path=False), jp.solve(m)
+    crank, coupler, rocker = np.radians(solved.pose.sel(component="angle").values.T)
+    speed = 75 * np.sin(crank - coupler) / np.sin(rocker - coupler)
+    ratio = result.output_singular_value / result.actuation_singular_value
+    np.testing.assert_allclose(ratio * result.attrs["length"], np.abs(speed), rtol=1e-9)
+
+
+def test_a_driven_rocker_reaches_its_dead_centre() -> None:
+    m = example("four-bar").with_({"drives.theta1.joint": "J4", "drives.theta1.values": [36, 50, 80]})
+    result = jp.singularities(m)
+    # Crank and coupler in one line: a triangle of 75 + 75, 100 and 150.
+    dead = np.degrees(np.arccos((150**2 + 100**2 - 150**2) / (2 * 150 * 100)))
+    np.testing.assert_allclose(result.singularity_at.values[:2, 0], dead, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(result.singularity_distance[:2], 150 * np.radians(dead - [36, 50]), rtol=ARC)
+    assert result.singularity_kind.values.tolist() == ["actuation", "actuation", ""]
+    assert result.status.values.tolist() == ["ok", "ok", "not_assembled"]
+    assert np.isnan(result.singularity_distance[2])
+
+
+def test_the_dead_centre_itself() -> None:
+    dead = float(np.degrees(np.arccos(1 / 3)))
+    m = example("four-bar").with_({"drives.theta1.joint": "J4", "drives.theta1.values": [60.0, dead]})
+    result = jp.singularities(m)
+    assert result.status.values.tolist() == ["ok", "singular"]
+    # The crank turns, and neither the driven rocker nor its tip, the output, does.
+    assert result.kind.values[1] == "actuation, output"
+    assert float(result.singularity_distance[1]) == 0.0
+    assert float(result.singularity_distance[0]) == pytest.approx(150 * np.radians(dead - 60), rel=ARC)
+
+
+def test_a_parallelogram_is_singular_where_it_lies_flat() -> None:
+    m = example("four-bar")
+    changes = {
+        "joints.J2.on.crank": [50, 0],
+        "joints.J3.on": {"coupler": [100, 0], "rocker": [50, 0]},
+        "joints.J4.on.ground": [100, 0],
+        "output.at": [50, 0],
+        "dimensions": None,
+        "start": {"crank": {"angle": 100}, "coupler": {"angle": 0}, "rocker": {"angle": 100}},
+        "drives.theta1.values": [100, 150, 210, 250],
+    }
+    result = jp.singularities(m.with_(changes))
+    np.testing.assert_allclose(result.nominal.sel(component="angle"), [100, 150, 210, 250], atol=1e-9)
+    np.testing.assert_allclose(result.singularity_at[:, 0], 180, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(result.singularity_distance, 50 * np.radians([80, 30, 30, 70]), rtol=ARC)
+    assert result.determinant_sign[0] == result.determinant_sign[1] == -result.determinant_sign[2]
+
+
+def test_slider_crank_driven_by_its_crank_and_by_its_slider() -> None:
+    m = example("slider-crank").with_({"drives.theta.values": [0, 60, 180]})
+    by_crank = jp.singularities(m)
+    np.testing.assert_allclose(by_crank.output_singular_value[[0, 2]], 0, atol=1e-12)
+    assert by_crank.kind.values[[0, 2]].tolist() == ["output", "output"]
+    assert np.isinf(by_crank.singularity_distance).all()
+    ends = by_crank.nominal.sel(component="x").values
+    places = jp.solve(m).coordinate.sel(joint="guide").values
+    push = {"push": {"joint": "guide", "values": [places[1], places[0] + 1.0]}}
+    by_slider = jp.singularities(m.with_({"drives": push}))
+    assert by_slider.singularity_kind.values[0] == "actuation"
+    # A little beyond its dead centre the mechanism still closes within rounding, and the branch ends there.
+    assert float(by_slider.singularity_at[0, 0]) == pytest.approx(places[0], abs=1e-7)
+    assert float(by_slider.singularity_distance[0]) == pytest.approx(ends[0] - ends[1], abs=1e-7)
+
+
+def test_five_bar_with_a_leg_stretched_and_with_its_rods_in_line() -> None:
+    m = example("five-bar")
+    # The left leg is 110 + 150 mm long and starts at (-45, 0): on that circle the tool cannot go on outwards.
+    direction = np.array([np.cos(np.radians(70)), np.sin(np.radians(70))])
+    tools = np.array([-45, 0]) + np.outer([255, 259.9, 259.9999], direction)
+    stretched = jp.singularities(m.with_({"path.x": tools[:, 0], "path.y": tools[:, 1]}), path=False)
+    # Of a sum of two lengths in a nearly straight line, what misses is square to the angle between them.
+    values = stretched.output_singular_value.values
+    assert values[1] / values[2] == pytest.approx(np.sqrt(0.1 / 0.0001), rel=1e-2)
+    assert set(stretched.kind.values[1:]) == {"output"}
+    drives = {"path": None, "drives.left.values": [140, 105], "drives.right.values": [40, 75]}
+    apart = {"drives.left.values": [140, 190], "drives.right.values": [40, -10]}
+    spread = jp.singularities(m.with_(drives | apart))
+    # Elbows at -45 + 110 cos q and 45 - 110 cos q: 300 mm apart when the rods are in line.
+    inline = float(np.degrees(np.arccos(-105 / 110)))
+    assert float(spread.singularity_at[0, 0]) == pytest.approx(inline, abs=1e-7)
+    assert spread.singularity_kind.values[0] == "actuation"
+
+
+def test_determinant_of_the_3_rrr_is_that_of_the_lines_of_its_rods() -> None:
+    m = example("3-rrr")
+    at = nominal(m)
+    bodies = {name: at.poses[:, k] for k, name in enumerate(m.bodies)}
+    lines = []
+    for leg, corner in {"a": (-69.282, -40), "b": (69.282, -40), "c": (0, 80)}.items():
+        angle, turn = bodies[f"lower_{leg}"][:, 2], bodies["platform"][:, 2]
+        s = np.stack([np.cos(angle), np.sin(angle)])
+        x, y = np.array(corner) * 1e-3
+        arm = np.stack([np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y])
+        lines.append(np.stack([*s, arm[0] * s[1] - arm[1] * s[0]]))
+    closed = np.linalg.det(np.moveaxis(np.array(lines), -1, 0))
+    # Every rod adds its length, which turns its angle into a displacement.
+    whole = np.array([np.linalg.det(m.core.jacobian(np.ascontiguousarray(pose))) for pose in at.poses])
+    np.testing.assert_allclose(np.abs(whole), 0.15**3 * np.abs(closed), rtol=1e-9)
+    np.testing.assert_array_equal(jp.singularities(m, path=False).determinant_sign, np.sign(whole))
+
+
+# --- in space --------------------------------------------------------------------------------------------------------
+
+
+UPU_POSES = np.random.default_rng(7).uniform([-0.28, -0.28, 0.2], [0.28, 0.28, 0.6], (60, 3))
+
+
+@pytest.mark.parametrize("turn", [0.0, np.pi / 2], ids=["tsai", "snu"])
+def test_determinant_of_the_3_upu_is_the_product_of_its_closed_forms(turn: float) -> None:
+    robot = Upu(turn=turn)
+    m = example("3-upu", layout="snu" if turn else "tsai")
+    sign, logarithm = np.linalg.slogdet(Scaled(m, m.length).jacobians(placed(m, UPU_POSES)))
+    general = sign * np.exp(logarithm)
+    closed = np.empty(len(UPU_POSES))
+    for k, p in enumerate(UPU_POSES):
+        lengths, s, n, cosines = robot.legs_at(p)
+        closed[k] = np.linalg.det(s) * np.linalg.det(n) * lengths.prod() ** 2 * np.sqrt(1 - cosines**2).prod()
+        # The closed forms of both determinants.
+        d, (x, y, z) = robot.base_radius - robot.platform_radius, p
+        assert np.linalg.det(s) == pytest.approx(1.5 * np.sqrt(3) * z * d**2 / lengths.prod(), rel=1e-10)
+        square = (0.0 if turn else 3 * d**2) - 0.75 * (x**2 + y**2)
+        inclined = lengths.prod() * np.sqrt(1 - cosines**2).prod()
+        assert np.linalg.det(n) == pytest.approx(0.5 * np.sqrt(3) * z * square / inclined, rel=1e-9, abs=1e-12)
+    # A constant apart they are the same, also in sign. Next to the cylinder both are small and share their rounding.
+    constant = np.median(general / closed)
+    np.testing.assert_allclose(general, constant * closed, rtol=0, atol=1e-10 * np.abs(general).max())
+    if turn == 0.0:
+        assert {-1.0, 1.0} == set(sign), "the poses lie on both sides of the cylinder"
+
+
+def upu_values(m: jp.Mechanism, positions: Array) -> Array:
+    """Constraint and actuation singular values at positions of the platform, metres."""
+    return Scaled(m, m.length).measure(placed(m, positions), (0, 1, 2)).values[:, :2]
+
+
+def test_the_3_upu_loses_its_joints_hold_on_a_cylinder() -> None:
+    angles = np.radians([0, 17, 60, 133, 250])
+    circle = np.stack([0.3 * np.cos(angles), 0.3 * np.sin(angles), [0.3, 0.4, 0.5, 0.4, 0.25]], axis=-1)
+    constraint, actuation = upu_values(example("3-upu"), circle).T
+    assert constraint.max() < 1e-12
+    assert actuation.min() > 0.05
+    nearer = upu_values(example("3-upu"), circle * [0.999, 0.999, 1])[:, 0]
+    assert nearer.min() > 1e-5
+
+
+def test_the_3_upu_in_the_plane_of_its_base() -> None:
+    values = upu_values(example("3-upu"), np.array([[0.06, 0.04, 0.0], [0.06, 0.04, 0.01]]))
+    assert values[0].max() < 1e-7
+    assert values[1].min() > 1e-3
+
+
+def test_a_3_upu_with_platform_and_base_of_one_size_is_not_held_by_its_drives_anywhere() -> None:
+    m = example("3-upu", platform_radius="300")
+    constraint, actuation = upu_values(m, np.array([[0.1, -0.05, 0.4], [0.2, 0.1, 0.3]])).T
+    assert actuation.max() < 1e-12
+    assert constraint.min() > 1e-3
+
+
+def test_the_snu_layout_is_singular_on_its_axis_in_two_directions() -> None:
+    m = example("3-upu", layout="snu")
+    heights = np.array([[0, 0, 0.3], [0, 0, 0.4], [0, 0, 0.55]])
+    assert upu_values(m, heights)[:, 0].max() < 1e-12
+    jacobian = Scaled(m, m.length).jacobians(placed(m, heights))
+    assert ((np.linalg.svd(jacobian, compute_uv=False) < 1e-12).sum(axis=1) == 2).all()
+    # At its home, where the bundled file draws it, the legs are alike.
+    legs = {f"drives.l{k}.values": [float(np.hypot(400, 150))] for k in (1, 2, 3)}
+    result = jp.singularities(m.with_({"path": None} | legs))
+    assert (result.status.item(), result.kind.item()) == ("singular", "constraint")
+    assert result.singularity_distance.item() == 0.0
+    turns = np.abs(result.constraint_twist.sel(component=["rx", "ry"]).values).max()
+    assert turns > 1.0, "the platform turns about an axis in its plane, in degrees"
+
+
+def upu_path(positions: Array, **settings: str) -> jp.Mechanism:
+    """The 3-UPU with its legs driven to positions, millimetres."""
+    lengths = 1e3 * np.array([Upu().legs_at(1e-3 * p)[0] for p in positions])
+    legs = {f"drives.l{k + 1}.values": lengths[:, k] for k in range(3)}
+    return example("3-upu", **settings).with_({"path": None} | legs)
+
+
+def test_the_path_of_the_3_upu_meets_the_cylinder() -> None:
+    result = jp.singularities(upu_path(np.array([[150.0, 20, 400], [240, 20, 400], [330, 20, 400]])))
+    for k in range(3):
+        x, y, _ = 1e3 * Upu().forward(1e-3 * result.singularity_at.values[k])
+        # Nearer than this Newton's method does not converge on a singular closure.
+        assert np.hypot(x, y) == pytest.approx(300, abs=1e-5)
+    # Straight lines of the legs are nearly one of the platform, which is the shortest way.
+    straight = np.abs(np.array([150, 240, 330]) - np.sqrt(300**2 - 20**2))
+    assert (result.singularity_distance.values >= straight - 1e-6).all()
+    np.testing.assert_allclose(result.singularity_distance, straight, rtol=5e-3)
+    assert set(result.singularity_kind.values.tolist()) == {"constraint"}
+    assert result.determinant_sign.values.tolist() == [1, 1, -1]
+
+
+def test_a_path_that_touches_the_cylinder_without_crossing_it() -> None:
+    between = np.array([[290.0, -60, 400], [0, 0, 400]])
+    assert np.isinf(jp.singularities(upu_path(between)).singularity_distance).all()
+    over = np.array([[120.0, 0, 40], [120, 0, 0]])
+    result = jp.singularities(upu_path(over))
+    assert result.status.values.tolist() == ["ok", "singular"]
+    assert result.kind.values[1] == "constraint, actuation"
+    assert float(result.singularity_distance[0]) == pytest.approx(40, rel=1e-3)
+
+
+@pytest.mark.parametrize("between", [[], [[0, 0, 0.4]]], ids=["between", "at a configuration"])
+def test_a_singularity_without_a_change_of_sign(between: list[list[float]]) -> None:
+    m = example("3-upu", layout="snu")
+    # By symmetry, two legs staying alike, the platform stays in the plane y = 0 and meets the axis.
+    positions = np.array([[-0.06, 0, 0.4], *between, [0.06, 0, 0.4]])
+    count, scaled = len(positions), Scaled(m, m.length)
+    poses_there = placed(m, positions)
+    values, sign = scaled.closure(poses_there)
+    assert sign[0] == sign[-1]
+    at = Nominal(
+        drives=np.array([Upu().legs_at(p)[0] for p in positions]),
+        poses=poses_there,
+        output=np.zeros((count, 6)),
+        status=np.zeros(count, np.uint8),
+        singular_value=values,
+        singular_motion=np.zeros((count, len(m.bodies), 6)),
+    )
+    found = DrivePath(scaled, at, values, 1e-4).nearest(lambda steps: None)
+    assert set(found.kind) == {"constraint"}
+    # On the axis the legs are alike. The closure is singular to the limit over a tenth of a millimetre.
+    assert np.ptp(found.drives, axis=1).max() < 1e-6
+    np.testing.assert_allclose(found.distance[[0, -1]], 0.06, rtol=5e-3)
+
+
+def test_an_rssr_driven_backwards_reaches_the_limits_of_its_rocker() -> None:
+    m = example("rssr")
+
+    def missing(angle: float, radius: float) -> float:
+        """What the coupler lacks to join the rocker's ball and the farthest or nearest point of the crank's circle."""
+        y, z = -100 * np.sin(np.radians(angle)), -60 + 100 * np.cos(np.radians(angle))
+        return float(np.hypot(np.hypot(130, y) + radius, z) - 176)
+
+    # The hook goes round the z axis at 30 mm.
+    lowest, highest = brentq(missing, 1, 60, (30,)), brentq(missing, 90, 179, (-30,))
+    forward = jp.solve(m).coordinate.sel(joint="rocker").values
+    assert lowest < forward.min() < forward.max() < highest
+    back = {"back": {"joint": "rocker", "values": [forward[0] - 110, forward[0], forward[3], forward[0] + 150]}}
+    result = jp.singularities(m.with_({"drives": back}))
+    assert result.status.values.tolist() == ["not_assembled", "ok", "ok", "not_assembled"]
+    for k, there in ((1, lowest), (2, highest)):
+        assert float(result.singularity_at[k, 0]) == pytest.approx(there, abs=1e-6)
+        assert result.singularity_kind.values[k] == "actuation"
+
+
+# --- options, faces --------------------------------------------------------------------------------------------------
+
+
+def test_which_components_of_the_output_count() -> None:
+    assert jp.singularities(example("four-bar"), path=False).attrs["output_components"] == "x, y"
+    assert jp.singularities(example("3-rrr"), path=False).attrs["output_components"] == "x, y, angle"
+    assert jp.singularities(example("five-bar"), path=False).attrs["output_components"] == "x, y"
+    # A point on the rocker's pivot never moves: then the rotation counts, too.
+    pivot = jp.singularities(example("four-bar").with_({"output.at": [0, 0]}), path=False)
+    assert pivot.attrs["output_components"] == "x, y, angle"
+    assert (pivot.output_singular_value > 0.1).all()
+    only = jp.singularities(example("four-bar"), components=["angle"], path=False)
+    turning = np.abs(only.output_motion.sel(body="rocker", component="angle"))
+    twists = only.output_twist.sel(component="angle")
+    np.testing.assert_allclose(np.abs(twists), turning, rtol=1e-12)
+
+
+def test_more_drives_than_components_that_count() -> None:
+    m = example("3-rrr")
+    both = jp.singularities(m, components=["x", "y"], path=False)
+    every = jp.singularities(m, components=["x", "y", "angle"], path=False)
+    assert (both.output_singular_value >= every.output_singular_value).all()
+
+
+@pytest.mark.parametrize(
+    "options", [{"length": 0}, {"length": float("nan")}, {"components": ["z"]}, {"components": []}]
+)
+def test_what_is_not_valid_is_refused(options: dict[str, object]) -> None:
+    with pytest.raises(InputError, match=r"positive number|component"):
+        jp.singularities(example("four-bar"), **options)  # type: ignore[arg-type]
+
+
+def test_one_configuration_has_no_path() -> None:
+    result = jp.singularities(example("four-bar").with_({"drives.theta1.values": [30]}))
+    assert np.isinf(result.singularity_distance.item())
+
+
+def test_a_structure_has_its_joints_only() -> None:
+    bar = {"type": "revolute", "on": {"left": [0.5, 0.0], "right": [0.5, 0.0]}}
+    feet = {name: {"type": "revolute", "on": {"ground": [x, 0.0], name: [0.0, 0.0]}} for name, x in FEET.items()}
+    raw = {
+        "format": 1,
+        "space": "planar",
+        "units": {"length": "m", "angle": "deg", "force": "N"},
+        "joints": {"top": bar, **feet},
+        "start": {"left": {"angle": 50}, "right": {"angle": 130}},
+        "output": {"body": "left", "at": [0.5, 0.0]},
+    }
+    result = jp.singularities(jp.Mechanism(raw))
+    assert result.constraint_singular_value.item() == pytest.approx(result.singular_value.item(), rel=1e-12)
+    assert np.isnan(result.actuation_singular_value).all()
+    assert result.kind.item() == "constraint"
+
+
+def test_targets_out_of_reach_leave_a_gap_in_the_path() -> None:
+    m = example("five-bar").with_({"path.x": [0, 0, 0, 0], "path.y": [190, 220, 400, 190]})
+    result = jp.singularities(m)
+    assert result.status.values.tolist() == ["ok", "ok", "not_assembled", "ok"]
+    assert np.isinf(result.singularity_distance.values[[0, 1, 3]]).all()
+    assert np.isnan(result.singularity_distance.values[2])
+
+
+def test_ctrl_c_keeps_what_is_done() -> None:
+    def stop(done: int, total: int) -> None:
+        if done > 11:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted) as stopped:
+        compute(example("four-bar"), progress=stop)
+    partial = stopped.value.partial
+    assert "incomplete" in partial.attrs
+    assert "singularity_distance" not in partial.data
+    assert len(partial.get("singular_value")) == 11
+
+
+def test_progress_ends_at_its_total() -> None:
+    seen: list[tuple[int, int]] = []
+    compute(example("four-bar"), progress=lambda done, total: seen.append((done, total)))
+    assert seen[-1][0] == seen[-1][1]
+    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
+
+
+# --- the picture of the 3-UPU ----------------------------------------------------------------------------------------
+
+
+def test_the_committed_map_is_what_is_computed_and_follows_the_closed_form() -> None:
+    rows = picture.table(picture.NUMBERS.read_text(encoding="utf-8"))
+    assert picture.FIGURE.exists()
+    assert len(rows) == picture.COUNT**2
+    assert picture.agrees(picture.NUMBERS.read_text(encoding="utf-8"), picture.numbers())
+    radius = np.hypot(rows[:, 0], rows[:, 1])
+    on_circle = np.isclose(radius, 2 * (picture.BASE - picture.PLATFORM))
+    assert on_circle.sum() == 4, "where the circle meets the axes of the grid"
+    assert (rows[on_circle, 2:] == 0).all()
+    assert (rows[~on_circle, 2] > 0).all()
+    # The legs hold the less, the smaller the determinant of their couples, on rings around the axis.
+    inside = (radius > 40) & (radius < 290)
+    assert np.corrcoef(rows[inside, 2], np.abs(rows[inside, 3]))[0, 1] > 0.95
+
+
+# --- in words --------------------------------------------------------------------------------------------------------
+
+
+def test_the_table_says_what_moves_and_where() -> None:
+    (table,) = tables(compute(example("slider-crank").with_({"drives.theta.values": [60, 180]})))
+    notes = " ".join(table.notes)
+    assert "The output follows least at # 1 (0): crank and rod move together, the output stands still." in notes
+    assert "A radian counts as 50 mm" in notes
+    assert "meets no singularity" in notes
+    backwards = {"drives.theta1.joint": "J4", "drives.theta1.values": [36, 80]}
+    (table,) = tables(compute(example("four-bar").with_(backwards)))
+    cells = {column.name: column.cells for column in table.columns}
+    assert cells["to a singularity"] == ("90.39", "–")
+    assert cells["kind"] == ("actuation", "")
+
+
+def test_solve_points_to_the_command_where_something_is_singular() -> None:
+    dead = float(np.degrees(np.arccos(1 / 3)))
+    m = example("four-bar").with_({"drives.theta1.joint": "J4", "drives.theta1.values": [60.0, dead]})
+    (table,) = tables(solve.compute(m))
+    assert any("jointplay singularities" in note for note in table.notes)
+    (table,) = tables(solve.compute(example("four-bar")))
+    assert not any("jointplay singularities" in note for note in table.notes)
