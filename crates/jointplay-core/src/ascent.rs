@@ -70,25 +70,14 @@ impl Measure {
     #[inline]
     #[must_use]
     pub fn wrench(self, space: Space, error: &[f64]) -> [Vec3<f64>; 2] {
+        let translations = if matches!(space, Space::Planar) { 2 } else { 3 };
         let mut wrench = [[0.0; 3]; 2];
-        let components = space.components();
-        let is_length = |k: usize| matches!(components[k], Component::Along(_));
-        let towards = |along: bool| {
-            let part = || (0..error.len()).filter(|&k| is_length(k) == along).map(|k| error[k]);
-            let size = part().map(|e| e * e).sum::<f64>().sqrt();
-            let mut unit = [0.0; 3];
-            for (u, e) in unit.iter_mut().zip(part()) {
-                *u = e / size;
-            }
-            // Nowhere in particular: any direction leads away from zero.
-            if size > 0.0 { unit } else { [1.0, 0.0, 0.0] }
-        };
         match self {
-            Self::Position => wrench[0] = towards(true),
-            Self::Rotation => wrench[1] = towards(false),
+            Self::Position => wrench[0] = towards(&error[..translations]),
+            Self::Rotation => wrench[1] = towards(&error[translations..]),
             Self::Component { index, lowest } => {
                 let sign = if lowest { -1.0 } else { 1.0 };
-                match (components[index], space) {
+                match (space.components()[index], space) {
                     (Component::Along(i), _) => wrench[0][i] = sign,
                     (Component::About(i), Space::Planar) => wrench[1][i] = sign,
                     (Component::About(i), Space::Spatial) => {
@@ -99,6 +88,18 @@ impl Measure {
         }
         wrench
     }
+}
+
+/// The unit vector of some components. Any direction leads away from zero.
+#[inline]
+fn towards(components: &[f64]) -> Vec3<f64> {
+    let size = norm(components);
+    if size == 0.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let mut unit = [0.0; 3];
+    unit.iter_mut().zip(components).for_each(|(u, e)| *u = e / size);
+    unit
 }
 
 /// Where an ascent ended.

@@ -16,6 +16,7 @@ mod joint;
 pub mod linear;
 pub mod loaded;
 pub mod mechanism;
+pub mod mesh;
 pub mod path;
 pub mod projected;
 pub mod reach;

@@ -147,13 +147,14 @@ impl<'m> Projected<'m> {
 
     /// Where a step along the slope leads within the sets.
     fn moved(&self, length: f64) -> Vec<f64> {
-        let mut to: Vec<f64> = self.unit.iter().zip(&self.slope).map(|(u, g)| u + length * g).collect();
+        let mut step: Vec<f64> = self.unit.iter().zip(&self.slope).map(|(u, g)| u + length * g).collect();
         let mut at = 0;
         for source in self.sources() {
-            source.set.project_unit(&mut to[at..at + source.set.size()]);
+            source.set.project_unit(&mut step[at..at + source.set.size()]);
             at += source.set.size();
         }
-        to.iter().zip(&self.unit).map(|(t, u)| t - u).collect()
+        step.iter_mut().zip(&self.unit).for_each(|(s, u)| *s -= u);
+        step
     }
 
     fn sources(&self) -> impl Iterator<Item = &'m Source> + '_ {
@@ -161,7 +162,11 @@ impl<'m> Projected<'m> {
     }
 
     fn per_source(&self, of: impl Fn(&Source) -> [f64; MAX_SIZE]) -> Vec<f64> {
-        self.sources().flat_map(|source| of(source).into_iter().take(source.set.size())).collect()
+        let mut all = Vec::with_capacity(self.parameters.len());
+        for source in self.sources() {
+            all.extend_from_slice(&of(source)[..source.set.size()]);
+        }
+        all
     }
 
     fn unit_slope(&self, gradient: &[f64]) -> Vec<f64> {

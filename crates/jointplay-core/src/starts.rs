@@ -9,7 +9,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::ascent::Measure;
 use crate::clearance::{MAX_SIZE, inner};
 use crate::mechanism::Mechanism;
-use crate::reach::{Reach, spread};
+use crate::mesh::spread;
+use crate::reach::Reach;
 use crate::sensitivity::Output;
 use crate::space::Vec3;
 
