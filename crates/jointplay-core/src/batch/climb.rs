@@ -169,7 +169,7 @@ impl<'m> Climb<'m> {
     #[inline(always)]
     fn load(&self, sites: &[Site<'_>], task: &Task, lane: usize, step: &mut [Block], offsets: &mut [Block]) {
         let case = &sites[task.site].case;
-        self.layout.load(self.mechanism, case.coordinates, case.drives, step, lane);
+        Layout::load(self.mechanism, case.coordinates, case.drives, step, lane);
         offsets.iter_mut().zip(&task.start).for_each(|(o, s)| o.0[lane] = *s);
     }
 

@@ -89,7 +89,7 @@ impl<'m> Contact<'m> {
         for lane in 0..LANES {
             // Idle lanes repeat the first.
             let case = cases.get(lane).unwrap_or(&cases[0]);
-            self.layout.load(m, case.coordinates, case.drives, statics, lane);
+            Layout::load(m, case.coordinates, case.drives, statics, lane);
         }
         self.statics.run(statics);
         let at = StaticsOutputs::new(m);
@@ -387,34 +387,31 @@ pub(super) fn push<'b>(
     let mut undecided = [false; LANES];
     for source in m.sources().iter().filter(|s| gives_way(s) && !s.set.is_zero()) {
         let p = source.first;
-        match source.set {
-            Set::Disc { radius } => {
-                let (x, y) = (gradient(p), gradient(p + 1));
-                let (cx, cy) = (m.centre[p], m.centre[p + 1]);
-                for i in 0..LANES {
-                    let size = (x.0[i] * x.0[i] + y.0[i] * y.0[i]).sqrt();
-                    let decided = size > UNDECIDED * scale.0[i];
-                    undecided[i] |= !decided;
-                    pushed[p].0[i] = if decided { cx + radius * x.0[i] / size } else { pushed[p].0[i] };
-                    pushed[p + 1].0[i] = if decided { cy + radius * y.0[i] / size } else { pushed[p + 1].0[i] };
-                }
+        if let Set::Disc { radius } = source.set {
+            let (x, y) = (gradient(p), gradient(p + 1));
+            let (cx, cy) = (m.centre[p], m.centre[p + 1]);
+            for i in 0..LANES {
+                let size = (x.0[i] * x.0[i] + y.0[i] * y.0[i]).sqrt();
+                let decided = size > UNDECIDED * scale.0[i];
+                undecided[i] |= !decided;
+                pushed[p].0[i] = if decided { cx + radius * x.0[i] / size } else { pushed[p].0[i] };
+                pushed[p + 1].0[i] = if decided { cy + radius * y.0[i] / size } else { pushed[p + 1].0[i] };
             }
-            _ => {
-                let n = source.set.size();
-                for i in (0..LANES).filter(|&i| asking[i]) {
-                    let mut w = [0.0; MAX_SIZE];
-                    let mut offset = [0.0; MAX_SIZE];
-                    for k in 0..n {
-                        w[k] = gradient(p + k).0[i];
-                        offset[k] = pushed[p + k].0[i] - m.centre[p + k];
-                    }
-                    let face = source.set.face(&w[..n], m.undecided(source, UNDECIDED * scale.0[i]));
-                    let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
-                    undecided[i] |= !face.is_point();
-                    for k in 0..n {
-                        pushed[p + k].0[i] = m.centre[p + k] + to[k];
-                    }
-                }
+            continue;
+        }
+        let n = source.set.size();
+        for i in (0..LANES).filter(|&i| asking[i]) {
+            let mut w = [0.0; MAX_SIZE];
+            let mut offset = [0.0; MAX_SIZE];
+            for k in 0..n {
+                w[k] = gradient(p + k).0[i];
+                offset[k] = pushed[p + k].0[i] - m.centre[p + k];
+            }
+            let face = source.set.face(&w[..n], m.undecided(source, UNDECIDED * scale.0[i]));
+            let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
+            undecided[i] |= !face.is_point();
+            for k in 0..n {
+                pushed[p + k].0[i] = m.centre[p + k] + to[k];
             }
         }
     }

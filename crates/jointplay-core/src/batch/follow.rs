@@ -68,7 +68,7 @@ impl<'m> Follow<'m> {
         for lane in 0..LANES {
             let row = lane.min(rows - 1);
             let drives = &drives[row * m.n_drives()..(row + 1) * m.n_drives()];
-            self.layout.load(m, &from[row].coordinates, drives, registers, lane);
+            Layout::load(m, &from[row].coordinates, drives, registers, lane);
         }
         let (n_u, n_pose) = (m.n_parameters(), m.n_bodies() * m.space.n_pose_numbers());
         let (size, pivots, clear) = (n_pose, n_pose + 1, n_pose + 2);

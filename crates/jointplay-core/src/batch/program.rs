@@ -108,7 +108,7 @@ impl Layout {
 
     /// Puts a pose and drive values into the varying inputs of one lane.
     #[inline(always)]
-    pub fn load(&self, m: &Mechanism, coordinates: &[f64], drives: &[f64], registers: &mut [Block], lane: usize) {
+    pub fn load(m: &Mechanism, coordinates: &[f64], drives: &[f64], registers: &mut [Block], lane: usize) {
         let mut k = m.n_parameters();
         let mut put = |value: f64| {
             registers[k].0[lane] = value;

@@ -65,7 +65,7 @@ impl Job<'_> {
 
     #[inline(always)]
     fn outside(&self, position: f64, rotation: f64) -> bool {
-        (position > self.request.limit_position) | (rotation > self.request.limit_rotation)
+        position > self.request.limit_position || rotation > self.request.limit_rotation
     }
 }
 
