@@ -38,15 +38,12 @@ impl Kernel for Draw<'_, '_> {
         let Self { mechanism, stream, mut bound, parameters } = self;
         for _ in 0..SAMPLES / LANES {
             for source in mechanism.sources() {
-                let drawn = stream.draw(&source.set, source.law);
-                for (k, p) in source.range().enumerate() {
-                    parameters[p] = drawn[k];
-                }
+                stream.draw(&source.set, source.law, &mut parameters[source.range()]);
             }
             if let Some(bound) = &mut bound {
                 bound.parameters().copy_from_slice(parameters);
                 let solved = bound.solve();
-                sum += bound.error(0).0[0] * f64::from(u8::from(solved[0]));
+                sum += bound.error(0).0[0] * f64::from(u8::from(solved.has(0)));
             } else {
                 sum += parameters[0].0[0];
             }

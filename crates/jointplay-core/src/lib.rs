@@ -16,7 +16,9 @@ mod joint;
 pub mod linear;
 pub mod loaded;
 pub mod mechanism;
+pub mod mesh;
 pub mod path;
+pub mod projected;
 pub mod reach;
 pub mod real;
 pub mod rotation;
@@ -25,6 +27,7 @@ pub mod sensitivity;
 pub mod solver;
 pub mod space;
 pub mod spec;
+mod starts;
 pub mod status;
 pub mod trace;
 

@@ -15,17 +15,15 @@
 //! In space cells that may hide more than the tolerance are divided.
 
 use std::f64::consts::TAU;
-use std::sync::OnceLock;
 
 use crate::clearance::MAX_SIZE;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, Source};
+use crate::mesh::{cosine_of_radius, mesh, unit};
 use crate::sensitivity::Output;
-use crate::space::{Vec3, add, cross, dot, norm, scale, sub};
+use crate::space::{Vec3, add, dot, norm, scale};
 
 /// Directions of the plane, besides those where a support point jumps.
 const FAN: usize = 360;
-/// Divisions of the icosahedron's faces into four, for the directions of space.
-const DIVISIONS: usize = 2;
 /// Alternations between direction and support point.
 const ALTERNATIONS: usize = 60;
 /// In space the bound is at most this part above the largest reach found, or the most cells are used.
@@ -44,7 +42,7 @@ pub struct Farthest {
 
 /// The linearised error in up to three components of one unit.
 pub struct Reach<'m> {
-    mechanism: &'m Mechanism,
+    sources: &'m [Source],
     /// The image of every parameter.
     columns: Vec<Vec3<f64>>,
     /// The error with every offset at zero.
@@ -68,17 +66,23 @@ impl<'m> Reach<'m> {
         for (column, &centre) in columns.iter().zip(&mechanism.centre) {
             base = add(base, scale(*column, centre));
         }
-        Self { mechanism, columns, base, dimensions: range.len() }
+        Self { sources: mechanism.sources(), columns, base, dimensions: range.len() }
+    }
+
+    /// What a direction pulls a source's offsets by.
+    fn pull(&self, source: &Source, direction: Vec3<f64>) -> [f64; MAX_SIZE] {
+        let mut w = [0.0; MAX_SIZE];
+        for (w, p) in w.iter_mut().zip(source.range()) {
+            *w = dot(self.columns[p], direction);
+        }
+        w
     }
 
     /// The farthest error along a direction.
     fn support_point(&self, direction: Vec3<f64>) -> Vec3<f64> {
         let mut error = self.base;
-        for source in self.mechanism.sources() {
-            let mut w = [0.0; MAX_SIZE];
-            for (w, p) in w.iter_mut().zip(source.range()) {
-                *w = dot(self.columns[p], direction);
-            }
+        for source in self.sources {
+            let w = self.pull(source, direction);
             let face = source.set.face(&w[..source.set.size()], 0.0);
             for (offset, p) in face.centre.iter().zip(source.range()) {
                 error = add(error, scale(self.columns[p], *offset));
@@ -88,7 +92,9 @@ impl<'m> Reach<'m> {
     }
 
     fn reach(&self, direction: Vec3<f64>) -> f64 {
-        dot(self.support_point(direction), direction)
+        let sources = self.sources.iter();
+        sources
+            .fold(dot(self.base, direction), |reach, source| reach + source.set.support(&self.pull(source, direction)))
     }
 
     /// Goes from a direction to that of its support point, until nothing is gained.
@@ -123,33 +129,25 @@ impl<'m> Reach<'m> {
             }
         };
         let reach: Vec<f64> = directions.iter().map(|&u| self.reach(u)).collect();
-        let mut maxima: Vec<(Vec3<f64>, f64)> = Vec::new();
+        let mut maxima = Maxima::default();
         for (k, &direction) in directions.iter().enumerate() {
-            if neighbours[k].iter().any(|&n| reach[n] > reach[k]) {
-                continue;
-            }
-            let (direction, reached) = self.climb(direction);
-            let known = |&(other, value): &(Vec3<f64>, f64)| {
-                dot(other, direction) > 1.0 - 1e-9 && (value - reached).abs() <= 1e-9 * reached
-            };
-            if !maxima.iter().any(known) {
-                maxima.push((direction, reached));
+            if neighbours[k].iter().all(|&n| reach[n] <= reach[k]) {
+                maxima.insert(self.climb(direction));
             }
         }
-        maxima.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-        let largest = maxima.first().map_or(0.0, |(_, value)| *value);
         let bound = match self.dimensions {
-            1 => largest,
+            1 => maxima.largest(),
             2 => reach.iter().copied().fold(0.0, f64::max) / (0.5 * TAU / FAN as f64).cos(),
-            _ => self.bound(largest, &reach),
+            _ => self.bound(&mut maxima, &reach),
         };
-        Farthest { directions: maxima.into_iter().map(|(u, _)| u).collect(), bound: bound.max(largest) }
+        let bound = bound.max(maxima.largest());
+        Farthest { directions: maxima.largest_first(), bound }
     }
 
     /// Directions of the plane by angle, with those on either side of a jump of a support point.
     fn fan(&self) -> (Vec<Vec3<f64>>, Vec<Vec<usize>>) {
         let mut angles: Vec<f64> = (0..FAN).map(|k| TAU * k as f64 / FAN as f64).collect();
-        for source in self.mechanism.sources() {
+        for source in self.sources {
             for form in source.set.break_forms() {
                 // form . (A^T u) = g . u vanishes at right angles to g.
                 let g = source.range().zip(form).fold([0.0; 3], |g, (p, f)| add(g, scale(self.columns[p], f)));
@@ -167,23 +165,27 @@ impl<'m> Reach<'m> {
     }
 
     /// What the reach does not exceed anywhere on the sphere, by dividing the cells that may hide more than
-    /// the tolerance above what is known.
-    fn bound(&self, known: f64, reach: &[f64]) -> f64 {
-        let mesh = mesh();
+    /// the tolerance above the largest maximum. What they do hide joins the maxima.
+    fn bound(&self, maxima: &mut Maxima, reach: &[f64]) -> f64 {
         type Corner = (Vec3<f64>, f64);
+        let mesh = mesh();
         let corner = |k: usize| (mesh.corners[k], reach[k]);
         let mut cells: Vec<[Corner; 3]> = mesh.cells.iter().map(|cell| cell.map(corner)).collect();
-        let (mut bound, mut seen) = (known, 0);
+        let (mut bound, mut seen) = (0.0_f64, 0);
         while let Some([a, b, c]) = cells.pop() {
             seen += 1;
             let here = a.1.max(b.1).max(c.1) / cosine_of_radius([a.0, b.0, c.0]);
-            if here <= known * (1.0 + TOLERANCE) || seen > MOST_CELLS {
+            if here <= maxima.largest() * (1.0 + TOLERANCE) || seen > MOST_CELLS {
                 bound = bound.max(here);
                 continue;
             }
-            let middle = |p: Corner, q: Corner| {
+            let mut middle = |p: Corner, q: Corner| {
                 let u = unit(add(p.0, q.0));
-                (u, self.reach(u))
+                let reach = self.reach(u);
+                if reach > maxima.largest() {
+                    maxima.insert(self.climb(u));
+                }
+                (u, reach)
             };
             let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
             cells.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
@@ -192,113 +194,128 @@ impl<'m> Reach<'m> {
     }
 }
 
-/// The k-th of n directions spread over the circle or the sphere.
-#[must_use]
-pub fn spread(dimensions: usize, k: usize, n: usize) -> Vec3<f64> {
-    let part = k as f64 / n as f64;
-    if dimensions == 2 {
-        let (s, c) = (TAU * part).sin_cos();
-        return [c, s, 0.0];
+/// Local maxima, each a direction and its reach.
+#[derive(Default)]
+struct Maxima(Vec<(Vec3<f64>, f64)>);
+
+impl Maxima {
+    fn insert(&mut self, (direction, reach): (Vec3<f64>, f64)) {
+        let known = |&(other, value): &(Vec3<f64>, f64)| {
+            dot(other, direction) > 1.0 - 1e-9 && (value - reach).abs() <= 1e-9 * reach
+        };
+        if !self.0.iter().any(known) {
+            self.0.push((direction, reach));
+        }
     }
-    // A spiral from pole to pole that turns by the golden angle.
-    let height = 1.0 - 2.0 * (part + 0.5 / n as f64);
-    let (s, c) = (TAU * (k as f64 * 0.618_034).fract()).sin_cos();
-    let radius = (1.0 - height * height).sqrt();
-    [radius * c, radius * s, height]
-}
 
-fn unit(v: Vec3<f64>) -> Vec3<f64> {
-    scale(v, 1.0 / norm(&v))
-}
+    fn largest(&self) -> f64 {
+        self.0.iter().fold(0.0, |largest, &(_, reach)| reach.max(largest))
+    }
 
-/// Cosine of the angular radius of the circle through three unit vectors: the distance of their plane.
-fn cosine_of_radius([a, b, c]: [Vec3<f64>; 3]) -> f64 {
-    dot(unit(cross(sub(b, a), sub(c, a))), a).abs()
-}
-
-/// Directions of space with their cells.
-struct Mesh {
-    corners: Vec<Vec3<f64>>,
-    neighbours: Vec<Vec<usize>>,
-    cells: Vec<[usize; 3]>,
-}
-
-/// The icosahedron, its faces divided.
-fn mesh() -> &'static Mesh {
-    static MESH: OnceLock<Mesh> = OnceLock::new();
-    MESH.get_or_init(|| {
-        let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
-        let mut corners = Vec::new();
-        for (s, t) in [(1.0, golden), (-1.0, golden), (1.0, -golden), (-1.0, -golden)] {
-            corners.extend([[0.0, s, t], [s, t, 0.0], [t, 0.0, s]].map(unit));
-        }
-        let near = |a: Vec3<f64>, b: Vec3<f64>| dot(a, b) > 0.4;
-        let mut cells = Vec::new();
-        for i in 0..12 {
-            for j in 0..i {
-                for k in 0..j {
-                    if near(corners[i], corners[j]) && near(corners[j], corners[k]) && near(corners[k], corners[i]) {
-                        cells.push([i, j, k]);
-                    }
-                }
-            }
-        }
-        for _ in 0..DIVISIONS {
-            let mut middles = std::collections::HashMap::new();
-            let mut divided = Vec::with_capacity(4 * cells.len());
-            for [a, b, c] in cells {
-                let mut middle = |p: usize, q: usize| {
-                    *middles.entry((p.min(q), p.max(q))).or_insert_with(|| {
-                        corners.push(unit(add(corners[p], corners[q])));
-                        corners.len() - 1
-                    })
-                };
-                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-                divided.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
-            }
-            cells = divided;
-        }
-        let mut neighbours = vec![Vec::new(); corners.len()];
-        for cell in &cells {
-            for k in 0..3 {
-                neighbours[cell[k]].extend([cell[(k + 1) % 3], cell[(k + 2) % 3]]);
-            }
-        }
-        for list in &mut neighbours {
-            list.sort_unstable();
-            list.dedup();
-        }
-        Mesh { corners, neighbours, cells }
-    })
+    fn largest_first(mut self) -> Vec<Vec3<f64>> {
+        self.0.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        self.0.into_iter().map(|(direction, _)| direction).collect()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::clearance::Set;
+    use crate::mesh::spread;
+    use crate::spec::Law;
+    use rand::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
 
-    #[test]
-    fn the_mesh_covers_the_sphere() {
-        let mesh = mesh();
-        assert_eq!((mesh.corners.len(), mesh.cells.len()), (162, 320));
-        // Solid angles of all cells add up to the sphere's.
-        let solid = |cell: &[usize; 3]| {
-            let [a, b, c] = cell.map(|k| mesh.corners[k]);
-            let down = 1.0 + dot(a, b) + dot(b, c) + dot(c, a);
-            2.0 * dot(a, cross(b, c)).abs().atan2(down)
+    fn sources(sets: &[Set]) -> Vec<Source> {
+        let mut first = 0;
+        let source = |&set: &Set| {
+            first += set.size();
+            Source {
+                set,
+                law: Law::Uniform,
+                first: first - set.size(),
+                is_clearance: true,
+                is_angle: false,
+                components: Vec::new(),
+            }
         };
-        let whole: f64 = mesh.cells.iter().map(solid).sum();
-        assert!((whole - 2.0 * TAU).abs() < 1e-12);
-        assert!(mesh.neighbours.iter().all(|n| n.len() == 5 || n.len() == 6));
+        sets.iter().map(source).collect()
+    }
+
+    /// Columns of random size and direction, about one common direction where `needle` is small.
+    fn columns(n: usize, needle: f64, rng: &mut Xoshiro256PlusPlus) -> Vec<Vec3<f64>> {
+        let mut vector = || -> Vec3<f64> { std::array::from_fn(|_| rng.random_range(-1.0..1.0)) };
+        let common = vector();
+        (0..n).map(|_| add(scale(vector(), needle), scale(common, vector()[0]))).collect()
     }
 
     #[test]
-    fn no_direction_of_a_cell_lies_beyond_its_circle() {
-        for k in 0..500 {
-            let u = spread(3, k, 500);
-            let mesh = mesh();
-            let nearest = mesh.corners.iter().map(|&c| dot(c, u)).fold(-1.0, f64::max);
-            let coarsest = mesh.cells.iter().map(|c| cosine_of_radius(c.map(|k| mesh.corners[k]))).fold(1.0, f64::min);
-            assert!(nearest >= coarsest, "{u:?}");
+    fn the_farthest_corner_of_a_zonotope_lies_between_value_and_bound() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        for trial in 0..60 {
+            let sets: Vec<Set> = (0..9)
+                .map(|_| Set::Interval { low: -rng.random_range(0.0..1.0), high: rng.random_range(0.0..1.0) })
+                .collect();
+            let sources = sources(&sets);
+            let columns = columns(sets.len(), [1.0, 0.1, 1e-3][trial % 3], &mut rng);
+            let base = [0.1, -0.2, 0.05];
+            let reach = Reach { sources: &sources, columns: columns.clone(), base, dimensions: 3 };
+            let farthest = (0..1_u32 << sets.len()).fold(0.0, |farthest: f64, corner| {
+                let error = sets.iter().zip(&columns).enumerate().fold(base, |sum, (k, (set, column))| {
+                    let Set::Interval { low, high } = *set else { unreachable!() };
+                    add(sum, scale(*column, if corner >> k & 1 == 1 { high } else { low }))
+                });
+                farthest.max(norm(&error))
+            });
+            let found = reach.farthest();
+            let value = reach.reach(found.directions[0]);
+            assert!(value <= farthest * (1.0 + 1e-14) && farthest <= found.bound, "{value} {farthest} {}", found.bound);
+            assert!(found.bound <= value * (1.0 + TOLERANCE), "{value} {}", found.bound);
+        }
+    }
+
+    #[test]
+    fn no_sampled_direction_reaches_beyond_the_bound() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(6);
+        let sets = [
+            Set::Journal { radius: 1.0, half_length: 0.5, axial: 0.3 },
+            Set::Ball { radius: 0.5 },
+            Set::Disc { radius: 0.4 },
+            Set::Guide { gap: 0.4, half_length: 1.0, half_width: 0.2, half_height: 0.3 },
+            Set::Interval { low: -0.2, high: 0.7 },
+        ];
+        let sources = sources(&sets);
+        for trial in 0..12 {
+            let n = sets.iter().map(Set::size).sum();
+            let columns = columns(n, [1.0, 0.1, 1e-3][trial % 3], &mut rng);
+            let reach = Reach { sources: &sources, columns, base: [0.0; 3], dimensions: 3 };
+            let found = reach.farthest();
+            let value = reach.reach(found.directions[0]);
+            let sampled = (0..20_000).map(|k| reach.reach(spread(3, k, 20_000))).fold(0.0, f64::max);
+            assert!(sampled <= found.bound && found.bound <= value * (1.0 + TOLERANCE), "{sampled} {value}");
+            // Support points are attained: no value is claimed that no offset makes.
+            assert!((norm(&reach.support_point(found.directions[0])) - value).abs() < 1e-9 * value);
+        }
+    }
+
+    #[test]
+    fn in_the_plane_the_bound_is_as_near_as_the_fan_is_dense() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+        let sources = sources(&[
+            Set::Diamond { gap: 0.3, half_length: 2.0 },
+            Set::Disc { radius: 0.5 },
+            Set::Interval { low: -1.0, high: 0.5 },
+        ]);
+        for _ in 0..20 {
+            let mut columns = columns(5, 0.3, &mut rng);
+            columns.iter_mut().for_each(|c| c[2] = 0.0);
+            let reach = Reach { sources: &sources, columns, base: [0.1, 0.0, 0.0], dimensions: 2 };
+            let found = reach.farthest();
+            let value = reach.reach(found.directions[0]);
+            let sampled = (0..100_000).map(|k| reach.reach(spread(2, k, 100_000))).fold(0.0, f64::max);
+            assert!(sampled <= value * (1.0 + 1e-9), "{sampled} {value}");
+            assert!(value <= found.bound && found.bound <= value * (1.0 + 1e-4));
         }
     }
 }

@@ -4,14 +4,9 @@
 //! operations. Operations that depend only on quantities common to all samples of a configuration are
 //! done once for it; the rest is replayed on blocks of samples.
 
-#[cfg(target_arch = "x86_64")]
-use std::sync::OnceLock;
-
-#[cfg(target_arch = "x86_64")]
-use super::jit::{Compiled, Vector};
+use super::jit::{Compiled, Layout, Line};
 use super::lanes::Block;
-#[cfg(target_arch = "x86_64")]
-use super::simd::{Width, width};
+use super::simd::width;
 use super::symbol::{Binary, Node, Recorder, Symbol};
 
 /// The operations that a processor does at once.
@@ -64,27 +59,44 @@ pub struct Program {
     /// Nodes whose common value goes to which register.
     broadcast: Vec<(usize, u16)>,
     operations: Vec<Op>,
+    n_inputs: usize,
+    /// Where its own registers begin.
+    start: usize,
+    /// Where they end.
     n_registers: usize,
     outputs: Vec<u16>,
-    machine: Machine,
+    /// Inputs that the first outputs replace.
+    replaced: Vec<u16>,
+    compiled: Compiled,
 }
-
-/// Machine code of a program, written when it is first asked for; none where there can be none.
-#[cfg(target_arch = "x86_64")]
-#[derive(Clone, Debug, Default)]
-struct Machine {
-    ymm: OnceLock<Option<Compiled>>,
-    zmm: OnceLock<Option<Compiled>>,
-}
-
-#[cfg(not(target_arch = "x86_64"))]
-#[derive(Clone, Debug, Default)]
-struct Machine;
 
 impl Program {
     /// The program that computes `outputs`; `None` when it needs more registers than can be numbered.
     #[must_use]
     pub fn new(recorder: &Recorder, n_inputs: usize, outputs: &[Symbol<'_>]) -> Option<Self> {
+        Self::from(recorder, n_inputs, n_inputs, outputs)
+    }
+
+    /// A program that shares the inputs of another: its own registers begin where those of the other end.
+    #[must_use]
+    pub fn after(other: &Self, recorder: &Recorder, outputs: &[Symbol<'_>]) -> Option<Self> {
+        Self::from(recorder, other.n_inputs, other.n_blocks(), outputs)
+    }
+
+    /// Lets the first outputs replace these inputs at the end of every run.
+    ///
+    /// # Panics
+    /// When such an output is another input.
+    #[must_use]
+    pub fn replacing(mut self, inputs: impl Iterator<Item = usize>) -> Self {
+        self.replaced = inputs.map(|i| i as u16).collect();
+        for (&output, &input) in self.outputs.iter().zip(&self.replaced) {
+            assert!(output == input || output as usize >= self.n_inputs, "an output is computed");
+        }
+        self
+    }
+
+    fn from(recorder: &Recorder, n_inputs: usize, start: usize, outputs: &[Symbol<'_>]) -> Option<Self> {
         let roots: Vec<u32> = outputs.iter().map(|&s| recorder.id(s)).collect();
         let nodes = recorder.nodes.borrow();
         let varying = varying(&nodes);
@@ -149,9 +161,12 @@ impl Program {
             n_nodes: nodes.len(),
             broadcast: Vec::new(),
             operations: Vec::with_capacity(work.len()),
-            n_registers: n_inputs,
+            n_inputs,
+            start,
+            n_registers: start,
             outputs: Vec::new(),
-            machine: Machine::default(),
+            replaced: Vec::new(),
+            compiled: Compiled::default(),
         };
         program.give_registers(&nodes, &varying, &work, &roots)?;
         Some(program)
@@ -226,9 +241,22 @@ impl Program {
         self.operations.len()
     }
 
-    /// Registers with everything common to the samples of one configuration in place.
+    /// Blocks of memory up to the end of the program's own.
+    #[must_use]
+    pub fn n_blocks(&self) -> usize {
+        Layout::new(&self.line()).n_blocks()
+    }
+
+    /// Memory with everything common to the samples of one configuration in place.
     #[must_use]
     pub fn registers(&self, common: &[f64]) -> Vec<Block> {
+        let mut registers = vec![Block::splat(0.0); self.n_blocks()];
+        self.put_common(&mut registers, common);
+        registers
+    }
+
+    /// Puts what is common to the samples of one configuration.
+    pub fn put_common(&self, registers: &mut [Block], common: &[f64]) {
         let mut values = vec![0.0; self.n_nodes];
         for &(id, node) in &self.common {
             let value = |o: u32| values[o as usize];
@@ -245,18 +273,17 @@ impl Program {
                 Node::Binary(Binary::Max, a, b) => value(a).max(value(b)),
             };
         }
-        let mut registers = vec![Block::splat(0.0); self.n_registers];
         for &(id, register) in &self.broadcast {
             registers[register as usize] = Block::splat(values[id]);
         }
-        registers
+        Layout::new(&self.line()).put_common(registers, self.broadcast.iter().map(|&(id, _)| values[id]));
     }
 
     /// An output after a run.
     #[inline(always)]
     #[must_use]
     pub fn output<'b>(&self, registers: &'b [Block], index: usize) -> &'b Block {
-        &registers[self.outputs[index] as usize]
+        &registers[*self.replaced.get(index).unwrap_or(&self.outputs[index]) as usize]
     }
 
     /// Replays the program; the varying inputs stand in the first registers.
@@ -267,35 +294,32 @@ impl Program {
     #[inline(always)]
     #[allow(unsafe_code)]
     pub fn run(&self, registers: &mut [Block]) {
-        match self.compiled() {
-            // SAFETY: compiled for the width in use, which this processor has.
-            Some(compiled) => unsafe { compiled.run(registers) },
-            None => self.interpret(registers),
+        let line = self.line();
+        let layout = Layout::new(&line);
+        assert!(registers.len() >= layout.n_blocks(), "registers of another program");
+        if !self.compiled.run(width(), layout, &line, registers) {
+            self.interpret(registers);
         }
     }
 
-    /// The program in machine code for the width in use.
-    #[cfg(target_arch = "x86_64")]
-    #[inline]
-    fn compiled(&self) -> Option<&Compiled> {
-        let (slot, vector) = match width() {
-            Width::Plain => return None,
-            Width::Avx2 => (&self.machine.ymm, Vector::Ymm),
-            Width::Avx512 => (&self.machine.zmm, Vector::Zmm),
-        };
-        slot.get_or_init(|| self.compile(vector)).as_ref()
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    pub(super) fn compile(&self, vector: Vector) -> Option<Compiled> {
-        Compiled::new(&self.operations, &self.outputs, self.n_registers, vector)
+    /// What there is to compile.
+    pub(super) fn line(&self) -> Line<'_> {
+        Line {
+            operations: &self.operations,
+            n_inputs: self.n_inputs as u16,
+            first_common: self.start as u16,
+            first_temporary: (self.start + self.broadcast.len()) as u16,
+            n_registers: self.n_registers as u16,
+            outputs: &self.outputs,
+            replaced: &self.replaced,
+        }
     }
 
     /// The interpreter: where there is no machine code, and the measure of it.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub(super) fn interpret(&self, registers: &mut [Block]) {
-        assert_eq!(registers.len(), self.n_registers, "registers of another program");
+        assert!(registers.len() >= self.n_registers, "registers of another program");
         for op in &self.operations {
             // SAFETY: `give_registers` numbers every operand and target below `n_registers`.
             let (a, b, c) = unsafe {
@@ -319,6 +343,9 @@ impl Program {
             };
             // SAFETY: as above.
             unsafe { *registers.get_unchecked_mut(op.target as usize) = value };
+        }
+        for (&output, &input) in self.outputs.iter().zip(&self.replaced) {
+            registers[input as usize] = registers[output as usize];
         }
     }
 }
