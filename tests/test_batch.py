@@ -115,3 +115,38 @@ def test_a_drive_that_turns_by_half_a_turn_within_a_block_stays_on_its_branch(co
     parts = [core.solve(np.vstack([drives[:1], drives[i : i + 40]]))["poses"][1:] for i in range(0, count, 40)]
     difference = np.abs(poses - np.concatenate(parts)) / _scale(mechanism, mechanism.pose_size)
     assert difference.max() < 1e-12
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_worst_equals_the_plain_solver_on_every_width(name):
+    mechanism = example(name)
+    core, drives = mechanism.core, _dense_path(mechanism, 5)
+    poses = core.solve(drives)["poses"]
+    results = []
+    for width in WIDTHS:
+        _core.simd(width)
+        results.append(core.worst(drives, poses))
+    first = results[0]
+    for other in results[1:]:
+        for key, value in first.items():
+            assert np.array_equal(value, other[key], equal_nan=True), key
+    # What becomes of a start does not depend on what is in the other lanes; the first configuration, in which
+    # the elimination is planned, stays.
+    for key, value in core.worst(drives[[0, 2]], poses[[0, 2]]).items():
+        assert np.array_equal(value, first[key][[0, 2]], equal_nan=True), key
+    few = slice(0, 5 if mechanism.pose_size == 3 else 1)
+    plain = core.worst(drives[few], poses[few], lanes=False)
+    # The plain solver tells how many starts there are; all of them settle on lanes but where pins float.
+    floats = name in FLOATING
+    assert first["fallbacks"].sum() <= (0.02 * len(drives) * plain["fallbacks"].min() if floats else 0)
+    assert np.array_equal(first["status"][few], plain["status"])
+    # Floating pins have summits side by side that differ in second order: which one a start leads to is chance.
+    tolerance = SECOND_ORDER if floats else 1e-12
+    by_component = _scale(mechanism, plain["component"].shape[1])[:, None]
+    for key, scale in {"position": mechanism.length, "rotation": 1.0, "component": by_component}.items():
+        assert np.max(np.abs(first[key][few] - plain[key]) / scale) < tolerance, key
+    for key in ("position", "rotation", "component"):
+        assert np.array_equal(first[f"{key}_first_order"][few], plain[f"{key}_first_order"]), key
+    # In the plane the rotation needs no direction.
+    assert first["rotation_direction"].shape[1] == (0 if mechanism.pose_size == 3 else 3)
+    assert np.allclose(np.linalg.norm(first["direction"], axis=1), 1.0, rtol=0, atol=1e-12)
