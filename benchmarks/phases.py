@@ -10,10 +10,12 @@ from pathlib import Path
 
 import closed_form
 import jointplay as jp
+import profile_w3
 import w1_fourbar
 import w2_tenbar
 from harness import Report, number
 from scatter import problem
+from tables import table
 
 CRITERION = Path(__file__).parent.parent / "target" / "criterion" / "phases"
 #: of one run of a phase in crates/jointplay-core/benches/phases.rs
@@ -50,7 +52,9 @@ def measure(rounds: int) -> Report:
     upto = [_fastest(functools.partial(limit.monte_carlo, SAMPLES, k), rounds) for k in (1, 2, 3)]
     rows.insert(1, ["W1, C by hand", *_steps(upto), ""])
     header = ["ns per sample", "drawing", "solving", "counting", "recorded operations of the solution"]
-    return Report("phases", "Where the time goes", header, rows, [])
+    profile = profile_w3.shares()
+    notes = ["W3, `loaded` at given poses, by `perf`:\n\n" + table(["part", "share"], profile)] if profile else []
+    return Report("phases", "Where the time goes", header, rows, [], notes)
 
 
 def _steps(upto: list[float]) -> list[str]:

@@ -15,6 +15,8 @@ from harness import Report, Spread, Target
 
 COMMAND, BASELINE = "`jointplay error four-bar.toml`", '`python -c "import numpy, scipy.optimize"`'
 
+LIBRARIES = '`python -c "import pydantic, rich, typer, xarray"`'
+
 
 def _processor_seconds(call: list[str], folder: str) -> float:
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -29,6 +31,7 @@ def measure(rounds: int) -> Report:
     calls = {
         COMMAND: [program, "error", "four-bar.toml"],
         BASELINE: [sys.executable, "-c", "import numpy, scipy.optimize"],
+        LIBRARIES: [sys.executable, "-c", "import pydantic, rich, typer, xarray"],
         "`python -c pass`": [sys.executable, "-c", "pass"],
     }
     seconds: dict[str, list[float]] = {name: [] for name in calls}

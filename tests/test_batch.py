@@ -4,10 +4,15 @@ number of threads."""
 import numpy as np
 import pytest
 
-from jointplay import _core, examples, model
+from answers import EXAMPLES, example
+from jointplay import _core
+from jointplay.analyses.nominal import nominal
 
 WIDTHS = ["plain", "avx2", "avx512"]
-WITH_DRIVES = [name for name in examples.names() if model.loads(examples.text(name, {}), name).drive_values is not None]
+#: examples with pins whose axial play nothing decides to first order
+FLOATING = ("rssr", "3-upu", "stewart-gough", "delta", "3-rrr-spherical")
+#: square of that play (30 um) over the length of an arm (30 mm), in characteristic lengths, a few times
+SECOND_ORDER = 2e-7
 
 
 @pytest.fixture(autouse=True)
@@ -17,17 +22,23 @@ def _widest_again():
 
 
 def _dense_path(mechanism, count):
-    """The example's drive values, filled in between."""
-    values = mechanism.drive_values
+    """The example's drive values, given or solved from its path, filled in between."""
+    values = nominal(mechanism).drives
     at = np.linspace(0, len(values) - 1, count)
     return np.column_stack([np.interp(at, np.arange(len(values)), column) for column in values.T])
 
 
-@pytest.mark.parametrize("name", WITH_DRIVES)
+def _scale(mechanism, size):
+    """The characteristic length of positions, one of angles and quaternions, for poses or errors of so many numbers."""
+    lengths = 2 if size == 3 else 3
+    return np.repeat([mechanism.length, 1.0], [lengths, size - lengths])
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_samples_equal_the_plain_solver_on_every_width(name):
-    mechanism = model.loads(examples.text(name, {}), name)
-    core, drives = mechanism.core, mechanism.drive_values[:1]
-    poses = core.solve(drives)["poses"]
+    mechanism = example(name)
+    at = nominal(mechanism)
+    core, drives, poses = mechanism.core, at.drives[-1:], at.poses[-1:]
     count = 1000  # not a whole number of blocks
 
     def draw(threads):
@@ -44,13 +55,13 @@ def test_samples_equal_the_plain_solver_on_every_width(name):
     assert first["fallbacks"].sum() == 0
     given = core.given(np.repeat(drives, count, 0), np.repeat(poses, count, 0), first["kept_parameters"])
     # Relative to the size of the mechanism: rounding of positions does not shrink with the clearances.
-    difference = np.abs(given["error"] - first["kept_errors"]) / [mechanism.length, mechanism.length, 1.0]
+    difference = np.abs(given["error"] - first["kept_errors"]) / _scale(mechanism, given["error"].shape[1])
     assert difference.max() < 1e-13
 
 
-@pytest.mark.parametrize("name", WITH_DRIVES)
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_loaded_equals_the_plain_solver_on_every_width(name):
-    mechanism = model.loads(examples.text(name, {}), name)
+    mechanism = example(name)
     if not mechanism.has_loads:
         pytest.skip("no load")
     core, drives = mechanism.core, _dense_path(mechanism, 130)
@@ -64,23 +75,43 @@ def test_loaded_equals_the_plain_solver_on_every_width(name):
             assert np.array_equal(value, other[key], equal_nan=True), key
     # Few configurations at a time are solved plainly.
     parts = [core.loaded(drives[i : i + 1], poses[i : i + 1]) for i in range(len(drives))]
-    scales = {
-        "error": [mechanism.length, mechanism.length, 1.0],
-        "error_first_order": [mechanism.length, mechanism.length, 1.0],
-    }
-    for key in ("error", "error_first_order", "undetermined", "reaction", "offset", "contribution", "status"):
-        plain = np.concatenate([part[key] for part in parts])
+    size = _scale(mechanism, results[0]["error"].shape[1])
+    scales = dict.fromkeys(("error", "error_first_order", "undetermined"), size)
+
+    def difference(key):
+        plain = np.concatenate([part[key] for part in parts]).astype(float)
         scale = scales.get(key, max(float(np.max(np.abs(plain))), 1e-300))
-        assert np.max(np.abs(plain - results[0][key]) / scale) < 1e-12, key
+        return np.max(np.abs(plain - results[0][key]).reshape(len(drives), -1) / np.ravel(scale), axis=1, initial=0.0)
+
+    for key in ("error_first_order", "contribution", "status"):
+        assert difference(key).max() < 1e-12, key
+    # Where a rod is held by a ball, no force goes along the second pin of its universal joint, and what goes there in
+    # the displaced pose, of second order, may hold the pin in the middle as well as at either end.
+    settled = difference("offset") < 1e-12
+    assert settled.all() or name in FLOATING
+    for key in ("error", "undetermined", "reaction"):
+        assert difference(key)[settled].max(initial=0.0) < 1e-12, key
+    assert difference("error").max() < SECOND_ORDER
 
 
-@pytest.mark.parametrize("name", WITH_DRIVES)
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_traced_poses_equal_the_plain_path(name):
-    mechanism = model.loads(examples.text(name, {}), name)
+    mechanism = example(name)
     core, drives = mechanism.core, _dense_path(mechanism, 400)
     traced = core.trace(drives)
     # Fewer rows than a block are followed one by one; full turns in between are not lost.
     parts = [core.solve(np.vstack([drives[:1], drives[i : i + 40]]))["poses"][1:] for i in range(0, 400, 40)]
-    difference = np.abs(traced["poses"] - np.concatenate(parts)) / [mechanism.length, mechanism.length, 1.0]
+    difference = np.abs(traced["poses"] - np.concatenate(parts)) / _scale(mechanism, mechanism.pose_size)
     assert difference.max() < 1e-13
     assert np.array_equal(traced["poses"], core.solve(drives)["poses"])
+
+
+@pytest.mark.parametrize("count", [64, 70, 100, 128, 130, 200])
+def test_a_drive_that_turns_by_half_a_turn_within_a_block_stays_on_its_branch(count):
+    """A crank asked for a coarse turn was found half a turn off, where the sine of its angle has another root."""
+    mechanism = example("rssr")
+    core, drives = mechanism.core, np.linspace(0.0, 2 * np.pi, count)[:, None]
+    poses = core.trace(drives)["poses"]
+    parts = [core.solve(np.vstack([drives[:1], drives[i : i + 40]]))["poses"][1:] for i in range(0, count, 40)]
+    difference = np.abs(poses - np.concatenate(parts)) / _scale(mechanism, mechanism.pose_size)
+    assert difference.max() < 1e-12

@@ -13,10 +13,13 @@ from scipy.optimize import brentq
 
 import jointplay as jp
 from jointplay import examples, poses
-from jointplay.analyses.nominal import Interrupted, nominal
+from jointplay.analyses import solve
+from jointplay.analyses.nominal import Interrupted, Nominal, nominal
+from jointplay.analyses.singular_path import Path as DrivePath
 from jointplay.analyses.singular_values import Scaled
 from jointplay.analyses.singularities import compute
 from jointplay.errors import InputError
+from jointplay.table import tables
 from oracles.platform import placed
 from oracles.upu import Upu
 
@@ -26,6 +29,8 @@ import make_upu_singularities as picture
 
 Array = NDArray[np.float64]
 DETERMINATE = [name for name in examples.names() if name != "sarrus"]
+#: where two bars stand that lean against each other, metres
+FEET = {"left": -0.3, "right": 0.3}
 #: chords of the steps along the path stand for its arc: STEP^2 / 24 of it
 ARC = 5e-5
 
@@ -322,6 +327,30 @@ def test_a_path_that_touches_the_cylinder_without_crossing_it() -> None:
     assert float(result.singularity_distance[0]) == pytest.approx(40, rel=1e-3)
 
 
+@pytest.mark.parametrize("between", [[], [[0, 0, 0.4]]], ids=["between", "at a configuration"])
+def test_a_singularity_without_a_change_of_sign(between: list[list[float]]) -> None:
+    m = example("3-upu", layout="snu")
+    # By symmetry, two legs staying alike, the platform stays in the plane y = 0 and meets the axis.
+    positions = np.array([[-0.06, 0, 0.4], *between, [0.06, 0, 0.4]])
+    count, scaled = len(positions), Scaled(m, m.length)
+    poses_there = placed(m, positions)
+    values, sign = scaled.closure(poses_there)
+    assert sign[0] == sign[-1]
+    at = Nominal(
+        drives=np.array([Upu().legs_at(p)[0] for p in positions]),
+        poses=poses_there,
+        output=np.zeros((count, 6)),
+        status=np.zeros(count, np.uint8),
+        singular_value=values,
+        singular_motion=np.zeros((count, len(m.bodies), 6)),
+    )
+    found = DrivePath(scaled, at, values, 1e-4).nearest(lambda steps: None)
+    assert set(found.kind) == {"constraint"}
+    # On the axis the legs are alike. The closure is singular to the limit over a tenth of a millimetre.
+    assert np.ptp(found.drives, axis=1).max() < 1e-6
+    np.testing.assert_allclose(found.distance[[0, -1]], 0.06, rtol=5e-3)
+
+
 def test_an_rssr_driven_backwards_reaches_the_limits_of_its_rocker() -> None:
     m = example("rssr")
 
@@ -379,6 +408,31 @@ def test_one_configuration_has_no_path() -> None:
     assert np.isinf(result.singularity_distance.item())
 
 
+def test_a_structure_has_its_joints_only() -> None:
+    bar = {"type": "revolute", "on": {"left": [0.5, 0.0], "right": [0.5, 0.0]}}
+    feet = {name: {"type": "revolute", "on": {"ground": [x, 0.0], name: [0.0, 0.0]}} for name, x in FEET.items()}
+    raw = {
+        "format": 1,
+        "space": "planar",
+        "units": {"length": "m", "angle": "deg", "force": "N"},
+        "joints": {"top": bar, **feet},
+        "start": {"left": {"angle": 50}, "right": {"angle": 130}},
+        "output": {"body": "left", "at": [0.5, 0.0]},
+    }
+    result = jp.singularities(jp.Mechanism(raw))
+    assert result.constraint_singular_value.item() == pytest.approx(result.singular_value.item(), rel=1e-12)
+    assert np.isnan(result.actuation_singular_value).all()
+    assert result.kind.item() == "constraint"
+
+
+def test_targets_out_of_reach_leave_a_gap_in_the_path() -> None:
+    m = example("five-bar").with_({"path.x": [0, 0, 0, 0], "path.y": [190, 220, 400, 190]})
+    result = jp.singularities(m)
+    assert result.status.values.tolist() == ["ok", "ok", "not_assembled", "ok"]
+    assert np.isinf(result.singularity_distance.values[[0, 1, 3]]).all()
+    assert np.isnan(result.singularity_distance.values[2])
+
+
 def test_ctrl_c_keeps_what_is_done() -> None:
     def stop(done: int, total: int) -> None:
         if done > 11:
@@ -409,9 +463,34 @@ def test_the_committed_map_is_what_is_computed_and_follows_the_closed_form() -> 
     assert picture.agrees(picture.NUMBERS.read_text(encoding="utf-8"), picture.numbers())
     radius = np.hypot(rows[:, 0], rows[:, 1])
     on_circle = np.isclose(radius, 2 * (picture.BASE - picture.PLATFORM))
-    assert on_circle.sum() == 12, "Pythagorean triples of 300 on the grid"
+    assert on_circle.sum() == 4, "where the circle meets the axes of the grid"
     assert (rows[on_circle, 2:] == 0).all()
     assert (rows[~on_circle, 2] > 0).all()
     # The legs hold the less, the smaller the determinant of their couples, on rings around the axis.
     inside = (radius > 40) & (radius < 290)
     assert np.corrcoef(rows[inside, 2], np.abs(rows[inside, 3]))[0, 1] > 0.95
+
+
+# --- in words --------------------------------------------------------------------------------------------------------
+
+
+def test_the_table_says_what_moves_and_where() -> None:
+    (table,) = tables(compute(example("slider-crank").with_({"drives.theta.values": [60, 180]})))
+    notes = " ".join(table.notes)
+    assert "The output follows least at # 1 (0): crank and rod move together, the output stands still." in notes
+    assert "A radian counts as 50 mm" in notes
+    assert "meets no singularity" in notes
+    backwards = {"drives.theta1.joint": "J4", "drives.theta1.values": [36, 80]}
+    (table,) = tables(compute(example("four-bar").with_(backwards)))
+    cells = {column.name: column.cells for column in table.columns}
+    assert cells["to a singularity"] == ("90.39", "–")
+    assert cells["kind"] == ("actuation", "")
+
+
+def test_solve_points_to_the_command_where_something_is_singular() -> None:
+    dead = float(np.degrees(np.arccos(1 / 3)))
+    m = example("four-bar").with_({"drives.theta1.joint": "J4", "drives.theta1.values": [60.0, dead]})
+    (table,) = tables(solve.compute(m))
+    assert any("jointplay singularities" in note for note in table.notes)
+    (table,) = tables(solve.compute(example("four-bar")))
+    assert not any("jointplay singularities" in note for note in table.notes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from jointplay import examples
@@ -112,7 +113,7 @@ def test_sizes_and_keys_of_the_file_can_both_be_set() -> None:
     assert "--set layout=snu" in text
     m = loads(text)
     assert (m.title, m.value("loads.0.force")) == ("Mine", [1, 2, 3])
-    assert m.value("joints.top1.at") == [100, 0, 400]
+    assert m.value("joints.top1.at") == [150, -30, 400]  # drawn beside the axis
     assert m.value("joints.base1.axes")[0] == [1, 0, 0]
 
 
@@ -123,3 +124,13 @@ def test_what_may_be_left_out() -> None:
     assert sets[0]["journal"]["radius"] == 0.0
     assert sets[0]["journal"]["half_length"] > 0.0
     assert sets[2] == {"guide": {"gap": 1e-5, "half_length": 0.04, "half_width": 0.015, "half_height": 0.015}}
+
+
+def test_the_snu_layout_is_answered_beside_its_axis() -> None:
+    """det N grows with the square of the distance from the axis, where the constraints are singular."""
+    m = loads(examples.text("3-upu", {"layout": "snu"}))
+    assert m.targets is not None
+    solved = m.core.inverse(m.targets, np.array([1.0, 1, 1, 0, 0, 0]), m.start_drives)
+    assert (solved["status"] == 0).all()
+    near, far = solved["singular_value"][1], solved["singular_value"][0]
+    assert near < 0.6 * far

@@ -7,6 +7,7 @@ is shared with the package.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,3 +81,27 @@ class Upu:
         turned = np.linalg.solve(n, -by_couple)
         levers = np.cross(self.platform_radius * self.directions(), s)
         return np.concatenate([np.linalg.solve(s, -by_force - levers @ turned), turned])
+
+    def support(self, p: Array, forces: Array, moments: Array) -> Array:
+        """Largest work of loads, [..., 3] each, over all that the clearances allow, to first order."""
+        _, s, n, cosine = self.legs_at(p)
+        sine = np.sqrt(1 - cosine**2)
+        along = -forces @ np.linalg.inv(s)
+        levers = np.cross(self.platform_radius * self.directions(), s)
+        couple = -(moments + along @ levers) @ np.linalg.inv(n)
+        lever = couple / self.half_pin
+        ends = np.hypot(along * sine, lever)
+        crossed = [np.sqrt(along**2 + lever**2 - sign * 2 * along * lever * cosine) for sign in (1.0, -1.0)]
+        pins = self.radial * (2 * ends + crossed[0] + crossed[1]) + 2 * self.axial * np.abs(along * cosine)
+        guide = (
+            self.gap * np.abs(couple) * np.maximum(2 * sine / self.guide_width, 2 * np.abs(cosine) / self.guide_length)
+        )
+        return np.asarray((pins + guide).sum(axis=-1))
+
+    def turns(self, p: Array) -> Array:
+        """Corners [8, 3] of the rotations that the clearances allow: three constrained angles, each within its own."""
+        _, _, n, cosine = self.legs_at(p)
+        roll_or_tilt = np.maximum(2 * np.sqrt(1 - cosine**2) / self.guide_width, 2 * np.abs(cosine) / self.guide_length)
+        half = 4 * self.radial / self.half_pin + self.gap * roll_or_tilt
+        signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+        return np.asarray(np.linalg.solve(n, (signs * half).T).T)

@@ -4,13 +4,12 @@
 //! along it is the best admissible offset of the linearised mechanism (Frank and Wolfe). Whole steps to
 //! it nearly always settle at once. Where they do not (a guide hesitates between two corners, a
 //! reaction passes through zero and the pin floats, an offset acts in second order only) a projected
-//! gradient ascent takes over. A fixed point is where contact, reactions and pose agree.
+//! gradient ascent ([`crate::projected`]) takes over. A fixed point is where contact, reactions and pose agree.
 
-use std::collections::VecDeque;
-
-use crate::clearance::{Face, MAX_SIZE, inner};
+use crate::clearance::{Face, inner};
 use crate::closure::Inputs;
 use crate::mechanism::{Mechanism, Source};
+use crate::projected::Projected;
 use crate::rotation::inverse_left_jacobian;
 use crate::sensitivity::{Cost, Gradient};
 use crate::solver::{Linearised, Solver, State};
@@ -19,16 +18,8 @@ use crate::spec::LoadSpec;
 
 /// Whole steps to the support points.
 const WHOLE_STEPS: usize = 25;
-/// Projected gradient steps.
-const SLOW_STEPS: usize = 1500;
-/// Values that the projected ascent may fall back to.
-const MEMORY: usize = 8;
 /// An ascent stands still when no offset wants to change by more than this part of its set.
 const STILL: f64 = 1e-13;
-/// The same for the projected ascent, whose gradient has gone through more rounding.
-const SLOWLY_STILL: f64 = 1e-11;
-/// A part of the sets within which a projected ascent counts as settled.
-const SETTLED: f64 = 1e-8;
 /// A reaction below this part of the largest one decides nothing.
 pub const UNDECIDED: f64 = 1e-9;
 
@@ -260,114 +251,42 @@ impl Solver<'_> {
         self.climb_slowly(objective, nominal, at)
     }
 
-    /// Projected gradient ascent in the sets' own coordinates, with the step length of Barzilai and
-    /// Borwein (IMA J. Numer. Anal. 8, 1988, 141) and a search that lets the value fall for a while
-    /// (Birgin, Martinez and Raydan, SIAM J. Optim. 10, 2000, 1196).
+    /// Goes on by projected gradient steps.
     fn climb_slowly(&self, objective: Objective, nominal: &State, mut at: Summit) -> Option<Summit> {
         let m = self.mechanism;
-        let free: Vec<usize> = (0..m.sources().len())
-            .filter(|&s| !m.sources()[s].set.is_zero() && m.gives_way(objective, &m.sources()[s]))
-            .collect();
-        let mut unit = m.unit_offsets(&free, &at.state.inputs);
-        let mut slope = m.unit_slope(&free, &at.gradient);
-        let largest = |v: &[f64]| v.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
-        let mut length = 1.0 / largest(&slope);
-        let mut recent = VecDeque::from([at.value]);
-        for _ in 0..SLOW_STEPS {
-            let steepest = largest(&slope);
-            let moved = |length: f64| {
-                let mut to: Vec<f64> = unit.iter().zip(&slope).map(|(u, g)| u + length * g).collect();
-                m.project(&free, &mut to);
-                to.iter().zip(&unit).map(|(t, u)| t - u).collect::<Vec<f64>>()
+        let (parameters, slope) = (at.state.inputs.parameters.clone(), &at.gradient.inputs.parameters);
+        let mut ascent = Projected::new(m, objective, parameters, at.value, m.noise(&at), slope);
+        let mut proposed = ascent.propose();
+        while let Some(parameters) = proposed {
+            let inputs = Inputs { drives: at.state.inputs.drives.clone(), parameters };
+            let Ok(state) = self.follow(&at.state, &inputs) else {
+                at.blocked = true;
+                proposed = ascent.shorten();
+                continue;
             };
-            let still = if steepest > 0.0 { largest(&moved(1.0 / steepest)) } else { 0.0 };
-            at.settled = still <= SETTLED;
-            if still <= SLOWLY_STILL {
-                break;
+            let value = m.objective_value(objective, nominal, &state);
+            if !ascent.accepts(value) {
+                proposed = ascent.shorten();
+                continue;
             }
-            let step = moved(length);
-            let gain = inner(&step, &slope);
-            let noise = m.noise(&at);
-            let lowest = recent.iter().copied().fold(f64::INFINITY, f64::min);
-            let mut part = 1.0;
-            let reached = loop {
-                let to: Vec<f64> = unit.iter().zip(&step).map(|(u, s)| u + part * s).collect();
-                match self.follow(&at.state, &m.offsets_of_unit(&free, &to, &at.state.inputs)) {
-                    Ok(next) => {
-                        let value = m.objective_value(objective, nominal, &next);
-                        if value >= lowest + 1e-4 * part * gain - noise {
-                            break Some((to, next, value));
-                        }
-                    }
-                    Err(_) => at.blocked = true,
-                }
-                part *= 0.25;
-                if part < 1e-8 {
-                    break None;
-                }
-            };
-            let Some((to, state, value)) = reached else { break };
             let gradient = self.slope(objective, nominal, &state)?;
-            let next_slope = m.unit_slope(&free, &gradient);
-            let bend: f64 = (0..unit.len()).map(|k| (to[k] - unit[k]) * (slope[k] - next_slope[k])).sum();
-            let squared = part * part * inner(&step, &step);
-            let steepest = largest(&next_slope).max(f64::MIN_POSITIVE);
-            // Where the cost bends upwards the longest step is the best.
-            length = if bend > 0.0 { squared / bend } else { 1e6 / steepest };
-            length = length.clamp(1e-4 / steepest, 1e12 / steepest);
-            (unit, slope) = (to, next_slope);
-            at = Summit { state, value, gradient, steps: at.steps + 1, ..at };
-            recent.push_back(value);
-            if recent.len() > MEMORY {
-                recent.pop_front();
-            }
+            at = Summit { state, value, gradient, ..at };
+            ascent.accept(value, m.noise(&at), &at.gradient.inputs.parameters);
+            proposed = ascent.propose();
         }
-        Some(at)
+        Some(Summit { steps: at.steps + ascent.steps(), settled: ascent.settled(), ..at })
     }
 }
 
 impl Mechanism {
-    /// Rounding of an objective's value: poses are good to some units of the last place of the length,
-    /// and the multipliers tell what a shift of a joint makes of the value.
     fn noise(&self, at: &Summit) -> f64 {
-        64.0 * f64::EPSILON * (self.force_scale(&at.gradient) * self.length + at.value.abs())
+        self.rounding(self.force_scale(&at.gradient), at.value)
     }
 
-    /// Offsets of the free sources in their sets' own coordinates, one after the other.
-    fn unit_offsets(&self, free: &[usize], inputs: &Inputs<f64>) -> Vec<f64> {
-        self.per_source(free, |source| {
-            let offset: Vec<f64> = source.range().map(|p| inputs.parameters[p] - self.centre[p]).collect();
-            source.set.to_unit(&offset)
-        })
-    }
-
-    fn unit_slope(&self, free: &[usize], gradient: &Gradient) -> Vec<f64> {
-        self.per_source(free, |source| source.set.unit_gradient(&gradient.inputs.parameters[source.range()]))
-    }
-
-    fn per_source(&self, free: &[usize], of: impl Fn(&Source) -> [f64; MAX_SIZE]) -> Vec<f64> {
-        let sources = free.iter().map(|&s| &self.sources[s]);
-        sources.flat_map(|source| of(source).into_iter().take(source.set.size())).collect()
-    }
-
-    fn project(&self, free: &[usize], unit: &mut [f64]) {
-        let mut at = 0;
-        for source in free.iter().map(|&s| &self.sources[s]) {
-            source.set.project_unit(&mut unit[at..at + source.set.size()]);
-            at += source.set.size();
-        }
-    }
-
-    fn offsets_of_unit(&self, free: &[usize], unit: &[f64], inputs: &Inputs<f64>) -> Inputs<f64> {
-        let mut inputs = inputs.clone();
-        let mut at = 0;
-        for source in free.iter().map(|&s| &self.sources[s]) {
-            let offset = source.set.of_unit(&unit[at..at + source.set.size()]);
-            for (k, p) in source.range().enumerate() {
-                inputs.parameters[p] = self.centre[p] + offset[k];
-            }
-            at += source.set.size();
-        }
-        inputs
+    /// Rounding of an objective's value: poses are good to some units of the last place of the length,
+    /// and the largest force among the multipliers tells what a shift of a joint makes of the value.
+    #[inline]
+    pub(crate) fn rounding(&self, force: f64, value: f64) -> f64 {
+        64.0 * f64::EPSILON * (force * self.length + value.abs())
     }
 }

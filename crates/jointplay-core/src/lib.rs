@@ -17,6 +17,7 @@ pub mod linear;
 pub mod loaded;
 pub mod mechanism;
 pub mod path;
+pub mod projected;
 pub mod reach;
 pub mod real;
 pub mod rotation;
@@ -25,6 +26,7 @@ pub mod sensitivity;
 pub mod solver;
 pub mod space;
 pub mod spec;
+mod starts;
 pub mod status;
 pub mod trace;
 

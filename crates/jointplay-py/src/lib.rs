@@ -278,6 +278,8 @@ impl Mechanism {
             .array("error", &[n, size], results.error)?
             .array("error_first_order", &[n, size], results.error_first_order)?
             .array("undetermined", &[n, size], results.undetermined)?
+            .array("undetermined_contribution", &[n, core.sources().len(), size], results.open)?
+            .array("decided", &[n, core.sources().len()], results.decided)?
             .array("reaction", &[n, core.n_joints(), size], results.reaction)?
             .array("offset", &[n, core.n_parameters()], results.offset)?
             .array("contribution", &[n, core.sources().len(), size], results.contribution)?
@@ -286,19 +288,20 @@ impl Mechanism {
             .finish())
     }
 
-    #[pyo3(signature = (drives, poses, starts = 24))]
+    #[pyo3(signature = (drives, poses, starts = 24, lanes = true))]
     fn worst<'py>(
         &self,
         py: Python<'py>,
         drives: PyReadonlyArray2<'py, f64>,
         poses: PyReadonlyArray3<'py, f64>,
         starts: usize,
+        lanes: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let results = py.detach(|| core.worst(&cases, starts));
+        let results = py.detach(|| if lanes { core.worst(&cases, starts) } else { core.worst_plainly(&cases, starts) });
         let (n, size, ne) = (cases.len(), core.size(), core.n_extremes());
         Ok(Table::new(py)
             .array("position", &[n], results.iter().map(|r| r.position).collect())?
@@ -311,6 +314,11 @@ impl Mechanism {
             .array("component", &[n, size, 2], flat(results.iter().flat_map(|r| &r.component)))?
             .array("component_first_order", &[n, size, 2], flat(results.iter().flat_map(|r| &r.component_first_order)))?
             .array("direction", &[n, core.n_translations()], flat(results.iter().map(|r| &r.direction)))?
+            .array(
+                "rotation_direction",
+                &[n, results.first().map_or(0, |r| r.rotation_direction.len())],
+                flat(results.iter().map(|r| &r.rotation_direction)),
+            )?
             .array("offset", &[n, ne, core.n_parameters()], flat(results.iter().flat_map(|r| &r.offset)))?
             .array("contribution", &[n, ne, core.sources().len()], flat(results.iter().flat_map(|r| &r.contribution)))?
             .status(results.iter().map(|r| r.status))?

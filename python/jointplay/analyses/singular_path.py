@@ -153,7 +153,8 @@ class Path:
     def drives(self, along: Floats) -> Floats:
         """Drive values at places along the path, shape (place, drive)."""
         numbers = np.arange(len(self.at))
-        return np.stack([np.interp(along, numbers, column) for column in self.at.drives.T], axis=-1)
+        columns = [np.interp(along, numbers, column) for column in self.at.drives.T]
+        return np.array(columns).reshape(len(columns), len(along)).T
 
     def _steps(self, segment: int) -> Floats:
         """The places of a segment's steps, its two ends included."""

@@ -116,9 +116,12 @@ def _where(result: Result) -> list[Column]:
 
 def _blamed(result: Result, which: str, header: str = "to blame") -> Column:
     shares = blame(result)
+    # What is rounding has no cause.
+    rounding = noise(result, unit_of(result, which))
+    real = size(result, "error", which) > rounding if "error" in result.data else np.ones(len(shares.position), bool)
     cells = []
     for k in range(len(result.get("status"))):
-        found = shares.largest(which, k)
+        found = shares.largest(which, k) if real[k] else None
         cells.append(NOTHING if found is None else _culprits(*found))
     return replace(words(header, cells), unit=f"for {which}")
 

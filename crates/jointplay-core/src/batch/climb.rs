@@ -2,46 +2,41 @@
 //!
 //! One recorded program takes a Newton step of the closure and gives the gradient of the work of a wrench on
 //! the output at the pose it starts from; the wrench is the gradient of what is to be maximised, lane by
-//! lane. Between steps every offset is moved to the support point of its set (Frank and Wolfe), until pose
-//! and offsets stand still together. Every lane has a start and a measure of its own.
+//! lane. Between steps the offsets move, to the support points of their sets (Frank and Wolfe) or where
+//! [`super::worker`] leads, until pose and offsets stand still together. A lane has a start and a measure of
+//! its own and takes the next start when it is done; what becomes of a start does not depend on the others.
 
 use super::SMALL_ANGLE;
-use super::contact::{STILL, change, gradient, poses_of, push, record_finish};
+use super::contact::{change, gradient, poses_of, push, record_finish};
 use super::lanes::{Block, LANES};
 use super::program::{Layout, record_step};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
+use super::worker::{Height, Next, Round, Worker};
 use crate::ascent::Measure;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::solver::Solver;
 use crate::space::Component;
 
-/// Steps that only close the mechanism at the start.
-const CLOSING: usize = 2;
-/// Steps that a block takes at most.
-const STEPS: usize = 40;
-/// A step below this (length-scaled) is rounding.
-const ROUNDING: f64 = 1e-13;
+/// A nominal pose, with its output.
+#[derive(Clone, Debug)]
+pub struct Site<'a> {
+    /// Drive values and nominal coordinates.
+    pub case: Case<'a>,
+    /// Output at the nominal pose.
+    pub reference: Vec<f64>,
+}
 
 /// What one lane is to do.
 #[derive(Clone, Debug)]
 pub struct Task {
+    /// Index of the site.
+    pub site: usize,
     /// What it climbs.
     pub measure: Measure,
     /// Parameter values to start from.
     pub start: Vec<f64>,
-}
-
-/// Where one lane stands still.
-#[derive(Clone, Debug)]
-pub struct Height {
-    /// Value of its measure.
-    pub value: f64,
-    /// Parameter values.
-    pub parameters: Vec<f64>,
-    /// Error of the output.
-    pub error: Vec<f64>,
 }
 
 /// The recorded programs of one mechanism.
@@ -51,6 +46,14 @@ pub struct Climb<'m> {
     layout: Layout,
     step: Program,
     finish: Program,
+}
+
+/// A lane's task.
+struct Busy<'m> {
+    task: usize,
+    /// Sign of the pivots' product at the nominal pose; zero until it is known.
+    sign: f64,
+    worker: Worker<'m>,
 }
 
 impl<'m> Climb<'m> {
@@ -70,96 +73,118 @@ impl<'m> Climb<'m> {
         })
     }
 
-    /// Registers of the two programs.
-    #[must_use]
-    pub fn workspace(&self) -> [Vec<Block>; 2] {
-        [&self.step, &self.finish].map(|p| p.registers(&[]))
-    }
-
-    /// Climbs from up to a block of starts at one nominal pose whose output is given. A lane that does not
-    /// stand still, or whose branch is in doubt, gives nothing.
+    /// Climbs from all starts. One that does not come to stand still, or whose branch is in doubt, gives
+    /// nothing.
     #[inline(always)]
-    pub fn solve(
-        &self,
-        workspace: &mut [Vec<Block>; 2],
-        case: &Case<'_>,
-        reference: &[f64],
-        tasks: &[Task],
-    ) -> Vec<Option<Height>> {
+    pub fn solve(&self, sites: &[Site<'_>], tasks: &[Task]) -> Vec<Option<Height>> {
         let m = self.mechanism;
-        let (n_u, size) = (m.n_parameters(), m.size());
-        let [step, finish] = workspace;
-        let mut pushed = vec![Block::splat(0.0); n_u];
-        for lane in 0..LANES {
-            self.layout.load(m, case.coordinates, case.drives, step, lane);
-            // Idle lanes repeat the first.
-            let task = tasks.get(lane).unwrap_or(&tasks[0]);
-            for (block, value) in pushed.iter_mut().zip(&task.start) {
-                block.0[lane] = *value;
-            }
-        }
-        let wrench = n_u + self.layout.n_varying();
+        let n_u = m.n_parameters();
+        let mut heights = vec![None; tasks.len()];
+        let Some(first) = tasks.first() else { return heights };
+        let [mut step, mut finish] = [&self.step, &self.finish].map(|p| p.registers(&[]));
+        // Offsets of a round, and where whole steps from them lead.
+        let mut offsets = vec![Block::splat(0.0); n_u];
+        let mut pushed = offsets.clone();
+        let mut errors = vec![Block::splat(0.0); m.size()];
+        let mut lanes: [Option<Busy<'_>>; LANES] = std::array::from_fn(|_| None);
+        // Lanes that never get a task repeat the first.
+        (0..LANES).for_each(|lane| self.load(sites, first, lane, &mut step, &mut offsets));
+        let mut next = 0;
+
+        let inputs = n_u + self.layout.n_varying();
         let state = self.layout.n_state();
-        let (moved, pivots, scale, slope) = (state, state + 1, state + 2, state + 3);
-        let mut good = [true; LANES];
-        let mut still = [false; LANES];
-        let mut sign = Block::splat(0.0);
-        let mut errors = vec![Block::splat(0.0); size];
-        for round in 0..STEPS {
-            finish[n_u..wrench].copy_from_slice(&step[n_u..wrench]);
-            finish[..n_u].copy_from_slice(&pushed);
-            self.finish.run(finish);
+        let (moved, pivots, force, gradient) = (state, state + 1, state + 2, state + 3);
+        loop {
+            for lane in 0..LANES {
+                if lanes[lane].is_none() && next < tasks.len() {
+                    let worker = Worker::new(m, tasks[next].measure);
+                    lanes[lane] = Some(Busy { task: next, sign: 0.0, worker });
+                    self.load(sites, &tasks[next], lane, &mut step, &mut offsets);
+                    next += 1;
+                }
+            }
+            if lanes.iter().all(Option::is_none) {
+                return heights;
+            }
+            finish[n_u..inputs].copy_from_slice(&step[n_u..inputs]);
+            finish[..n_u].copy_from_slice(&offsets);
+            self.finish.run(&mut finish);
             for (k, error) in errors.iter_mut().enumerate() {
-                let value = self.finish.output(finish, k);
-                *error = if k < m.n_translations() { value.sub(&Block::splat(reference[k])) } else { *value };
+                *error = *self.finish.output(&finish, k);
             }
-            self.aim(tasks, &errors, &mut step[wrench..wrench + size]);
-            step[..n_u].copy_from_slice(&pushed);
-            self.step.run(step);
-            let out = |k: usize| self.step.output(step, k);
-            if round == 0 {
-                sign = *out(pivots);
+            for (lane, busy) in lanes.iter().enumerate() {
+                let Some(busy) = busy else { continue };
+                let reference = &sites[tasks[busy.task].site].reference[..m.n_translations()];
+                errors.iter_mut().zip(reference).for_each(|(e, r)| e.0[lane] -= r);
+                self.aim(busy.worker.measure(), lane, &errors, &mut step[inputs..]);
             }
-            if round >= CLOSING {
-                push(m, |_| true, |p| out(slope + p), out(scale), &mut pushed);
+            step[..n_u].copy_from_slice(&offsets);
+            self.step.run(&mut step);
+            let out = |k: usize| self.step.output(&step, k);
+            let asking: [bool; LANES] = std::array::from_fn(|i| lanes[i].as_ref().is_some_and(|b| b.worker.asks()));
+            let mut changed = Block::splat(0.0);
+            if asking.contains(&true) {
+                pushed.copy_from_slice(&offsets);
+                push(m, |_| true, &asking, |p| out(gradient + p), out(force), &mut pushed);
+                changed = change(m, |_| true, &offsets, &pushed);
             }
-            let mut all = true;
-            for i in 0..tasks.len() {
-                let size = out(moved).0[i];
-                good[i] &= size <= SMALL_ANGLE * SMALL_ANGLE && out(pivots).0[i] * sign.0[i] > 0.0;
-                still[i] = round >= CLOSING
-                    && size <= ROUNDING * ROUNDING
-                    && change(m, |_| true, &step[..n_u], &pushed, i) <= STILL;
-                all &= still[i] || !good[i];
+            let mut follows = [false; LANES];
+            for (lane, slot) in lanes.iter_mut().enumerate() {
+                let Some(busy) = slot else { continue };
+                let at = |b: &Block| b.0[lane];
+                if busy.sign == 0.0 {
+                    busy.sign = at(out(pivots));
+                }
+                let sure = at(out(moved)) <= SMALL_ANGLE * SMALL_ANGLE && at(out(pivots)) * busy.sign > 0.0;
+                let round = Round {
+                    lane,
+                    moved: at(out(moved)),
+                    change: at(&changed),
+                    force: at(out(force)),
+                    offsets: &offsets,
+                    errors: &errors,
+                    program: &self.step,
+                    registers: &step,
+                    gradient,
+                };
+                match if sure { busy.worker.after(&round) } else { Next::Done(None) } {
+                    Next::Stay => {}
+                    Next::Push => follows[lane] = true,
+                    Next::Try(to) => offsets.iter_mut().zip(to).for_each(|(o, t)| o.0[lane] = t),
+                    Next::Done(height) => {
+                        heights[busy.task] = height;
+                        *slot = None;
+                    }
+                }
             }
-            if all {
-                break;
+            for (offset, to) in offsets.iter_mut().zip(&pushed) {
+                for lane in 0..LANES {
+                    offset.0[lane] = if follows[lane] { to.0[lane] } else { offset.0[lane] };
+                }
             }
         }
-        let height = |i: usize, task: &Task| {
-            let error: Vec<f64> = errors.iter().map(|e| e.0[i]).collect();
-            let parameters = step[..n_u].iter().map(|u| u.0[i]).collect();
-            Height { value: task.measure.value(&error, m.n_translations()), parameters, error }
-        };
-        tasks.iter().enumerate().map(|(i, task)| (good[i] && still[i]).then(|| height(i, task))).collect()
     }
 
-    /// Puts the wrench of every lane.
+    /// Puts a task's nominal pose and start into a lane.
     #[inline(always)]
-    fn aim(&self, tasks: &[Task], errors: &[Block], wrench: &mut [Block]) {
+    fn load(&self, sites: &[Site<'_>], task: &Task, lane: usize, step: &mut [Block], offsets: &mut [Block]) {
+        let case = &sites[task.site].case;
+        self.layout.load(self.mechanism, case.coordinates, case.drives, step, lane);
+        offsets.iter_mut().zip(&task.start).for_each(|(o, s)| o.0[lane] = *s);
+    }
+
+    /// Puts the wrench of one lane.
+    #[inline(always)]
+    fn aim(&self, measure: Measure, lane: usize, errors: &[Block], wrench: &mut [Block]) {
         let m = self.mechanism;
         let mut error = [0.0; 6];
-        for (i, task) in tasks.iter().enumerate() {
-            for (e, block) in error.iter_mut().zip(errors) {
-                *e = block.0[i];
-            }
-            let [force, moment] = task.measure.wrench(m.space, &error[..errors.len()]);
-            for (slot, component) in wrench.iter_mut().zip(m.space.components()) {
-                slot.0[i] = match component {
-                    Component::Along(k) => force[*k],
-                    Component::About(k) => moment[*k],
-                };
-            }
+        error.iter_mut().zip(errors).for_each(|(e, block)| *e = block.0[lane]);
+        let [force, moment] = measure.wrench(m.space, &error[..errors.len()]);
+        for (slot, component) in wrench.iter_mut().zip(m.space.components()) {
+            slot.0[lane] = match component {
+                Component::Along(k) => force[*k],
+                Component::About(k) => moment[*k],
+            };
         }
     }
 }

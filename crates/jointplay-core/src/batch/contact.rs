@@ -26,7 +26,7 @@ use crate::trace::CLEAR;
 /// Steps that a block takes at most.
 const STEPS: usize = 40;
 /// Largest change of an offset, as a part of its set, of a block that stands still.
-pub(super) const STILL: f64 = 1e-13;
+const STILL: f64 = 1e-13;
 /// A step below this (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;
 /// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
@@ -105,7 +105,7 @@ impl<'m> Contact<'m> {
         for (p, centre) in m.centre.iter().enumerate() {
             pushed[p] = Block::splat(*centre);
         }
-        push(m, loosened, |p| out(at.gradient + p), out(at.scale), &mut pushed);
+        let open = push(m, loosened, &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
         let first: Vec<Block> = pushed.clone();
 
         let inputs = n_u + self.layout.n_varying();
@@ -119,12 +119,13 @@ impl<'m> Contact<'m> {
             step[..n_u].copy_from_slice(&pushed);
             self.step.run(step);
             let out = |k: usize| self.step.output(step, k);
-            undecided = push(m, loosened, |p| out(to.gradient + p), out(to.scale), &mut pushed);
+            undecided = push(m, loosened, &[true; LANES], |p| out(to.gradient + p), out(to.scale), &mut pushed);
+            let changed = change(m, loosened, &step[..n_u], &pushed);
             let mut all = true;
             for i in 0..cases.len() {
                 let moved = out(to.size).0[i];
                 good[i] &= moved <= SMALL_ANGLE * SMALL_ANGLE && out(to.pivots).0[i] * sign.0[i] > 0.0;
-                still[i] = moved <= ROUNDING * ROUNDING && change(m, loosened, &step[..n_u], &pushed, i) <= STILL;
+                still[i] = moved <= ROUNDING * ROUNDING && changed.0[i] <= STILL;
                 steps[i] += u64::from(!still[i]);
                 all &= still[i] || !good[i];
             }
@@ -138,7 +139,13 @@ impl<'m> Contact<'m> {
             let map = |k: usize, p: usize| self.statics.output(statics, at.map + k * n_u + p).0[i];
             let force = |p: usize| self.step.output(step, to.gradient + p).0[i];
             let scale = self.step.output(step, to.scale).0[i];
-            if !good[i] || !still[i] || (undecided[i] && self.matters(force, scale, map)) {
+            let first_force = |p: usize| self.statics.output(statics, at.gradient + p).0[i];
+            let first_scale = self.statics.output(statics, at.scale).0[i];
+            if !good[i]
+                || !still[i]
+                || (open[i] && self.matters(first_force, first_scale, map))
+                || (undecided[i] && self.matters(force, scale, map))
+            {
                 plainly(case, table);
                 continue;
             }
@@ -154,6 +161,12 @@ impl<'m> Contact<'m> {
                 table.undetermined.push(0.0);
             }
             for source in m.sources() {
+                table.open.extend(std::iter::repeat_n(0.0, size));
+                let decided = (!open[i] || self.decides(source, first_force, first_scale))
+                    && (!undecided[i] || self.decides(source, force, scale));
+                table.decided.push(decided);
+            }
+            for source in m.sources() {
                 for k in 0..size {
                     let share = source.range().map(|p| out(at.map + k * n_u + p) * lane(&first[p])).sum();
                     table.contribution.push(share);
@@ -165,6 +178,13 @@ impl<'m> Contact<'m> {
             table.steps.push(steps[i]);
             table.status.push(Status::Ok);
         }
+    }
+
+    /// Whether one lane's load decides where a source is.
+    fn decides(&self, source: &Source, force: impl Fn(usize) -> f64, scale: f64) -> bool {
+        let w: Vec<f64> = source.range().map(force).collect();
+        let tolerance = self.mechanism.undecided(source, UNDECIDED * scale);
+        !source.is_clearance || source.set.face(&w, tolerance).is_point()
     }
 
     /// Whether the output feels what one lane's load leaves undecided.
@@ -353,11 +373,13 @@ const fn loosened(source: &Source) -> bool {
 }
 
 /// Moves every source that gives way to the support point of its set along the gradient; what a tie or a
-/// vanishing force leaves undecided stays where nothing pushes it. Tells the lanes where something is.
+/// vanishing force leaves undecided stays where nothing pushes it. Tells the lanes where something is. Of
+/// lanes that do not ask nothing can be relied on.
 #[inline(always)]
 pub(super) fn push<'b>(
     m: &Mechanism,
     gives_way: impl Fn(&Source) -> bool,
+    asking: &[bool; LANES],
     gradient: impl Fn(usize) -> &'b Block,
     scale: &Block,
     pushed: &mut [Block],
@@ -379,7 +401,7 @@ pub(super) fn push<'b>(
             }
             _ => {
                 let n = source.set.size();
-                for i in 0..LANES {
+                for i in (0..LANES).filter(|&i| asking[i]) {
                     let mut w = [0.0; MAX_SIZE];
                     let mut offset = [0.0; MAX_SIZE];
                     for k in 0..n {
@@ -399,20 +421,14 @@ pub(super) fn push<'b>(
     undecided
 }
 
-/// Largest change of an offset of one lane, as a part of its set.
+/// Largest change of an offset, as a part of its set.
 #[inline(always)]
-pub(super) fn change(
-    m: &Mechanism,
-    gives_way: impl Fn(&Source) -> bool,
-    from: &[Block],
-    to: &[Block],
-    lane: usize,
-) -> f64 {
-    let mut largest = 0.0_f64;
+pub(super) fn change(m: &Mechanism, gives_way: impl Fn(&Source) -> bool, from: &[Block], to: &[Block]) -> Block {
+    let mut largest = Block::splat(0.0);
     for source in m.sources().iter().filter(|s| gives_way(s) && !s.set.is_zero()) {
         for p in source.range() {
-            let size = source.set.half_width(p - source.first);
-            largest = largest.max((to[p].0[lane] - from[p].0[lane]).abs() / size);
+            let size = Block::splat(source.set.half_width(p - source.first));
+            largest = to[p].sub(&from[p]).abs().div(&size).max(&largest);
         }
     }
     largest

@@ -12,9 +12,12 @@ use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
+use crate::space::Component;
 
 /// Steps that a block takes at most.
 const STEPS: usize = 10;
+/// Largest turn of a drive, radians: the step knows an angle by its sine, which has another root half a turn on.
+const LARGEST_TURN: f64 = 1.0;
 /// A step below this (length-scaled) is the last: the next would be its square.
 const LAST: f64 = 1e-9;
 
@@ -70,6 +73,9 @@ impl<'m> Follow<'m> {
         let (n_u, n_pose) = (m.n_parameters(), m.n_bodies() * m.space.n_pose_numbers());
         let (size, pivots, clear) = (n_pose, n_pose + 1, n_pose + 2);
         let mut good = [true; LANES];
+        for (row, state) in from.iter().enumerate() {
+            good[row] = self.turns_little(state, &drives[row * m.n_drives()..(row + 1) * m.n_drives()]);
+        }
         let mut done = [false; LANES];
         let mut last = Block::splat(SMALL_ANGLE * SMALL_ANGLE);
         let sign = |lane: usize| if from[lane.min(rows - 1)].negative { -1.0 } else { 1.0 };
@@ -108,5 +114,11 @@ impl<'m> Follow<'m> {
             }
             put(row, Some((&coordinates, self.step.output(registers, clear).0[row])));
         }
+    }
+    fn turns_little(&self, from: &State, drives: &[f64]) -> bool {
+        let m = self.mechanism;
+        m.driven_rows.iter().zip(drives).zip(&from.inputs.drives).all(|((&row, to), from)| {
+            matches!(m.rows[row].component, Component::Along(_)) || (to - from).abs() <= LARGEST_TURN
+        })
     }
 }

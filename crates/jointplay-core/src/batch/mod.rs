@@ -19,11 +19,13 @@ mod program;
 pub mod simd;
 pub mod symbol;
 pub mod tape;
+mod worker;
 
-pub use climb::{Climb, Height, Task};
+pub use climb::{Climb, Site, Task};
 pub use contact::Contact;
 pub use follow::Follow;
 pub use program::{Bound, Newton};
+pub use worker::Height;
 
 /// The first step from the nominal pose turns by less than this (rad), or the plain solver takes over:
 /// the power series of sine and cosine are cut for it.

@@ -51,7 +51,11 @@ const COUNTER: Register = Register::EAX;
 pub fn encode(code: &[Vector], lanes: Lanes, layout: Layout) -> Result<Vec<u8>, IcedError> {
     let mut writer = Writer { encoder: Encoder::try_with_capacity(64, 16 * code.len() + 64)?, at: 0, lanes, layout };
     let bytes = size_of::<f64>() * lanes.count();
-    writer.put(Instruction::with2(Code::Lea_r64_m, TABLE, displaced(BLOCKS, layout.table * size_of::<Block>(), false))?)?;
+    writer.put(Instruction::with2(
+        Code::Lea_r64_m,
+        TABLE,
+        displaced(BLOCKS, layout.table * size_of::<Block>(), false),
+    )?)?;
     writer.put(Instruction::with2(Code::Mov_r32_imm32, COUNTER, (LANES / lanes.count()) as u32)?)?;
     let start = writer.at;
     for &vector in code {
@@ -91,9 +95,7 @@ impl Writer {
     fn place(&self, place: Place) -> MemoryOperand {
         match place {
             Place::Block(r) => displaced(BLOCKS, r as usize * size_of::<Block>(), false),
-            Place::Common(k) => {
-                displaced(TABLE, k as usize * COPIES * size_of::<f64>(), self.lanes == Lanes::Eight)
-            }
+            Place::Common(k) => displaced(TABLE, k as usize * COPIES * size_of::<f64>(), self.lanes == Lanes::Eight),
             Place::Aside(k) => {
                 let start = (self.layout.aside - self.layout.table) * size_of::<Block>();
                 displaced(TABLE, start + k as usize * size_of::<f64>() * self.lanes.count(), false)
@@ -153,7 +155,13 @@ impl Writer {
         match self.lanes {
             Lanes::Four => {
                 let undefined = Register::YMM15;
-                self.put(Instruction::with4(Code::VEX_Vcmppd_ymm_ymm_ymmm256_imm8, undefined, first, first, UNORDERED)?)?;
+                self.put(Instruction::with4(
+                    Code::VEX_Vcmppd_ymm_ymm_ymmm256_imm8,
+                    undefined,
+                    first,
+                    first,
+                    UNORDERED,
+                )?)?;
                 self.put(self.three(Code::VEX_Vmaxpd_ymm_ymm_ymmm256, to, a, b)?)?;
                 let blend = Code::VEX_Vblendvpd_ymm_ymm_ymmm256_ymm;
                 self.put(Instruction::with4(blend, result, result, first, undefined)?)
