@@ -130,6 +130,9 @@ impl Writer {
                 Instruction::with2(code, self.register(to), self.register(from))?
             }
             Vector::Binary { kind: Binary::Max, to, a, b } => return self.max(to, a, b),
+            Vector::Binary { kind: Binary::MaxUnsigned, to, a, b } if self.lanes == Lanes::Four => {
+                return self.max(to, a, b);
+            }
             Vector::Binary { kind, to, a, b } => self.three(binary(kind, self.lanes), to, a, b)?,
             Vector::Fused { kind, form, to, second, third } => {
                 self.three(fused(kind, form, self.lanes), to, second, third)?
@@ -185,6 +188,8 @@ const fn binary(kind: Binary, lanes: Lanes) -> Code {
         Binary::Mul => [Code::VEX_Vmulpd_ymm_ymm_ymmm256, Code::EVEX_Vmulpd_zmm_k1z_zmm_zmmm512b64_er],
         Binary::Div => [Code::VEX_Vdivpd_ymm_ymm_ymmm256, Code::EVEX_Vdivpd_zmm_k1z_zmm_zmmm512b64_er],
         Binary::Max => [Code::VEX_Vmaxpd_ymm_ymm_ymmm256, Code::EVEX_Vmaxpd_zmm_k1z_zmm_zmmm512b64_sae],
+        // Numbers without sign are ordered as their bits are, with what is not a number behind them.
+        Binary::MaxUnsigned => [Code::VEX_Vmaxpd_ymm_ymm_ymmm256, Code::EVEX_Vpmaxuq_zmm_k1z_zmm_zmmm512b64],
         Binary::Xor => [Code::VEX_Vxorpd_ymm_ymm_ymmm256, Code::EVEX_Vxorpd_zmm_k1z_zmm_zmmm512b64],
         Binary::And => [Code::VEX_Vandpd_ymm_ymm_ymmm256, Code::EVEX_Vandpd_zmm_k1z_zmm_zmmm512b64],
     };
