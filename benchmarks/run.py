@@ -22,6 +22,7 @@ WORKLOADS = {
     "W1": "w1_fourbar",
     "W2": "w2_tenbar",
     "W3": "w3_map",
+    "W4": "w4_upu",
     "W5": "w5_chain",
     "W6": "w6_start",
     "phases": "phases",  # after `make bench-core`

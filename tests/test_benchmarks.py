@@ -72,6 +72,25 @@ def test_statics_of_the_robot_agree_with_the_first_order():
         assert np.abs(errors - mine).max() < 1e-9 * np.abs(mine).max()
 
 
+def test_the_three_upu_agrees_in_closed_form_and_with_closed_loops():
+    from upu import in_pinocchio
+    from w4_upu import LOAD, POSE, grid, robot, six_legs
+
+    mechanism = jp.loads(examples.text("3-upu")).with_({"loads.0": LOAD})
+    closed, core = robot(mechanism), mechanism.core
+    lengths = closed.lengths(grid()[:2000:20])
+    found = core.loaded(lengths, core.trace(lengths)["poses"])
+    mine = found["error_first_order"]
+    assert np.abs(closed.errors(lengths) - mine).max() < 1e-9 * np.abs(mine).max()
+    at = core.inverse(np.array([[*POSE, 0, 0, 0]]), np.array([1.0, 1, 1, 0, 0, 0]), mechanism.start_drives)
+    drawn = core.random(at["drives"], at["poses"], 20, 1, np.array([0.5]), np.nan, np.nan, None, 1, True)
+    errors = in_pinocchio(mechanism.spec(), at["poses"][0], at["drives"][0])(drawn["kept_parameters"])
+    assert np.abs(errors - drawn["kept_errors"]).max() < 1e-9 * np.abs(errors).max()
+    six = jp.loads(examples.text("stewart-gough"))
+    traced = six.core.solve(six_legs(six, grid()[:20]))["output"]
+    np.testing.assert_allclose(traced, np.column_stack([grid()[:20], np.zeros((20, 3))]), rtol=0, atol=1e-10)
+
+
 @pytest.mark.parametrize("loops", [1, 7])
 def test_a_chain_has_its_loops_and_is_decided_by_its_loads(loops):
     from w5_chain import chain

@@ -43,7 +43,7 @@ impl Kernel for Draw<'_, '_> {
             if let Some(bound) = &mut bound {
                 bound.parameters().copy_from_slice(parameters);
                 let solved = bound.solve();
-                sum += bound.error(0).0[0] * f64::from(u8::from(solved[0]));
+                sum += bound.error(0).0[0] * f64::from(u8::from(solved.has(0)));
             } else {
                 sum += parameters[0].0[0];
             }

@@ -22,7 +22,7 @@ fn questions(c: &mut Criterion) {
         let cases: Vec<Case<'_>> = subject
             .drives
             .chunks_exact(m.n_drives())
-            .zip(trace.coordinates.chunks_exact(m.n_unknowns()))
+            .zip(trace.coordinates.chunks_exact(m.n_coordinates()))
             .map(|(drives, coordinates)| Case { drives, coordinates })
             .collect();
         let mut group = c.benchmark_group(&subject.name);

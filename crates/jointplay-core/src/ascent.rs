@@ -18,6 +18,8 @@ use crate::spec::LoadSpec;
 
 /// Whole steps to the support points.
 const WHOLE_STEPS: usize = 25;
+/// Steps of a projected ascent that may lead to where the mechanism cannot be assembled.
+const MOST_WALLS: usize = 12;
 /// An ascent stands still when no offset wants to change by more than this part of its set.
 const STILL: f64 = 1e-13;
 /// A reaction below this part of the largest one decides nothing.
@@ -258,11 +260,15 @@ impl Solver<'_> {
         let (parameters, slope) = (at.state.inputs.parameters.clone(), &at.gradient.inputs.parameters);
         let mut ascent = Projected::new(m, objective, parameters, at.value, m.noise(&at), slope);
         let mut proposed = ascent.propose();
+        let mut walls = 0;
         while let Some(parameters) = proposed {
             let inputs = Inputs { drives: at.state.inputs.drives.clone(), parameters };
             let Ok(state) = self.follow(&at.state, &inputs) else {
                 at.blocked = true;
-                proposed = ascent.shorten();
+                walls += 1;
+                // The summit lies beyond what can be assembled: every further step would end at the same wall,
+                // after many steps of continuation each.
+                proposed = if walls < MOST_WALLS { ascent.shorten() } else { None };
                 continue;
             };
             let value = m.objective_value(objective, nominal, &state);

@@ -39,6 +39,10 @@ pub struct Loaded {
     pub error_first_order: Vec<f64>,
     /// Half-width of what the load does not decide, per component.
     pub undetermined: Vec<f64>,
+    /// Share of every source in it, source by source, per component.
+    pub open: Vec<f64>,
+    /// Whether the load decides where every source is; no load moves what is no clearance.
+    pub decided: Vec<bool>,
     /// Force and moment on the second body of every joint at its joint point, ground axes.
     pub reaction: Vec<f64>,
     /// The values of all parameters.
@@ -67,6 +71,8 @@ pub struct Table {
     pub error: Vec<f64>,
     pub error_first_order: Vec<f64>,
     pub undetermined: Vec<f64>,
+    pub open: Vec<f64>,
+    pub decided: Vec<bool>,
     pub reaction: Vec<f64>,
     pub offset: Vec<f64>,
     pub contribution: Vec<f64>,
@@ -81,6 +87,8 @@ impl Table {
         self.error.extend(row.error);
         self.error_first_order.extend(row.error_first_order);
         self.undetermined.extend(row.undetermined);
+        self.open.extend(row.open);
+        self.decided.extend(row.decided);
         self.reaction.extend(row.reaction);
         self.offset.extend(row.offset);
         self.contribution.extend(row.contribution);
@@ -92,6 +100,8 @@ impl Table {
         self.error.append(&mut other.error);
         self.error_first_order.append(&mut other.error_first_order);
         self.undetermined.append(&mut other.undetermined);
+        self.open.append(&mut other.open);
+        self.decided.append(&mut other.decided);
         self.reaction.append(&mut other.reaction);
         self.offset.append(&mut other.offset);
         self.contribution.append(&mut other.contribution);
@@ -243,6 +253,8 @@ impl Mechanism {
             error: nan(self.size()),
             error_first_order: nan(self.size()),
             undetermined: nan(self.size()),
+            open: nan(self.sources.len() * self.size()),
+            decided: vec![false; self.sources.len()],
             reaction: nan(self.n_joints() * self.size()),
             offset: nan(self.n_parameters()),
             contribution: nan(self.sources.len() * self.size()),
@@ -280,34 +292,41 @@ impl Mechanism {
         let Some(at_summit) = solver.linearise(&summit.state) else { return self.no_load_result(Status::Singular) };
         // What is undecided at the nominal pose is so at any size of the play, even where the exact pose then
         // falls to one side.
-        let mut undetermined = vec![0.0; size];
+        let mut open = vec![0.0; self.sources.len() * size];
+        let mut decided = vec![true; self.sources.len()];
         let mut felt = false;
         let there = self.output_sensitivity(&at_summit, &summit.state);
         for (gradient, map) in [(&gradient, &map), (&summit.gradient, &there)] {
             let tolerance = UNDECIDED * self.force_scale(gradient);
-            for (i, largest) in undetermined.iter_mut().enumerate() {
-                let (mut width, mut reach) = (0.0, 0.0);
-                for source in self.sources.iter().filter(|s| s.is_clearance) {
+            let (mut widths, mut reaches) = (vec![0.0; size], vec![0.0; size]);
+            for (s, source) in self.sources.iter().enumerate().filter(|(_, s)| s.is_clearance) {
+                let face = self.exposed(source, gradient, tolerance);
+                decided[s] &= face.is_point();
+                for i in 0..size {
                     let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
-                    width += self.exposed(source, gradient, tolerance).half_width(&row);
-                    reach += source.set.support(&row);
+                    let width = face.half_width(&row);
+                    open[s * size + i] = width.max(open[s * size + i]);
+                    widths[i] += width;
+                    reaches[i] += source.set.support(&row);
                 }
-                felt |= width > UNFELT * reach;
-                *largest = width.max(*largest);
             }
+            felt |= widths.iter().zip(&reaches).any(|(width, reach)| *width > UNFELT * reach);
         }
-        let decided = summit.settled && !felt;
+        let undetermined = (0..size).map(|i| open.iter().skip(i).step_by(size).sum()).collect();
+        let settled = summit.settled && !felt;
         Loaded {
             error: self.error(&summit.state, nominal),
             error_first_order,
             undetermined,
+            open,
+            decided,
             reaction: self.reactions(&at_summit.poses, &summit.gradient.multipliers),
             offset: summit.state.inputs.parameters,
             contribution,
             steps: summit.steps,
             status: match status {
                 Status::Ok if summit.blocked => Status::Singular,
-                Status::Ok if !decided => Status::Undetermined,
+                Status::Ok if !settled => Status::Undetermined,
                 other => other,
             },
         }

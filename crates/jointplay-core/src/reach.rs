@@ -5,7 +5,7 @@
 //! largest reach over all u. The support point E along u leads on: along E / |E| the reach is at least |E|.
 //!
 //! The search starts from a mesh of directions, and tells how much it can have missed. On a cell of the mesh
-//! every u is a combination of the corners v_i with weights that sum to at most `1 / cos(rho)`, rho the
+//! every u is a combination of the corners `v_i` with weights that sum to at most `1 / cos(rho)`, rho the
 //! radius of the cell's circumscribed circle; h is convex and homogeneous, and therefore
 //!
 //! ```text
@@ -309,7 +309,9 @@ mod tests {
         ]);
         for _ in 0..20 {
             let mut columns = columns(5, 0.3, &mut rng);
-            columns.iter_mut().for_each(|c| c[2] = 0.0);
+            for column in &mut columns {
+                column[2] = 0.0;
+            }
             let reach = Reach { sources: &sources, columns, base: [0.1, 0.0, 0.0], dimensions: 2 };
             let found = reach.farthest();
             let value = reach.reach(found.directions[0]);

@@ -278,6 +278,8 @@ impl Mechanism {
             .array("error", &[n, size], results.error)?
             .array("error_first_order", &[n, size], results.error_first_order)?
             .array("undetermined", &[n, size], results.undetermined)?
+            .array("undetermined_contribution", &[n, core.sources().len(), size], results.open)?
+            .array("decided", &[n, core.sources().len()], results.decided)?
             .array("reaction", &[n, core.n_joints(), size], results.reaction)?
             .array("offset", &[n, core.n_parameters()], results.offset)?
             .array("contribution", &[n, core.sources().len(), size], results.contribution)?

@@ -62,6 +62,15 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     builder.add("error_first_order", pose, found["error_first_order"], "error to first order", "component")
     builder.add("undetermined", pose, found["undetermined"], "half-width of what the load leaves open", "component")
     builder.add(
+        "undetermined_contribution",
+        ("configuration", "source", "component"),
+        found["undetermined_contribution"],
+        "part of the source in what the load leaves open",
+        "component",
+    )
+    words = "whether the load decides where the clearance goes"
+    builder.add("decided", ("configuration", "source"), found["decided"], words)
+    builder.add(
         "reaction",
         ("configuration", "joint", "wrench"),
         found["reaction"],

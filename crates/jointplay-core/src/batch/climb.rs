@@ -162,10 +162,6 @@ impl<'m> Climb<'m> {
                     offset.0[lane] = if follows[lane] { to.0[lane] } else { offset.0[lane] };
                 }
             }
-            for k in 0..state {
-                let value = *self.step.output(&step, k);
-                step[n_u + self.layout.varying_state(k)] = value;
-            }
         }
     }
 
@@ -173,7 +169,7 @@ impl<'m> Climb<'m> {
     #[inline(always)]
     fn load(&self, sites: &[Site<'_>], task: &Task, lane: usize, step: &mut [Block], offsets: &mut [Block]) {
         let case = &sites[task.site].case;
-        self.layout.load(self.mechanism, case.coordinates, case.drives, step, lane);
+        Layout::load(self.mechanism, case.coordinates, case.drives, step, lane);
         offsets.iter_mut().zip(&task.start).for_each(|(o, s)| o.0[lane] = *s);
     }
 
@@ -214,5 +210,5 @@ fn record_climb_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     outputs.extend(step.turn);
     outputs.extend([step.size, step.pivots, m.largest_force(&multipliers)]);
     outputs.extend(slope);
-    Program::new(&recorder, first + m.size(), &outputs)
+    Some(Program::new(&recorder, first + m.size(), &outputs)?.replacing(layout.state(m)))
 }

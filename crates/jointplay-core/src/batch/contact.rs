@@ -89,7 +89,7 @@ impl<'m> Contact<'m> {
         for lane in 0..LANES {
             // Idle lanes repeat the first.
             let case = cases.get(lane).unwrap_or(&cases[0]);
-            self.layout.load(m, case.coordinates, case.drives, statics, lane);
+            Layout::load(m, case.coordinates, case.drives, statics, lane);
         }
         self.statics.run(statics);
         let at = StaticsOutputs::new(m);
@@ -129,10 +129,6 @@ impl<'m> Contact<'m> {
                 steps[i] += u64::from(!still[i]);
                 all &= still[i] || !good[i];
             }
-            for k in 0..to.size {
-                let value = *self.step.output(step, k);
-                step[n_u + self.layout.varying_state(k)] = value;
-            }
             if all {
                 break;
             }
@@ -165,6 +161,12 @@ impl<'m> Contact<'m> {
                 table.undetermined.push(0.0);
             }
             for source in m.sources() {
+                table.open.extend(std::iter::repeat_n(0.0, size));
+                let decided = (!open[i] || self.decides(source, first_force, first_scale))
+                    && (!undecided[i] || self.decides(source, force, scale));
+                table.decided.push(decided);
+            }
+            for source in m.sources() {
                 for k in 0..size {
                     let share = source.range().map(|p| out(at.map + k * n_u + p) * lane(&first[p])).sum();
                     table.contribution.push(share);
@@ -176,6 +178,13 @@ impl<'m> Contact<'m> {
             table.steps.push(steps[i]);
             table.status.push(Status::Ok);
         }
+    }
+
+    /// Whether one lane's load decides where a source is.
+    fn decides(&self, source: &Source, force: impl Fn(usize) -> f64, scale: f64) -> bool {
+        let w: Vec<f64> = source.range().map(force).collect();
+        let tolerance = self.mechanism.undecided(source, UNDECIDED * scale);
+        !source.is_clearance || source.set.face(&w, tolerance).is_point()
     }
 
     /// Whether the output feels what one lane's load leaves undecided.
@@ -335,7 +344,8 @@ fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> 
     outputs.extend([step.size, step.pivots, statics.scale]);
     outputs.extend(statics.gradient);
     outputs.extend(statics.reactions);
-    Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
+    let program = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)?;
+    Some(program.replacing(layout.state(m)))
 }
 
 fn output_of<'r>(
@@ -377,34 +387,31 @@ pub(super) fn push<'b>(
     let mut undecided = [false; LANES];
     for source in m.sources().iter().filter(|s| gives_way(s) && !s.set.is_zero()) {
         let p = source.first;
-        match source.set {
-            Set::Disc { radius } => {
-                let (x, y) = (gradient(p), gradient(p + 1));
-                let (cx, cy) = (m.centre[p], m.centre[p + 1]);
-                for i in 0..LANES {
-                    let size = (x.0[i] * x.0[i] + y.0[i] * y.0[i]).sqrt();
-                    let decided = size > UNDECIDED * scale.0[i];
-                    undecided[i] |= !decided;
-                    pushed[p].0[i] = if decided { cx + radius * x.0[i] / size } else { pushed[p].0[i] };
-                    pushed[p + 1].0[i] = if decided { cy + radius * y.0[i] / size } else { pushed[p + 1].0[i] };
-                }
+        if let Set::Disc { radius } = source.set {
+            let (x, y) = (gradient(p), gradient(p + 1));
+            let (cx, cy) = (m.centre[p], m.centre[p + 1]);
+            for i in 0..LANES {
+                let size = (x.0[i] * x.0[i] + y.0[i] * y.0[i]).sqrt();
+                let decided = size > UNDECIDED * scale.0[i];
+                undecided[i] |= !decided;
+                pushed[p].0[i] = if decided { cx + radius * x.0[i] / size } else { pushed[p].0[i] };
+                pushed[p + 1].0[i] = if decided { cy + radius * y.0[i] / size } else { pushed[p + 1].0[i] };
             }
-            _ => {
-                let n = source.set.size();
-                for i in (0..LANES).filter(|&i| asking[i]) {
-                    let mut w = [0.0; MAX_SIZE];
-                    let mut offset = [0.0; MAX_SIZE];
-                    for k in 0..n {
-                        w[k] = gradient(p + k).0[i];
-                        offset[k] = pushed[p + k].0[i] - m.centre[p + k];
-                    }
-                    let face = source.set.face(&w[..n], m.undecided(source, UNDECIDED * scale.0[i]));
-                    let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
-                    undecided[i] |= !face.is_point();
-                    for k in 0..n {
-                        pushed[p + k].0[i] = m.centre[p + k] + to[k];
-                    }
-                }
+            continue;
+        }
+        let n = source.set.size();
+        for i in (0..LANES).filter(|&i| asking[i]) {
+            let mut w = [0.0; MAX_SIZE];
+            let mut offset = [0.0; MAX_SIZE];
+            for k in 0..n {
+                w[k] = gradient(p + k).0[i];
+                offset[k] = pushed[p + k].0[i] - m.centre[p + k];
+            }
+            let face = source.set.face(&w[..n], m.undecided(source, UNDECIDED * scale.0[i]));
+            let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
+            undecided[i] |= !face.is_point();
+            for k in 0..n {
+                pushed[p + k].0[i] = m.centre[p + k] + to[k];
             }
         }
     }

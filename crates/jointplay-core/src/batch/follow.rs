@@ -41,7 +41,8 @@ impl<'m> Follow<'m> {
         let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
         let mut outputs = step.numbers;
         outputs.extend([step.size, step.pivots, singular_estimate(m, solver.plan.as_ref()?, &step.factors)]);
-        let step = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)?;
+        let pose = m.n_parameters()..m.n_parameters() + layout.n_pose();
+        let step = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)?.replacing(pose);
         Some(Self { mechanism: m, layout, step })
     }
 
@@ -67,7 +68,7 @@ impl<'m> Follow<'m> {
         for lane in 0..LANES {
             let row = lane.min(rows - 1);
             let drives = &drives[row * m.n_drives()..(row + 1) * m.n_drives()];
-            self.layout.load(m, &from[row].coordinates, drives, registers, lane);
+            Layout::load(m, &from[row].coordinates, drives, registers, lane);
         }
         let (n_u, n_pose) = (m.n_parameters(), m.n_bodies() * m.space.n_pose_numbers());
         let (size, pivots, clear) = (n_pose, n_pose + 1, n_pose + 2);
@@ -93,10 +94,6 @@ impl<'m> Follow<'m> {
                 good[i] &= (shrinks || now.0[i] <= LAST * LAST) && product.0[i] * parity * sign(i) > 0.0;
                 done[i] = now.0[i] <= LAST * LAST;
                 all &= done[i] || !good[i];
-            }
-            for k in 0..n_pose {
-                let value = *self.step.output(registers, k);
-                registers[n_u + k] = value;
             }
             if all {
                 break;

@@ -12,6 +12,54 @@ pub const LANES: usize = 64;
 #[repr(align(64))]
 pub struct Block(pub [f64; LANES]);
 
+/// A choice of lanes: all bits or none. As wide as the numbers, so that lanes are judged in the vector
+/// registers in which they are computed.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub struct Mask(pub [u64; LANES]);
+
+/// All bits or none.
+#[inline(always)]
+#[must_use]
+pub const fn bits_if(chosen: bool) -> u64 {
+    (chosen as u64).wrapping_neg()
+}
+
+impl Mask {
+    /// No lane.
+    pub const NONE: Self = Self([0; LANES]);
+
+    /// Leaves the first lanes only.
+    #[inline(always)]
+    pub fn limit(&mut self, lanes: usize) {
+        let mut i = 0;
+        while i < LANES {
+            self.0[i] &= bits_if(i < lanes);
+            i += 1;
+        }
+    }
+
+    /// Number of lanes.
+    #[inline(always)]
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        let mut count = 0;
+        let mut i = 0;
+        while i < LANES {
+            count += self.0[i] & 1;
+            i += 1;
+        }
+        count
+    }
+
+    /// Whether a lane is chosen.
+    #[inline(always)]
+    #[must_use]
+    pub const fn has(&self, lane: usize) -> bool {
+        self.0[lane] != 0
+    }
+}
+
 macro_rules! each {
     ($i:ident, $value:expr) => {{
         let mut out = [0.0; LANES];

@@ -1,6 +1,6 @@
 //! Newton's iteration recorded as programs, and its run on a block of samples.
 
-use super::lanes::{Block, LANES};
+use super::lanes::{Block, LANES, Mask, bits_if};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use super::{LATER_ANGLE, SMALL_ANGLE};
@@ -17,28 +17,27 @@ const SOLVED: f64 = 1e-15;
 /// A step below this is rounding.
 const ROUNDING: f64 = 1e-14;
 
-/// The recorded Newton iteration of one mechanism.
+/// The recorded Newton iteration of one mechanism. Its programs share their inputs: parameters, then pose
+/// and what tells how far the output's body has turned.
 #[derive(Clone, Debug)]
 pub struct Newton {
-    /// The step from the nominal pose: parameters to pose.
+    /// The step from the nominal pose: puts a pose.
     first: Program,
-    /// A step from any pose: parameters and pose to pose.
+    /// A step from any pose: replaces the pose.
     step: Program,
-    /// Parameters and pose to the output's error.
+    /// The output's error.
     finish: Program,
     n_parameters: usize,
-    n_pose: usize,
+    /// Inputs after the parameters.
+    n_state: usize,
     n_outputs: usize,
-    n_turns: usize,
 }
 
 /// The programs with the quantities of one configuration in place, and room to work.
 #[derive(Clone)]
 pub struct Bound<'n> {
     newton: &'n Newton,
-    first: Vec<Block>,
-    step: Vec<Block>,
-    finish: Vec<Block>,
+    memory: Vec<Block>,
     /// Sign of the pivots' product at the nominal pose.
     sign: f64,
 }
@@ -74,10 +73,15 @@ impl Layout {
         self.pose + self.turns
     }
 
-    /// Where the k-th of those stands after the parameters.
-    #[inline(always)]
-    pub const fn varying_state(&self, k: usize) -> usize {
-        if k < self.pose { k } else { k + 3 * self.drives }
+    /// Varying quantities of the pose.
+    pub const fn n_pose(&self) -> usize {
+        self.pose
+    }
+
+    /// Where those that a step changes stand.
+    pub fn state(&self, m: &Mechanism) -> impl Iterator<Item = usize> {
+        let after = |k: usize| if k < self.pose { k } else { k + 3 * self.drives };
+        (0..self.n_state()).map(move |k| m.n_parameters() + after(k))
     }
 
     /// What tells how far the output's body has turned, as varying quantities.
@@ -104,7 +108,7 @@ impl Layout {
 
     /// Puts a pose and drive values into the varying inputs of one lane.
     #[inline(always)]
-    pub fn load(&self, m: &Mechanism, coordinates: &[f64], drives: &[f64], registers: &mut [Block], lane: usize) {
+    pub fn load(m: &Mechanism, coordinates: &[f64], drives: &[f64], registers: &mut [Block], lane: usize) {
         let mut k = m.n_parameters();
         let mut put = |value: f64| {
             registers[k].0[lane] = value;
@@ -231,6 +235,7 @@ impl Newton {
         let m = solver.mechanism;
         let layout = Layout::new(m);
         let (n_u, n_pose) = (m.n_parameters(), layout.pose);
+        let n_state = layout.n_state();
         // Angles among the parameters go through the same series as the steps.
         let given = m.largest_angle();
         if given > SMALL_ANGLE {
@@ -245,20 +250,20 @@ impl Newton {
         let mut outputs = begun.numbers;
         outputs.extend(begun.turn);
         outputs.extend([begun.size, begun.pivots]);
-        let first = Program::new(&recorder, n_u, &outputs)?;
+        let state = n_u..n_u + n_state;
+        let first = Program::new(&recorder, state.end, &outputs)?.replacing(state.clone());
 
         let recorder = Recorder::new(LATER_ANGLE.max(given));
-        let n_turns = layout.turns;
         let any = Symbolic {
             numbers: (0..n_pose).map(|i| recorder.varying(n_u + i)).collect(),
             inputs: layout.inputs(m, &recorder),
         };
-        let turn: Vec<Symbol<'_>> = (0..n_turns).map(|k| recorder.varying(n_u + n_pose + k)).collect();
+        let turn: Vec<Symbol<'_>> = (n_pose..n_state).map(|k| recorder.varying(n_u + k)).collect();
         let next = record_step(solver, &any, &turn)?;
         let mut outputs = next.numbers;
         outputs.extend(next.turn);
         outputs.extend([next.size, next.pivots]);
-        let step = Program::new(&recorder, n_u + n_pose + n_turns, &outputs)?;
+        let step = Program::after(&first, &recorder, &outputs)?.replacing(state);
 
         let width = m.space.n_pose_numbers();
         let poses: Vec<Pose<Symbol<'_>>> =
@@ -268,8 +273,8 @@ impl Newton {
         for (k, error) in outputs.iter_mut().enumerate().take(m.n_translations()) {
             *error = *error - layout.reference(&recorder, k);
         }
-        let finish = Program::new(&recorder, n_u + n_pose + n_turns, &outputs)?;
-        Some(Self { first, step, finish, n_parameters: n_u, n_pose, n_outputs: m.size(), n_turns })
+        let finish = Program::after(&step, &recorder, &outputs)?;
+        Some(Self { first, step, finish, n_parameters: n_u, n_state, n_outputs: m.size() })
     }
 
     /// Operations of the first step, a full step and the output.
@@ -282,79 +287,67 @@ impl Newton {
     #[must_use]
     pub fn bind(&self, mechanism: &Mechanism, nominal: &State, drives: &[f64]) -> Bound<'_> {
         let common = Layout::values(mechanism, nominal, drives);
-        let mut bound = Bound {
-            newton: self,
-            first: self.first.registers(&common),
-            step: self.step.registers(&common),
-            finish: self.finish.registers(&common),
-            sign: 0.0,
-        };
-        // Perfect parameters: the registers start at zero.
-        self.first.run(&mut bound.first);
-        bound.sign = self.first.output(&bound.first, self.n_pose + self.n_turns + 1).0[0];
-        bound
+        let mut memory = self.finish.registers(&common);
+        self.first.put_common(&mut memory, &common);
+        self.step.put_common(&mut memory, &common);
+        // Perfect parameters: the inputs start at zero.
+        self.first.run(&mut memory);
+        let sign = self.first.output(&memory, self.n_state + 1).0[0];
+        Bound { newton: self, memory, sign }
     }
 }
 
 impl Bound<'_> {
-    /// Where the parameters of a block go before [`Self::solve`].
+    /// Where the parameters of a block go before [`Self::solve`], which leaves them there.
     #[inline(always)]
     pub fn parameters(&mut self) -> &mut [Block] {
-        &mut self.first[..self.newton.n_parameters]
+        &mut self.memory[..self.newton.n_parameters]
     }
 
     /// Solves a block; tells which lanes are solved. Their errors are then in [`Self::error`].
     #[inline(always)]
-    pub fn solve(&mut self) -> [bool; LANES] {
+    pub fn solve(&mut self) -> Mask {
         let n = self.newton;
-        let (size, pivots) = (n.n_pose + n.n_turns, n.n_pose + n.n_turns + 1);
-        n.first.run(&mut self.first);
-        self.step[..n.n_parameters].copy_from_slice(&self.first[..n.n_parameters]);
-        for k in 0..size {
-            self.step[n.n_parameters + k] = *n.first.output(&self.first, k);
-        }
-        let mut last = *n.first.output(&self.first, size);
+        let (size, pivots) = (n.n_state, n.n_state + 1);
+        n.first.run(&mut self.memory);
+        let mut last = *n.first.output(&self.memory, size);
         // Branch-free, so that lanes are judged as they are computed: many at once.
-        let mut good = [false; LANES];
+        let mut good = Mask::NONE;
         let mut i = 0;
         while i < LANES {
-            good[i] = last.0[i] <= SMALL_ANGLE * SMALL_ANGLE;
+            good.0[i] = bits_if(last.0[i] <= SMALL_ANGLE * SMALL_ANGLE);
             i += 1;
         }
-        let mut solved = [false; LANES];
+        let mut solved = Mask::NONE;
         for step in 0..STEPS {
-            n.step.run(&mut self.step);
-            let now = *n.step.output(&self.step, size);
-            let determinant = *n.step.output(&self.step, pivots);
+            n.step.run(&mut self.memory);
+            let now = n.step.output(&self.memory, size);
+            let determinant = n.step.output(&self.memory, pivots);
             // The second step must be well below the first, or the branch is in doubt.
             let shrink = if step > 0 { 1e300 } else { 0.25 };
-            let mut open = false;
+            let mut open = 0;
             let mut i = 0;
             while i < LANES {
-                let (now, last) = (now.0[i], last.0[i]);
+                let (now, before) = (now.0[i], last.0[i]);
                 let rounding = now <= ROUNDING * ROUNDING;
-                let shrinks = (now <= shrink * last) | rounding;
-                good[i] &= shrinks & (now <= LATER_ANGLE * LATER_ANGLE) & (determinant.0[i] * self.sign > 0.0);
+                let shrinks = (now <= shrink * before) | rounding;
+                let same_branch = determinant.0[i] * self.sign > 0.0;
+                good.0[i] &= bits_if(shrinks) & bits_if(now <= LATER_ANGLE * LATER_ANGLE) & bits_if(same_branch);
                 // Newton converges quadratically: the next step is about now^3 / last^2.
-                solved[i] |= rounding | (now * now * now <= SOLVED * SOLVED * (last * last));
-                open |= good[i] & !solved[i];
+                let predicted = now * now * now <= SOLVED * SOLVED * (before * before);
+                solved.0[i] |= bits_if(rounding) | bits_if(predicted);
+                open |= good.0[i] & !solved.0[i];
+                last.0[i] = now;
                 i += 1;
             }
-            for k in 0..size {
-                let value = *n.step.output(&self.step, k);
-                self.step[n.n_parameters + k] = value;
-            }
-            if !open {
+            if open == 0 {
                 break;
             }
-            last = now;
         }
-        let inputs = n.n_parameters + size;
-        self.finish[..inputs].copy_from_slice(&self.step[..inputs]);
-        n.finish.run(&mut self.finish);
+        n.finish.run(&mut self.memory);
         let mut i = 0;
         while i < LANES {
-            good[i] &= solved[i];
+            good.0[i] &= solved.0[i];
             i += 1;
         }
         good
@@ -363,8 +356,8 @@ impl Bound<'_> {
     /// One component of the output's error for every lane.
     #[inline(always)]
     #[must_use]
-    pub fn error(&self, component: usize) -> Block {
-        *self.newton.finish.output(&self.finish, component)
+    pub fn error(&self, component: usize) -> &Block {
+        self.newton.finish.output(&self.memory, component)
     }
 
     /// Number of output components.

@@ -60,8 +60,13 @@ pub struct Program {
     broadcast: Vec<(usize, u16)>,
     operations: Vec<Op>,
     n_inputs: usize,
+    /// Where its own registers begin.
+    start: usize,
+    /// Where they end.
     n_registers: usize,
     outputs: Vec<u16>,
+    /// Inputs that the first outputs replace.
+    replaced: Vec<u16>,
     compiled: Compiled,
 }
 
@@ -69,6 +74,29 @@ impl Program {
     /// The program that computes `outputs`; `None` when it needs more registers than can be numbered.
     #[must_use]
     pub fn new(recorder: &Recorder, n_inputs: usize, outputs: &[Symbol<'_>]) -> Option<Self> {
+        Self::from(recorder, n_inputs, n_inputs, outputs)
+    }
+
+    /// A program that shares the inputs of another: its own registers begin where those of the other end.
+    #[must_use]
+    pub fn after(other: &Self, recorder: &Recorder, outputs: &[Symbol<'_>]) -> Option<Self> {
+        Self::from(recorder, other.n_inputs, other.n_blocks(), outputs)
+    }
+
+    /// Lets the first outputs replace these inputs at the end of every run.
+    ///
+    /// # Panics
+    /// When such an output is another input.
+    #[must_use]
+    pub fn replacing(mut self, inputs: impl Iterator<Item = usize>) -> Self {
+        self.replaced = inputs.map(|i| i as u16).collect();
+        for (&output, &input) in self.outputs.iter().zip(&self.replaced) {
+            assert!(output == input || output as usize >= self.n_inputs, "an output is computed");
+        }
+        self
+    }
+
+    fn from(recorder: &Recorder, n_inputs: usize, start: usize, outputs: &[Symbol<'_>]) -> Option<Self> {
         let roots: Vec<u32> = outputs.iter().map(|&s| recorder.id(s)).collect();
         let nodes = recorder.nodes.borrow();
         let varying = varying(&nodes);
@@ -134,8 +162,10 @@ impl Program {
             broadcast: Vec::new(),
             operations: Vec::with_capacity(work.len()),
             n_inputs,
-            n_registers: n_inputs,
+            start,
+            n_registers: start,
             outputs: Vec::new(),
+            replaced: Vec::new(),
             compiled: Compiled::default(),
         };
         program.give_registers(&nodes, &varying, &work, &roots)?;
@@ -211,9 +241,22 @@ impl Program {
         self.operations.len()
     }
 
-    /// Registers with everything common to the samples of one configuration in place.
+    /// Blocks of memory up to the end of the program's own.
+    #[must_use]
+    pub fn n_blocks(&self) -> usize {
+        Layout::new(&self.line()).n_blocks()
+    }
+
+    /// Memory with everything common to the samples of one configuration in place.
     #[must_use]
     pub fn registers(&self, common: &[f64]) -> Vec<Block> {
+        let mut registers = vec![Block::splat(0.0); self.n_blocks()];
+        self.put_common(&mut registers, common);
+        registers
+    }
+
+    /// Puts what is common to the samples of one configuration.
+    pub fn put_common(&self, registers: &mut [Block], common: &[f64]) {
         let mut values = vec![0.0; self.n_nodes];
         for &(id, node) in &self.common {
             let value = |o: u32| values[o as usize];
@@ -230,20 +273,17 @@ impl Program {
                 Node::Binary(Binary::Max, a, b) => value(a).max(value(b)),
             };
         }
-        let layout = Layout::new(&self.line());
-        let mut registers = vec![Block::splat(0.0); layout.n_blocks()];
         for &(id, register) in &self.broadcast {
             registers[register as usize] = Block::splat(values[id]);
         }
-        layout.put_common(&mut registers, self.broadcast.iter().map(|&(id, _)| values[id]));
-        registers
+        Layout::new(&self.line()).put_common(registers, self.broadcast.iter().map(|&(id, _)| values[id]));
     }
 
     /// An output after a run.
     #[inline(always)]
     #[must_use]
     pub fn output<'b>(&self, registers: &'b [Block], index: usize) -> &'b Block {
-        &registers[self.outputs[index] as usize]
+        &registers[*self.replaced.get(index).unwrap_or(&self.outputs[index]) as usize]
     }
 
     /// Replays the program; the varying inputs stand in the first registers.
@@ -256,7 +296,7 @@ impl Program {
     pub fn run(&self, registers: &mut [Block]) {
         let line = self.line();
         let layout = Layout::new(&line);
-        assert_eq!(registers.len(), layout.n_blocks(), "registers of another program");
+        assert!(registers.len() >= layout.n_blocks(), "registers of another program");
         if !self.compiled.run(width(), layout, &line, registers) {
             self.interpret(registers);
         }
@@ -267,9 +307,11 @@ impl Program {
         Line {
             operations: &self.operations,
             n_inputs: self.n_inputs as u16,
-            first_temporary: (self.n_inputs + self.broadcast.len()) as u16,
+            first_common: self.start as u16,
+            first_temporary: (self.start + self.broadcast.len()) as u16,
             n_registers: self.n_registers as u16,
             outputs: &self.outputs,
+            replaced: &self.replaced,
         }
     }
 
@@ -301,6 +343,9 @@ impl Program {
             };
             // SAFETY: as above.
             unsafe { *registers.get_unchecked_mut(op.target as usize) = value };
+        }
+        for (&output, &input) in self.outputs.iter().zip(&self.replaced) {
+            registers[input as usize] = registers[output as usize];
         }
     }
 }

@@ -4,7 +4,7 @@ use super::Request;
 use super::tally::{Kept, Ranges, Tally};
 use crate::batch::Bound;
 use crate::batch::draw::Stream;
-use crate::batch::lanes::{Block, LANES};
+use crate::batch::lanes::{Block, LANES, Mask};
 use crate::batch::simd::{Kernel, dispatch};
 use crate::closure::Inputs;
 use crate::mechanism::Mechanism;
@@ -65,7 +65,7 @@ impl Job<'_> {
 
     #[inline(always)]
     fn outside(&self, position: f64, rotation: f64) -> bool {
-        (position > self.request.limit_position) | (rotation > self.request.limit_rotation)
+        position > self.request.limit_position || rotation > self.request.limit_rotation
     }
 }
 
@@ -89,12 +89,13 @@ impl Kernel for Chunk<'_, '_> {
         let mut sums = super::tally::Sums::new(n, n + 2);
         let mut stream = Stream::new(job.request.seed, self.number);
         let mut bound = job.bound.clone();
-        let mut parameters = vec![Block::splat(0.0); m.n_parameters()];
+        let mut unsolved = vec![Block::splat(0.0); m.n_parameters()];
         let mut quantities = vec![Block::splat(0.0); n + 2];
         let mut left = self.count;
         while left > 0 {
             let lanes = left.min(LANES);
             left -= lanes;
+            let parameters = bound.as_mut().map_or(&mut unsolved[..], Bound::parameters);
             for source in m.sources() {
                 let law = Mechanism::law(source, job.request);
                 stream.draw(&source.set, law, &mut parameters[source.range()]);
@@ -102,23 +103,24 @@ impl Kernel for Chunk<'_, '_> {
                     parameters[p] = parameters[p].add(&Block::splat(m.centre[p]));
                 }
             }
-            let mut good = [false; LANES];
+            let mut good = Mask::NONE;
             if let Some(bound) = &mut bound {
-                bound.parameters().copy_from_slice(&parameters);
                 good = bound.solve();
                 let (mut position, mut rotation) = (Block::splat(0.0), Block::splat(0.0));
                 for k in 0..n {
                     let error = bound.error(k);
-                    quantities[k] = error;
+                    quantities[k] = *error;
                     let size = if k < translations { &mut position } else { &mut rotation };
-                    *size = error.mul_add(&error, size);
+                    *size = error.mul_add(error, size);
                 }
                 quantities[n] = position.sqrt();
                 quantities[n + 1] = rotation.sqrt();
             }
-            let all_good = good[..lanes].iter().fold(true, |all, &g| all & g);
-            for i in if all_good && tally.kept.is_none() { 0..0 } else { 0..lanes } {
-                let plain = if good[i] { None } else { Some(job.solve_plainly(&mut tally, &parameters, i)) };
+            good.limit(lanes);
+            let used = good.count();
+            let parameters = bound.as_mut().map_or(&unsolved[..], |b| b.parameters());
+            for i in if used == lanes as u64 && tally.kept.is_none() { 0..0 } else { 0..lanes } {
+                let plain = if good.has(i) { None } else { Some(job.solve_plainly(&mut tally, parameters, i)) };
                 if let Some(kept) = &mut tally.kept {
                     kept.parameters.extend(parameters.iter().map(|b| b.0[i]));
                     if let Some((error, status)) = plain {
@@ -130,19 +132,13 @@ impl Kernel for Chunk<'_, '_> {
                     }
                 }
             }
-            let mut use_lane = [0.0; LANES];
-            let mut used = 0;
-            for i in 0..lanes {
-                use_lane[i] = f64::from(u8::from(good[i]));
-                used += u64::from(good[i]);
-            }
-            sums.add(&quantities, &Block(use_lane), job.shift);
-            tally.count_block(job.ranges, &quantities, &good, lanes);
+            sums.add(&quantities, &good, job.shift);
+            tally.count_block(job.ranges, &quantities, &good);
             tally.statuses[Status::Ok as usize] += used;
             let mut outside = 0;
-            for i in 0..lanes {
+            for i in 0..LANES {
                 let out = job.outside(quantities[n].0[i], quantities[n + 1].0[i]);
-                outside += u64::from(out & good[i]);
+                outside += good.0[i] & u64::from(out);
             }
             tally.outside += outside;
         }

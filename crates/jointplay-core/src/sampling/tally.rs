@@ -1,6 +1,6 @@
 //! Moments, histograms and counts of samples, mergeable without loss.
 
-use crate::batch::lanes::{Block, LANES};
+use crate::batch::lanes::{Block, LANES, Mask};
 use crate::status::Status;
 
 /// Bins of the histograms that are handed out.
@@ -85,7 +85,7 @@ pub struct Tally {
 /// Sums of the components and of their products about a common shift, and the largest size of every
 /// quantity, lane by lane.
 pub struct Sums {
-    count: Block,
+    count: u64,
     values: Vec<Block>,
     /// Lower triangle, row by row.
     products: Vec<Block>,
@@ -96,37 +96,37 @@ impl Sums {
     pub fn new(components: usize, quantities: usize) -> Self {
         let zeros = |n: usize| vec![Block::splat(0.0); n];
         Self {
-            count: Block::splat(0.0),
+            count: 0,
             values: zeros(components),
             products: zeros(components * (components + 1) / 2),
             largest: zeros(quantities),
         }
     }
 
-    /// Adds a block; lanes of weight zero, which may hold anything, do not count.
+    /// Adds the good lanes of a block; the others may hold anything.
     #[inline(always)]
-    pub fn add(&mut self, quantities: &[Block], weight: &Block, shift: &[f64]) {
+    pub fn add(&mut self, quantities: &[Block], good: &Mask, shift: &[f64]) {
+        self.count += good.count();
         // One loop over the lanes for each number of components, so that nothing goes through memory.
         match self.values.len() {
-            3 => self.add_components::<3, 6>(quantities, weight, shift),
-            6 => self.add_components::<6, 21>(quantities, weight, shift),
+            3 => self.add_components::<3, 6>(quantities, good, shift),
+            6 => self.add_components::<6, 21>(quantities, good, shift),
             n => unreachable!("errors have 3 or 6 components, not {n}"),
         }
     }
 
     #[inline(always)]
-    fn add_components<const N: usize, const P: usize>(&mut self, quantities: &[Block], weight: &Block, shift: &[f64]) {
+    fn add_components<const N: usize, const P: usize>(&mut self, quantities: &[Block], good: &Mask, shift: &[f64]) {
         let (values, quantities_of_error) = (&mut self.values[..N], &quantities[..N]);
         let (products, shift) = (&mut self.products[..P], &shift[..N]);
         let mut l = 0;
         while l < LANES {
-            let counts = weight.0[l] > 0.0;
             let mut about = [0.0; N];
             let mut k = 0;
             let mut i = 0;
             while i < N {
                 let value = quantities_of_error[i].0[l] - shift[i];
-                about[i] = if counts { value } else { 0.0 };
+                about[i] = f64::from_bits(value.to_bits() & good.0[l]);
                 values[i].0[l] += about[i];
                 let mut j = 0;
                 while j <= i {
@@ -136,13 +136,12 @@ impl Sums {
                 }
                 i += 1;
             }
-            self.count.0[l] += weight.0[l];
             l += 1;
         }
         for (largest, quantity) in self.largest.iter_mut().zip(quantities) {
             let mut l = 0;
             while l < LANES {
-                let size = if weight.0[l] > 0.0 { quantity.0[l].abs() } else { 0.0 };
+                let size = f64::from_bits(quantity.0[l].abs().to_bits() & good.0[l]);
                 largest.0[l] = if size > largest.0[l] { size } else { largest.0[l] };
                 l += 1;
             }
@@ -169,21 +168,19 @@ impl Tally {
     pub fn add(&mut self, ranges: &Ranges, shift: &[f64], quantities: &[f64], outside: bool) {
         let mut sums = Sums::new(self.mean.len(), quantities.len());
         let blocks: Vec<Block> = quantities.iter().map(|&q| Block::splat(q)).collect();
-        let mut first = [0.0; LANES];
-        first[0] = 1.0;
-        sums.add(&blocks, &Block(first), shift);
-        let mut good = [false; LANES];
-        good[0] = true;
-        self.count_block(ranges, &blocks, &good, 1);
+        let mut first = Mask::NONE;
+        first.0[0] = u64::MAX;
+        sums.add(&blocks, &first, shift);
+        self.count_block(ranges, &blocks, &first);
         self.statuses[Status::Ok as usize] += 1;
         self.outside += u64::from(outside);
         self.absorb(&sums, shift);
     }
 
-    /// Counts a block of quantities into the histograms.
+    /// Counts the good lanes of a block of quantities into the histograms.
     #[inline(always)]
     #[allow(unsafe_code)]
-    pub fn count_block(&mut self, ranges: &Ranges, quantities: &[Block], good: &[bool; LANES], lanes: usize) {
+    pub fn count_block(&mut self, ranges: &Ranges, quantities: &[Block], good: &Mask) {
         const ALL: usize = BINS * FINE;
         const { assert!(ALL.is_power_of_two()) };
         for (q, values) in quantities.iter().enumerate() {
@@ -198,9 +195,9 @@ impl Tally {
                 i += 1;
             }
             let bins = &mut self.bins[q * ALL..][..ALL];
-            for i in 0..lanes {
-                // The mask changes nothing but spares a check.
-                bins[bin[i] as usize & (ALL - 1)] += u64::from(good[i]);
+            for i in 0..LANES {
+                // The last bin as a mask changes nothing but spares a check.
+                bins[bin[i] as usize & (ALL - 1)] += good.0[i] & 1;
             }
         }
     }
@@ -212,10 +209,10 @@ impl Tally {
             *largest = block.0.iter().fold(*largest, |a, &b| a.max(b));
         }
         let total = |b: &Block| b.0.iter().sum::<f64>();
-        let count = total(&sums.count);
-        if count == 0.0 {
+        if sums.count == 0 {
             return;
         }
+        let count = sums.count as f64;
         let offset: Vec<f64> = sums.values.iter().map(|b| total(b) / count).collect();
         let mean: Vec<f64> = offset.iter().zip(shift).map(|(o, s)| o + s).collect();
         let mut products = vec![0.0; n * n];
@@ -228,7 +225,7 @@ impl Tally {
                 k += 1;
             }
         }
-        self.merge_moments(count as u64, &mean, &products);
+        self.merge_moments(sums.count, &mean, &products);
     }
 
     /// Chan's update.

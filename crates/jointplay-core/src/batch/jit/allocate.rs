@@ -71,7 +71,8 @@ pub enum Vector {
 struct Uses {
     operands: [usize; 3],
     result: usize,
-    is_output: bool,
+    /// Blocks that get the result at once.
+    stores: Vec<u16>,
 }
 
 /// A number in a vector register.
@@ -95,13 +96,13 @@ struct Allocator<'p> {
 /// The line on `n_vector` vector registers, 4 at least.
 pub fn allocate(line: &Line<'_>, n_vector: usize) -> Vec<Vector> {
     let n_values = line.n_registers as usize + 2;
-    let uses = uses(line, n_values);
+    let (uses, at_end) = uses(line, n_values);
     let mut stored = vec![None; n_values];
     for r in 0..line.n_inputs {
         stored[r as usize] = Some(Place::Block(r));
     }
-    for r in line.n_inputs..line.first_temporary {
-        stored[r as usize] = Some(Place::Common(FIRST_COMMON + r - line.n_inputs));
+    for r in line.first_common..line.first_temporary {
+        stored[r as usize] = Some(Place::Common(FIRST_COMMON + r - line.first_common));
     }
     stored[sign(line)] = Some(Place::Common(SIGN));
     stored[magnitude(line)] = Some(Place::Common(MAGNITUDE));
@@ -114,6 +115,10 @@ pub fn allocate(line: &Line<'_>, n_vector: usize) -> Vec<Vector> {
     };
     for (op, uses) in line.operations.iter().zip(&uses) {
         allocator.operation(*op, uses);
+    }
+    for (value, block) in at_end {
+        allocator.load(value, NEVER, &[]);
+        allocator.code.push(Vector::Store { from: allocator.in_register(value), to: Place::Block(block) });
     }
     allocator.code
 }
@@ -136,26 +141,48 @@ fn operands(line: &Line<'_>, op: &Op) -> ([usize; 3], usize) {
     }
 }
 
-fn uses(line: &Line<'_>, n_values: usize) -> Vec<Uses> {
+/// The uses of every operation's numbers, and which values replace inputs only after the last operation:
+/// those whose input is still read after they have been computed.
+fn uses(line: &Line<'_>, n_values: usize) -> (Vec<Uses>, Vec<(usize, u16)>) {
+    let mut last_read = vec![0; n_values];
+    let mut written = vec![0; n_values];
+    for (at, op) in line.operations.iter().enumerate() {
+        let (values, n) = operands(line, op);
+        for &v in &values[..n] {
+            last_read[v] = at;
+        }
+        written[op.target as usize] = at;
+    }
     let mut next = vec![NEVER; n_values];
-    let mut is_output = vec![false; n_values];
-    for &o in line.outputs {
-        is_output[o as usize] = true;
+    let mut at_end = Vec::new();
+    let mut stores: Vec<Vec<u16>> = vec![Vec::new(); n_values];
+    for (k, &output) in line.outputs.iter().enumerate() {
+        let value = output as usize;
+        match line.replaced.get(k) {
+            Some(&input) if input == output => {}
+            Some(&input) if output < line.first_temporary || last_read[input as usize] > written[value] => {
+                at_end.push((value, input));
+                next[value] = line.operations.len();
+            }
+            Some(&input) => stores[value].push(input),
+            None if output >= line.first_temporary && !stores[value].contains(&output) => stores[value].push(output),
+            None => {}
+        }
     }
     let mut uses = Vec::with_capacity(line.operations.len());
     for (at, op) in line.operations.iter().enumerate().rev() {
         let target = op.target as usize;
         let result = std::mem::replace(&mut next[target], NEVER);
         // Numbers that had the register before are not the output.
-        let is_output = std::mem::replace(&mut is_output[target], false);
+        let stores = std::mem::take(&mut stores[target]);
         let (values, n) = operands(line, op);
-        uses.push(Uses { operands: values.map(|v| next[v]), result, is_output });
+        uses.push(Uses { operands: values.map(|v| next[v]), result, stores });
         for &v in &values[..n] {
             next[v] = at;
         }
     }
     uses.reverse();
-    uses
+    (uses, at_end)
 }
 
 impl Allocator<'_> {
@@ -186,8 +213,8 @@ impl Allocator<'_> {
         }
         let target = op.target as usize;
         self.stored[target] = None;
-        if uses.is_output {
-            let place = Place::Block(op.target);
+        for &block in &uses.stores {
+            let place = Place::Block(block);
             self.code.push(Vector::Store { from: to, to: place });
             self.stored[target] = Some(place);
         }

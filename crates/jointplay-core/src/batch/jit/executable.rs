@@ -72,7 +72,7 @@ impl Executable {
     /// # Safety
     /// The processor must have the vector registers that this was compiled for.
     pub unsafe fn run(&self, blocks: &mut [Block]) {
-        assert_eq!(blocks.len(), self.n_blocks, "registers of another program");
+        assert!(blocks.len() >= self.n_blocks, "registers of another program");
         // SAFETY: the memory holds a function of this calling convention, which reads and writes whole
         // vectors of these blocks only; they are aligned to the widest.
         unsafe {

@@ -25,13 +25,18 @@ use super::tape::Op;
 /// A straight line of operations on registers.
 pub struct Line<'p> {
     pub operations: &'p [Op],
-    /// Registers below this are inputs, ...
+    /// Registers below this are inputs.
     pub n_inputs: u16,
-    /// ... those below this are common to all samples, the others are temporaries.
+    /// From here they are common to all samples, ...
+    pub first_common: u16,
+    /// ... from here temporaries, ...
     pub first_temporary: u16,
+    /// ... up to here.
     pub n_registers: u16,
     /// Registers that are read afterwards.
     pub outputs: &'p [u16],
+    /// Inputs that the first outputs replace at the end.
+    pub replaced: &'p [u16],
 }
 
 /// Entry of the common table with the sign bit alone.
@@ -61,7 +66,7 @@ pub struct Layout {
 impl Layout {
     pub fn new(line: &Line<'_>) -> Self {
         let table = line.n_registers as usize;
-        let n_common = (FIRST_COMMON + line.first_temporary - line.n_inputs) as usize;
+        let n_common = (FIRST_COMMON + line.first_temporary - line.first_common) as usize;
         let aside = table + (COPIES * n_common).div_ceil(LANES);
         let temporaries = (line.n_registers - line.first_temporary) as usize;
         Self { table, aside, n_blocks: aside + (WIDEST * temporaries).div_ceil(LANES) }
