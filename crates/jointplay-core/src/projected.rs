@@ -20,6 +20,8 @@ const MEMORY: usize = 8;
 const STILL: f64 = 1e-11;
 /// A part of the sets within which it counts as settled.
 const SETTLED: f64 = 1e-8;
+/// Steps in which a value may not rise by more than its rounding.
+const PATIENCE: usize = 60;
 /// The smallest part of a step that is tried.
 const SMALLEST_PART: f64 = 1e-8;
 
@@ -42,6 +44,10 @@ pub struct Projected<'m> {
     noise: f64,
     steps: usize,
     settled: bool,
+    /// The highest value, and the steps since it rose by more than its rounding.
+    highest: f64,
+    idle: usize,
+    patience: usize,
 }
 
 impl<'m> Projected<'m> {
@@ -72,6 +78,13 @@ impl<'m> Projected<'m> {
             noise,
             steps: 0,
             settled: false,
+            highest: value,
+            idle: 0,
+            patience: match objective {
+                // What counts is where the contacts are, however little they matter to the work.
+                Objective::Load => STEPS,
+                Objective::Error(_) => PATIENCE,
+            },
         };
         ascent.unit = ascent.per_source(|source| {
             let at = |k: usize| ascent.parameters[source.first + k] - mechanism.centre[source.first + k];
@@ -90,6 +103,12 @@ impl<'m> Projected<'m> {
         self.settled
     }
 
+    /// Whether the value has stopped to rise by more than its rounding, wherever the offsets still go.
+    #[must_use]
+    pub const fn has_stalled(&self) -> bool {
+        self.idle >= self.patience
+    }
+
     /// Steps accepted.
     #[must_use]
     pub const fn steps(&self) -> usize {
@@ -101,7 +120,7 @@ impl<'m> Projected<'m> {
         let steepest = largest(&self.slope);
         let still = if steepest > 0.0 { largest(&self.moved(1.0 / steepest)) } else { 0.0 };
         self.settled = still <= SETTLED;
-        if still <= STILL || self.steps >= STEPS {
+        if still <= STILL || self.steps >= STEPS || self.has_stalled() {
             return None;
         }
         self.step = self.moved(self.length);
@@ -129,6 +148,10 @@ impl<'m> Projected<'m> {
         self.parameters = self.parameters_of(&to);
         (self.unit, self.slope, self.noise) = (to, next, noise);
         self.steps += 1;
+        self.idle += 1;
+        if value > self.highest + noise {
+            (self.highest, self.idle) = (value, 0);
+        }
         self.recent.push_back(value);
         if self.recent.len() > MEMORY {
             self.recent.pop_front();

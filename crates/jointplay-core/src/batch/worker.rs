@@ -188,7 +188,9 @@ impl<'m> Worker<'m> {
     fn proposed(&mut self, proposed: Option<Vec<f64>>) -> Next {
         match (proposed, &self.phase) {
             (Some(offsets), _) => Next::Try(offsets),
-            (None, Phase::Projected(slow)) if slow.0.settled() => Next::Done(Some(slow.1.clone())),
+            (None, Phase::Projected(slow)) if slow.0.settled() || slow.0.has_stalled() => {
+                Next::Done(Some(slow.1.clone()))
+            }
             (None, _) => Next::Done(None),
         }
     }
