@@ -175,7 +175,12 @@ def dependence(study: Study, maps: Maps) -> Figure:
             for row in range(2):
                 axes = axes_of[row, col]
                 axes.plot(
-                    FACTORS[group], exact[row], color=colour, marker=marker, ls=dash, label=f"{WORDS[name]} (1 = {usual})"
+                    FACTORS[group],
+                    exact[row],
+                    color=colour,
+                    marker=marker,
+                    ls=dash,
+                    label=f"{WORDS[name]} (1 = {usual})",
                 )
                 axes.plot(FACTORS[group], first[row], color=colour, lw=0.8, ls=":")
         axes_of[1, col].set_xlabel(f"{'clearance' if col == 0 else 'length'}, as a multiple of the example's")

@@ -136,7 +136,9 @@ def levels(maps: Maps) -> str:
             ("rotation [°]", level.rotation, level.rotation_first_order),
         ):
             quantiles = (values.min(), np.median(values), np.quantile(values, 0.9), values.max())
-            body.append([f"z = {level.z:g} mm: {word}", *(fixed(float(v), 3) for v in quantiles), fixed(first.max(), 3)])
+            body.append(
+                [f"z = {level.z:g} mm: {word}", *(fixed(float(v), 3) for v in quantiles), fixed(first.max(), 3)]
+            )
     return table(["", "smallest", "median", "90 % below", "largest", "largest, first order"], body)
 
 
@@ -151,7 +153,15 @@ def sweeps(study: Study) -> str:
             span = f"{FACTORS[group][0] * usual:g} to {FACTORS[group][-1] * usual:g}"
             sizes = [fixed(study.swept[name][k][i], 3) for k in (0, 1) for i in ends.values()]
             body.append([f"{units[name]} from {span} mm (`{name}`)", *sizes])
-    header = ["", "displacement at the lowest [mm]", "usual", "highest", "rotation at the lowest [°]", "usual", "highest"]
+    header = [
+        "",
+        "displacement at the lowest [mm]",
+        "usual",
+        "highest",
+        "rotation at the lowest [°]",
+        "usual",
+        "highest",
+    ]
     return table(header, body)
 
 
@@ -196,7 +206,10 @@ def values(study: Study, maps: Maps) -> dict[str, str]:
     """Every number of the running text."""
     aside: Pose = study.poses[1]
     loaded = [float(np.linalg.norm(aside.exact[p])) for p in (slice(0, 3), slice(3, 6))]
-    count = {status: sum(int((level.status == status).sum()) for level in maps.levels) for status in ("undetermined", "singular")}
+    count = {
+        status: sum(int((level.status == status).sum()) for level in maps.levels)
+        for status in ("undetermined", "singular")
+    }
     more = max(float(np.max(level.position / level.position_first_order)) for level in maps.levels)
     length, z = study.poses[0].lengths[0], study.poses[0].position[2]
     small = int(np.argmin(np.abs(RATIOS - 0.25)))

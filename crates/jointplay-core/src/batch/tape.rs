@@ -93,13 +93,7 @@ impl Program {
     }
 
     /// Linear scan: a temporary's register is free again after its last use.
-    fn give_registers(
-        &mut self,
-        nodes: &[Node],
-        varying: &[bool],
-        work: &[Operation],
-        roots: &[u32],
-    ) -> Option<()> {
+    fn give_registers(&mut self, nodes: &[Node], varying: &[bool], work: &[Operation], roots: &[u32]) -> Option<()> {
         const NONE: u16 = u16::MAX;
         let mut last = vec![0_usize; nodes.len()];
         for (at, (_, operands, _)) in work.iter().enumerate() {
