@@ -7,8 +7,8 @@ joint. The work that this wrench can do over the play of the leg's five joints i
             + radial (sqrt(F^2 + m^2 - 2 F m cos) + sqrt(F^2 + m^2 + 2 F m cos))    the pins on the leg
             + gap |M| max(2 sin / width, 2 |cos| / length)                  the guide, which rolls or tilts
 
-with m = M / (half the pin), cos = s . (pin on the base). Its gradient is what the leg is off: in length and in the angle
-that it holds. Millimetres, newtons, radians; arrays may have any leading dimensions (poses, loads).
+with m = M / (half the pin), cos = s . (pin on the base). Its gradient is what the leg is off: in length and in the
+angle that it holds. Millimetres, newtons, radians; arrays may have any leading dimensions (poses, loads).
 """
 
 from __future__ import annotations

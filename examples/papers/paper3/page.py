@@ -11,8 +11,21 @@ import numpy as np
 
 from .closed_form import Floats, Upu
 from .maps import REACH, Maps
-from .study import ASIDE, CLEARANCES, FACTORS, HEIGHTS, HOME, LENGTHS, RANDOM_POSES, RANDOM_ROBOTS, RATIOS, SAMPLES
-from .study import SHRUNK, Pose, Study
+from .study import (
+    ASIDE,
+    CLEARANCES,
+    FACTORS,
+    HEIGHTS,
+    HOME,
+    LENGTHS,
+    RANDOM_POSES,
+    RANDOM_ROBOTS,
+    RATIOS,
+    SAMPLES,
+    SHRUNK,
+    Pose,
+    Study,
+)
 
 TEMPLATE = Path(__file__).parent / "page.md"
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")

@@ -166,30 +166,38 @@ impl<'m> Contact<'m> {
                 continue;
             }
             let lane = |b: &Block| b.0[i];
-            let out = |k: usize| lane(self.statics.output(statics, k));
+            self.tell_shares(statics, &first, i, table);
             for k in 0..size {
-                table.error.push(lane(self.finish.output(finish, k)) - out(at.output + k));
-                let mut sum = 0.0;
-                for source in m.sources() {
-                    sum += source.range().map(|p| out(at.map + k * n_u + p) * lane(&first[p])).sum::<f64>();
-                }
-                table.error_first_order.push(sum);
+                let nominal = self.statics.output(statics, at.output + k);
+                table.error.push(lane(self.finish.output(finish, k)) - lane(nominal));
                 table.undetermined.push(0.0);
             }
             table.open.extend(widths);
             table.decided.extend(decided);
-            for source in m.sources() {
-                for k in 0..size {
-                    let share = source.range().map(|p| out(at.map + k * n_u + p) * lane(&first[p])).sum();
-                    table.contribution.push(share);
-                }
-            }
             let reactions = to.reactions..to.reactions + m.n_joints() * size;
             table.reaction.extend(reactions.map(|k| lane(self.step.output(step, k))));
             table.offset.extend(step[..n_u].iter().map(lane));
             table.steps.push(steps[i]);
             table.status.push(Status::Ok);
         }
+    }
+
+    /// Appends the first-order error of one lane and the share of every source in it; gives the error.
+    #[inline(always)]
+    fn tell_shares(&self, statics: &[Block], offsets: &[Block], lane: usize, table: &mut Table) -> [f64; 6] {
+        let m = self.mechanism;
+        let (map, n_u, size) = (StaticsOutputs::new(m).map, m.n_parameters(), m.size());
+        let mut error = [0.0; 6];
+        for source in m.sources() {
+            for k in 0..size {
+                let part = |p: usize| self.statics.output(statics, map + k * n_u + p).0[lane] * offsets[p].0[lane];
+                let share: f64 = source.range().map(part).sum();
+                table.contribution.push(share);
+                error[k] += share;
+            }
+        }
+        table.error_first_order.extend_from_slice(&error[..size]);
+        error
     }
 
     /// Appends the row of one lane, told at its nominal pose.
@@ -199,18 +207,8 @@ impl<'m> Contact<'m> {
         let at = StaticsOutputs::new(m);
         let (n_u, size) = (m.n_parameters(), m.size());
         let out = |k: usize| self.statics.output(statics, k).0[lane];
-        let start = table.contribution.len();
-        table.contribution.resize(start + m.sources().len() * size, 0.0);
-        let mut error = [0.0; 6];
-        for (s, source) in m.sources().iter().enumerate() {
-            for k in 0..size {
-                let share: f64 = source.range().map(|p| out(at.map + k * n_u + p) * offsets[p].0[lane]).sum();
-                table.contribution[start + s * size + k] = share;
-                error[k] += share;
-            }
-        }
+        let error = self.tell_shares(statics, offsets, lane, table);
         table.error.extend_from_slice(&error[..size]);
-        table.error_first_order.extend_from_slice(&error[..size]);
         table.offset.extend(offsets.iter().map(|b| b.0[lane]));
         table.reaction.extend((at.reactions..at.reactions + m.n_joints() * size).map(out));
         table.steps.push(0);

@@ -61,7 +61,7 @@ pub fn encode(code: &[Vector], lanes: Lanes, layout: Layout) -> Result<Vec<u8>, 
     for &vector in code {
         writer.vector(vector)?;
     }
-    writer.put(Instruction::with2(Code::Add_rm64_imm8, BLOCKS, bytes as i32)?)?;
+    writer.put(Instruction::with2(Code::Add_rm64_imm8, BLOCKS, bytes.cast_signed() as i32)?)?;
     writer.put(Instruction::with1(Code::Dec_rm32, COUNTER)?)?;
     writer.put(Instruction::with_branch(Code::Jne_rel32_64, start)?)?;
     // Code without vectors is slow while the upper halves of the registers are in use.
@@ -71,7 +71,7 @@ pub fn encode(code: &[Vector], lanes: Lanes, layout: Layout) -> Result<Vec<u8>, 
 }
 
 fn displaced(base: Register, offset: usize, spread: bool) -> MemoryOperand {
-    MemoryOperand::new(base, Register::None, 1, offset as i64, 1, spread, Register::None)
+    MemoryOperand::new(base, Register::None, 1, offset.cast_signed() as i64, 1, spread, Register::None)
 }
 
 struct Writer {
