@@ -197,7 +197,7 @@ impl Allocator<'_> {
             values.swap(0, 1);
             nexts.swap(0, 1);
         }
-        let from_memory = self.from_memory(&values[..n], &nexts);
+        let from_memory = self.left_in_memory(&values[..n], &nexts);
         for p in 0..n {
             if Some(p) != from_memory {
                 self.load(values[p], nexts[p], &values[..n]);
@@ -229,8 +229,8 @@ impl Allocator<'_> {
 
     /// Which operand is read from memory: one that is not in a register, stands where the instruction
     /// can read it and appears once; the one needed last among several.
-    fn from_memory(&self, values: &[usize], nexts: &[usize; 3]) -> Option<usize> {
-        let first = if values.len() == 2 { 1 } else { 0 };
+    fn left_in_memory(&self, values: &[usize], nexts: &[usize; 3]) -> Option<usize> {
+        let first = usize::from(values.len() == 2);
         (first..values.len())
             .filter(|&p| self.register[values[p]].is_none())
             .filter(|&p| values.iter().filter(|&&v| v == values[p]).count() == 1)

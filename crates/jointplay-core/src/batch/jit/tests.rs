@@ -43,7 +43,7 @@ fn program(rng: &mut Xoshiro256PlusPlus, operations: usize, alive: usize) -> Opt
     }
     let outputs: Vec<Symbol<'_>> = (0..alive).map(|k| symbols[symbols.len() - 1 - 3 * k % symbols.len()]).collect();
     let mut program = Program::new(&recorder, INPUTS, &outputs)?;
-    if alive % 2 == 0 {
+    if alive.is_multiple_of(2) {
         program = Program::after(&program, &recorder, &outputs)?;
     }
     let computed = program.line().outputs.iter().take_while(|&&r| r as usize >= INPUTS).count();
