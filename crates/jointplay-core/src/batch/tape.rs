@@ -65,6 +65,8 @@ impl Program {
         for (&output, &input) in self.outputs.iter().zip(&self.replaced) {
             assert!(output == input || output as usize >= self.n_inputs, "an output is computed");
         }
+        // Clones of before keep their code.
+        self.compiled = Compiled::default();
         self
     }
 

@@ -197,9 +197,9 @@ impl Allocator<'_> {
             values.swap(0, 1);
             nexts.swap(0, 1);
         }
-        let read_from_memory = self.read_from_memory(&values[..n], &nexts);
+        let from_memory = self.left_in_memory(&values[..n], &nexts);
         for p in 0..n {
-            if Some(p) != read_from_memory {
+            if Some(p) != from_memory {
                 self.load(values[p], nexts[p], &values[..n]);
             }
         }
@@ -208,7 +208,7 @@ impl Allocator<'_> {
                 self.held[r as usize] = Some(Held { value: values[p], next: nexts[p] });
             }
         }
-        let to = if n == 2 { self.binary(op.kind, &values) } else { self.fused(op.kind, values, read_from_memory) };
+        let to = if n == 2 { self.binary(op.kind, &values) } else { self.fused(op.kind, values, from_memory) };
         for p in 0..n {
             if nexts[p] == NEVER {
                 self.release(values[p]);
@@ -229,7 +229,7 @@ impl Allocator<'_> {
 
     /// Which operand is read from memory: one that is not in a register, stands where the instruction
     /// can read it and appears once; the one needed last among several.
-    fn read_from_memory(&self, values: &[usize], nexts: &[usize; 3]) -> Option<usize> {
+    fn left_in_memory(&self, values: &[usize], nexts: &[usize; 3]) -> Option<usize> {
         let first = usize::from(values.len() == 2);
         (first..values.len())
             .filter(|&p| self.register[values[p]].is_none())
@@ -313,25 +313,25 @@ impl Allocator<'_> {
         to
     }
 
-    fn fused(&mut self, kind: Kind, values: [usize; 3], read_from_memory: Option<usize>) -> u8 {
+    fn fused(&mut self, kind: Kind, values: [usize; 3], from_memory: Option<usize>) -> u8 {
         let kind = match kind {
             Kind::MulSub => Fused::MulSub,
             Kind::NegMulAdd => Fused::NegMulAdd,
             _ => Fused::MulAdd,
         };
         let [mut x, mut y, z] = values;
-        if read_from_memory == Some(0) || (read_from_memory.is_none() && self.dying(x).is_none()) {
+        if from_memory == Some(0) || (from_memory.is_none() && self.dying(x).is_none()) {
             (x, y) = (y, x);
         }
         // Now x is in a register, and y may be in memory, or z.
-        let (form, over) = if read_from_memory == Some(2) {
+        let (form, over) = if from_memory == Some(2) {
             if self.dying(x).is_none() && self.dying(y).is_some() {
                 (x, y) = (y, x);
             }
             (Form::F213, x)
         } else if self.dying(z).is_some() || self.dying(x).is_none() {
             (Form::F231, z)
-        } else if read_from_memory.is_some() {
+        } else if from_memory.is_some() {
             (Form::F132, x)
         } else {
             (Form::F213, x)
