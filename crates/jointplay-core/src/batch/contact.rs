@@ -25,8 +25,6 @@ use crate::trace::CLEAR;
 
 /// Steps that a block takes at most.
 const STEPS: usize = 40;
-/// Largest change of an offset, as a part of its set, of a block that stands still.
-const STILL: f64 = 1e-13;
 /// A step below this (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;
 /// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
@@ -136,7 +134,7 @@ impl<'m> Contact<'m> {
             for i in 0..cases.len() {
                 let moved = out(to.size).0[i];
                 good[i] &= moved <= SMALL_ANGLE * SMALL_ANGLE && out(to.pivots).0[i] * sign.0[i] > 0.0;
-                still[i] = moved <= ROUNDING * ROUNDING && changed.0[i] <= STILL;
+                still[i] = moved <= ROUNDING * ROUNDING && changed.0[i] <= m.still();
                 steps[i] += u64::from(!still[i]);
                 all &= still[i] || !good[i];
             }
