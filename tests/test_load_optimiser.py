@@ -194,7 +194,9 @@ def test_the_guide_of_a_two_force_cylinder_is_undetermined(seed: int) -> None:
     if guide is None:
         pytest.skip("this guide has no gap")
     assert result.status.item() == "ok"
-    undecided = [str(s) for s, decided in zip(result.source.values, result.decided[0].values, strict=True) if not decided]
+    undecided = [
+        str(s) for s, decided in zip(result.source.values, result.decided[0].values, strict=True) if not decided
+    ]
     assert undecided == [guide.labels[0].split(".")[0]]
     u = played(link, result, 0)
     assert guide.inside(np.array([u[label] for label in guide.labels]), 1e-12)

@@ -29,7 +29,7 @@ fn questions(c: &mut Criterion) {
         group.throughput(Throughput::Elements(rows as u64));
         group.bench_function("solve", |b| b.iter(|| black_box(m.solve(rows, &subject.drives))));
         group.bench_function("trace", |b| b.iter(|| black_box(m.trace(rows, &subject.drives))));
-        group.bench_function("loaded", |b| b.iter(|| black_box(m.loaded(&cases))));
+        group.bench_function("loaded", |b| b.iter(|| black_box(m.loaded(&cases, true))));
         group.bench_function("worst", |b| b.iter(|| black_box(m.worst(&cases, STARTS))));
         group.throughput(Throughput::Elements(SAMPLES as u64));
         let request = Request {

@@ -19,6 +19,7 @@ use crate::batch::simd::{Kernel, dispatch};
 use crate::closure::Inputs;
 use crate::mechanism::Mechanism;
 use crate::real::Real;
+use crate::sensitivity::{Gradient, Output};
 use crate::solver::{Linearised, Solver, State};
 use crate::space::{Component, Pose, sub};
 use crate::status::Status;
@@ -116,6 +117,7 @@ struct Run<'r, 'm> {
     solver: &'r Solver<'m>,
     contact: Option<&'r Contact<'m>>,
     cases: &'r [Case<'r>],
+    exact: bool,
 }
 
 impl Kernel for Run<'_, '_> {
@@ -126,13 +128,13 @@ impl Kernel for Run<'_, '_> {
         let m = self.solver.mechanism;
         let plainly = |case: &Case<'_>, table: &mut Table| {
             table.fallbacks += 1;
-            table.push(m.loaded_plainly(self.solver, case));
+            table.push(m.loaded_plainly(self.solver, case, self.exact));
         };
         let mut table = Table::default();
         if let Some(contact) = self.contact {
             let mut workspace = contact.workspace();
             for block in self.cases.chunks(LANES) {
-                contact.solve(&mut workspace, block, &mut table, plainly);
+                contact.solve(&mut workspace, block, self.exact, &mut table, plainly);
             }
         } else {
             for case in self.cases {
@@ -221,9 +223,10 @@ impl Mechanism {
         reactions
     }
 
-    /// Where the load pushes the output, for every case, in blocks on all cores.
+    /// Where the load pushes the output, for every case, in blocks on all cores; if not `exact`, everything
+    /// is told to first order at the nominal pose, and the closure is not solved again.
     #[must_use]
-    pub fn loaded(&self, cases: &[Case<'_>]) -> Table {
+    pub fn loaded(&self, cases: &[Case<'_>], exact: bool) -> Table {
         let Some(solver) = self.solver(cases) else {
             let mut table = Table::default();
             for _ in cases {
@@ -233,7 +236,7 @@ impl Mechanism {
         };
         // A handful of configurations is solved before the programs are recorded.
         let contact = if cases.len() >= LANES { Contact::record(&solver) } else { None };
-        let run = |part: &[Case<'_>]| dispatch(Run { solver: &solver, contact: contact.as_ref(), cases: part });
+        let run = |part: &[Case<'_>]| dispatch(Run { solver: &solver, contact: contact.as_ref(), cases: part, exact });
         let parts: Vec<Table> = cases.par_chunks(RUN).map(run).collect();
         let mut table = Table::default();
         for mut part in parts {
@@ -242,9 +245,11 @@ impl Mechanism {
         table
     }
 
-    fn loaded_plainly(&self, solver: &Solver<'_>, case: &Case<'_>) -> Loaded {
-        self.restore(solver, case.coordinates, case.drives)
-            .map_or_else(|| self.no_load_result(Status::NotAssembled), |nominal| self.loaded_at(solver, case, &nominal))
+    fn loaded_plainly(&self, solver: &Solver<'_>, case: &Case<'_>, exact: bool) -> Loaded {
+        self.restore(solver, case.coordinates, case.drives).map_or_else(
+            || self.no_load_result(Status::NotAssembled),
+            |nominal| self.loaded_at(solver, case, &nominal, exact),
+        )
     }
 
     fn no_load_result(&self, status: Status) -> Loaded {
@@ -263,18 +268,10 @@ impl Mechanism {
         }
     }
 
-    fn loaded_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State) -> Loaded {
+    fn loaded_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State, exact: bool) -> Loaded {
         let size = self.size();
         let Some(at_nominal) = solver.linearise(nominal) else { return self.no_load_result(Status::Singular) };
         let status = self.status_of(&at_nominal, nominal);
-        let start = match solver.follow(nominal, &self.built(case.drives)) {
-            Ok(state) => state,
-            Err(status) => return self.no_load_result(status),
-        };
-        let Some(summit) = solver.climb(Objective::Load, nominal, start) else {
-            return self.no_load_result(Status::Singular);
-        };
-
         // First order, at the nominal pose. Drive values that differ from the nominal ones count too.
         let gradient = self.gradient(&at_nominal, self.objective_cost(Objective::Load, nominal, &at_nominal, nominal));
         let offsets = self.pushed(Objective::Load, &gradient, &self.built(case.drives));
@@ -289,35 +286,40 @@ impl Mechanism {
             }
         }
 
-        let Some(at_summit) = solver.linearise(&summit.state) else { return self.no_load_result(Status::Singular) };
         // What is undecided at the nominal pose is so at any size of the play, even where the exact pose then
         // falls to one side.
         let mut open = vec![0.0; self.sources.len() * size];
         let mut decided = vec![true; self.sources.len()];
-        let mut felt = false;
-        let there = self.output_sensitivity(&at_summit, &summit.state);
-        for (gradient, map) in [(&gradient, &map), (&summit.gradient, &there)] {
-            let tolerance = UNDECIDED * self.force_scale(gradient);
-            let (mut widths, mut reaches) = (vec![0.0; size], vec![0.0; size]);
-            for (s, source) in self.sources.iter().enumerate().filter(|(_, s)| s.is_clearance) {
-                let face = self.exposed(source, gradient, tolerance);
-                decided[s] &= face.is_point();
-                for i in 0..size {
-                    let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
-                    let width = face.half_width(&row);
-                    open[s * size + i] = width.max(open[s * size + i]);
-                    widths[i] += width;
-                    reaches[i] += source.set.support(&row);
-                }
-            }
-            felt |= widths.iter().zip(&reaches).any(|(width, reach)| *width > UNFELT * reach);
+        let mut felt = self.leave_open(&gradient, &map, &mut open, &mut decided);
+        let sum = |open: &[f64]| (0..size).map(|i| open.iter().skip(i).step_by(size).sum()).collect();
+        if !exact {
+            return Loaded {
+                error: error_first_order.clone(),
+                error_first_order,
+                undetermined: sum(&open),
+                open,
+                decided,
+                reaction: self.reactions(&at_nominal.poses, &gradient.multipliers),
+                offset: offsets.parameters,
+                contribution,
+                steps: 0,
+                status: if felt && status == Status::Ok { Status::Undetermined } else { status },
+            };
         }
-        let undetermined = (0..size).map(|i| open.iter().skip(i).step_by(size).sum()).collect();
-        let settled = summit.settled && !felt;
+        let start = match solver.follow(nominal, &self.built(case.drives)) {
+            Ok(state) => state,
+            Err(status) => return self.no_load_result(status),
+        };
+        let Some(summit) = solver.climb(Objective::Load, nominal, start) else {
+            return self.no_load_result(Status::Singular);
+        };
+        let Some(at_summit) = solver.linearise(&summit.state) else { return self.no_load_result(Status::Singular) };
+        let map = self.output_sensitivity(&at_summit, &summit.state);
+        felt |= self.leave_open(&summit.gradient, &map, &mut open, &mut decided);
         Loaded {
             error: self.error(&summit.state, nominal),
             error_first_order,
-            undetermined,
+            undetermined: sum(&open),
             open,
             decided,
             reaction: self.reactions(&at_summit.poses, &summit.gradient.multipliers),
@@ -326,9 +328,29 @@ impl Mechanism {
             steps: summit.steps,
             status: match status {
                 Status::Ok if summit.blocked => Status::Singular,
-                Status::Ok if !settled => Status::Undetermined,
+                Status::Ok if felt || !summit.settled => Status::Undetermined,
                 other => other,
             },
         }
+    }
+
+    /// Widens what every source leaves open in the output, tells which sources the load does not decide, and
+    /// whether the output feels it.
+    fn leave_open(&self, gradient: &Gradient, map: &Output, open: &mut [f64], decided: &mut [bool]) -> bool {
+        let size = self.size();
+        let tolerance = UNDECIDED * self.force_scale(gradient);
+        let (mut widths, mut reaches) = (vec![0.0; size], vec![0.0; size]);
+        for (s, source) in self.sources.iter().enumerate().filter(|(_, s)| s.is_clearance) {
+            let face = self.exposed(source, gradient, tolerance);
+            decided[s] &= face.is_point();
+            for i in 0..size {
+                let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
+                let width = face.half_width(&row);
+                open[s * size + i] = width.max(open[s * size + i]);
+                widths[i] += width;
+                reaches[i] += source.set.reach(&row);
+            }
+        }
+        widths.iter().zip(&reaches).any(|(width, reach)| *width > UNFELT * reach)
     }
 }

@@ -261,17 +261,19 @@ impl Mechanism {
             .finish())
     }
 
+    #[pyo3(signature = (drives, poses, exact = true))]
     fn loaded<'py>(
         &self,
         py: Python<'py>,
         drives: PyReadonlyArray2<'py, f64>,
         poses: PyReadonlyArray3<'py, f64>,
+        exact: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let results = py.detach(|| core.loaded(&cases));
+        let results = py.detach(|| core.loaded(&cases, exact));
         let (n, size) = (cases.len(), core.size());
         Ok(Table::new(py)
             .status(results.status.iter().copied())?

@@ -63,6 +63,9 @@ def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progre
         builder.add(f"worst_rotation{suffix}", "configuration", rotation, f"largest rotation{words}", "angle")
         words = f"lowest and highest error of the component{words}"
         builder.add(f"worst_component{suffix}", sides, component, words, "component")
+    for name, kind in (("position", "length"), ("rotation", "angle")):
+        words = f"what the largest {name} error to first order certainly does not exceed"
+        builder.add(f"worst_{name}_bound", "configuration", found[f"{name}_bound"], words, kind)
     words = "direction of the largest position error"
     builder.add("worst_direction", ("configuration", "axis"), found["direction"], words)
     words = "offset of the parameter at the extreme"

@@ -276,6 +276,9 @@ def map_(
     ] = None,
     question: Annotated[Mapped, typer.Option("--question", "-q", help="What is asked at every node.")] = Mapped.loaded,
     offset: Offset = None,
+    first_order: Annotated[
+        bool, typer.Option("--first-order", help="loaded: to first order only, several times faster.")
+    ] = False,
     samples: Samples = 1_000,
     seed: Seed = 0,
     law: Scatter = None,
@@ -300,7 +303,7 @@ def map_(
     """Ask for the error over a grid of drives or of positions of the output."""
     from . import mapping
 
-    options: dict[str, Any] = {}
+    options: dict[str, Any] = {"exact": False} if first_order and question is Mapped.loaded else {}
     if question is Mapped.random:
         options = {"samples": samples, "seed": seed, "law": law.value if law else None}
     if question is Mapped.given:

@@ -83,6 +83,7 @@ impl<'m> Contact<'m> {
         &self,
         workspace: &mut [Vec<Block>; 2],
         cases: &[Case<'_>],
+        exact: bool,
         table: &mut Table,
         mut plainly: impl FnMut(&Case<'_>, &mut Table),
     ) {
@@ -109,6 +110,16 @@ impl<'m> Contact<'m> {
             pushed[p] = Block::splat(*centre);
         }
         let open = push(m, loosened, &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
+        if !exact {
+            for (i, case) in cases.iter().enumerate() {
+                if good[i] {
+                    self.tell_first_order(statics, &pushed, open[i], i, table);
+                } else {
+                    plainly(case, table);
+                }
+            }
+            return;
+        }
         let first: Vec<Block> = pushed.clone();
 
         let inputs = n_u + self.layout.n_varying();
@@ -143,37 +154,28 @@ impl<'m> Contact<'m> {
             let scale = self.step.output(step, to.scale).0[i];
             let first_force = |p: usize| self.statics.output(statics, at.gradient + p).0[i];
             let first_scale = self.statics.output(statics, at.scale).0[i];
-            if !good[i]
-                || !still[i]
-                || (open[i] && self.matters(first_force, first_scale, map))
-                || (undecided[i] && self.matters(force, scale, map))
-            {
+            let mut widths = vec![0.0; m.sources().len() * size];
+            let mut decided = vec![true; m.sources().len()];
+            let mut felt = false;
+            if open[i] {
+                felt |= self.leave_open(first_force, first_scale, map, &mut widths, &mut decided);
+            }
+            if undecided[i] {
+                felt |= self.leave_open(force, scale, map, &mut widths, &mut decided);
+            }
+            if !(good[i] && still[i]) || felt {
                 plainly(case, table);
                 continue;
             }
             let lane = |b: &Block| b.0[i];
-            let out = |k: usize| lane(self.statics.output(statics, k));
+            self.tell_shares(statics, &first, i, table);
             for k in 0..size {
-                table.error.push(lane(self.finish.output(step, k)) - out(at.output + k));
-                let mut sum = 0.0;
-                for source in m.sources() {
-                    sum += source.range().map(|p| out(at.map + k * n_u + p) * lane(&first[p])).sum::<f64>();
-                }
-                table.error_first_order.push(sum);
+                let nominal = self.statics.output(statics, at.output + k);
+                table.error.push(lane(self.finish.output(step, k)) - lane(nominal));
                 table.undetermined.push(0.0);
             }
-            for source in m.sources() {
-                table.open.extend(std::iter::repeat_n(0.0, size));
-                let decided = (!open[i] || self.decides(source, first_force, first_scale))
-                    && (!undecided[i] || self.decides(source, force, scale));
-                table.decided.push(decided);
-            }
-            for source in m.sources() {
-                for k in 0..size {
-                    let share = source.range().map(|p| out(at.map + k * n_u + p) * lane(&first[p])).sum();
-                    table.contribution.push(share);
-                }
-            }
+            table.open.extend(widths);
+            table.decided.extend(decided);
             let reactions = to.reactions..to.reactions + m.n_joints() * size;
             table.reaction.extend(reactions.map(|k| lane(self.step.output(step, k))));
             table.offset.extend(step[..n_u].iter().map(lane));
@@ -182,27 +184,84 @@ impl<'m> Contact<'m> {
         }
     }
 
-    /// Whether one lane's load decides where a source is.
-    fn decides(&self, source: &Source, force: impl Fn(usize) -> f64, scale: f64) -> bool {
-        let w: Vec<f64> = source.range().map(force).collect();
-        let tolerance = self.mechanism.undecided(source, UNDECIDED * scale);
-        !source.is_clearance || source.set.face(&w, tolerance).is_point()
+    /// Appends the first-order error of one lane and the share of every source in it; gives the error.
+    #[inline(always)]
+    fn tell_shares(&self, statics: &[Block], offsets: &[Block], lane: usize, table: &mut Table) -> [f64; 6] {
+        let m = self.mechanism;
+        let (map, n_u, size) = (StaticsOutputs::new(m).map, m.n_parameters(), m.size());
+        let mut error = [0.0; 6];
+        for source in m.sources() {
+            for k in 0..size {
+                let part = |p: usize| self.statics.output(statics, map + k * n_u + p).0[lane] * offsets[p].0[lane];
+                let share: f64 = source.range().map(part).sum();
+                table.contribution.push(share);
+                error[k] += share;
+            }
+        }
+        table.error_first_order.extend_from_slice(&error[..size]);
+        error
     }
 
-    /// Whether the output feels what one lane's load leaves undecided.
-    #[inline(never)]
-    fn matters(&self, force: impl Fn(usize) -> f64, scale: f64, map: impl Fn(usize, usize) -> f64) -> bool {
+    /// Appends the row of one lane, told at its nominal pose.
+    #[inline(always)]
+    fn tell_first_order(&self, statics: &[Block], offsets: &[Block], open: bool, lane: usize, table: &mut Table) {
         let m = self.mechanism;
-        (0..m.size()).any(|k| {
-            let (mut width, mut reach) = (0.0, 0.0);
-            for source in m.sources().iter().filter(|s| s.is_clearance) {
-                let w: Vec<f64> = source.range().map(&force).collect();
-                let row: Vec<f64> = source.range().map(|p| map(k, p)).collect();
-                width += source.set.face(&w, m.undecided(source, UNDECIDED * scale)).half_width(&row);
-                reach += source.set.support(&row);
+        let at = StaticsOutputs::new(m);
+        let (n_u, size) = (m.n_parameters(), m.size());
+        let out = |k: usize| self.statics.output(statics, k).0[lane];
+        let error = self.tell_shares(statics, offsets, lane, table);
+        table.error.extend_from_slice(&error[..size]);
+        table.offset.extend(offsets.iter().map(|b| b.0[lane]));
+        table.reaction.extend((at.reactions..at.reactions + m.n_joints() * size).map(out));
+        table.steps.push(0);
+        let (first, sources) = (table.open.len(), m.sources().len());
+        table.open.resize(first + sources * size, 0.0);
+        table.decided.resize(first / size + sources, true);
+        let mut felt = false;
+        let mut undetermined = [0.0; 6];
+        if open {
+            let (widths, decided) = (&mut table.open[first..], &mut table.decided[first / size..]);
+            let force = |p: usize| out(at.gradient + p);
+            felt = self.leave_open(force, out(at.scale), |k, p| out(at.map + k * n_u + p), widths, decided);
+            for (i, width) in widths.iter().enumerate() {
+                undetermined[i % size] += width;
             }
-            !(width <= UNFELT * reach)
-        })
+        }
+        table.undetermined.extend_from_slice(&undetermined[..size]);
+        table.status.push(if felt { Status::Undetermined } else { Status::Ok });
+    }
+
+    /// As [`Mechanism::leave_open`], for one lane.
+    #[inline(never)]
+    fn leave_open(
+        &self,
+        force: impl Fn(usize) -> f64,
+        scale: f64,
+        map: impl Fn(usize, usize) -> f64,
+        open: &mut [f64],
+        decided: &mut [bool],
+    ) -> bool {
+        let m = self.mechanism;
+        let size = m.size();
+        let (mut widths, mut reaches) = ([0.0; 6], [0.0; 6]);
+        for (s, source) in m.sources().iter().enumerate().filter(|(_, s)| s.is_clearance) {
+            let n = source.set.size();
+            let mut w = [0.0; MAX_SIZE];
+            w.iter_mut().zip(source.range()).for_each(|(w, p)| *w = force(p));
+            let face = source.set.face(&w[..n], m.undecided(source, UNDECIDED * scale));
+            decided[s] &= face.is_point();
+            for k in 0..size {
+                let mut row = [0.0; MAX_SIZE];
+                row.iter_mut().zip(source.range()).for_each(|(r, p)| *r = map(k, p));
+                reaches[k] += source.set.reach(&row[..n]);
+                if !face.is_point() {
+                    let width = face.half_width(&row[..n]);
+                    open[s * size + k] = width.max(open[s * size + k]);
+                    widths[k] += width;
+                }
+            }
+        }
+        widths.iter().zip(&reaches).any(|(width, reach)| *width > UNFELT * reach)
     }
 }
 
@@ -215,6 +274,7 @@ struct StaticsOutputs {
     output: usize,
     map: usize,
     drives: usize,
+    reactions: usize,
 }
 
 impl StaticsOutputs {
@@ -229,6 +289,7 @@ impl StaticsOutputs {
             output: n_u + 3,
             map: n_u + 3 + m.size(),
             drives: n_u + 3 + m.size() + m.size() * n_u,
+            reactions: n_u + 3 + m.size() + m.size() * n_u + m.n_drives(),
         }
     }
 }
@@ -315,6 +376,7 @@ fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
         outputs.extend(gradient(m, plan, &step.factors, &poses, cost).0);
     }
     outputs.extend(m.driven_rows.iter().map(|&r| step.residual[r]));
+    outputs.extend(statics.reactions);
     Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
 }
 

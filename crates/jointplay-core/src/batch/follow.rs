@@ -25,7 +25,6 @@ const LAST: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub struct Follow<'m> {
     mechanism: &'m Mechanism,
-    layout: Layout,
     step: Program,
 }
 
@@ -43,7 +42,7 @@ impl<'m> Follow<'m> {
         outputs.extend([step.size, step.pivots, singular_estimate(m, solver.plan.as_ref()?, &step.factors)]);
         let pose = m.n_parameters()..m.n_parameters() + layout.n_pose();
         let step = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)?.replacing(pose);
-        Some(Self { mechanism: m, layout, step })
+        Some(Self { mechanism: m, step })
     }
 
     /// Registers to work in.

@@ -13,6 +13,7 @@ mod climb;
 mod contact;
 pub mod draw;
 mod follow;
+mod graph;
 mod jit;
 pub mod lanes;
 mod program;

@@ -125,9 +125,22 @@ impl<'r> Symbol<'r> {
         }
     }
 
+    /// Whether it is plainly a number without sign.
+    fn is_unsigned(self) -> bool {
+        let Self::Node(id, r) = self else { return false };
+        match r.nodes.borrow()[id as usize] {
+            Node::Abs(_) => true,
+            Node::Binary(Binary::Mul, a, b) => a == b,
+            _ => false,
+        }
+    }
+
     /// The larger of two numbers; not a number when either is not.
     #[must_use]
     pub fn max(self, other: Self) -> Self {
+        if self.is(0.0) && other.is_unsigned() {
+            return other;
+        }
         match (Self::recorder(self, other), self, other) {
             (None, Self::Constant(a), Self::Constant(b)) => Self::Constant(a.max(b)),
             (Some(r), ..) => r.binary(Binary::Max, self, other),

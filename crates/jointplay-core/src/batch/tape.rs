@@ -4,39 +4,11 @@
 //! operations. Operations that depend only on quantities common to all samples of a configuration are
 //! done once for it; the rest is replayed on blocks of samples.
 
+use super::graph::{Kind, Operation, operations, reachable, varying};
 use super::jit::{Compiled, Layout, Line};
 use super::lanes::Block;
 use super::simd::width;
 use super::symbol::{Binary, Node, Recorder, Symbol};
-
-/// The operations that a processor does at once.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Kind {
-    Add,
-    Sub,
-    Mul,
-    Div,
-    Max,
-    Neg,
-    Abs,
-    /// a b + c
-    MulAdd,
-    /// a b - c
-    MulSub,
-    /// c - a b
-    NegMulAdd,
-}
-
-impl Kind {
-    /// Number of operands.
-    pub const fn arity(self) -> usize {
-        match self {
-            Self::Neg | Self::Abs => 1,
-            Self::Add | Self::Sub | Self::Mul | Self::Div | Self::Max => 2,
-            Self::MulAdd | Self::MulSub | Self::NegMulAdd => 3,
-        }
-    }
-}
 
 /// One operation on registers of a block.
 #[derive(Clone, Copy, Debug)]
@@ -93,68 +65,18 @@ impl Program {
         for (&output, &input) in self.outputs.iter().zip(&self.replaced) {
             assert!(output == input || output as usize >= self.n_inputs, "an output is computed");
         }
+        // Clones of before keep their code.
+        self.compiled = Compiled::default();
         self
     }
 
     fn from(recorder: &Recorder, n_inputs: usize, start: usize, outputs: &[Symbol<'_>]) -> Option<Self> {
+        u16::try_from(start).ok()?;
         let roots: Vec<u32> = outputs.iter().map(|&s| recorder.id(s)).collect();
         let nodes = recorder.nodes.borrow();
         let varying = varying(&nodes);
         let order = reachable(&nodes, &roots);
-        let mut uses = vec![0_u32; nodes.len()];
-        for &id in &order {
-            for o in operands(nodes[id as usize]) {
-                uses[o as usize] += 1;
-            }
-        }
-        for &id in &roots {
-            // An output is never absorbed into another operation.
-            uses[id as usize] += 2;
-        }
-        let fused = |id: u32| match nodes[id as usize] {
-            Node::Binary(Binary::Mul, x, y) if uses[id as usize] == 1 && varying[id as usize] => Some((x, y)),
-            _ => None,
-        };
-        // Expand into instructions on nodes first, then give out registers.
-        let mut work: Vec<(Kind, [u32; 3], u32)> = Vec::new();
-        let mut absorbed = vec![false; nodes.len()];
-        for &id in &order {
-            if !varying[id as usize] {
-                continue;
-            }
-            let instruction = match nodes[id as usize] {
-                Node::Neg(a) => (Kind::Neg, [a, a, a]),
-                Node::Abs(a) => (Kind::Abs, [a, a, a]),
-                Node::Binary(Binary::Add, a, b) => match (fused(a), fused(b)) {
-                    (Some((x, y)), _) if !absorbed[a as usize] => {
-                        absorbed[a as usize] = true;
-                        (Kind::MulAdd, [x, y, b])
-                    }
-                    (_, Some((x, y))) => {
-                        absorbed[b as usize] = true;
-                        (Kind::MulAdd, [x, y, a])
-                    }
-                    _ => (Kind::Add, [a, b, b]),
-                },
-                Node::Binary(Binary::Sub, a, b) => match (fused(a), fused(b)) {
-                    (_, Some((x, y))) => {
-                        absorbed[b as usize] = true;
-                        (Kind::NegMulAdd, [x, y, a])
-                    }
-                    (Some((x, y)), _) => {
-                        absorbed[a as usize] = true;
-                        (Kind::MulSub, [x, y, b])
-                    }
-                    _ => (Kind::Sub, [a, b, b]),
-                },
-                Node::Binary(Binary::Mul, a, b) => (Kind::Mul, [a, b, b]),
-                Node::Binary(Binary::Div, a, b) => (Kind::Div, [a, b, b]),
-                Node::Binary(Binary::Max, a, b) => (Kind::Max, [a, b, b]),
-                Node::Constant(_) | Node::Common(_) | Node::Varying(_) => continue,
-            };
-            work.push((instruction.0, instruction.1, id));
-        }
-        work.retain(|(_, _, id)| !absorbed[*id as usize]);
+        let work = operations(&nodes, &varying, &order, &roots);
         let common = order.iter().filter(|&&id| !varying[id as usize]).map(|&id| (id as usize, nodes[id as usize]));
         let mut program = Self {
             common: common.collect(),
@@ -173,13 +95,7 @@ impl Program {
     }
 
     /// Linear scan: a temporary's register is free again after its last use.
-    fn give_registers(
-        &mut self,
-        nodes: &[Node],
-        varying: &[bool],
-        work: &[(Kind, [u32; 3], u32)],
-        roots: &[u32],
-    ) -> Option<()> {
+    fn give_registers(&mut self, nodes: &[Node], varying: &[bool], work: &[Operation], roots: &[u32]) -> Option<()> {
         const NONE: u16 = u16::MAX;
         let mut last = vec![0_usize; nodes.len()];
         for (at, (_, operands, _)) in work.iter().enumerate() {
@@ -334,7 +250,7 @@ impl Program {
                 Kind::Sub => a.sub(b),
                 Kind::Mul => a.mul(b),
                 Kind::Div => a.div(b),
-                Kind::Max => a.max(b),
+                Kind::Max | Kind::MaxUnsigned => a.max(b),
                 Kind::Neg => a.neg(),
                 Kind::Abs => a.abs(),
                 Kind::MulAdd => a.mul_add(b, c),
@@ -348,42 +264,4 @@ impl Program {
             registers[input as usize] = registers[output as usize];
         }
     }
-}
-
-fn operands(node: Node) -> impl Iterator<Item = u32> {
-    let (a, b) = match node {
-        Node::Constant(_) | Node::Common(_) | Node::Varying(_) => (None, None),
-        Node::Neg(a) | Node::Abs(a) => (Some(a), None),
-        Node::Binary(_, a, b) => (Some(a), Some(b)),
-    };
-    a.into_iter().chain(b)
-}
-
-/// Which nodes depend on the sample. Operands come before their users.
-fn varying(nodes: &[Node]) -> Vec<bool> {
-    let mut varying: Vec<bool> = Vec::with_capacity(nodes.len());
-    for &node in nodes {
-        let depends = matches!(node, Node::Varying(_)) || operands(node).any(|o| varying[o as usize]);
-        varying.push(depends);
-    }
-    varying
-}
-
-/// What the roots need, operands first, each as late as its first user allows.
-fn reachable(nodes: &[Node], roots: &[u32]) -> Vec<u32> {
-    let mut order = Vec::new();
-    let mut seen = vec![false; nodes.len()];
-    for &root in roots {
-        let mut stack = vec![(root, false)];
-        while let Some((id, expanded)) = stack.pop() {
-            if expanded {
-                order.push(id);
-            } else if !seen[id as usize] {
-                seen[id as usize] = true;
-                stack.push((id, true));
-                stack.extend(operands(nodes[id as usize]).filter(|&o| !seen[o as usize]).map(|o| (o, false)));
-            }
-        }
-    }
-    order
 }

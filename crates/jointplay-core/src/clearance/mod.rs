@@ -186,6 +186,14 @@ impl Set {
         }
     }
 
+    /// What `w . offset` reaches when one component goes as far as it can alone: at most the support
+    /// function, and of its order.
+    #[inline]
+    #[must_use]
+    pub fn reach(&self, w: &[f64]) -> f64 {
+        w.iter().enumerate().fold(0.0, |reach: f64, (k, w)| reach.max(w.abs() * self.half_width(k)))
+    }
+
     /// Whether the set is the single point zero.
     #[inline]
     #[must_use]

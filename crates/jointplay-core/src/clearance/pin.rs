@@ -76,7 +76,7 @@ impl Pin {
     }
 
     pub(super) fn support(&self, w: &[f64]) -> f64 {
-        let [first, second] = self.reactions(w).map(|[x, y]| x.hypot(y));
+        let [first, second] = self.reactions(w).map(|[x, y]| (x * x + y * y).sqrt());
         self.radius * (first + second) + self.axial.map_or(0.0, |axial| axial * w[0].abs())
     }
 
@@ -168,7 +168,7 @@ impl PinFace {
 
     pub fn half_width(&self, direction: &[f64]) -> f64 {
         let reach = |open: bool, size: f64| if open { size } else { 0.0 };
-        let [first, second] = self.pin.reactions(direction).map(|[x, y]| self.pin.radius * x.hypot(y));
+        let [first, second] = self.pin.reactions(direction).map(|[x, y]| self.pin.radius * (x * x + y * y).sqrt());
         let along = self.pin.axial.map_or(0.0, |axial| axial * direction[0].abs());
         reach(self.ends[0], first) + reach(self.ends[1], second) + reach(self.along, along)
     }

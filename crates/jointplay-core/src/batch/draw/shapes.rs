@@ -16,10 +16,16 @@ impl Stream {
     pub fn draw(&mut self, set: &Set, law: Law, out: &mut [Block]) {
         match set.shape() {
             Shape::Round { radius, size: 2 } => {
-                out.copy_from_slice(&self.disc(law).map(|b| b.mul(&Block::splat(radius))));
+                // Component by component: closures are not compiled for the caller's width.
+                let [x, y] = self.disc(law);
+                out[0] = x.mul(&Block::splat(radius));
+                out[1] = y.mul(&Block::splat(radius));
             }
             Shape::Round { radius, .. } => {
-                out.copy_from_slice(&self.ball(law).map(|b| b.mul(&Block::splat(radius))));
+                let [x, y, z] = self.ball(law);
+                out[0] = x.mul(&Block::splat(radius));
+                out[1] = y.mul(&Block::splat(radius));
+                out[2] = z.mul(&Block::splat(radius));
             }
             Shape::Diamond { gap, half_length } => {
                 let [a, b] = self.diamond(law);
@@ -142,13 +148,16 @@ impl Stream {
         match law {
             Law::Uniform => self.uniform_tapered(tapers),
             Law::Boundary => {
-                let drawn = self.uniform_tapered(tapers);
+                let mut drawn = self.uniform_tapered(tapers);
                 let mut gauge = Block::splat(0.0);
                 for (s, taper) in tapers.iter().enumerate() {
                     let side = drawn[1 + 2 * s].abs().max(&drawn[2 + 2 * s].abs());
                     gauge = gauge.max(&drawn[0].abs().mul_add(&Block::splat(*taper), &side));
                 }
-                drawn.map(|b| b.div(&gauge))
+                for block in &mut drawn {
+                    *block = block.div(&gauge);
+                }
+                drawn
             }
             // Along the diagonals of the squares, where the components are: turned by 45 degrees, normal
             // numbers stay independent.

@@ -3,7 +3,8 @@
 //! One pass over the straight line. A number that is needed in memory once is used from there; when the
 //! vector registers run out, the number that is needed last makes room (Belady, IBM Syst. J. 5, 1966, 78).
 
-use super::super::tape::{Kind, Op};
+use super::super::graph::Kind;
+use super::super::tape::Op;
 use super::{FIRST_COMMON, Line, MAGNITUDE, SIGN};
 
 /// A number that is never needed again.
@@ -35,6 +36,8 @@ pub enum Binary {
     Mul,
     Div,
     Max,
+    /// The larger of two numbers without sign.
+    MaxUnsigned,
     /// Exclusive or of the bits.
     Xor,
     /// And of the bits.
@@ -189,12 +192,12 @@ impl Allocator<'_> {
     fn operation(&mut self, op: Op, uses: &Uses) {
         let (mut values, n) = operands(self.line, &op);
         let mut nexts = uses.operands;
-        let commutes = matches!(op.kind, Kind::Add | Kind::Mul | Kind::Neg | Kind::Abs);
+        let commutes = matches!(op.kind, Kind::Add | Kind::Mul | Kind::MaxUnsigned | Kind::Neg | Kind::Abs);
         if commutes && self.register[values[0]].is_none() && self.register[values[1]].is_some() {
             values.swap(0, 1);
             nexts.swap(0, 1);
         }
-        let from_memory = self.from_memory(&values[..n], &nexts);
+        let from_memory = self.left_in_memory(&values[..n], &nexts);
         for p in 0..n {
             if Some(p) != from_memory {
                 self.load(values[p], nexts[p], &values[..n]);
@@ -226,8 +229,8 @@ impl Allocator<'_> {
 
     /// Which operand is read from memory: one that is not in a register, stands where the instruction
     /// can read it and appears once; the one needed last among several.
-    fn from_memory(&self, values: &[usize], nexts: &[usize; 3]) -> Option<usize> {
-        let first = if values.len() == 2 { 1 } else { 0 };
+    fn left_in_memory(&self, values: &[usize], nexts: &[usize; 3]) -> Option<usize> {
+        let first = usize::from(values.len() == 2);
         (first..values.len())
             .filter(|&p| self.register[values[p]].is_none())
             .filter(|&p| values.iter().filter(|&&v| v == values[p]).count() == 1)
@@ -297,12 +300,14 @@ impl Allocator<'_> {
             Kind::Div => Binary::Div,
             Kind::Neg => Binary::Xor,
             Kind::Abs => Binary::And,
+            Kind::MaxUnsigned => Binary::MaxUnsigned,
             _ => Binary::Max,
         };
         let (a, b) = (self.in_register(values[0]), self.source(values[1]));
-        // The maximum reads its first operand once more after it has written.
-        let over_a = if kind == Binary::Max { None } else { self.dying(values[0]) };
-        let over_b = self.dying(values[1]).filter(|&r| kind != Binary::Max || r != a);
+        // A maximum reads its first operand once more after it has written.
+        let is_max = matches!(kind, Binary::Max | Binary::MaxUnsigned);
+        let over_a = self.dying(values[0]).filter(|_| !is_max);
+        let over_b = self.dying(values[1]).filter(|&r| !is_max || r != a);
         let to = over_a.or(over_b).unwrap_or_else(|| self.take(&values[..2]));
         self.code.push(Vector::Binary { kind, to, a, b });
         to

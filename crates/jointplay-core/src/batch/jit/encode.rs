@@ -32,12 +32,11 @@ impl Lanes {
         }
     }
 
-    const fn register(self, index: u8) -> (Register, u32) {
-        let first = match self {
-            Self::Four => Register::YMM0,
-            Self::Eight => Register::ZMM0,
-        };
-        (first, index as u32)
+    fn register(self, index: u8) -> Register {
+        match self {
+            Self::Four => Register::YMM0 + u32::from(index),
+            Self::Eight => Register::ZMM0 + u32::from(index),
+        }
     }
 }
 
@@ -50,7 +49,7 @@ const COUNTER: Register = Register::EAX;
 /// A function of the System V calling convention that runs the code on the memory at its argument.
 pub fn encode(code: &[Vector], lanes: Lanes, layout: Layout) -> Result<Vec<u8>, IcedError> {
     let mut writer = Writer { encoder: Encoder::try_with_capacity(64, 16 * code.len() + 64)?, at: 0, lanes, layout };
-    let bytes = size_of::<f64>() * lanes.count();
+    let bytes = (size_of::<f64>() * lanes.count()) as u32;
     writer.put(Instruction::with2(
         Code::Lea_r64_m,
         TABLE,
@@ -61,7 +60,7 @@ pub fn encode(code: &[Vector], lanes: Lanes, layout: Layout) -> Result<Vec<u8>, 
     for &vector in code {
         writer.vector(vector)?;
     }
-    writer.put(Instruction::with2(Code::Add_rm64_imm8, BLOCKS, bytes as i32)?)?;
+    writer.put(Instruction::with2(Code::Add_rm64_imm8, BLOCKS, bytes)?)?;
     writer.put(Instruction::with1(Code::Dec_rm32, COUNTER)?)?;
     writer.put(Instruction::with_branch(Code::Jne_rel32_64, start)?)?;
     // Code without vectors is slow while the upper halves of the registers are in use.
@@ -70,6 +69,7 @@ pub fn encode(code: &[Vector], lanes: Lanes, layout: Layout) -> Result<Vec<u8>, 
     Ok(writer.encoder.take_buffer())
 }
 
+#[allow(clippy::cast_possible_wrap)] // 65535 blocks of 512 bytes at most
 fn displaced(base: Register, offset: usize, spread: bool) -> MemoryOperand {
     MemoryOperand::new(base, Register::None, 1, offset as i64, 1, spread, Register::None)
 }
@@ -88,8 +88,7 @@ impl Writer {
     }
 
     fn register(&self, index: u8) -> Register {
-        let (first, index) = self.lanes.register(index);
-        first + index
+        self.lanes.register(index)
     }
 
     fn place(&self, place: Place) -> MemoryOperand {
@@ -130,6 +129,9 @@ impl Writer {
                 Instruction::with2(code, self.register(to), self.register(from))?
             }
             Vector::Binary { kind: Binary::Max, to, a, b } => return self.max(to, a, b),
+            Vector::Binary { kind: Binary::MaxUnsigned, to, a, b } if self.lanes == Lanes::Four => {
+                return self.max(to, a, b);
+            }
             Vector::Binary { kind, to, a, b } => self.three(binary(kind, self.lanes), to, a, b)?,
             Vector::Fused { kind, form, to, second, third } => {
                 self.three(fused(kind, form, self.lanes), to, second, third)?
@@ -185,6 +187,8 @@ const fn binary(kind: Binary, lanes: Lanes) -> Code {
         Binary::Mul => [Code::VEX_Vmulpd_ymm_ymm_ymmm256, Code::EVEX_Vmulpd_zmm_k1z_zmm_zmmm512b64_er],
         Binary::Div => [Code::VEX_Vdivpd_ymm_ymm_ymmm256, Code::EVEX_Vdivpd_zmm_k1z_zmm_zmmm512b64_er],
         Binary::Max => [Code::VEX_Vmaxpd_ymm_ymm_ymmm256, Code::EVEX_Vmaxpd_zmm_k1z_zmm_zmmm512b64_sae],
+        // Numbers without sign are ordered as their bits are, with what is not a number behind them.
+        Binary::MaxUnsigned => [Code::VEX_Vmaxpd_ymm_ymm_ymmm256, Code::EVEX_Vpmaxuq_zmm_k1z_zmm_zmmm512b64],
         Binary::Xor => [Code::VEX_Vxorpd_ymm_ymm_ymmm256, Code::EVEX_Vxorpd_zmm_k1z_zmm_zmmm512b64],
         Binary::And => [Code::VEX_Vandpd_ymm_ymm_ymmm256, Code::EVEX_Vandpd_zmm_k1z_zmm_zmmm512b64],
     };

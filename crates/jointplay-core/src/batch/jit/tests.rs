@@ -27,7 +27,7 @@ fn program(rng: &mut Xoshiro256PlusPlus, operations: usize, alive: usize) -> Opt
         let (a, mut b, mut c) = (recent(rng), recent(rng), recent(rng));
         b = if rng.random_bool(0.1) { a } else { b };
         c = if rng.random_bool(0.1) { a } else { c };
-        symbols.push(match rng.random_range(0..10) {
+        symbols.push(match rng.random_range(0..11) {
             0 => a + b,
             1 => a - b,
             2 => a * b,
@@ -37,12 +37,13 @@ fn program(rng: &mut Xoshiro256PlusPlus, operations: usize, alive: usize) -> Opt
             6 => a.abs(),
             7 => a * b + c,
             8 => a * b - c,
+            9 => (a * a).max(b.abs()),
             _ => c - a * b,
         });
     }
     let outputs: Vec<Symbol<'_>> = (0..alive).map(|k| symbols[symbols.len() - 1 - 3 * k % symbols.len()]).collect();
     let mut program = Program::new(&recorder, INPUTS, &outputs)?;
-    if alive % 2 == 0 {
+    if alive.is_multiple_of(2) {
         program = Program::after(&program, &recorder, &outputs)?;
     }
     let computed = program.line().outputs.iter().take_while(|&&r| r as usize >= INPUTS).count();

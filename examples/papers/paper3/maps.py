@@ -1,0 +1,165 @@
+"""The error over the workspace, by the general engine; kept as tables, so that the page can be made without waiting."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import jointplay as jp
+
+from .closed_form import Floats, Upu
+from .robot import at, radians, robot, sizes_of
+from .study import FORCE, MOMENT
+
+#: half the edge of the square that is mapped, mm; its corners are 0.71 of the way from the axis to the cylinder
+REACH = 150.0
+#: nodes along the edge of the square by height, mm
+LEVELS = {300.0: 21, 400.0: 41, 500.0: 21}
+WORST_HEIGHT, WORST_COUNT = 400.0, 7
+#: what a table holds of a node
+LOADED = ("x_mm", "y_mm", "z_mm", "position_mm", "rotation_deg", "position_first_order_mm", "rotation_first_order_deg")
+FLAGS = ("status", "contact_changes_along_x", "contact_changes_along_y")
+WORST = ("x_mm", "y_mm", "z_mm", "position_mm", "rotation_deg")
+DIGITS = 5
+
+
+@dataclass(frozen=True)
+class Level:
+    """The error under the load over a square, [x, y]; `changes` are between a node and the next along x and y."""
+
+    z: float
+    x: Floats
+    y: Floats
+    position: Floats
+    rotation: Floats
+    position_first_order: Floats
+    rotation_first_order: Floats
+    status: Any
+    changes: Any
+
+
+@dataclass(frozen=True)
+class Largest:
+    """The largest error that the play allows over a square, [x, y]."""
+
+    z: float
+    x: Floats
+    y: Floats
+    position: Floats
+    rotation: Floats
+
+
+@dataclass(frozen=True)
+class Maps:
+    """All maps of the page."""
+
+    levels: tuple[Level, ...]
+    largest: Largest
+
+    def level(self, z: float) -> Level:
+        """The one at a height."""
+        return next(level for level in self.levels if level.z == z)
+
+
+def compute() -> Maps:
+    """Ask for every map. Takes a minute or two."""
+    m = at(robot(), [0.0, 0.0, 400.0], FORCE, MOMENT)
+    return Maps(tuple(_level(m, z, count) for z, count in LEVELS.items()), _largest(m))
+
+
+def _square(z: float, count: int) -> dict[str, Any]:
+    edge = {"from": -REACH, "to": REACH, "count": count}
+    return {"x": edge, "y": edge, "z": z}
+
+
+def _level(m: jp.Mechanism, z: float, count: int) -> Level:
+    result = jp.map(m, "loaded", _square(z, count)).transpose("x", "y", ...)
+    position, rotation = sizes_of(result.error.values)
+    first = sizes_of(result.error_first_order.values)
+    changes = result.contact_change.transpose("x", "y", "across").sel(across=["x", "y"]).values
+    return Level(z, result.x.values, result.y.values, position, rotation, *first, result.status.values, changes)
+
+
+def _largest(m: jp.Mechanism) -> Largest:
+    result = jp.map(m, "worst", _square(WORST_HEIGHT, WORST_COUNT)).transpose("x", "y", ...)
+    found = result.worst_position.values, result.worst_rotation.values
+    return Largest(WORST_HEIGHT, result.x.values, result.y.values, *found)
+
+
+def closed_form(level: Level) -> tuple[Floats, Floats]:
+    """Sizes of displacement and rotation at the nodes of a level by the closed form, in mm and degrees."""
+    places = np.stack([*np.meshgrid(level.x, level.y, indexing="ij"), np.full(level.position.shape, level.z)], axis=-1)
+    position, rotation = sizes_of(Upu().error(places, FORCE, MOMENT))
+    return position, np.degrees(rotation)
+
+
+def save(maps: Maps, loaded: Path, worst: Path) -> None:
+    """Write the tables."""
+    rows: list[Sequence[Any]] = []
+    for level in maps.levels:
+        for i, j in np.ndindex(level.position.shape):
+            sizes = level.position, level.rotation, level.position_first_order, level.rotation_first_order
+            numbers = [f"{size[i, j]:.{DIGITS}f}" for size in sizes]
+            flags = level.status[i, j], *level.changes[i, j].astype(int)
+            rows.append([f"{level.x[i]:g}", f"{level.y[j]:g}", f"{level.z:g}", *numbers, *flags])
+    _write(loaded, (*LOADED, *FLAGS), rows)
+    rows = []
+    for i, j in np.ndindex(maps.largest.position.shape):
+        numbers = [f"{size[i, j]:.{DIGITS}f}" for size in (maps.largest.position, maps.largest.rotation)]
+        rows.append([f"{maps.largest.x[i]:g}", f"{maps.largest.y[j]:g}", f"{maps.largest.z:g}", *numbers])
+    _write(worst, WORST, rows)
+
+
+def _write(path: Path, header: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream, lineterminator="\n").writerows([header, *rows])
+
+
+def load(loaded: Path, worst: Path) -> Maps:
+    """Read the tables."""
+    table = _read(loaded)
+    levels = []
+    for z in LEVELS:
+        rows = [row for row in table if float(row["z_mm"]) == z]
+        columns = {name: np.array([float(row[name]) for row in rows]) for name in LOADED}
+        x, y = np.unique(columns["x_mm"]), np.unique(columns["y_mm"])
+        sizes = [columns[name].reshape(len(x), len(y)) for name in LOADED[3:]]
+        status = np.array([row["status"] for row in rows]).reshape(len(x), len(y))
+        flags = np.array([[row[name] == "1" for name in FLAGS[1:]] for row in rows]).reshape(len(x), len(y), 2)
+        levels.append(Level(z, x, y, *sizes, status, flags))
+    rows = _read(worst)
+    columns = {name: np.array([float(row[name]) for row in rows]) for name in WORST}
+    x, y = np.unique(columns["x_mm"]), np.unique(columns["y_mm"])
+    sizes = [columns[name].reshape(len(x), len(y)) for name in WORST[3:]]
+    return Maps(tuple(levels), Largest(WORST_HEIGHT, x, y, *sizes))
+
+
+def _read(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def agree(a: Maps, b: Maps) -> bool:
+    """Whether two sets of maps differ by no more than their last digit, which rounds either way."""
+    pairs = [
+        *((getattr(p, f), getattr(q, f)) for p, q in zip(a.levels, b.levels, strict=True) for f in _fields(p)),
+        *((getattr(a.largest, f), getattr(b.largest, f)) for f in _fields(a.largest)),
+    ]
+    return all(p.shape == q.shape and np.allclose(p, q, rtol=0, atol=1.5 * 10**-DIGITS) for p, q in pairs)
+
+
+def _fields(part: Level | Largest) -> list[str]:
+    return [name for name, value in vars(part).items() if isinstance(value, np.ndarray) and value.dtype == float]
+
+
+def at_nodes(level: Level, nodes: Sequence[tuple[int, int]]) -> tuple[Floats, Floats]:
+    """Displacement and rotation at some nodes, asked along a path instead of over a grid."""
+    places = [[level.x[i], level.y[j], level.z] for i, j in nodes]
+    error = radians(jp.loaded(at(robot(), places, FORCE, MOMENT)).error.values)
+    position, rotation = sizes_of(error)
+    return position, np.degrees(rotation)
