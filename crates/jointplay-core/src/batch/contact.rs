@@ -56,19 +56,22 @@ impl<'m> Contact<'m> {
             return None;
         }
         let layout = Layout::new(m);
+        let step = record_contact_step(solver, &layout)?;
         Some(Self {
             mechanism: m,
             statics: record_statics(solver, &layout)?,
-            step: record_contact_step(solver, &layout)?,
-            finish: record_finish(m, &layout)?,
+            finish: record_finish(m, &layout, &step)?,
+            step,
             layout,
         })
     }
 
-    /// Registers of the three programs.
+    /// Registers of the statics, and of the two other programs together.
     #[must_use]
-    pub fn workspace(&self) -> [Vec<Block>; 3] {
-        [&self.statics, &self.step, &self.finish].map(|p| p.registers(&[]))
+    pub fn workspace(&self) -> [Vec<Block>; 2] {
+        let mut registers = self.finish.registers(&[]);
+        self.step.put_common(&mut registers, &[]);
+        [self.statics.registers(&[]), registers]
     }
 
     /// Solves up to a block of cases; appends a row for each to the table, by `plainly` where the
@@ -76,7 +79,7 @@ impl<'m> Contact<'m> {
     #[inline(always)]
     pub fn solve(
         &self,
-        workspace: &mut [Vec<Block>; 3],
+        workspace: &mut [Vec<Block>; 2],
         cases: &[Case<'_>],
         exact: bool,
         table: &mut Table,
@@ -84,7 +87,7 @@ impl<'m> Contact<'m> {
     ) {
         let m = self.mechanism;
         let (n_u, size) = (m.n_parameters(), m.size());
-        let [statics, step, finish] = workspace;
+        let [statics, step] = workspace;
         for lane in 0..LANES {
             // Idle lanes repeat the first.
             let case = cases.get(lane).unwrap_or(&cases[0]);
@@ -142,8 +145,7 @@ impl<'m> Contact<'m> {
                 break;
             }
         }
-        finish[..inputs].copy_from_slice(&step[..inputs]);
-        self.finish.run(finish);
+        self.finish.run(step);
         for (i, case) in cases.iter().enumerate() {
             let map = |k: usize, p: usize| self.statics.output(statics, at.map + k * n_u + p).0[i];
             let force = |p: usize| self.step.output(step, to.gradient + p).0[i];
@@ -167,7 +169,7 @@ impl<'m> Contact<'m> {
             self.tell_shares(statics, &first, i, table);
             for k in 0..size {
                 let nominal = self.statics.output(statics, at.output + k);
-                table.error.push(lane(self.finish.output(finish, k)) - lane(nominal));
+                table.error.push(lane(self.finish.output(step, k)) - lane(nominal));
                 table.undetermined.push(0.0);
             }
             table.open.extend(widths);
@@ -419,12 +421,12 @@ fn output_of<'r>(
     m.pose_components(place, &m.turned(&layout.turn(m, recorder), &symbolic.numbers))
 }
 
-/// The output's place and what its body has turned.
-pub(super) fn record_finish(m: &Mechanism, layout: &Layout) -> Option<Program> {
+/// The output's place and what its body has turned, by a program that runs on the registers of another.
+pub(super) fn record_finish(m: &Mechanism, layout: &Layout, step: &Program) -> Option<Program> {
     let recorder = Recorder::new(SMALL_ANGLE);
     let symbolic = layout.varying(m, &recorder);
     let outputs = output_of(m, layout, &recorder, &poses_of(m, &symbolic), &symbolic);
-    Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
+    Program::after(step, &recorder, &outputs)
 }
 
 /// Whether a load moves a source.
@@ -449,13 +451,15 @@ pub(super) fn push<'b>(
         let p = source.first;
         if let Set::Disc { radius } = source.set {
             let (x, y) = (gradient(p), gradient(p + 1));
-            let (cx, cy) = (m.centre[p], m.centre[p + 1]);
+            let size = x.mul(x).add(&y.mul(y)).sqrt();
+            let mut decided = [false; LANES];
             for i in 0..LANES {
-                let size = (x.0[i] * x.0[i] + y.0[i] * y.0[i]).sqrt();
-                let decided = size > UNDECIDED * scale.0[i];
-                undecided[i] |= !decided;
-                pushed[p].0[i] = if decided { cx + radius * x.0[i] / size } else { pushed[p].0[i] };
-                pushed[p + 1].0[i] = if decided { cy + radius * y.0[i] / size } else { pushed[p + 1].0[i] };
+                decided[i] = size.0[i] > UNDECIDED * scale.0[i];
+                undecided[i] |= !decided[i];
+            }
+            let part = Block::splat(radius).div(&size);
+            for (p, w) in [(p, x), (p + 1, y)] {
+                pushed[p] = Block::splat(m.centre[p]).add(&part.mul(w)).where_else(&decided, &pushed[p]);
             }
             continue;
         }
