@@ -167,23 +167,27 @@ impl<'m> Contact<'m> {
             }
             let lane = |b: &Block| b.0[i];
             let out = |k: usize| lane(self.statics.output(statics, k));
+            let shares = table.contribution.len();
+            for source in m.sources() {
+                for k in 0..size {
+                    let mut share = 0.0;
+                    for p in source.range() {
+                        share += out(at.map + k * n_u + p) * lane(&first[p]);
+                    }
+                    table.contribution.push(share);
+                }
+            }
             for k in 0..size {
                 table.error.push(lane(self.finish.output(finish, k)) - out(at.output + k));
                 let mut sum = 0.0;
-                for source in m.sources() {
-                    sum += source.range().map(|p| out(at.map + k * n_u + p) * lane(&first[p])).sum::<f64>();
+                for share in table.contribution[shares..].chunks_exact(size) {
+                    sum += share[k];
                 }
                 table.error_first_order.push(sum);
                 table.undetermined.push(0.0);
             }
             table.open.extend(widths);
             table.decided.extend(decided);
-            for source in m.sources() {
-                for k in 0..size {
-                    let share = source.range().map(|p| out(at.map + k * n_u + p) * lane(&first[p])).sum();
-                    table.contribution.push(share);
-                }
-            }
             let reactions = to.reactions..to.reactions + m.n_joints() * size;
             table.reaction.extend(reactions.map(|k| lane(self.step.output(step, k))));
             table.offset.extend(step[..n_u].iter().map(lane));
