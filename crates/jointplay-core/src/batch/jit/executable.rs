@@ -13,8 +13,8 @@ use super::allocate::allocate;
 use super::encode::{Lanes, encode};
 use super::{Layout, Line};
 
-/// Replays by the interpreter before a program is compiled: they take about as long as compiling.
-const REPLAYS: u32 = 16;
+/// Replays by the interpreter before a program is compiled: compiling costs about ten.
+const REPLAYS: u32 = 4;
 
 /// The code of a program for each width, once it has been compiled. Clones share it.
 #[derive(Clone, Debug, Default)]
