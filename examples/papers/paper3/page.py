@@ -156,15 +156,8 @@ def levels(maps: Maps) -> str:
             ("displacement [mm]", level.position[sound], level.position_first_order[sound]),
             ("rotation [°]", level.rotation[sound], level.rotation_first_order[sound]),
         ):
-<<<<<<< HEAD
-            quantiles = (values.min(), np.median(values), np.quantile(values, 0.9), values.max())
-            body.append(
-                [f"z = {level.z:g} mm: {word}", *(fixed(float(v), 3) for v in quantiles), fixed(first.max(), 3)]
-            )
-=======
             quantiles = (values.min(), np.median(values), np.quantile(values, 0.9), values.max(), first.max())
             body.append([f"z = {level.z:g} mm: {word}", *(fixed(float(v), 3) for v in quantiles)])
->>>>>>> paper3
     return table(["", "smallest", "median", "90 % below", "largest", "largest, first order"], body)
 
 
@@ -236,14 +229,10 @@ def values(study: Study, maps: Maps) -> dict[str, str]:
         status: sum(int((level.status == status).sum()) for level in maps.levels)
         for status in ("undetermined", "singular")
     }
-<<<<<<< HEAD
-    more = max(float(np.max(level.position / level.position_first_order)) for level in maps.levels)
-=======
     apart = np.concatenate(
         [np.abs(v.position / v.position_first_order - 1)[v.status != "singular"] for v in maps.levels]
     )
     hanging = np.concatenate([level.undetermined[level.status == "undetermined"] for level in maps.levels])
->>>>>>> paper3
     length, z = study.poses[0].lengths[0], study.poses[0].position[2]
     small = int(np.argmin(np.abs(RATIOS - 0.25)))
     low = int(np.argmin(np.abs(HEIGHTS - 200)))
