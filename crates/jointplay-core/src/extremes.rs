@@ -228,6 +228,8 @@ impl Mechanism {
     ) -> Summits {
         let mut summits = Summits { heights: Vec::new(), blocked: false, fallbacks: 0 };
         for extreme in &prepared.extremes {
+            // Errors are differences of places and angles: twins differ by the rounding of these.
+            let rounding = 64.0 * f64::EPSILON * self.measured_in(extreme.measure);
             let mut best: Option<Height> = None;
             for (task, height) in climbed.take(extreme.starts.len()) {
                 let height = height.or_else(|| {
@@ -235,7 +237,7 @@ impl Mechanism {
                     self.climb_plainly(solver, prepared, task, &mut summits.blocked)
                 });
                 let Some(height) = height else { continue };
-                if best.as_ref().is_none_or(|b| height.value > b.value + SAME * b.value.abs()) {
+                if best.as_ref().is_none_or(|b| height.value > b.value + SAME * b.value.abs() + rounding) {
                     best = Some(height);
                 }
             }
@@ -247,6 +249,15 @@ impl Mechanism {
             }));
         }
         summits
+    }
+
+    /// The size of what a measure is a difference of.
+    fn measured_in(&self, measure: Measure) -> f64 {
+        match measure {
+            Measure::Position => self.length,
+            Measure::Rotation => 1.0,
+            Measure::Component { index, .. } => self.unit(self.space.components()[index]),
+        }
     }
 
     /// One climb by the plain solver; a start that cannot be assembled is approached as far as the branch

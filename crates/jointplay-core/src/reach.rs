@@ -285,7 +285,11 @@ impl Maxima {
     }
 
     fn largest_first(mut self) -> Vec<Vec3<f64>> {
-        self.0.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        // Maxima that only rounding tells apart keep the order of their directions: otherwise a mirrored one would
+        // take the place of its twin with the units of the file.
+        let largest = self.0.iter().map(|(_, value)| *value).fold(f64::MIN_POSITIVE, f64::max);
+        let order = |value: f64| (value / largest * 1e9).round();
+        self.0.sort_by(|(_, a), (_, b)| order(*b).total_cmp(&order(*a)));
         self.0.into_iter().map(|(direction, _)| direction).collect()
     }
 }
