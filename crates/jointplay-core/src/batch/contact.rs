@@ -167,23 +167,9 @@ impl<'m> Contact<'m> {
             }
             let lane = |b: &Block| b.0[i];
             let out = |k: usize| lane(self.statics.output(statics, k));
-            let shares = table.contribution.len();
-            for source in m.sources() {
-                for k in 0..size {
-                    let mut share = 0.0;
-                    for p in source.range() {
-                        share += out(at.map + k * n_u + p) * lane(&first[p]);
-                    }
-                    table.contribution.push(share);
-                }
-            }
+            self.put_first_order(|k, p| out(at.map + k * n_u + p) * lane(&first[p]), table);
             for k in 0..size {
                 table.error.push(lane(self.finish.output(finish, k)) - out(at.output + k));
-                let mut sum = 0.0;
-                for share in table.contribution[shares..].chunks_exact(size) {
-                    sum += share[k];
-                }
-                table.error_first_order.push(sum);
                 table.undetermined.push(0.0);
             }
             table.open.extend(widths);
@@ -193,6 +179,30 @@ impl<'m> Contact<'m> {
             table.offset.extend(step[..n_u].iter().map(lane));
             table.steps.push(steps[i]);
             table.status.push(Status::Ok);
+        }
+    }
+
+    /// Appends the contributions of the sources to first order, and their sum. `part` is what a parameter
+    /// makes of a component.
+    #[inline(always)]
+    fn put_first_order(&self, part: impl Fn(usize, usize) -> f64, table: &mut Table) {
+        let size = self.mechanism.size();
+        let first = table.contribution.len();
+        for source in self.mechanism.sources() {
+            for k in 0..size {
+                let mut share = 0.0;
+                for p in source.range() {
+                    share += part(k, p);
+                }
+                table.contribution.push(share);
+            }
+        }
+        for k in 0..size {
+            let mut sum = 0.0;
+            for shares in table.contribution[first..].chunks_exact(size) {
+                sum += shares[k];
+            }
+            table.error_first_order.push(sum);
         }
     }
 
