@@ -196,15 +196,32 @@ impl Mechanism {
     }
 }
 
-pub(super) fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>, turn: &[Symbol<'r>]) -> Option<Step<'r>> {
-    let m = solver.mechanism;
+/// Residual and derivatives.
+fn evaluate<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> [Vec<Symbol<'r>>; 2] {
     let zero = Symbol::Constant(0.0);
-    let width = m.space.n_pose_numbers();
-    let poses: Vec<Pose<Symbol<'r>>> =
-        symbolic.numbers.chunks_exact(width).map(|n| m.space.pose_of_numbers(n)).collect();
+    let numbers = symbolic.numbers.chunks_exact(m.space.n_pose_numbers());
+    let poses: Vec<Pose<Symbol<'r>>> = numbers.map(|n| m.space.pose_of_numbers(n)).collect();
     let mut residual = vec![zero; m.n_rows()];
     let mut derivatives = vec![zero; 2 * m.size() * m.n_rows()];
     m.evaluate(&poses, &symbolic.inputs, &mut residual, &mut derivatives);
+    [residual, derivatives]
+}
+
+pub(super) fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>, turn: &[Symbol<'r>]) -> Option<Step<'r>> {
+    let evaluated = evaluate(solver.mechanism, symbolic);
+    record_step_by(solver, symbolic, evaluated, turn)
+}
+
+/// A step by a residual and derivatives, which may be those of nearby parameters.
+fn record_step_by<'r>(
+    solver: &Solver<'_>,
+    symbolic: &Symbolic<'r>,
+    [residual, derivatives]: [Vec<Symbol<'r>>; 2],
+    turn: &[Symbol<'r>],
+) -> Option<Step<'r>> {
+    let m = solver.mechanism;
+    let zero = Symbol::Constant(0.0);
+    let width = m.space.n_pose_numbers();
     let plan = solver.plan.as_ref()?;
     let factors = plan.replay(solver.picks.iter().map(|&p| derivatives[p]), |_, _| true)?;
     let mut right: Vec<Symbol<'r>> = residual.iter().map(|&r| -r).collect();
@@ -242,11 +259,17 @@ impl Newton {
             return None;
         }
         let recorder = Recorder::new(SMALL_ANGLE);
-        let nominal = Symbolic {
+        let mut nominal = Symbolic {
             numbers: (0..n_pose).map(|i| recorder.common(i)).collect(),
             inputs: layout.inputs(m, &recorder),
         };
-        let begun = record_step(solver, &nominal, &layout.nominal_turn(m, &recorder))?;
+        let [residual, _] = evaluate(m, &nominal);
+        // Derivatives of perfect parts are common to all samples, and so is their elimination. What they
+        // miss is of the order of the step, as is what the step misses anyway.
+        nominal.inputs.parameters.fill(Symbol::Constant(0.0));
+        let [_, derivatives] = evaluate(m, &nominal);
+        let turn = layout.nominal_turn(m, &recorder);
+        let begun = record_step_by(solver, &nominal, [residual, derivatives], &turn)?;
         let mut outputs = begun.numbers;
         outputs.extend(begun.turn);
         outputs.extend([begun.size, begun.pivots]);
