@@ -20,8 +20,6 @@ use crate::spec::LoadSpec;
 const WHOLE_STEPS: usize = 25;
 /// Steps of a projected ascent that may lead to where the mechanism cannot be assembled.
 const MOST_WALLS: usize = 12;
-/// An ascent stands still when no offset wants to change by more than this part of its set.
-const STILL: f64 = 1e-13;
 /// A reaction below this part of the largest one decides nothing.
 pub const UNDECIDED: f64 = 1e-9;
 
@@ -237,7 +235,7 @@ impl Solver<'_> {
         let mut at = Summit { state: from, value, gradient, steps: 0, settled: false, blocked: false };
         for _ in 0..WHOLE_STEPS {
             let pushed = m.pushed(objective, &at.gradient, &at.state.inputs);
-            if m.change(&at.state.inputs, &pushed) <= STILL {
+            if m.change(&at.state.inputs, &pushed) <= m.still() {
                 at.settled = true;
                 return Some(at);
             }
@@ -286,6 +284,13 @@ impl Solver<'_> {
 }
 
 impl Mechanism {
+    /// An ascent stands still when no offset wants to change by more than this part of its set. Forces go
+    /// through more rounding the more bodies hand them on.
+    pub(crate) const fn still(&self) -> f64 {
+        let hands = self.n_unknowns() as f64 / 64.0;
+        if hands > 1.0 { 1e-13 * hands } else { 1e-13 }
+    }
+
     fn noise(&self, at: &Summit) -> f64 {
         self.rounding(self.force_scale(&at.gradient), at.value)
     }

@@ -177,7 +177,7 @@ impl Mechanism {
 
     /// Whether bodies turn about more than one axis. In the plane the largest rotation is one end or the
     /// other of the angle's range.
-    fn turns_freely(&self) -> bool {
+    pub(crate) fn turns_freely(&self) -> bool {
         self.size() - self.n_translations() > 1
     }
 

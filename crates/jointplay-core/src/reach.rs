@@ -14,9 +14,16 @@
 //!
 //! In space cells that may hide more than the tolerance are divided.
 
-use std::f64::consts::TAU;
+// Kernels must be inlined into callers compiled for a width of vector registers.
+#![allow(clippy::inline_always)]
 
-use crate::clearance::MAX_SIZE;
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
+
+use crate::batch::lanes::{Block, LANES};
+use crate::batch::simd::{Kernel, dispatch};
+use crate::clearance::{MAX_SIZE, Set};
 use crate::mechanism::{Mechanism, Source};
 use crate::mesh::{cosine_of_radius, mesh, unit};
 use crate::sensitivity::Output;
@@ -97,6 +104,11 @@ impl<'m> Reach<'m> {
             .fold(dot(self.base, direction), |reach, source| reach + source.set.support(&self.pull(source, direction)))
     }
 
+    /// The reach along many directions.
+    fn reaches(&self, directions: &[Vec3<f64>]) -> Vec<f64> {
+        dispatch(Reaches { reach: self, directions })
+    }
+
     /// Goes from a direction to that of its support point, until nothing is gained.
     fn climb(&self, mut direction: Vec3<f64>) -> (Vec3<f64>, f64) {
         let mut reached = self.reach(direction);
@@ -120,18 +132,22 @@ impl<'m> Reach<'m> {
     /// Local maxima of the reach over all directions.
     #[must_use]
     pub fn farthest(&self) -> Farthest {
-        let (directions, neighbours) = match self.dimensions {
-            1 => (vec![[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]], vec![vec![], vec![]]),
-            2 => self.fan(),
-            _ => {
-                let mesh = mesh();
-                (mesh.corners.clone(), mesh.neighbours.clone())
-            }
+        let directions = match self.dimensions {
+            1 => Cow::Owned(vec![[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]),
+            2 => Cow::Owned(self.fan()),
+            _ => Cow::Borrowed(&mesh().corners[..]),
         };
-        let reach: Vec<f64> = directions.iter().map(|&u| self.reach(u)).collect();
+        let reach = self.reaches(&directions);
         let mut maxima = Maxima::default();
+        let n = directions.len();
         for (k, &direction) in directions.iter().enumerate() {
-            if neighbours[k].iter().all(|&n| reach[n] <= reach[k]) {
+            let highest = |neighbours: &[usize]| neighbours.iter().all(|&other| reach[other] <= reach[k]);
+            let is_maximum = match self.dimensions {
+                1 => true,
+                2 => highest(&[(k + n - 1) % n, (k + 1) % n]),
+                _ => highest(&mesh().neighbours[k]),
+            };
+            if is_maximum {
                 maxima.insert(self.climb(direction));
             }
         }
@@ -144,9 +160,10 @@ impl<'m> Reach<'m> {
         Farthest { directions: maxima.largest_first(), bound }
     }
 
-    /// Directions of the plane by angle, with those on either side of a jump of a support point.
-    fn fan(&self) -> (Vec<Vec3<f64>>, Vec<Vec<usize>>) {
-        let mut angles: Vec<f64> = (0..FAN).map(|k| TAU * k as f64 / FAN as f64).collect();
+    /// Directions of the plane in their order, with those on either side of a jump of a support point.
+    fn fan(&self) -> Vec<Vec3<f64>> {
+        let mut fan = even_fan().to_vec();
+        let planar = |angle: f64| (angle, [angle.cos(), angle.sin(), 0.0]);
         for source in self.sources {
             for form in source.set.break_forms() {
                 // form . (A^T u) = g . u vanishes at right angles to g.
@@ -154,14 +171,12 @@ impl<'m> Reach<'m> {
                 let across = g[0].atan2(-g[1]);
                 for k in 0..2 {
                     let angle = across + 0.5 * TAU * f64::from(k);
-                    angles.extend([angle - 1e-7, angle + 1e-7].map(|a: f64| a.rem_euclid(TAU)));
+                    fan.extend([angle - 1e-7, angle + 1e-7].map(|a: f64| planar(a.rem_euclid(TAU))));
                 }
             }
         }
-        angles.sort_by(f64::total_cmp);
-        let n = angles.len();
-        let neighbours = (0..n).map(|k| vec![(k + n - 1) % n, (k + 1) % n]).collect();
-        (angles.into_iter().map(|a| [a.cos(), a.sin(), 0.0]).collect(), neighbours)
+        fan.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        fan.into_iter().map(|(_, direction)| direction).collect()
     }
 
     /// What the reach does not exceed anywhere on the sphere, by dividing the cells that may hide more than
@@ -194,6 +209,63 @@ impl<'m> Reach<'m> {
     }
 }
 
+/// Directions all around the plane, with their angles.
+fn even_fan() -> &'static [(f64, Vec3<f64>)] {
+    static DIRECTIONS: OnceLock<Vec<(f64, Vec3<f64>)>> = OnceLock::new();
+    DIRECTIONS.get_or_init(|| {
+        let angles = (0..FAN).map(|k| TAU * k as f64 / FAN as f64);
+        angles.map(|a| (a, [a.cos(), a.sin(), 0.0])).collect()
+    })
+}
+
+/// The reach along many directions, block by block.
+struct Reaches<'r, 'm> {
+    reach: &'r Reach<'m>,
+    directions: &'r [Vec3<f64>],
+}
+
+impl Kernel for Reaches<'_, '_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<f64> {
+        let mut all = Vec::with_capacity(self.directions.len());
+        for directions in self.directions.chunks(LANES) {
+            let mut u = [Block::splat(0.0); 3];
+            for (lane, direction) in directions.iter().enumerate() {
+                (0..3).for_each(|k| u[k].0[lane] = direction[k]);
+            }
+            let along = |v: &Vec3<f64>| {
+                let part = |k: usize| u[k].mul(&Block::splat(v[k]));
+                part(0).add(&part(1)).add(&part(2))
+            };
+            let mut reach = along(&self.reach.base);
+            for source in self.reach.sources {
+                let mut pull = [Block::splat(0.0); MAX_SIZE];
+                for (w, p) in pull.iter_mut().zip(source.range()) {
+                    *w = along(&self.reach.columns[p]);
+                }
+                reach = reach.add(&support(&source.set, &pull));
+            }
+            all.extend_from_slice(&reach.0[..directions.len()]);
+        }
+        all
+    }
+}
+
+/// Support function of a set on every lane.
+#[inline(always)]
+fn support(set: &Set, w: &[Block; MAX_SIZE]) -> Block {
+    match *set {
+        Set::Disc { radius } => w[0].mul(&w[0]).add(&w[1].mul(&w[1])).sqrt().mul(&Block::splat(radius)),
+        Set::Interval { low, high } => w[0].mul(&Block::splat(low)).max(&w[0].mul(&Block::splat(high))),
+        _ => Block(std::array::from_fn(|i| {
+            let w: [f64; MAX_SIZE] = std::array::from_fn(|k| w[k].0[i]);
+            set.support(&w[..set.size()])
+        })),
+    }
+}
+
 /// Local maxima, each a direction and its reach.
 #[derive(Default)]
 struct Maxima(Vec<(Vec3<f64>, f64)>);
@@ -221,7 +293,6 @@ impl Maxima {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::clearance::Set;
     use crate::mesh::spread;
     use crate::spec::Law;
     use rand::{Rng, SeedableRng};

@@ -7,8 +7,8 @@ joint. The work that this wrench can do over the play of the leg's five joints i
             + radial (sqrt(F^2 + m^2 - 2 F m cos) + sqrt(F^2 + m^2 + 2 F m cos))    the pins on the leg
             + gap |M| max(2 sin / width, 2 |cos| / length)                  the guide, which rolls or tilts
 
-with m = M / (half the pin), cos = s . (pin on the base). Its gradient is what the leg is off: in length and in the angle
-that it holds. Millimetres, newtons, radians; arrays may have any leading dimensions (poses, loads).
+with m = M / (half the pin), cos = s . (pin on the base). Its gradient is what the leg is off: in length and in the
+angle that it holds. Millimetres, newtons, radians; arrays may have any leading dimensions (poses, loads).
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class Legs:
         outwards = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1)
         pins = np.cross([0.0, 0.0, 1.0], outwards)
         vectors = position[..., None, :] - robot.difference * outwards
-        self.length: Floats = np.linalg.norm(vectors, axis=-1)
+        self.length: Floats = np.sqrt((vectors**2).sum(axis=-1))
         self.s: Floats = vectors / self.length[..., None]
         self.cos: Floats = (self.s * pins).sum(axis=-1)
         self.sin: Floats = np.sqrt(1 - self.cos**2)
@@ -117,8 +117,7 @@ class Legs:
 
 
 def _solved(matrix: Floats, right: Floats) -> Floats:
-    solution: Floats = np.linalg.solve(matrix, np.broadcast_to(right, (*right.shape[:-1], 3))[..., None])[..., 0]
-    return solution
+    return np.asarray(np.linalg.solve(matrix, right[..., None])[..., 0], dtype=float)
 
 
 def _cleaned(transmitted: Floats) -> Floats:

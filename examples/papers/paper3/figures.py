@@ -139,6 +139,8 @@ def heights(study: Study, maps: Maps) -> Figure:
         for axes, level, value in zip(axes_of[row], maps.levels, values, strict=True):
             drawn = _heat(axes, level.x, level.y, value, norm, lines)
             _changes(axes, level)
+            singular = np.argwhere(level.status == "singular")
+            axes.plot(level.x[singular[:, 0]], level.y[singular[:, 1]], "x", color=RED, ms=7, mew=1.5, clip_on=False)
             axes.set_title(f"{word}, z = {level.z:g} mm")
         axes_of[row, 0].set_ylabel("y [mm]")
         _bar(figure, drawn, axes_of[row], f"{word} [{unit}]", "max")

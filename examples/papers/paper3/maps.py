@@ -20,17 +20,31 @@ from .study import FORCE, MOMENT
 REACH = 150.0
 #: nodes along the edge of the square by height, mm
 LEVELS = {300.0: 21, 400.0: 41, 500.0: 21}
-WORST_HEIGHT, WORST_COUNT = 400.0, 7
+WORST_HEIGHT, WORST_COUNT = 400.0, 11
 #: what a table holds of a node
-LOADED = ("x_mm", "y_mm", "z_mm", "position_mm", "rotation_deg", "position_first_order_mm", "rotation_first_order_deg")
+LOADED = (
+    "x_mm",
+    "y_mm",
+    "z_mm",
+    "position_mm",
+    "rotation_deg",
+    "position_first_order_mm",
+    "rotation_first_order_deg",
+    "undetermined_mm",
+)
 FLAGS = ("status", "contact_changes_along_x", "contact_changes_along_y")
+#: the fields of a level that the columns after the position are
+SIZES = ("position", "rotation", "position_first_order", "rotation_first_order", "undetermined")
 WORST = ("x_mm", "y_mm", "z_mm", "position_mm", "rotation_deg")
 DIGITS = 5
 
 
 @dataclass(frozen=True)
 class Level:
-    """The error under the load over a square, [x, y]; `changes` are between a node and the next along x and y."""
+    """The error under the load over a square, [x, y].
+
+    `undetermined` is the size of the displacement's half-widths; `changes` are between a node and the next one.
+    """
 
     z: float
     x: Floats
@@ -39,6 +53,7 @@ class Level:
     rotation: Floats
     position_first_order: Floats
     rotation_first_order: Floats
+    undetermined: Floats
     status: Any
     changes: Any
 
@@ -82,7 +97,9 @@ def _level(m: jp.Mechanism, z: float, count: int) -> Level:
     position, rotation = sizes_of(result.error.values)
     first = sizes_of(result.error_first_order.values)
     changes = result.contact_change.transpose("x", "y", "across").sel(across=["x", "y"]).values
-    return Level(z, result.x.values, result.y.values, position, rotation, *first, result.status.values, changes)
+    open_to, _ = sizes_of(result.undetermined.values)
+    status = result.status.values
+    return Level(z, result.x.values, result.y.values, position, rotation, *first, open_to, status, changes)
 
 
 def _largest(m: jp.Mechanism) -> Largest:
@@ -103,8 +120,7 @@ def save(maps: Maps, loaded: Path, worst: Path) -> None:
     rows: list[Sequence[Any]] = []
     for level in maps.levels:
         for i, j in np.ndindex(level.position.shape):
-            sizes = level.position, level.rotation, level.position_first_order, level.rotation_first_order
-            numbers = [f"{size[i, j]:.{DIGITS}f}" for size in sizes]
+            numbers = [f"{getattr(level, name)[i, j]:.{DIGITS}f}" for name in SIZES]
             flags = level.status[i, j], *level.changes[i, j].astype(int)
             rows.append([f"{level.x[i]:g}", f"{level.y[j]:g}", f"{level.z:g}", *numbers, *flags])
     _write(loaded, (*LOADED, *FLAGS), rows)
@@ -128,15 +144,15 @@ def load(loaded: Path, worst: Path) -> Maps:
         rows = [row for row in table if float(row["z_mm"]) == z]
         columns = {name: np.array([float(row[name]) for row in rows]) for name in LOADED}
         x, y = np.unique(columns["x_mm"]), np.unique(columns["y_mm"])
-        sizes = [columns[name].reshape(len(x), len(y)) for name in LOADED[3:]]
+        sizes = {to: columns[name].reshape(len(x), len(y)) for to, name in zip(SIZES, LOADED[3:], strict=True)}
         status = np.array([row["status"] for row in rows]).reshape(len(x), len(y))
         flags = np.array([[row[name] == "1" for name in FLAGS[1:]] for row in rows]).reshape(len(x), len(y), 2)
-        levels.append(Level(z, x, y, *sizes, status, flags))
+        levels.append(Level(z, x, y, **sizes, status=status, changes=flags))
     rows = _read(worst)
     columns = {name: np.array([float(row[name]) for row in rows]) for name in WORST}
     x, y = np.unique(columns["x_mm"]), np.unique(columns["y_mm"])
-    sizes = [columns[name].reshape(len(x), len(y)) for name in WORST[3:]]
-    return Maps(tuple(levels), Largest(WORST_HEIGHT, x, y, *sizes))
+    position, rotation = (columns[name].reshape(len(x), len(y)) for name in WORST[3:])
+    return Maps(tuple(levels), Largest(WORST_HEIGHT, x, y, position, rotation))
 
 
 def _read(path: Path) -> list[dict[str, str]]:

@@ -11,13 +11,28 @@ import numpy as np
 
 from .closed_form import Floats, Upu
 from .maps import REACH, Maps
-from .study import ASIDE, CLEARANCES, FACTORS, HEIGHTS, HOME, LENGTHS, RANDOM_POSES, RANDOM_ROBOTS, RATIOS, SAMPLES
-from .study import SHRUNK, Pose, Study
+from .study import (
+    ASIDE,
+    CLEARANCES,
+    FACTORS,
+    HEIGHTS,
+    HOME,
+    LENGTHS,
+    RANDOM_POSES,
+    RANDOM_ROBOTS,
+    RATIOS,
+    SAMPLES,
+    SHRUNK,
+    Pose,
+    Study,
+)
 
 TEMPLATE = Path(__file__).parent / "page.md"
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
-#: nodes and couples of rounding noise have no digits worth printing
+#: rounding noise has no digits worth printing
 NOTHING = 5e-7
+#: half-widths that are smaller matter to nobody, mm
+SLIGHT = 1e-3
 
 
 def fixed(value: float, digits: int) -> str:
@@ -75,7 +90,12 @@ def poses(study: Study) -> str:
 def shrinking(study: Study) -> str:
     """First order against exact closure."""
     return table(
-        ["clearances ×", "rotation, exact [°]", "displacement: |first order − exact| / exact", "rotation: the same"],
+        [
+            "clearances ×",
+            "rotation, exact [°]",
+            "displacement, first order from exact",
+            "rotation, first order from exact",
+        ],
         [
             [f"{part:g}", fixed(turn, 4), f"{100 * a:.2f} %", f"{100 * b:.2f} %"]
             for part, (turn, a, b) in zip(SHRUNK, study.shrinking, strict=True)
@@ -103,7 +123,7 @@ def blame(study: Study) -> str:
             (f"leg {leg}: pins on the leg", (f"{base}.second", f"{top}.first")),
             (f"leg {leg}: guide", (guide,)),
         ):
-            loaded = sum(study.parts[name] for name in names)
+            loaded = np.sum([study.parts[name] for name in names], axis=0)
             largest = [sum(part[name] for name in names) for part in study.worst[1].parts]
             body.append([word, *(fixed(float(v), 4) for v in (loaded[0], largest[0], loaded[1], largest[1]))])
     sums = [*(sum(part[k] for part in study.parts.values()) for k in (0, 1)), *study.worst[1].first_order]
@@ -131,14 +151,13 @@ def levels(maps: Maps) -> str:
     """The maps in a few numbers."""
     body = []
     for level in maps.levels:
+        sound = level.status != "singular"
         for word, values, first in (
-            ("displacement [mm]", level.position, level.position_first_order),
-            ("rotation [°]", level.rotation, level.rotation_first_order),
+            ("displacement [mm]", level.position[sound], level.position_first_order[sound]),
+            ("rotation [°]", level.rotation[sound], level.rotation_first_order[sound]),
         ):
-            quantiles = (values.min(), np.median(values), np.quantile(values, 0.9), values.max())
-            body.append(
-                [f"z = {level.z:g} mm: {word}", *(fixed(float(v), 3) for v in quantiles), fixed(first.max(), 3)]
-            )
+            quantiles = (values.min(), np.median(values), np.quantile(values, 0.9), values.max(), first.max())
+            body.append([f"z = {level.z:g} mm: {word}", *(fixed(float(v), 3) for v in quantiles)])
     return table(["", "smallest", "median", "90 % below", "largest", "largest, first order"], body)
 
 
@@ -210,7 +229,10 @@ def values(study: Study, maps: Maps) -> dict[str, str]:
         status: sum(int((level.status == status).sum()) for level in maps.levels)
         for status in ("undetermined", "singular")
     }
-    more = max(float(np.max(level.position / level.position_first_order)) for level in maps.levels)
+    apart = np.concatenate(
+        [np.abs(v.position / v.position_first_order - 1)[v.status != "singular"] for v in maps.levels]
+    )
+    hanging = np.concatenate([level.undetermined[level.status == "undetermined"] for level in maps.levels])
     length, z = study.poses[0].lengths[0], study.poses[0].position[2]
     small = int(np.argmin(np.abs(RATIOS - 0.25)))
     low = int(np.argmin(np.abs(HEIGHTS - 200)))
@@ -219,7 +241,7 @@ def values(study: Study, maps: Maps) -> dict[str, str]:
     if count["singular"]:
         singular = (
             f"At {count['singular']} corners of the highest level the play itself brings the robot to a singular pose, "
-            "and the status is `singular`."
+            "and the status is `singular`: they are not in the table above, and crossed out below."
         )
     return {
         "robots": str(RANDOM_ROBOTS),
@@ -240,8 +262,15 @@ def values(study: Study, maps: Maps) -> dict[str, str]:
         "edge": f"{2 * REACH:g}",
         "corner": fixed(REACH * np.sqrt(2) / (2 * Upu().difference), 2),
         "nodes": whole(sum(level.position.size for level in maps.levels)),
-        "exact_more": fixed(100 * (more - 1), 0),
-        "open": str(count["undetermined"]),
+        "apart_half": fixed(100 * float(np.median(apart)), 1),
+        "apart_90": fixed(100 * float(np.quantile(apart, 0.9)), 0),
+        "apart_most": fixed(100 * float(apart.max()), 0),
+        "open": str(len(hanging)),
+        "hanging": str(int(((hanging > 0) & (hanging < SLIGHT)).sum())),
+        "slight": f"{1e3 * SLIGHT:g}",
+        "wide": str(int((hanging >= SLIGHT).sum())),
+        "wide_most": fixed(float(hanging.max()), 2),
+        "unsettled": str(int((hanging == 0).sum())),
         "singular_sentence": singular,
         "worst_nodes": str(maps.largest.position.size),
         "worst_low": fixed(float(maps.largest.position.min()), 2),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ def robot(**sizes: float) -> jp.Mechanism:
     return jp.loads(jp.examples.text("3-upu", {name: repr(float(value)) for name, value in sizes.items()}))
 
 
-def at(m: jp.Mechanism, positions: Any, force: Sequence[float], moment: Sequence[float]) -> jp.Mechanism:
+def at(m: jp.Mechanism, positions: Any, force: Any, moment: Any) -> jp.Mechanism:
     """The robot along a path of positions, [n, 3] in mm, under a load in N and N mm on the middle of its platform."""
     x, y, z = np.atleast_2d(np.asarray(positions, dtype=float)).T
     return m.with_({"path": {"x": x, "y": y, "z": z}, "loads": [{"force": list(force), "moment": list(moment)}]})

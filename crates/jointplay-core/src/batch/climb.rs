@@ -66,12 +66,8 @@ impl<'m> Climb<'m> {
             return None;
         }
         let layout = Layout::new(m);
-        Some(Self {
-            mechanism: m,
-            step: record_climb_step(solver, &layout)?,
-            finish: record_finish(m, &layout)?,
-            layout,
-        })
+        let step = record_climb_step(solver, &layout)?;
+        Some(Self { mechanism: m, finish: record_finish(m, &layout, &step)?, step, layout })
     }
 
     /// Climbs from all starts. One that does not come to stand still, or whose branch is in doubt, gives
@@ -82,14 +78,15 @@ impl<'m> Climb<'m> {
         let n_u = m.n_parameters();
         let mut heights = vec![None; tasks.len()];
         let Some(first) = tasks.first() else { return heights };
-        let [mut step, mut finish] = [&self.step, &self.finish].map(|p| p.registers(&[]));
-        // Offsets of a round, and where whole steps from them lead.
-        let mut offsets = vec![Block::splat(0.0); n_u];
-        let mut pushed = offsets.clone();
+        // Of both programs; the offsets come first.
+        let mut registers = self.finish.registers(&[]);
+        self.step.put_common(&mut registers, &[]);
+        // Where whole steps lead.
+        let mut pushed = vec![Block::splat(0.0); n_u];
         let mut errors = vec![Block::splat(0.0); m.size()];
         let mut lanes: [Option<Busy<'_>>; LANES] = std::array::from_fn(|_| None);
         // Lanes that never get a task repeat the first.
-        (0..LANES).for_each(|lane| self.load(sites, first, lane, &mut step, &mut offsets));
+        (0..LANES).for_each(|lane| self.load(sites, first, lane, &mut registers));
         let mut next = 0;
 
         let inputs = n_u + self.layout.n_varying();
@@ -100,36 +97,37 @@ impl<'m> Climb<'m> {
                 if lanes[lane].is_none() && next < tasks.len() {
                     let worker = Worker::new(m, tasks[next].measure);
                     lanes[lane] = Some(Busy { task: next, sign: 0.0, worker });
-                    self.load(sites, &tasks[next], lane, &mut step, &mut offsets);
+                    self.load(sites, &tasks[next], lane, &mut registers);
+                    self.aim(tasks[next].measure, lane, &errors, &mut registers[inputs..]);
                     next += 1;
                 }
             }
             if lanes.iter().all(Option::is_none) {
                 return heights;
             }
-            finish[n_u..inputs].copy_from_slice(&step[n_u..inputs]);
-            finish[..n_u].copy_from_slice(&offsets);
-            self.finish.run(&mut finish);
+            self.finish.run(&mut registers);
             for (k, error) in errors.iter_mut().enumerate() {
-                *error = *self.finish.output(&finish, k);
+                *error = *self.finish.output(&registers, k);
             }
             for (lane, busy) in lanes.iter().enumerate() {
                 let Some(busy) = busy else { continue };
                 let reference = &sites[tasks[busy.task].site].reference[..m.n_translations()];
                 errors.iter_mut().zip(reference).for_each(|(e, r)| e.0[lane] -= r);
-                self.aim(busy.worker.measure(), lane, &errors, &mut step[inputs..]);
+                if busy.worker.turns() {
+                    self.aim(busy.worker.measure(), lane, &errors, &mut registers[inputs..]);
+                }
             }
-            step[..n_u].copy_from_slice(&offsets);
-            self.step.run(&mut step);
-            let out = |k: usize| self.step.output(&step, k);
+            self.step.run(&mut registers);
+            let out = |k: usize| self.step.output(&registers, k);
             let asking: [bool; LANES] = std::array::from_fn(|i| lanes[i].as_ref().is_some_and(|b| b.worker.asks()));
             let mut changed = Block::splat(0.0);
             if asking.contains(&true) {
-                pushed.copy_from_slice(&offsets);
+                pushed.copy_from_slice(&registers[..n_u]);
                 push(m, |_| true, &asking, |p| out(gradient + p), out(force), &mut pushed);
-                changed = change(m, |_| true, &offsets, &pushed);
+                changed = change(m, |_| true, &registers[..n_u], &pushed);
             }
             let mut follows = [false; LANES];
+            let mut tried = Vec::new();
             for (lane, slot) in lanes.iter_mut().enumerate() {
                 let Some(busy) = slot else { continue };
                 let at = |b: &Block| b.0[lane];
@@ -142,36 +140,37 @@ impl<'m> Climb<'m> {
                     moved: at(out(moved)),
                     change: at(&changed),
                     force: at(out(force)),
-                    offsets: &offsets,
+                    offsets: &registers[..n_u],
                     errors: &errors,
                     program: &self.step,
-                    registers: &step,
+                    registers: &registers,
                     gradient,
                 };
                 match if sure { busy.worker.after(&round) } else { Next::Done(None) } {
                     Next::Stay => {}
                     Next::Push => follows[lane] = true,
-                    Next::Try(to) => offsets.iter_mut().zip(to).for_each(|(o, t)| o.0[lane] = t),
+                    Next::Try(to) => tried.push((lane, to)),
                     Next::Done(height) => {
                         heights[busy.task] = height;
                         *slot = None;
                     }
                 }
             }
-            for (offset, to) in offsets.iter_mut().zip(&pushed) {
-                for lane in 0..LANES {
-                    offset.0[lane] = if follows[lane] { to.0[lane] } else { offset.0[lane] };
-                }
+            for (offset, to) in registers.iter_mut().zip(&pushed) {
+                *offset = to.where_else(&follows, offset);
+            }
+            for (lane, to) in tried {
+                registers.iter_mut().zip(to).for_each(|(o, t)| o.0[lane] = t);
             }
         }
     }
 
     /// Puts a task's nominal pose and start into a lane.
     #[inline(always)]
-    fn load(&self, sites: &[Site<'_>], task: &Task, lane: usize, step: &mut [Block], offsets: &mut [Block]) {
+    fn load(&self, sites: &[Site<'_>], task: &Task, lane: usize, registers: &mut [Block]) {
         let case = &sites[task.site].case;
-        Layout::load(self.mechanism, case.coordinates, case.drives, step, lane);
-        offsets.iter_mut().zip(&task.start).for_each(|(o, s)| o.0[lane] = *s);
+        Layout::load(self.mechanism, case.coordinates, case.drives, registers, lane);
+        registers.iter_mut().zip(&task.start).for_each(|(o, s)| o.0[lane] = *s);
     }
 
     /// Puts the wrench of one lane.

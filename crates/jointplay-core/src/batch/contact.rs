@@ -26,8 +26,6 @@ use crate::trace::CLEAR;
 
 /// Steps that a block takes at most.
 const STEPS: usize = 40;
-/// Largest change of an offset, as a part of its set, of a block that stands still.
-const STILL: f64 = 1e-13;
 /// A step below this (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;
 /// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
@@ -59,19 +57,22 @@ impl<'m> Contact<'m> {
             return None;
         }
         let layout = Layout::new(m);
+        let step = record_contact_step(solver, &layout)?;
         Some(Self {
             mechanism: m,
             statics: record_statics(solver, &layout)?,
-            step: record_contact_step(solver, &layout)?,
-            finish: record_finish(m, &layout)?,
+            finish: record_finish(m, &layout, &step)?,
+            step,
             layout,
         })
     }
 
-    /// Registers of the three programs.
+    /// Registers of the statics, and of the two other programs together.
     #[must_use]
-    pub fn workspace(&self) -> [Vec<Block>; 3] {
-        [&self.statics, &self.step, &self.finish].map(|p| p.registers(&[]))
+    pub fn workspace(&self) -> [Vec<Block>; 2] {
+        let mut registers = self.finish.registers(&[]);
+        self.step.put_common(&mut registers, &[]);
+        [self.statics.registers(&[]), registers]
     }
 
     /// Solves up to a block of cases; appends a row for each to the table, by `plainly` where the
@@ -79,7 +80,7 @@ impl<'m> Contact<'m> {
     #[inline(always)]
     pub fn solve(
         &self,
-        workspace: &mut [Vec<Block>; 3],
+        workspace: &mut [Vec<Block>; 2],
         cases: &[Case<'_>],
         exact: bool,
         table: &mut Table,
@@ -87,7 +88,7 @@ impl<'m> Contact<'m> {
     ) {
         let m = self.mechanism;
         let (n_u, size) = (m.n_parameters(), m.size());
-        let [statics, step, finish] = workspace;
+        let [statics, step] = workspace;
         for lane in 0..LANES {
             // Idle lanes repeat the first.
             let case = cases.get(lane).unwrap_or(&cases[0]);
@@ -137,7 +138,7 @@ impl<'m> Contact<'m> {
             for i in 0..cases.len() {
                 let moved = out(to.size).0[i];
                 good[i] &= moved <= SMALL_ANGLE * SMALL_ANGLE && out(to.pivots).0[i] * sign.0[i] > 0.0;
-                still[i] = moved <= ROUNDING * ROUNDING && changed.0[i] <= STILL;
+                still[i] = moved <= ROUNDING * ROUNDING && changed.0[i] <= m.still();
                 steps[i] += u64::from(!still[i]);
                 all &= still[i] || !good[i];
             }
@@ -145,8 +146,7 @@ impl<'m> Contact<'m> {
                 break;
             }
         }
-        finish[..inputs].copy_from_slice(&step[..inputs]);
-        self.finish.run(finish);
+        self.finish.run(step);
         for (i, case) in cases.iter().enumerate() {
             let map = |k: usize, p: usize| self.statics.output(statics, at.map + k * n_u + p).0[i];
             let force = |p: usize| self.step.output(step, to.gradient + p).0[i];
@@ -167,10 +167,10 @@ impl<'m> Contact<'m> {
                 continue;
             }
             let lane = |b: &Block| b.0[i];
-            let out = |k: usize| lane(self.statics.output(statics, k));
-            self.put_first_order(|k, p| out(at.map + k * n_u + p) * lane(&first[p]), table);
+            self.tell_shares(statics, &first, i, table);
             for k in 0..size {
-                table.error.push(lane(self.finish.output(finish, k)) - out(at.output + k));
+                let nominal = self.statics.output(statics, at.output + k);
+                table.error.push(lane(self.finish.output(step, k)) - lane(nominal));
                 table.undetermined.push(0.0);
             }
             table.open.extend(widths);
@@ -183,28 +183,22 @@ impl<'m> Contact<'m> {
         }
     }
 
-    /// Appends the contributions of the sources to first order, and their sum. `part` is what a parameter
-    /// makes of a component.
+    /// Appends the first-order error of one lane and the share of every source in it; gives the error.
     #[inline(always)]
-    fn put_first_order(&self, part: impl Fn(usize, usize) -> f64, table: &mut Table) {
-        let size = self.mechanism.size();
-        let first = table.contribution.len();
-        for source in self.mechanism.sources() {
+    fn tell_shares(&self, statics: &[Block], offsets: &[Block], lane: usize, table: &mut Table) -> [f64; 6] {
+        let m = self.mechanism;
+        let (map, n_u, size) = (StaticsOutputs::new(m).map, m.n_parameters(), m.size());
+        let mut error = [0.0; 6];
+        for source in m.sources() {
             for k in 0..size {
-                let mut share = 0.0;
-                for p in source.range() {
-                    share += part(k, p);
-                }
+                let part = |p: usize| self.statics.output(statics, map + k * n_u + p).0[lane] * offsets[p].0[lane];
+                let share: f64 = source.range().map(part).sum();
                 table.contribution.push(share);
+                error[k] += share;
             }
         }
-        for k in 0..size {
-            let mut sum = 0.0;
-            for shares in table.contribution[first..].chunks_exact(size) {
-                sum += shares[k];
-            }
-            table.error_first_order.push(sum);
-        }
+        table.error_first_order.extend_from_slice(&error[..size]);
+        error
     }
 
     /// Appends the row of one lane, told at its nominal pose.
@@ -214,18 +208,8 @@ impl<'m> Contact<'m> {
         let at = StaticsOutputs::new(m);
         let (n_u, size) = (m.n_parameters(), m.size());
         let out = |k: usize| self.statics.output(statics, k).0[lane];
-        let start = table.contribution.len();
-        table.contribution.resize(start + m.sources().len() * size, 0.0);
-        let mut error = [0.0; 6];
-        for (s, source) in m.sources().iter().enumerate() {
-            for k in 0..size {
-                let share: f64 = source.range().map(|p| out(at.map + k * n_u + p) * offsets[p].0[lane]).sum();
-                table.contribution[start + s * size + k] = share;
-                error[k] += share;
-            }
-        }
+        let error = self.tell_shares(statics, offsets, lane, table);
         table.error.extend_from_slice(&error[..size]);
-        table.error_first_order.extend_from_slice(&error[..size]);
         table.offset.extend(offsets.iter().map(|b| b.0[lane]));
         table.reaction.extend((at.reactions..at.reactions + m.n_joints() * size).map(out));
         table.steps.push(0);
@@ -438,12 +422,12 @@ fn output_of<'r>(
     m.pose_components(place, &m.turned(&layout.turn(m, recorder), &symbolic.numbers))
 }
 
-/// The output's place and what its body has turned.
-pub(super) fn record_finish(m: &Mechanism, layout: &Layout) -> Option<Program> {
+/// The output's place and what its body has turned, by a program that runs on the registers of another.
+pub(super) fn record_finish(m: &Mechanism, layout: &Layout, step: &Program) -> Option<Program> {
     let recorder = Recorder::new(SMALL_ANGLE);
     let symbolic = layout.varying(m, &recorder);
     let outputs = output_of(m, layout, &recorder, &poses_of(m, &symbolic), &symbolic);
-    Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
+    Program::after(step, &recorder, &outputs)
 }
 
 /// Whether a load moves a source.
@@ -468,13 +452,15 @@ pub(super) fn push<'b>(
         let p = source.first;
         if let Set::Disc { radius } = source.set {
             let (x, y) = (gradient(p), gradient(p + 1));
-            let (cx, cy) = (m.centre[p], m.centre[p + 1]);
+            let size = x.mul(x).add(&y.mul(y)).sqrt();
+            let mut decided = [false; LANES];
             for i in 0..LANES {
-                let size = (x.0[i] * x.0[i] + y.0[i] * y.0[i]).sqrt();
-                let decided = size > UNDECIDED * scale.0[i];
-                undecided[i] |= !decided;
-                pushed[p].0[i] = if decided { cx + radius * x.0[i] / size } else { pushed[p].0[i] };
-                pushed[p + 1].0[i] = if decided { cy + radius * y.0[i] / size } else { pushed[p + 1].0[i] };
+                decided[i] = size.0[i] > UNDECIDED * scale.0[i];
+                undecided[i] |= !decided[i];
+            }
+            let part = Block::splat(radius).div(&size);
+            for (p, w) in [(p, x), (p + 1, y)] {
+                pushed[p] = Block::splat(m.centre[p]).add(&part.mul(w)).where_else(&decided, &pushed[p]);
             }
             continue;
         }

@@ -146,6 +146,12 @@ impl Block {
     pub fn neg_mul_add(&self, o: &Self, c: &Self) -> Self {
         each!(i, (-self.0[i]).mul_add(o.0[i], c.0[i]))
     }
+    /// `self` where chosen, else `o`.
+    #[inline(always)]
+    #[must_use]
+    pub fn where_else(&self, chosen: &[bool; LANES], o: &Self) -> Self {
+        each!(i, if chosen[i] { self.0[i] } else { o.0[i] })
+    }
     /// Natural logarithm of positive, normal numbers.
     #[inline(always)]
     #[must_use]

@@ -115,6 +115,15 @@ impl<'m> Worker<'m> {
         self.measure
     }
 
+    /// Whether the gradient of its measure depends on the error.
+    pub fn turns(&self) -> bool {
+        let m = self.mechanism;
+        match self.measure {
+            Measure::Position | Measure::Rotation => true,
+            Measure::Component { index, .. } => m.turns_freely() && index >= m.n_translations(),
+        }
+    }
+
     /// Whether the next round has to tell where a whole step leads.
     pub const fn asks(&self) -> bool {
         match self.phase {
