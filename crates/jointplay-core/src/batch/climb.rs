@@ -9,7 +9,8 @@
 use super::SMALL_ANGLE;
 use super::contact::{change, gradient, poses_of, push, record_finish};
 use super::lanes::{Block, LANES};
-use super::program::{Layout, record_step};
+use super::layout::Layout;
+use super::program::record_step;
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use super::worker::{Height, Next, Round, Worker};

@@ -8,7 +8,8 @@
 
 use super::SMALL_ANGLE;
 use super::lanes::{Block, LANES};
-use super::program::{Layout, Symbolic, record_step};
+use super::layout::{Layout, Symbolic};
+use super::program::record_step;
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use crate::ascent::UNDECIDED;

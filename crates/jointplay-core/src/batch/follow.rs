@@ -7,7 +7,8 @@
 use super::SMALL_ANGLE;
 use super::contact::singular_estimate;
 use super::lanes::{Block, LANES};
-use super::program::{Layout, record_step};
+use super::layout::Layout;
+use super::program::record_step;
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use crate::mechanism::Mechanism;

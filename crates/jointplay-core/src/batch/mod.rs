@@ -16,6 +16,7 @@ mod follow;
 mod graph;
 mod jit;
 pub mod lanes;
+mod layout;
 mod program;
 pub mod simd;
 pub mod symbol;

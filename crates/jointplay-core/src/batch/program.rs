@@ -1,10 +1,10 @@
 //! Newton's iteration recorded as programs, and its run on a block of samples.
 
 use super::lanes::{Block, LANES, Mask, bits_if};
+use super::layout::{Layout, Symbolic};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use super::{LATER_ANGLE, SMALL_ANGLE};
-use crate::closure::{Command, Inputs};
 use crate::linear::Factors;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
@@ -42,126 +42,6 @@ pub struct Bound<'n> {
     sign: f64,
 }
 
-/// A mechanism whose quantities are symbols.
-pub(super) struct Symbolic<'r> {
-    pub numbers: Vec<Symbol<'r>>,
-    pub inputs: Inputs<Command<Symbol<'r>>, Symbol<'r>>,
-}
-
-/// Where the quantities of a configuration stand, common to its samples or varying after the
-/// parameters: pose numbers, then value, sine and cosine of every drive, then the numbers that tell what
-/// the output's body has turned.
-#[derive(Clone, Debug)]
-pub(super) struct Layout {
-    pose: usize,
-    drives: usize,
-    turns: usize,
-}
-
-impl Layout {
-    pub fn new(m: &Mechanism) -> Self {
-        Self { pose: m.n_bodies() * m.space.n_pose_numbers(), drives: m.n_drives(), turns: m.space.n_turn_numbers() }
-    }
-
-    /// Varying quantities after the parameters.
-    pub const fn n_varying(&self) -> usize {
-        self.pose + 3 * self.drives + self.turns
-    }
-
-    /// Varying quantities that a step changes.
-    pub const fn n_state(&self) -> usize {
-        self.pose + self.turns
-    }
-
-    /// Varying quantities of the pose.
-    pub const fn n_pose(&self) -> usize {
-        self.pose
-    }
-
-    /// Where those that a step changes stand.
-    pub fn state(&self, m: &Mechanism) -> impl Iterator<Item = usize> {
-        let after = |k: usize| if k < self.pose { k } else { k + 3 * self.drives };
-        (0..self.n_state()).map(move |k| m.n_parameters() + after(k))
-    }
-
-    /// What tells how far the output's body has turned, as varying quantities.
-    pub fn turn<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Vec<Symbol<'r>> {
-        let first = m.n_parameters() + self.pose + 3 * self.drives;
-        (first..first + self.turns).map(|k| recorder.varying(k)).collect()
-    }
-
-    /// A mechanism with everything varying.
-    pub fn varying<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Symbolic<'r> {
-        let at = |k: usize| recorder.varying(m.n_parameters() + k);
-        let command = |d: usize| {
-            let first = self.pose + 3 * d;
-            Command { value: at(first), sine: at(first + 1), cosine: at(first + 2) }
-        };
-        Symbolic {
-            numbers: (0..self.pose).map(at).collect(),
-            inputs: Inputs {
-                drives: (0..self.drives).map(command).collect(),
-                parameters: (0..m.n_parameters()).map(|p| recorder.varying(p)).collect(),
-            },
-        }
-    }
-
-    /// Puts a pose and drive values into the varying inputs of one lane.
-    #[inline(always)]
-    pub fn load(m: &Mechanism, coordinates: &[f64], drives: &[f64], registers: &mut [Block], lane: usize) {
-        let mut k = m.n_parameters();
-        let mut put = |value: f64| {
-            registers[k].0[lane] = value;
-            k += 1;
-        };
-        for coordinates in coordinates.chunks_exact(m.n_body_coordinates()) {
-            m.space.put_pose_numbers(coordinates, &mut put);
-        }
-        for &q in drives {
-            let (sine, cosine) = q.sin_cos();
-            put(q);
-            put(sine);
-            put(cosine);
-        }
-        m.put_turn_numbers(coordinates, put);
-    }
-
-    fn command<'r>(&self, recorder: &'r Recorder, drive: usize) -> Command<Symbol<'r>> {
-        let at = |k: usize| recorder.common(self.pose + 3 * drive + k);
-        Command { value: at(0), sine: at(1), cosine: at(2) }
-    }
-
-    fn inputs<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Inputs<Command<Symbol<'r>>, Symbol<'r>> {
-        Inputs {
-            drives: (0..m.n_drives()).map(|d| self.command(recorder, d)).collect(),
-            parameters: (0..m.n_parameters()).map(|p| recorder.varying(p)).collect(),
-        }
-    }
-
-    fn reference<'r>(&self, recorder: &'r Recorder, component: usize) -> Symbol<'r> {
-        recorder.common(self.pose + 3 * self.drives + component)
-    }
-
-    /// What tells how far the output's body has turned, at the nominal pose.
-    fn nominal_turn<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Vec<Symbol<'r>> {
-        (0..self.turns).map(|k| self.reference(recorder, m.size() + k)).collect()
-    }
-
-    /// The common quantities of a nominal state and drive values near its own.
-    fn values(m: &Mechanism, nominal: &State, drives: &[f64]) -> Vec<f64> {
-        let mut values = Vec::new();
-        for coordinates in nominal.coordinates.chunks_exact(m.n_body_coordinates()) {
-            m.space.put_pose_numbers(coordinates, |number| values.push(number));
-        }
-        for command in Inputs::nominal(m, drives).commands().drives {
-            values.extend([command.value, command.sine, command.cosine]);
-        }
-        values.extend(m.output(&nominal.coordinates, &nominal.inputs));
-        m.put_turn_numbers(&nominal.coordinates, |number| values.push(number));
-        values
-    }
-}
-
 /// What one recorded step gives.
 pub(super) struct Step<'r> {
     pub numbers: Vec<Symbol<'r>>,
@@ -174,37 +54,32 @@ pub(super) struct Step<'r> {
     pub factors: Factors<Symbol<'r>>,
 }
 
-impl Mechanism {
-    /// Puts the numbers that tell how far the output's body has turned, at the beginning.
-    #[inline(always)]
-    pub(super) fn put_turn_numbers(&self, coordinates: &[f64], mut put: impl FnMut(f64)) {
-        let width = self.n_body_coordinates();
-        match self.points[self.output].body {
-            Some(b) => self.space.put_turn_numbers(&coordinates[b * width..(b + 1) * width], put),
-            // The ground does not turn.
-            None => (0..self.space.n_turn_numbers()).for_each(|_| put(0.0)),
-        }
-    }
-
-    /// The rotation of the output's body since the beginning.
-    pub(super) fn turned<'r>(&self, turn: &[Symbol<'r>], numbers: &[Symbol<'r>]) -> Vec<Symbol<'r>> {
-        let width = self.space.n_pose_numbers();
-        self.points[self.output].body.map_or_else(
-            || vec![Symbol::Constant(0.0); self.size() - self.n_translations()],
-            |b| self.space.turned(turn, &numbers[b * width..(b + 1) * width]),
-        )
-    }
-}
-
-pub(super) fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>, turn: &[Symbol<'r>]) -> Option<Step<'r>> {
-    let m = solver.mechanism;
+/// Residual and derivatives.
+fn evaluate<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> [Vec<Symbol<'r>>; 2] {
     let zero = Symbol::Constant(0.0);
-    let width = m.space.n_pose_numbers();
-    let poses: Vec<Pose<Symbol<'r>>> =
-        symbolic.numbers.chunks_exact(width).map(|n| m.space.pose_of_numbers(n)).collect();
+    let numbers = symbolic.numbers.chunks_exact(m.space.n_pose_numbers());
+    let poses: Vec<Pose<Symbol<'r>>> = numbers.map(|n| m.space.pose_of_numbers(n)).collect();
     let mut residual = vec![zero; m.n_rows()];
     let mut derivatives = vec![zero; 2 * m.size() * m.n_rows()];
     m.evaluate(&poses, &symbolic.inputs, &mut residual, &mut derivatives);
+    [residual, derivatives]
+}
+
+pub(super) fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>, turn: &[Symbol<'r>]) -> Option<Step<'r>> {
+    let evaluated = evaluate(solver.mechanism, symbolic);
+    record_step_by(solver, symbolic, evaluated, turn)
+}
+
+/// A step by a residual and derivatives, which may be those of nearby parameters.
+fn record_step_by<'r>(
+    solver: &Solver<'_>,
+    symbolic: &Symbolic<'r>,
+    [residual, derivatives]: [Vec<Symbol<'r>>; 2],
+    turn: &[Symbol<'r>],
+) -> Option<Step<'r>> {
+    let m = solver.mechanism;
+    let zero = Symbol::Constant(0.0);
+    let width = m.space.n_pose_numbers();
     let plan = solver.plan.as_ref()?;
     let factors = plan.replay(solver.picks.iter().map(|&p| derivatives[p]), |_, _| true)?;
     let mut right: Vec<Symbol<'r>> = residual.iter().map(|&r| -r).collect();
@@ -234,7 +109,7 @@ impl Newton {
     pub fn record(solver: &Solver<'_>) -> Option<Self> {
         let m = solver.mechanism;
         let layout = Layout::new(m);
-        let (n_u, n_pose) = (m.n_parameters(), layout.pose);
+        let (n_u, n_pose) = (m.n_parameters(), layout.n_pose());
         let n_state = layout.n_state();
         // Angles among the parameters go through the same series as the steps.
         let given = m.largest_angle();
@@ -242,11 +117,17 @@ impl Newton {
             return None;
         }
         let recorder = Recorder::new(SMALL_ANGLE);
-        let nominal = Symbolic {
+        let mut nominal = Symbolic {
             numbers: (0..n_pose).map(|i| recorder.common(i)).collect(),
             inputs: layout.inputs(m, &recorder),
         };
-        let begun = record_step(solver, &nominal, &layout.nominal_turn(m, &recorder))?;
+        let [residual, _] = evaluate(m, &nominal);
+        // Derivatives of perfect parts are common to all samples, and so is their elimination. What they
+        // miss is of the order of the step, as is what the step misses anyway.
+        nominal.inputs.parameters.fill(Symbol::Constant(0.0));
+        let [_, derivatives] = evaluate(m, &nominal);
+        let turn = layout.nominal_turn(m, &recorder);
+        let begun = record_step_by(solver, &nominal, [residual, derivatives], &turn)?;
         let mut outputs = begun.numbers;
         outputs.extend(begun.turn);
         outputs.extend([begun.size, begun.pivots]);

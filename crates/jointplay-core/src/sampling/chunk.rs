@@ -4,7 +4,7 @@ use super::Request;
 use super::tally::{Kept, Ranges, Tally};
 use crate::batch::Bound;
 use crate::batch::draw::Stream;
-use crate::batch::lanes::{Block, LANES, Mask};
+use crate::batch::lanes::{Block, LANES, Mask, bits_if};
 use crate::batch::simd::{Kernel, dispatch};
 use crate::closure::Inputs;
 use crate::mechanism::Mechanism;
@@ -135,10 +135,12 @@ impl Kernel for Chunk<'_, '_> {
             sums.add(&quantities, &good, job.shift);
             tally.count_block(job.ranges, &quantities, &good);
             tally.statuses[Status::Ok as usize] += used;
+            let (position, rotation) = (&quantities[n], &quantities[n + 1]);
+            let [most_position, most_rotation] = [job.request.limit_position, job.request.limit_rotation];
             let mut outside = 0;
             for i in 0..LANES {
-                let out = job.outside(quantities[n].0[i], quantities[n + 1].0[i]);
-                outside += good.0[i] & u64::from(out);
+                let out = bits_if(position.0[i] > most_position) | bits_if(rotation.0[i] > most_rotation);
+                outside += good.0[i] & out & 1;
             }
             tally.outside += outside;
         }

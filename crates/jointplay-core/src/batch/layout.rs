@@ -1,0 +1,149 @@
+//! Where the quantities of a mechanism stand among the inputs of recorded programs.
+
+use super::lanes::Block;
+use super::symbol::{Recorder, Symbol};
+use crate::closure::{Command, Inputs};
+use crate::mechanism::Mechanism;
+use crate::solver::State;
+
+/// A mechanism whose quantities are symbols.
+pub(super) struct Symbolic<'r> {
+    pub numbers: Vec<Symbol<'r>>,
+    pub inputs: Inputs<Command<Symbol<'r>>, Symbol<'r>>,
+}
+
+/// Where the quantities of a configuration stand, common to its samples or varying after the
+/// parameters: pose numbers, then value, sine and cosine of every drive, then the numbers that tell what
+/// the output's body has turned.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    pose: usize,
+    drives: usize,
+    turns: usize,
+}
+
+impl Layout {
+    pub fn new(m: &Mechanism) -> Self {
+        Self { pose: m.n_bodies() * m.space.n_pose_numbers(), drives: m.n_drives(), turns: m.space.n_turn_numbers() }
+    }
+
+    /// Varying quantities after the parameters.
+    pub const fn n_varying(&self) -> usize {
+        self.pose + 3 * self.drives + self.turns
+    }
+
+    /// Varying quantities that a step changes.
+    pub const fn n_state(&self) -> usize {
+        self.pose + self.turns
+    }
+
+    /// Varying quantities of the pose.
+    pub const fn n_pose(&self) -> usize {
+        self.pose
+    }
+
+    /// Where those that a step changes stand.
+    pub fn state(&self, m: &Mechanism) -> impl Iterator<Item = usize> {
+        let after = |k: usize| if k < self.pose { k } else { k + 3 * self.drives };
+        (0..self.n_state()).map(move |k| m.n_parameters() + after(k))
+    }
+
+    /// What tells how far the output's body has turned, as varying quantities.
+    pub fn turn<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Vec<Symbol<'r>> {
+        let first = m.n_parameters() + self.pose + 3 * self.drives;
+        (first..first + self.turns).map(|k| recorder.varying(k)).collect()
+    }
+
+    /// A mechanism with everything varying.
+    pub fn varying<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Symbolic<'r> {
+        let at = |k: usize| recorder.varying(m.n_parameters() + k);
+        let command = |d: usize| {
+            let first = self.pose + 3 * d;
+            Command { value: at(first), sine: at(first + 1), cosine: at(first + 2) }
+        };
+        Symbolic {
+            numbers: (0..self.pose).map(at).collect(),
+            inputs: Inputs {
+                drives: (0..self.drives).map(command).collect(),
+                parameters: (0..m.n_parameters()).map(|p| recorder.varying(p)).collect(),
+            },
+        }
+    }
+
+    /// Puts a pose and drive values into the varying inputs of one lane.
+    #[inline(always)]
+    pub fn load(m: &Mechanism, coordinates: &[f64], drives: &[f64], registers: &mut [Block], lane: usize) {
+        let mut k = m.n_parameters();
+        let mut put = |value: f64| {
+            registers[k].0[lane] = value;
+            k += 1;
+        };
+        for coordinates in coordinates.chunks_exact(m.n_body_coordinates()) {
+            m.space.put_pose_numbers(coordinates, &mut put);
+        }
+        for &q in drives {
+            let (sine, cosine) = q.sin_cos();
+            put(q);
+            put(sine);
+            put(cosine);
+        }
+        m.put_turn_numbers(coordinates, put);
+    }
+
+    fn command<'r>(&self, recorder: &'r Recorder, drive: usize) -> Command<Symbol<'r>> {
+        let at = |k: usize| recorder.common(self.pose + 3 * drive + k);
+        Command { value: at(0), sine: at(1), cosine: at(2) }
+    }
+
+    pub fn inputs<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Inputs<Command<Symbol<'r>>, Symbol<'r>> {
+        Inputs {
+            drives: (0..m.n_drives()).map(|d| self.command(recorder, d)).collect(),
+            parameters: (0..m.n_parameters()).map(|p| recorder.varying(p)).collect(),
+        }
+    }
+
+    pub fn reference<'r>(&self, recorder: &'r Recorder, component: usize) -> Symbol<'r> {
+        recorder.common(self.pose + 3 * self.drives + component)
+    }
+
+    /// What tells how far the output's body has turned, at the nominal pose.
+    pub fn nominal_turn<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Vec<Symbol<'r>> {
+        (0..self.turns).map(|k| self.reference(recorder, m.size() + k)).collect()
+    }
+
+    /// The common quantities of a nominal state and drive values near its own.
+    pub fn values(m: &Mechanism, nominal: &State, drives: &[f64]) -> Vec<f64> {
+        let mut values = Vec::new();
+        for coordinates in nominal.coordinates.chunks_exact(m.n_body_coordinates()) {
+            m.space.put_pose_numbers(coordinates, |number| values.push(number));
+        }
+        for command in Inputs::nominal(m, drives).commands().drives {
+            values.extend([command.value, command.sine, command.cosine]);
+        }
+        values.extend(m.output(&nominal.coordinates, &nominal.inputs));
+        m.put_turn_numbers(&nominal.coordinates, |number| values.push(number));
+        values
+    }
+}
+
+impl Mechanism {
+    /// Puts the numbers that tell how far the output's body has turned, at the beginning.
+    #[inline(always)]
+    pub(super) fn put_turn_numbers(&self, coordinates: &[f64], mut put: impl FnMut(f64)) {
+        let width = self.n_body_coordinates();
+        match self.points[self.output].body {
+            Some(b) => self.space.put_turn_numbers(&coordinates[b * width..(b + 1) * width], put),
+            // The ground does not turn.
+            None => (0..self.space.n_turn_numbers()).for_each(|_| put(0.0)),
+        }
+    }
+
+    /// The rotation of the output's body since the beginning.
+    pub(super) fn turned<'r>(&self, turn: &[Symbol<'r>], numbers: &[Symbol<'r>]) -> Vec<Symbol<'r>> {
+        let width = self.space.n_pose_numbers();
+        self.points[self.output].body.map_or_else(
+            || vec![Symbol::Constant(0.0); self.size() - self.n_translations()],
+            |b| self.space.turned(turn, &numbers[b * width..(b + 1) * width]),
+        )
+    }
+}
