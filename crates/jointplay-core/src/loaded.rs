@@ -16,6 +16,7 @@ use crate::ascent::{Objective, UNDECIDED};
 use crate::batch::Contact;
 use crate::batch::lanes::LANES;
 use crate::batch::simd::{Kernel, dispatch};
+use crate::clearance::MAX_SIZE;
 use crate::closure::Inputs;
 use crate::mechanism::Mechanism;
 use crate::real::Real;
@@ -290,7 +291,12 @@ impl Mechanism {
         // falls to one side.
         let mut open = vec![0.0; self.sources.len() * size];
         let mut decided = vec![true; self.sources.len()];
-        let mut felt = self.leave_open(&gradient, &map, &mut open, &mut decided);
+        let leave_open = |gradient: &Gradient, map: &Output, open: &mut [f64], decided: &mut [bool]| {
+            let force = |p: usize| gradient.inputs.parameters[p];
+            let map = |k: usize, p: usize| map.parameters[(k, p)];
+            self.leave_open(force, self.force_scale(gradient), map, open, decided)
+        };
+        let mut felt = leave_open(&gradient, &map, &mut open, &mut decided);
         let sum = |open: &[f64]| (0..size).map(|i| open.iter().skip(i).step_by(size).sum()).collect();
         if !exact {
             return Loaded {
@@ -315,7 +321,7 @@ impl Mechanism {
         };
         let Some(at_summit) = solver.linearise(&summit.state) else { return self.no_load_result(Status::Singular) };
         let map = self.output_sensitivity(&at_summit, &summit.state);
-        felt |= self.leave_open(&summit.gradient, &map, &mut open, &mut decided);
+        felt |= leave_open(&summit.gradient, &map, &mut open, &mut decided);
         Loaded {
             error: self.error(&summit.state, nominal),
             error_first_order,
@@ -335,20 +341,31 @@ impl Mechanism {
     }
 
     /// Widens what every source leaves open in the output, tells which sources the load does not decide, and
-    /// whether the output feels it.
-    fn leave_open(&self, gradient: &Gradient, map: &Output, open: &mut [f64], decided: &mut [bool]) -> bool {
+    /// whether the output feels it. `force` is conjugate to a parameter, `scale` the size of all forces, and
+    /// `map` takes a component of the output and a parameter.
+    pub(crate) fn leave_open(
+        &self,
+        force: impl Fn(usize) -> f64,
+        scale: f64,
+        map: impl Fn(usize, usize) -> f64,
+        open: &mut [f64],
+        decided: &mut [bool],
+    ) -> bool {
         let size = self.size();
-        let tolerance = UNDECIDED * self.force_scale(gradient);
-        let (mut widths, mut reaches) = (vec![0.0; size], vec![0.0; size]);
+        let (mut widths, mut reaches) = ([0.0; 6], [0.0; 6]);
         for (s, source) in self.sources.iter().enumerate().filter(|(_, s)| s.is_clearance) {
-            let face = self.exposed(source, gradient, tolerance);
+            let n = source.set.size();
+            let mut w = [0.0; MAX_SIZE];
+            w.iter_mut().zip(source.range()).for_each(|(w, p)| *w = force(p));
+            let face = source.set.face(&w[..n], self.undecided(source, UNDECIDED * scale));
             decided[s] &= face.is_point();
-            for i in 0..size {
-                let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
-                let width = face.half_width(&row);
-                open[s * size + i] = width.max(open[s * size + i]);
-                widths[i] += width;
-                reaches[i] += source.set.reach(&row);
+            for k in 0..size {
+                let mut row = [0.0; MAX_SIZE];
+                row.iter_mut().zip(source.range()).for_each(|(r, p)| *r = map(k, p));
+                reaches[k] += source.set.reach(&row[..n]);
+                let width = face.half_width(&row[..n]);
+                open[s * size + k] = width.max(open[s * size + k]);
+                widths[k] += width;
             }
         }
         widths.iter().zip(&reaches).any(|(width, reach)| *width > UNFELT * reach)

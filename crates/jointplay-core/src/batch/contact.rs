@@ -16,7 +16,7 @@ use crate::ascent::UNDECIDED;
 use crate::clearance::{MAX_SIZE, Set};
 use crate::closure::Inputs;
 use crate::linear::Elimination;
-use crate::loaded::{Case, Table, UNFELT};
+use crate::loaded::{Case, Table};
 use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::Cost;
 use crate::solver::Solver;
@@ -147,22 +147,28 @@ impl<'m> Contact<'m> {
             }
         }
         self.finish.run(step);
+        let mut widths = vec![0.0; m.sources().len() * size];
+        let mut decided = vec![true; m.sources().len()];
         for (i, case) in cases.iter().enumerate() {
+            if !(good[i] && still[i]) {
+                plainly(case, table);
+                continue;
+            }
             let map = |k: usize, p: usize| self.statics.output(statics, at.map + k * n_u + p).0[i];
             let force = |p: usize| self.step.output(step, to.gradient + p).0[i];
             let scale = self.step.output(step, to.scale).0[i];
             let first_force = |p: usize| self.statics.output(statics, at.gradient + p).0[i];
             let first_scale = self.statics.output(statics, at.scale).0[i];
-            let mut widths = vec![0.0; m.sources().len() * size];
-            let mut decided = vec![true; m.sources().len()];
+            widths.fill(0.0);
+            decided.fill(true);
             let mut felt = false;
             if open[i] {
-                felt |= self.leave_open(first_force, first_scale, map, &mut widths, &mut decided);
+                felt |= m.leave_open(first_force, first_scale, map, &mut widths, &mut decided);
             }
             if undecided[i] {
-                felt |= self.leave_open(force, scale, map, &mut widths, &mut decided);
+                felt |= m.leave_open(force, scale, map, &mut widths, &mut decided);
             }
-            if !(good[i] && still[i]) || felt {
+            if felt {
                 plainly(case, table);
                 continue;
             }
@@ -173,8 +179,8 @@ impl<'m> Contact<'m> {
                 table.error.push(lane(self.finish.output(step, k)) - lane(nominal));
                 table.undetermined.push(0.0);
             }
-            table.open.extend(widths);
-            table.decided.extend(decided);
+            table.open.extend_from_slice(&widths);
+            table.decided.extend_from_slice(&decided);
             let reactions = to.reactions..to.reactions + m.n_joints() * size;
             table.reaction.extend(reactions.map(|k| lane(self.step.output(step, k))));
             table.offset.extend(step[..n_u].iter().map(lane));
@@ -221,46 +227,13 @@ impl<'m> Contact<'m> {
         if open {
             let (widths, decided) = (&mut table.open[first..], &mut table.decided[first / size..]);
             let force = |p: usize| out(at.gradient + p);
-            felt = self.leave_open(force, out(at.scale), |k, p| out(at.map + k * n_u + p), widths, decided);
+            felt = m.leave_open(force, out(at.scale), |k, p| out(at.map + k * n_u + p), widths, decided);
             for (i, width) in widths.iter().enumerate() {
                 undetermined[i % size] += width;
             }
         }
         table.undetermined.extend_from_slice(&undetermined[..size]);
         table.status.push(if felt { Status::Undetermined } else { Status::Ok });
-    }
-
-    /// As [`Mechanism::leave_open`], for one lane.
-    #[inline(never)]
-    fn leave_open(
-        &self,
-        force: impl Fn(usize) -> f64,
-        scale: f64,
-        map: impl Fn(usize, usize) -> f64,
-        open: &mut [f64],
-        decided: &mut [bool],
-    ) -> bool {
-        let m = self.mechanism;
-        let size = m.size();
-        let (mut widths, mut reaches) = ([0.0; 6], [0.0; 6]);
-        for (s, source) in m.sources().iter().enumerate().filter(|(_, s)| s.is_clearance) {
-            let n = source.set.size();
-            let mut w = [0.0; MAX_SIZE];
-            w.iter_mut().zip(source.range()).for_each(|(w, p)| *w = force(p));
-            let face = source.set.face(&w[..n], m.undecided(source, UNDECIDED * scale));
-            decided[s] &= face.is_point();
-            for k in 0..size {
-                let mut row = [0.0; MAX_SIZE];
-                row.iter_mut().zip(source.range()).for_each(|(r, p)| *r = map(k, p));
-                reaches[k] += source.set.reach(&row[..n]);
-                if !face.is_point() {
-                    let width = face.half_width(&row[..n]);
-                    open[s * size + k] = width.max(open[s * size + k]);
-                    widths[k] += width;
-                }
-            }
-        }
-        widths.iter().zip(&reaches).any(|(width, reach)| *width > UNFELT * reach)
     }
 }
 
