@@ -56,7 +56,7 @@ def compliance_of(joint: JointTable, units: Units) -> tuple[float, ...] | None:
         value = getattr(given, key)
         if isinstance(value, tuple):
             value = value[keys[:k].count(key)]
-        unit = units.moment / units.angle if key in TURNING else units.force / units.length
+        unit = units.moment / units.angle if key in TURNING else units.stiffness
         diagonal.append(0.0 if value is None else 1.0 / (value * unit))
     return flat(np.diag(diagonal))
 
@@ -74,7 +74,7 @@ def axial(body: BodyTable, length: float, whole: float, units: Units) -> float:
         Units of the file.
     """
     if body.stiffness is not None:
-        return length / whole / (body.stiffness * units.force / units.length)
+        return length / whole / (body.stiffness * units.stiffness)
     if body.E is None or body.area is None:
         return 0.0
     return length / (body.E * body.area * units.force)
