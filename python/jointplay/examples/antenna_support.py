@@ -28,9 +28,9 @@ class AntennaSupport(Template):
     def text(self) -> str:
         """The file."""
         return f"""\
-# The extendible support structure of a SAR antenna (Zhao et al., J. Mech. Sci. Technol. 32 (2018) 3395). The satellite's
-# cabin AB carries the inner panel AF and the outer panel FI; BD, ED, DF and DI hold them in place. All of it was folded:
-# BD, DF and DI unfolded as two bars each, which locked together in C, G and H and have been one link since.
+# The extendible support structure of a SAR antenna (Zhao et al., J. Mech. Sci. Technol. 32 (2018) 3395): the cabin
+# AB of a satellite carries the inner panel AF and the outer panel FI; BD, ED, DF and DI hold them in place. All of it
+# was folded: BD, DF and DI unfolded as two bars each, which locked together in C, G and H and are one link since.
 #
 {self.command()}
 #
@@ -78,9 +78,9 @@ force = [2, -10]
         if self.locked:
             return """\
 The hinges A and F are latched at 90 and 180 degrees, which makes the structure over-constrained
-# twice: DF is one link more than needed as soon as the inner panel stands, and so is DI for the outer one. The errors of
-# the latched angles are not known to us and assumed here. `--set locked=false` leaves A and F free to turn: then it is
-# just determinate, as the structure is often simplified."""
+# twice: DF is one link more than needed as soon as the inner panel stands, and so is DI for the outer one. The errors
+# of the latched angles are not known to us and assumed here. `--set locked=false` leaves A and F free to turn: then it
+# is just determinate, as the structure is often simplified."""
         return """\
 The hinges A and F are free to turn, which makes the structure just determinate. In the real one they
 # are latched at 90 and 180 degrees; `--set locked=true` writes that, over-constrained twice."""

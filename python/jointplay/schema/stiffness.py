@@ -35,9 +35,7 @@ class Stiffness(Table):
     @model_validator(mode="after")
     def _something(self) -> Self:
         if not self.model_fields_set:
-            raise problem(
-                f"which direction is elastic is not said; known: {', '.join(sorted(type(self).model_fields))}"
-            )
+            raise problem(f"say what gives: one or more of {', '.join(type(self).model_fields)}")
         return self
 
 
