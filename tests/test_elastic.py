@@ -123,7 +123,7 @@ def test_a_piece_in_space_is_a_beam(side: str, inertia: str) -> None:
         wrench[3 * (k // 3) : 3 * (k // 3) + 3] = frame[k % 3]
         moved = beam(axis, across, m.members[0].length, wrench, inertias)
         expected = np.concatenate([frame @ moved[:3], frame @ moved[3:]])
-        np.testing.assert_allclose(found[:, k], expected, rtol=1e-11, atol=1e-15 * float(np.abs(moved).max()))
+        np.testing.assert_allclose(found[:, k], expected, rtol=1e-11, atol=1e-14 * float(np.abs(moved).max()))
     np.testing.assert_array_equal(found, found.T)
     assert np.linalg.eigvalsh(found).min() > 0
 
@@ -332,11 +332,8 @@ def test_pieces_that_do_not_give_are_the_body() -> None:
 
 
 def test_people_see_their_own_names() -> None:
-    m = jp.loads(
-        HEAD
-        + FOUR_BAR.replace('[drives.q]\njoint = "A"\nvalues = [70, 80]', "")
-        + "[bodies.coupler]\nstiffness = 1e3\n"
-    )
+    elastic = HEAD + FOUR_BAR + "[bodies.coupler]\nstiffness = 1e3\n"
+    m = jp.loads(elastic).with_({"drives": None})
     assert "1 motion is free: 'crank', 'coupler' and 'rocker' move together" in jp.check(m).attrs["mobility"]
     joints, members, *_, start = tables(compute(jp.loads(elastic)))
     assert joints.title == "3 bodies, 4 joints"
