@@ -9,6 +9,7 @@ pub mod batch;
 mod build;
 pub mod clearance;
 pub mod closure;
+pub mod cone;
 pub mod extremes;
 pub mod flood;
 pub mod given;
