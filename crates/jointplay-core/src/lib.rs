@@ -13,6 +13,7 @@ pub mod cone;
 pub mod extremes;
 pub mod flood;
 pub mod given;
+pub mod hyperstatic;
 mod joint;
 pub mod linear;
 pub mod loaded;

@@ -28,6 +28,7 @@ mod standard;
 
 use crate::clearance::Set;
 pub use answer::{Answer, Extreme, Outcome};
+pub(crate) use springs::factor;
 
 /// What a block of displacements may be.
 #[derive(Clone, Debug, PartialEq)]
