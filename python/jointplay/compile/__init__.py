@@ -93,6 +93,8 @@ class Compiled:
         ``BODY.JOINT``, for everything that sits along it, and a joint, ``BODY.FROM-TO``, between neighbours.
     owners : tuple of str
         The body of the file that each of the bodies is, or is a piece of.
+    crosses : frozenset of int
+        Indices of the bodies that are crosses of universal joints.
     members : tuple of Member
         The elastic parts of bodies, and which joint gives as they do.
     joint_kinds : tuple of str
