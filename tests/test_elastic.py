@@ -1,7 +1,7 @@
 """Elastic bodies and joints: what the file says of them, in the numbers that the core reads.
 
-The compliance of a piece of a member is held against the beam equation, integrated here along the member in ground
-axes; whole members against textbook formulas.
+The compliance of a piece of a member is held against the beam equation, integrated along it in ground axes; whole
+members against textbook formulas.
 """
 
 from __future__ import annotations
@@ -18,12 +18,11 @@ from jointplay import _core
 from jointplay.analyses.check import compute
 from jointplay.errors import InputError
 from jointplay.table import tables
+from oracles.beam import INERTIA, MEMBER, TORSION, E, G, beam
 
 Array = NDArray[np.float64]
 HEAD = 'format = 1\nunits = { length = "mm", angle = "deg", force = "N" }\n'
 SPATIAL = HEAD + 'space = "spatial"\n'
-#: steel, N/mm^2, and a section, mm^2 and mm^4
-E, G, AREA, INERTIA, TORSION = 210e3, 80e3, 80.0, 1067.0, 2000.0
 
 
 def pin(name: str, on: str, more: str = "", kind: str = "revolute") -> str:
@@ -36,25 +35,7 @@ def compliance(m: jp.Mechanism, joint: str) -> Array:
     return given.reshape(size, size)
 
 
-def beam(axis: Array, side: Array, length: float, wrench: Array, inertias: tuple[float, float]) -> Array:
-    """Displacement and rotation of the end of a cantilever, by integration along it; SI, ground axes."""
-    normal = np.cross(axis, side)
-    force, moment = wrench[:3], wrench[3:]
-    turning = sum(np.outer(a, a) / (E * 1e6 * i * 1e-12) for a, i in zip((side, normal), inertias, strict=True))
-    turning = turning + np.outer(axis, axis) / (G * 1e6 * TORSION * 1e-12)
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    x, w = length * (nodes + 1) / 2, length * weights / 2
-    curvature = np.array([turning @ (moment + (length - at) * np.cross(axis, force)) for at in x])
-    rotation = w @ curvature
-    # A turn at x carries the end along by the rest of the length.
-    deflection = w @ np.array([np.cross(k, (length - at) * axis) for k, at in zip(curvature, x, strict=True)])
-    stretch = axis * (axis @ force) * length / (E * 1e6 * AREA * 1e-6)
-    return np.concatenate([deflection + stretch, rotation])
-
-
 # -- members ----------------------------------------------------------------------------------------------------------
-
-MEMBER = f"[bodies.beam]\nE = {E}\narea = {AREA}\n"
 
 
 def cantilever(*loads: str) -> jp.Mechanism:

@@ -140,7 +140,10 @@ class _Axis:
 
     def __init__(self, graph: Graph, name: str, labels: Mapping[int, str]) -> None:
         index = graph.bodies.index(name)
-        joints = {point: joint for (body, joint), point in graph.places.items() if body == name}
+        joints: dict[int, str] = {}
+        for (body, joint), point in graph.places.items():
+            if body == name:
+                joints.setdefault(point, joint)
         others = [k for k, point in enumerate(graph.points) if point.body == index and k not in joints]
         points = {k: graph.points[k].at for k in (*joints, *others)}
         #: the point of the first joint of the file

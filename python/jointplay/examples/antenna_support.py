@@ -15,7 +15,7 @@ class AntennaSupport(Template):
 
     name: ClassVar[str] = "antenna-support"
     words: ClassVar[Mapping[str, tuple[str, ...]]] = {"elastic": ("redundant", "DF", "DI", "none")}
-    may_vanish: ClassVar[tuple[str, ...]] = ("radial", "angle_a", "angle_f")
+    may_vanish: ClassVar[tuple[str, ...]] = ("radial",)
     signed: ClassVar[tuple[str, ...]] = ("angle_a", "angle_f")
 
     locked: bool = True

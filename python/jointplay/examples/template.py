@@ -61,12 +61,14 @@ class Template:
             if not isinstance(value, bool):
                 raise InputError(f"true or false is needed, not {shown(value)}", file=cls.name, key=key)
             return value
-        lowest = "0 or more" if key in cls.may_vanish else "more than 0"
+        bound = ", 0 or more," if key in cls.may_vanish else ", more than 0,"
         is_number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-        if is_number and key in cls.signed:
-            return value
-        if not is_number or value < 0 or (value == 0 and key not in cls.may_vanish):
-            raise InputError(f"a number, {lowest}, is needed, not {shown(value)}", file=cls.name, key=key)
+        if key in cls.signed:
+            bound = ""
+        elif is_number and (value < 0 or (value == 0 and key not in cls.may_vanish)):
+            is_number = False
+        if not is_number:
+            raise InputError(f"a number{bound} is needed, not {shown(value)}", file=cls.name, key=key)
         return value
 
     def refuse(self, key: str, problem: str) -> InputError:
