@@ -332,6 +332,27 @@ def test_a_member_stays_what_it_is_in_a_copy() -> None:
     assert m.with_({"bodies.coupler.stiffness": None}).members == ()
 
 
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("bodies.coupler.stiffness", "N/mm"),
+        ("bodies.coupler.E", "N/mm^2"),
+        ("bodies.coupler.area", "mm^2"),
+        ("bodies.coupler.inertia", "mm^4"),
+        ("bodies.coupler.mass", "kg"),
+        ("joints.B.stiffness.radial", "N/mm"),
+        ("joints.clamp.stiffness.tilt", "N mm/deg"),
+    ],
+)
+def test_a_sweep_says_what_unit_a_value_has(key: str, unit: str) -> None:
+    text = HEAD + FOUR_BAR + "[bodies.coupler]\nE = 1e5\narea = 10\ninertia = 100\n"
+    text += pin("clamp", "rocker = [10, 10], tool = [0, 0]", "stiffness = { tilt = 500 }", "fixed")
+    m = jp.loads(text)
+    if key.endswith(".stiffness"):
+        m = m.with_({"bodies.coupler.area": None})
+    assert jp.sweep(m, key, [1000, 2000], question="solve")[key.rpartition(".")[2]].attrs["units"] == unit
+
+
 # -- mistakes ---------------------------------------------------------------------------------------------------------
 
 BAR = HEAD + pin("A", "ground = [0, 0], bar = [0, 0]", "GIVES") + pin("B", "ground = [9, 0], bar = [9, 0]")
