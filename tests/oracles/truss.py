@@ -68,7 +68,9 @@ class Truss:
                 lines.append(f"clearance = {{ radial = {float(self.radial[node])!r} }}")
         lines.append("[start]")
         for name, bar in self._named():
-            lines.append(f"{name} = {{ angle = {math.degrees(math.atan2(*self.vector(bar)[::-1]))!r} }}")
+            x, y = self.nodes[bar[0]]
+            angle = math.degrees(math.atan2(*self.vector(bar)[::-1]))
+            lines.append(f"{name} = {{ x = {x!r}, y = {y!r}, angle = {angle!r} }}")
         for name, bar in self._named():
             if name in self.deviation:
                 lines.append(f'[dimensions.long_{name}]\nbody = "{name}"\nbetween = ["{bar[0]}", "{bar[1]}"]')
