@@ -40,7 +40,6 @@ class Primal:
         self.link, self.q, self.unit, self.stiffness = link, q, unit, stiffness
         zero = dict.fromkeys(link.labels, 0.0)
         self.labels = link.labels
-        n = len(self.labels)
 
         def along(label: str) -> Array:
             return link.rows(q.astype(complex), drives, zero | {label: STEP * 1j}).imag / STEP
