@@ -36,8 +36,26 @@ const STILL: f64 = 1e-11;
 const SETTLED: f64 = 1e-8;
 /// Holds what no force moves, nor is held by any: such as play that the load does not push.
 const NOTHING: f64 = 1e-6;
-/// Halvings of a step.
-const HALVINGS: usize = 6;
+/// Ways to take a step, until one brings the conditions much nearer: parts of it, of which what leaves a set
+/// is projected back, or cut off where it leaves.
+const WAYS: [Way; 7] = [
+    Way::Projected(1.0),
+    Way::Cut,
+    Way::Projected(0.5),
+    Way::Projected(0.25),
+    Way::Projected(0.125),
+    Way::Projected(0.0625),
+    Way::Projected(0.03125),
+];
+
+/// A way to take a step.
+#[derive(Clone, Copy, Debug)]
+enum Way {
+    /// A part of it.
+    Projected(f64),
+    /// Each source as far as its set goes.
+    Cut,
+}
 
 /// The method with what it knows about how forces change.
 pub(crate) struct Newton<'s, 'm> {
@@ -127,7 +145,7 @@ impl<'s, 'm> Newton<'s, 'm> {
     }
 
     /// Brings contact and reactions to agree.
-    pub fn settle(mut self, mut at: Contact) -> Option<Contact> {
+    pub fn settle(self, mut at: Contact) -> Option<Contact> {
         let mut own = self.at(&at);
         for _ in 0..STEPS {
             let projected = self.projected(&own);
@@ -140,40 +158,41 @@ impl<'s, 'm> Newton<'s, 'm> {
                 return Some(at);
             }
             let step = self.step(&at, &own, &projected)?;
-            let mut part = 1.0;
             let mut best: Option<(f64, Contact, Own)> = None;
-            for _ in 0..HALVINGS {
-                if let Some(next) = self.moved(&at, &own, &step, part) {
-                    let tried = self.at(&next);
-                    let left_then = largest(&self.projected(&tried).residual);
-                    if best.as_ref().is_none_or(|(least, ..)| left_then < *least) {
-                        best = Some((left_then, next, tried));
-                    }
-                    if left_then < left {
-                        break;
-                    }
-                } else {
+            for way in WAYS {
+                let Some(next) = self.moved(&at, &own, &step, way) else {
                     at.blocked = true;
+                    continue;
+                };
+                let tried = self.at(&next);
+                let left_then = largest(&self.projected(&tried).residual);
+                if best.as_ref().is_none_or(|(least, ..)| left_then < *least) {
+                    best = Some((left_then, next, tried));
                 }
-                part *= 0.5;
+                if left_then < 0.5 * left {
+                    break;
+                }
             }
             let Some((least, next, tried)) = best else { break };
             if at.settled && least >= left {
                 break;
             }
-            let _ = &mut self;
             (at, own) = (next, tried);
         }
         Some(at)
     }
 
     /// The contact after a part of a step.
-    fn moved(&self, at: &Contact, own: &Own, step: &[f64], part: f64) -> Option<Contact> {
+    fn moved(&self, at: &Contact, own: &Own, step: &[f64], way: Way) -> Option<Contact> {
         let m = self.solver.mechanism;
         let mut inputs = at.state.inputs.clone();
         let mut first = 0;
         for (_, source) in self.sources() {
             let range = first..first + source.set.size();
+            let part = match way {
+                Way::Projected(part) => part,
+                Way::Cut => source.set.part_within(&own.y[range.clone()], &step[range.clone()]),
+            };
             let mut unit: Vec<f64> = range.clone().map(|k| own.y[k] + part * step[k]).collect();
             source.set.project_unit(&mut unit);
             for (p, offset) in source.range().zip(source.set.of_unit(&unit)) {

@@ -53,6 +53,16 @@ impl Set {
         }
     }
 
+    /// The part of a step from a point of the set, in own coordinates, that stays in it; round sets are left
+    /// at once by a step along them, which is taken whole.
+    #[must_use]
+    pub fn part_within(&self, unit: &[f64], step: &[f64]) -> f64 {
+        match self.shape() {
+            Shape::Tapered(tapered) => tapered.part_within(unit, step),
+            _ => 1.0,
+        }
+    }
+
     /// How the nearest point of the set moves where the point, in own coordinates, moves along a direction.
     pub fn project_unit_along(&self, unit: &[f64], direction: &mut [f64]) {
         match self.shape() {

@@ -166,6 +166,19 @@ impl Tapered {
         (self.of_unit(&face.middle()), face)
     }
 
+    /// Where `|x_k| + g_k |x_0|` comes to one first, for the coordinates across the axis and for the axis
+    /// itself. Each is convex along the step.
+    pub(super) fn part_within(&self, unit: &[f64], step: &[f64]) -> f64 {
+        let face = |k: usize, a: f64, b: f64| {
+            let g = if k == 0 { 0.0 } else { self.tapers[(k - 1) / 2] };
+            let (at, slope) = (a * unit[k] + b * g * unit[0], a * step[k] + b * g * step[0]);
+            // What is on the face already, up to rounding, and goes on outwards does not count as leaving it.
+            if slope > 0.0 && at + slope > 1.0 && at < 1.0 - 1e-9 { (1.0 - at) / slope } else { 1.0 }
+        };
+        let signs = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+        (0..=2 * self.n).flat_map(|k| signs.map(|(a, b)| face(k, a, b))).fold(1.0, f64::min)
+    }
+
     /// Variances of the components.
     pub(super) fn variances(&self, law: Law) -> [f64; MAX_SIZE] {
         let (along, across) = law::tapered_variances(law, &self.tapers[..self.n]);
