@@ -19,9 +19,11 @@
 //! Where two corners compete, or a pin floats, z lies within a face, and the step looks for the place on it
 //! where the forces balance. The derivative ds/dy is taken by differences along the coordinates that move.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::{MAX_SIZE, Mute};
+use crate::clearance::{MAX_SIZE, Mute, inner};
 use crate::contact::Contact;
 use crate::mechanism::Source;
 use crate::solver::{Linearised, Solver, State};
@@ -36,17 +38,13 @@ const STILL: f64 = 1e-11;
 const SETTLED: f64 = 1e-8;
 /// Holds what no force moves, nor is held by any: such as play that the load does not push.
 const NOTHING: f64 = 1e-6;
-/// Ways to take a step, until one brings the conditions much nearer: parts of it, of which what leaves a set
+/// Step along a force that leads to the support point.
+const FAR: f64 = 1e6;
+/// A step that leaves no more than this part of what was left is good.
+const NEARER: f64 = 0.3;
+/// Ways to take a step, until one is good: parts of it, of which what leaves a set
 /// is projected back, or cut off where it leaves.
-const WAYS: [Way; 7] = [
-    Way::Projected(1.0),
-    Way::Cut,
-    Way::Projected(0.5),
-    Way::Projected(0.25),
-    Way::Projected(0.125),
-    Way::Projected(0.0625),
-    Way::Projected(0.03125),
-];
+const WAYS: [Way; 2] = [Way::Projected(1.0), Way::Cut];
 
 /// A way to take a step.
 #[derive(Clone, Copy, Debug)]
@@ -65,6 +63,15 @@ pub(crate) struct Newton<'s, 'm> {
     stiffness: Vec<f64>,
 }
 
+/// How forces change along the coordinates that have moved so far. Since the play is small they hardly
+/// change themselves, and serve for many steps.
+#[derive(Default)]
+struct Bends {
+    columns: BTreeMap<usize, Vec<f64>>,
+    /// Whether no step has been taken since they were found.
+    fresh: bool,
+}
+
 /// Own coordinates and the forces along them.
 struct Own {
     y: Vec<f64>,
@@ -73,10 +80,13 @@ struct Own {
 
 /// What the projection makes of a point.
 struct Projected {
-    /// The point.
-    z: Vec<f64>,
     /// What is left to go to its projection.
     residual: Vec<f64>,
+    /// Step length along the force, per coordinate.
+    t: Vec<f64>,
+    /// Derivative of the projection: a row per coordinate, with the first coordinate of its source; none
+    /// where it is zero.
+    gives: Vec<Option<(usize, [f64; MAX_SIZE])>>,
 }
 
 impl<'s, 'm> Newton<'s, 'm> {
@@ -127,37 +137,45 @@ impl<'s, 'm> Newton<'s, 'm> {
     }
 
     fn projected(&self, own: &Own) -> Projected {
-        let mut z = own.y.clone();
-        let mut first = 0;
-        let mut residual = Vec::with_capacity(z.len());
+        let n = own.y.len();
+        let mut projected = Projected { residual: Vec::with_capacity(n), t: Vec::with_capacity(n), gives: vec![None; n] };
         for (k, source) in self.sources() {
-            let range = first..first + source.set.size();
+            let (first, size) = (projected.t.len(), source.set.size());
             let t = 1.0 / self.stiffness[k].max(f64::MIN_POSITIVE.sqrt());
-            z[range.clone()].iter_mut().zip(&own.s[range.clone()]).for_each(|(z, s)| *z += t * s);
-            let mut point = [0.0; MAX_SIZE];
-            let point = &mut point[..source.set.size()];
-            point.copy_from_slice(&z[range.clone()]);
-            source.set.project_unit(point);
-            residual.extend(point.iter().zip(&own.y[range.clone()]).map(|(p, y)| p - y));
-            first = range.end;
+            projected.t.resize(first + size, t);
+            let z: [f64; MAX_SIZE] =
+                std::array::from_fn(|k| if k < size { own.y[first + k] + t * own.s[first + k] } else { 0.0 });
+            let mut point = z;
+            source.set.project_unit(&mut point[..size]);
+            projected.residual.extend((0..size).map(|k| point[k] - own.y[first + k]));
+            for column in 0..size {
+                let mut along = [0.0; MAX_SIZE];
+                along[column] = 1.0;
+                source.set.project_unit_along(&z[..size], &mut along[..size]);
+                for (row, a) in along.into_iter().enumerate().filter(|(_, a)| *a != 0.0) {
+                    projected.gives[first + row].get_or_insert((first, [0.0; MAX_SIZE])).1[column] = a;
+                }
+            }
         }
-        Projected { z, residual }
+        projected
     }
 
     /// Brings contact and reactions to agree.
-    pub fn settle(self, mut at: Contact) -> Option<Contact> {
+    pub fn settle(&self, mut at: Contact) -> Option<Contact> {
         let mut own = self.at(&at);
+        let mut bends = Bends::default();
         for _ in 0..STEPS {
             let projected = self.projected(&own);
             let left = largest(&projected.residual);
             at.settled = left <= SETTLED;
-            if std::env::var("DBG").is_ok() {
-                eprintln!("newton {} left {left:e}", at.steps);
-            }
             if left <= STILL {
                 return Some(at);
             }
-            let step = self.step(&at, &own, &projected)?;
+            let step = self.step(&at, &own, projected, &mut bends)?;
+            let dbg = std::env::var("DBG").is_ok();
+            if dbg {
+                eprintln!("left {left:e} fresh {} columns {}", bends.fresh, bends.columns.len());
+            }
             let mut best: Option<(f64, Contact, Own)> = None;
             for way in WAYS {
                 let Some(next) = self.moved(&at, &own, &step, way) else {
@@ -166,18 +184,26 @@ impl<'s, 'm> Newton<'s, 'm> {
                 };
                 let tried = self.at(&next);
                 let left_then = largest(&self.projected(&tried).residual);
+                if dbg { eprintln!("   {way:?} {left_then:e}"); }
                 if best.as_ref().is_none_or(|(least, ..)| left_then < *least) {
                     best = Some((left_then, next, tried));
                 }
-                if left_then < 0.5 * left {
+                // With differences of an earlier step, new ones come before shorter steps.
+                if left_then < NEARER * left || !bends.fresh {
                     break;
                 }
             }
             let Some((least, next, tried)) = best else { break };
-            if at.settled && least >= left {
-                break;
+            if least < NEARER * left || bends.fresh {
+                if at.settled && least >= left {
+                    break;
+                }
+                (at, own) = (next, tried);
             }
-            (at, own) = (next, tried);
+            bends.fresh = false;
+            if least >= NEARER * left {
+                bends = Bends::default();
+            }
         }
         Some(at)
     }
@@ -206,47 +232,68 @@ impl<'s, 'm> Newton<'s, 'm> {
     }
 
     /// Newton's step.
-    fn step(&self, at: &Contact, own: &Own, projected: &Projected) -> Option<Vec<f64>> {
-        let n = own.y.len();
-        let moves: Vec<bool> = {
-            let mut moves = vec![false; n];
-            let mut first = 0;
-            for (_, source) in self.sources() {
-                let range = first..first + source.set.size();
-                let z = &projected.z[range.clone()];
-                for k in 0..source.set.size() {
-                    let mut unit = [0.0; MAX_SIZE];
-                    unit[k] = 1.0;
-                    source.set.project_unit_along(z, &mut unit[..source.set.size()]);
-                    for (j, u) in unit[..source.set.size()].iter().enumerate() {
-                        moves[first + j] |= *u != 0.0;
+    fn step(&self, at: &Contact, own: &Own, mut projected: Projected, bends: &mut Bends) -> Option<Vec<f64>> {
+        let linearised = self.solver.linearise(&at.state)?;
+        bends.fresh = bends.columns.is_empty();
+        loop {
+            let n = own.y.len();
+            let moving: Vec<usize> =
+                (0..n).filter(|&k| projected.gives[k].is_some() || projected.residual[k] != 0.0).collect();
+            let mut matrix = DMatrix::<f64>::identity(moving.len(), moving.len());
+            for (c, &column) in moving.iter().enumerate() {
+                if !bends.columns.contains_key(&column) {
+                    let bend = self.bend(&linearised, at, own, column)?; bends.columns.insert(column, bend);
+                }
+                let bend = &bends.columns[&column];
+                for (r, &row) in moving.iter().enumerate() {
+                    let Some((first, gives)) = projected.gives[row] else { continue };
+                    let t = projected.t[row];
+                    for (k, b) in gives.iter().enumerate() {
+                        matrix[(r, c)] -= b * (t * bend[first + k] + f64::from(first + k == column));
                     }
                 }
-                first = range.end;
             }
-            moves.iter().zip(&projected.residual).map(|(m, r)| *m || *r != 0.0).collect()
-        };
-        let linearised = self.solver.linearise(&at.state)?;
-        let moving: Vec<usize> = (0..n).filter(|&k| moves[k]).collect();
-        let mut matrix = DMatrix::identity(moving.len(), moving.len());
-        for (c, &column) in moving.iter().enumerate() {
-            let bend = self.bend(&linearised, at, own, column)?;
-            let mut along = Vec::with_capacity(n);
-            for (k, source) in self.sources() {
-                let range = along.len()..along.len() + source.set.size();
-                let t = 1.0 / self.stiffness[k].max(f64::MIN_POSITIVE.sqrt());
-                along.extend(range.clone().map(|i| t * bend[i] + f64::from(u8::from(i == column))));
-                source.set.project_unit_along(&projected.z[range.clone()], &mut along[range]);
-            }
-            for (r, &row) in moving.iter().enumerate() {
-                matrix[(r, c)] -= along[row];
+            let right = DVector::from_iterator(moving.len(), moving.iter().map(|&k| projected.residual[k]));
+            // Least squares, held by a little: what no force moves, nor any holds, stays.
+            let transposed = matrix.transpose();
+            let mut normal = &transposed * matrix;
+            (0..moving.len()).for_each(|k| normal[(k, k)] += NOTHING * NOTHING);
+            let solved = normal.cholesky()?.solve(&(transposed * right));
+            let mut step = vec![0.0; n];
+            moving.iter().zip(solved.iter()).for_each(|(&k, s)| step[k] = *s);
+            if !self.jumps(own, &step, &mut projected) {
+                return Some(step);
             }
         }
-        let right = DVector::from_iterator(moving.len(), moving.iter().map(|&k| projected.residual[k]));
-        let solved = matrix.svd(true, true).solve(&right, NOTHING).ok()?;
-        let mut step = vec![0.0; n];
-        moving.iter().zip(solved.iter()).for_each(|(&k, s)| step[k] = *s);
-        Some(step)
+    }
+
+    /// Sends on to their support points the sources whose balance lies behind them: it would push away what
+    /// comes near it. Tells whether there are any.
+    fn jumps(&self, own: &Own, step: &[f64], projected: &mut Projected) -> bool {
+        let mut any = false;
+        let mut first = 0;
+        for (_, source) in self.sources() {
+            let range = first..first + source.set.flat_sided();
+            first += source.set.size();
+            let residual = &mut projected.residual[range.clone()];
+            if largest(residual) < SETTLED || inner(residual, &step[range.clone()]) >= 0.0 {
+                continue;
+            }
+            if projected.gives[range.clone()].iter().all(Option::is_none) {
+                continue;
+            }
+            any = true;
+            projected.gives[range.clone()].fill(None);
+            let mut far = [0.0; MAX_SIZE];
+            let far = &mut far[..source.set.size()];
+            let size = largest(&own.s[range.clone()]);
+            for (far, i) in far.iter_mut().zip(range.clone()) {
+                *far = own.y[i] + FAR * own.s[i] / size;
+            }
+            source.set.project_unit(far);
+            residual.iter_mut().zip(far.iter_mut().zip(&own.y[range])).for_each(|(r, (f, y))| *r = *f - y);
+        }
+        any
     }
 
     /// How the forces change along one coordinate.
