@@ -20,6 +20,7 @@
 //! where the forces balance. The derivative ds/dy is taken by differences along the coordinates that move.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -42,18 +43,8 @@ const NOTHING: f64 = 1e-6;
 const FAR: f64 = 1e6;
 /// A step that leaves no more than this part of what was left is good.
 const NEARER: f64 = 0.3;
-/// Ways to take a step, until one is good: parts of it, of which what leaves a set
-/// is projected back, or cut off where it leaves.
-const WAYS: [Way; 2] = [Way::Projected(1.0), Way::Cut];
-
-/// A way to take a step.
-#[derive(Clone, Copy, Debug)]
-enum Way {
-    /// A part of it.
-    Projected(f64),
-    /// Each source as far as its set goes.
-    Cut,
-}
+/// Steps that one set of differences serves. Since the play is small they hardly change.
+const RENEWED: usize = 10;
 
 /// The method with what it knows about how forces change.
 pub(crate) struct Newton<'s, 'm> {
@@ -63,14 +54,8 @@ pub(crate) struct Newton<'s, 'm> {
     stiffness: Vec<f64>,
 }
 
-/// How forces change along the coordinates that have moved so far. Since the play is small they hardly
-/// change themselves, and serve for many steps.
-#[derive(Default)]
-struct Bends {
-    columns: BTreeMap<usize, Vec<f64>>,
-    /// Whether no step has been taken since they were found.
-    fresh: bool,
-}
+/// How forces change along the coordinates that have moved so far.
+type Bends = BTreeMap<usize, Vec<f64>>;
 
 /// Own coordinates and the forces along them.
 struct Own {
@@ -163,63 +148,52 @@ impl<'s, 'm> Newton<'s, 'm> {
     /// Brings contact and reactions to agree.
     pub fn settle(&self, mut at: Contact) -> Option<Contact> {
         let mut own = self.at(&at);
-        let mut bends = Bends::default();
-        for _ in 0..STEPS {
+        let mut bends = BTreeMap::new();
+        for number in 0..STEPS {
             let projected = self.projected(&own);
             let left = largest(&projected.residual);
             at.settled = left <= SETTLED;
             if left <= STILL {
-                return Some(at);
+                break;
+            }
+            if number % RENEWED == 0 {
+                bends.clear();
             }
             let step = self.step(&at, &own, projected, &mut bends)?;
-            let dbg = std::env::var("DBG").is_ok();
-            if dbg {
-                eprintln!("left {left:e} fresh {} columns {}", bends.fresh, bends.columns.len());
-            }
             let mut best: Option<(f64, Contact, Own)> = None;
-            for way in WAYS {
-                let Some(next) = self.moved(&at, &own, &step, way) else {
+            for cut in [false, true] {
+                let Some(next) = self.moved(&at, &own, &step, cut) else {
                     at.blocked = true;
                     continue;
                 };
                 let tried = self.at(&next);
                 let left_then = largest(&self.projected(&tried).residual);
-                if dbg { eprintln!("   {way:?} {left_then:e}"); }
                 if best.as_ref().is_none_or(|(least, ..)| left_then < *least) {
                     best = Some((left_then, next, tried));
                 }
-                // With differences of an earlier step, new ones come before shorter steps.
-                if left_then < NEARER * left || !bends.fresh {
+                if left_then < NEARER * left {
                     break;
                 }
             }
             let Some((least, next, tried)) = best else { break };
-            if least < NEARER * left || bends.fresh {
-                if at.settled && least >= left {
-                    break;
-                }
-                (at, own) = (next, tried);
+            if at.settled && least >= left {
+                break;
             }
-            bends.fresh = false;
-            if least >= NEARER * left {
-                bends = Bends::default();
-            }
+            (at, own) = (next, tried);
         }
         Some(at)
     }
 
-    /// The contact after a part of a step.
-    fn moved(&self, at: &Contact, own: &Own, step: &[f64], way: Way) -> Option<Contact> {
+    /// The contact after a step; what leaves a set is projected back, or cut off where it leaves.
+    fn moved(&self, at: &Contact, own: &Own, step: &[f64], cut: bool) -> Option<Contact> {
         let m = self.solver.mechanism;
         let mut inputs = at.state.inputs.clone();
         let mut first = 0;
         for (_, source) in self.sources() {
             let range = first..first + source.set.size();
-            let part = match way {
-                Way::Projected(part) => part,
-                Way::Cut => source.set.part_within(&own.y[range.clone()], &step[range.clone()]),
-            };
-            let mut unit: Vec<f64> = range.clone().map(|k| own.y[k] + part * step[k]).collect();
+            let [from, step] = [&own.y[range.clone()], &step[range.clone()]];
+            let part = if cut { source.set.part_within(from, step) } else { 1.0 };
+            let mut unit: Vec<f64> = from.iter().zip(step).map(|(y, d)| y + part * d).collect();
             source.set.project_unit(&mut unit);
             for (p, offset) in source.range().zip(source.set.of_unit(&unit)) {
                 inputs.parameters[p] = m.centre[p] + offset;
@@ -234,17 +208,16 @@ impl<'s, 'm> Newton<'s, 'm> {
     /// Newton's step.
     fn step(&self, at: &Contact, own: &Own, mut projected: Projected, bends: &mut Bends) -> Option<Vec<f64>> {
         let linearised = self.solver.linearise(&at.state)?;
-        bends.fresh = bends.columns.is_empty();
         loop {
             let n = own.y.len();
             let moving: Vec<usize> =
-                (0..n).filter(|&k| projected.gives[k].is_some() || projected.residual[k] != 0.0).collect();
+                (0..n).filter(|&k| projected.gives[k].is_some() || projected.residual[k].abs() > 0.1 * STILL).collect();
             let mut matrix = DMatrix::<f64>::identity(moving.len(), moving.len());
             for (c, &column) in moving.iter().enumerate() {
-                if !bends.columns.contains_key(&column) {
-                    let bend = self.bend(&linearised, at, own, column)?; bends.columns.insert(column, bend);
+                if !bends.contains_key(&column) {
+                    bends.insert(column, self.bend(&linearised, at, own, column)?);
                 }
-                let bend = &bends.columns[&column];
+                let bend = &bends[&column];
                 for (r, &row) in moving.iter().enumerate() {
                     let Some((first, gives)) = projected.gives[row] else { continue };
                     let t = projected.t[row];
@@ -253,47 +226,54 @@ impl<'s, 'm> Newton<'s, 'm> {
                     }
                 }
             }
-            let right = DVector::from_iterator(moving.len(), moving.iter().map(|&k| projected.residual[k]));
             // Least squares, held by a little: what no force moves, nor any holds, stays.
             let transposed = matrix.transpose();
             let mut normal = &transposed * matrix;
             (0..moving.len()).for_each(|k| normal[(k, k)] += NOTHING * NOTHING);
-            let solved = normal.cholesky()?.solve(&(transposed * right));
-            let mut step = vec![0.0; n];
-            moving.iter().zip(solved.iter()).for_each(|(&k, s)| step[k] = *s);
-            if !self.jumps(own, &step, &mut projected) {
-                return Some(step);
+            let factors = normal.cholesky()?;
+            let solve = |residual: &dyn Fn(usize) -> f64| {
+                let right = DVector::from_iterator(moving.len(), moving.iter().map(|&k| residual(k)));
+                let mut step = vec![0.0; n];
+                moving.iter().zip(factors.solve(&(&transposed * right)).iter()).for_each(|(&k, s)| step[k] = *s);
+                step
+            };
+            let repelled = self.repelled(&projected, solve);
+            if repelled.is_empty() {
+                return Some(solve(&|k| projected.residual[k]));
+            }
+            for (source, range) in repelled {
+                projected.gives[range.clone()].fill(None);
+                let size = largest(&own.s[range.clone()]);
+                let mut far = [0.0; MAX_SIZE];
+                far.iter_mut().zip(range.clone()).for_each(|(far, i)| *far = own.y[i] + FAR * own.s[i] / size);
+                source.set.project_unit(&mut far[..source.set.size()]);
+                range.zip(far).for_each(|(i, far)| projected.residual[i] = far - own.y[i]);
             }
         }
     }
 
-    /// Sends on to their support points the sources whose balance lies behind them: it would push away what
-    /// comes near it. Tells whether there are any.
-    fn jumps(&self, own: &Own, step: &[f64], projected: &mut Projected) -> bool {
-        let mut any = false;
+    /// The sources that are not where their forces balance, and would be pushed away from there when they
+    /// came near: what they ask for alone would lead them against their force.
+    fn repelled(
+        &self,
+        projected: &Projected,
+        solve: impl Fn(&dyn Fn(usize) -> f64) -> Vec<f64>,
+    ) -> Vec<(&'m Source, Range<usize>)> {
         let mut first = 0;
+        let mut repelled = Vec::new();
         for (_, source) in self.sources() {
             let range = first..first + source.set.flat_sided();
             first += source.set.size();
-            let residual = &mut projected.residual[range.clone()];
-            if largest(residual) < SETTLED || inner(residual, &step[range.clone()]) >= 0.0 {
+            let residual = &projected.residual[range.clone()];
+            if largest(residual) < SETTLED || projected.gives[range.clone()].iter().all(Option::is_none) {
                 continue;
             }
-            if projected.gives[range.clone()].iter().all(Option::is_none) {
-                continue;
+            let step = solve(&|k| if range.contains(&k) { projected.residual[k] } else { 0.0 });
+            if inner(residual, &step[range.clone()]) < 0.0 {
+                repelled.push((source, range));
             }
-            any = true;
-            projected.gives[range.clone()].fill(None);
-            let mut far = [0.0; MAX_SIZE];
-            let far = &mut far[..source.set.size()];
-            let size = largest(&own.s[range.clone()]);
-            for (far, i) in far.iter_mut().zip(range.clone()) {
-                *far = own.y[i] + FAR * own.s[i] / size;
-            }
-            source.set.project_unit(far);
-            residual.iter_mut().zip(far.iter_mut().zip(&own.y[range])).for_each(|(r, (f, y))| *r = *f - y);
         }
-        any
+        repelled
     }
 
     /// How the forces change along one coordinate.
