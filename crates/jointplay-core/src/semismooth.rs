@@ -221,8 +221,8 @@ impl<'s, 'm> Newton<'s, 'm> {
                 for (r, &row) in moving.iter().enumerate() {
                     let Some((first, gives)) = projected.gives[row] else { continue };
                     let t = projected.t[row];
-                    for (k, b) in gives.iter().enumerate() {
-                        matrix[(r, c)] -= b * (t * bend[first + k] + f64::from(first + k == column));
+                    for ((k, bend), give) in bend.iter().enumerate().skip(first).zip(gives) {
+                        matrix[(r, c)] -= give * (t * bend + f64::from(k == column));
                     }
                 }
             }
