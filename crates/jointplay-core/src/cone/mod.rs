@@ -21,6 +21,7 @@
 
 mod answer;
 mod face;
+pub mod lanes;
 mod own;
 mod sets;
 mod single;
@@ -40,6 +41,26 @@ pub enum Kind {
     /// Elastic: the displacement is this compliance times the force; row-major, symmetric, positive
     /// semidefinite.
     Spring(Vec<f64>),
+}
+
+impl Kind {
+    /// Number of components.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        match self {
+            Self::Clearance(set) | Self::Fixed(set) => set.size(),
+            Self::Spring(compliance) => compliance.len().isqrt(),
+        }
+    }
+
+    /// The set of offsets, where there is one.
+    #[must_use]
+    pub const fn set(&self) -> Option<&Set> {
+        match self {
+            Self::Clearance(set) | Self::Fixed(set) => Some(set),
+            Self::Spring(_) => None,
+        }
+    }
 }
 
 /// Displacements of one joint, or of one elastic part.

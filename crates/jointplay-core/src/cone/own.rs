@@ -93,6 +93,11 @@ impl Own {
         &self.columns[..self.n]
     }
 
+    /// One of the bodies, of which there are three at most.
+    pub const fn atom(&self, k: usize) -> Option<Atom> {
+        self.atoms[k]
+    }
+
     /// The bodies, each with its first coordinate.
     pub fn atoms(&self) -> impl Iterator<Item = (usize, Atom)> {
         let mut next = 0;

@@ -1,0 +1,400 @@
+//! Mehrotra's predictor-corrector method (SIAM J. Optim. 2, 1992, 575) on eight programs at a time.
+//!
+//! In coordinates p of the sets and with the deformations of the springs eliminated, a program is
+//!
+//! minimise `c . p + 1/2 y' S y`  subject to  `E p + S y = f`,  `tau h - G p` in K
+//!
+//! with the multipliers y, `S` the springs' compliance as the equations see it, and `tau = 1`; or `c = 0`,
+//! `S = 0` and a variable factor tau that is minimised. A step of Newton's method on the conditions for an
+//! optimum, scaled as Nesterov and Todd do, is eliminated down to as many unknowns as there are equations:
+//!
+//! `(E H^-1 E' + S + q q' / k) dy = f - E p - S y + E H^-1 d + q a / k`
+//!
+//! with `H = G' W^-2 G`, `d = c - E' y + G' r` for the correction r, and for a variable factor `q = E x`,
+//! `x = H^-1 G' W^-2 h`, `k = h' W^-2 h - x' H x + l_t / tau`, `a = 1 + x . d - h . r - r_t`. All programs
+//! do the same operations; one that has come to an end keeps what it has.
+
+use super::cones::Cone;
+use super::normal::{factor, products, solve};
+use super::vector::{Choice, V, dot};
+use crate::batch::simd::Kernel;
+
+/// Iterations at most: eight programs are rarely done after more than 16.
+const ITERATIONS: usize = 32;
+/// Gap, in units of energy or of the factor, at which a program has come to an end.
+const GAP: V = V::splat(1e-12);
+/// Largest residual at the end, in the same units and in those of the equations.
+const RESIDUAL: V = V::splat(1e-11);
+/// A gap that is no number any more, or on its way there.
+const LOST: V = V::splat(1e30);
+/// Part of the way to the boundary that a step goes.
+const STEP: V = V::splat(0.99);
+
+/// The numbers of eight programs.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Data {
+    /// Number of equations.
+    pub s: usize,
+    /// Number of coordinates.
+    pub n: usize,
+    /// Coefficients of the coordinates in the equations, equation by equation.
+    pub e: Vec<V>,
+    /// What the springs add to the normal equations; empty without springs.
+    pub springs: Vec<V>,
+    pub right: Vec<V>,
+    pub cost: Vec<V>,
+    pub sizes: Vec<V>,
+}
+
+/// Iterates and intermediate results, kept between calls for their memory.
+#[derive(Clone, Debug, Default)]
+pub(super) struct State {
+    pub p: Vec<V>,
+    pub y: Vec<V>,
+    /// The factor on the clearances and the multiplier of `tau >= 0`.
+    pub factor: V,
+    factor_multiplier: V,
+    /// `1 / k`.
+    per_stiffness: V,
+    s: Vec<V>,
+    l: Vec<V>,
+    ds: Vec<V>,
+    dl: Vec<V>,
+    correction: Vec<V>,
+    scaling: Vec<V>,
+    /// `E H^-1`.
+    g: Vec<V>,
+    matrix: Vec<V>,
+    /// `E' y`.
+    pulled: Vec<V>,
+    d: Vec<V>,
+    dp: Vec<V>,
+    dy: Vec<V>,
+    /// `x` and `q` of a variable factor.
+    follow: Vec<V>,
+    q: Vec<V>,
+    residual: Vec<V>,
+}
+
+impl Default for V {
+    fn default() -> Self {
+        Self::ZERO
+    }
+}
+
+/// Solves eight programs.
+pub(super) struct Solve<'a> {
+    pub cones: &'a [Cone],
+    pub data: &'a Data,
+    pub state: &'a mut State,
+    /// Whether the factor on the clearances is minimised.
+    pub variable: bool,
+}
+
+impl Kernel for Solve<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run(mut self) -> usize {
+        self.start();
+        let mut open = Choice::ALL;
+        for iteration in 0..ITERATIONS {
+            open = open.and(self.judge());
+            if !open.any() {
+                return iteration;
+            }
+            self.scale();
+            self.state.correction.fill(V::ZERO);
+            let (limit, factor_step) = self.step(V::ZERO);
+            let longest = V::ONE / limit.max(V::ONE);
+            let rest = V::ONE - longest;
+            let centre = rest * rest * rest * self.mean();
+            self.correct(centre);
+            let factor_correction = self.correct_factor(factor_step, centre);
+            let (limit, factor_step) = self.step(factor_correction);
+            let length = STEP / limit.max(STEP);
+            self.advance(length, factor_step, factor_correction, open);
+        }
+        ITERATIONS
+    }
+}
+
+/// The numbers of one cone in an array.
+macro_rules! of {
+    ($cone:ident, $array:expr, slots) => {
+        $array[$cone.slot..$cone.slot + $cone.slots()]
+    };
+    ($cone:ident, $array:expr, coordinates) => {
+        $array[$cone.first..$cone.first + $cone.dimension()]
+    };
+    ($cone:ident, $array:expr, scaling) => {
+        $array[$cone.data..$cone.data + $cone.data_size()]
+    };
+    ($cone:ident, $array:expr, sizes) => {
+        $array[$cone.size..$cone.size + $cone.sizes()]
+    };
+}
+
+impl Solve<'_> {
+    /// A point inside all sets, and multipliers near the middle of theirs.
+    #[inline(always)]
+    fn start(&mut self) {
+        let (s, n) = (self.data.s, self.data.n);
+        let slots = self.cones.iter().map(Cone::slots).sum();
+        let scaling = self.cones.iter().map(Cone::data_size).sum();
+        let st = &mut *self.state;
+        for (array, size) in [
+            (&mut st.p, n),
+            (&mut st.y, s),
+            (&mut st.s, slots),
+            (&mut st.l, slots),
+            (&mut st.ds, slots),
+            (&mut st.dl, slots),
+            (&mut st.correction, slots),
+            (&mut st.scaling, scaling),
+            (&mut st.g, s * n),
+            (&mut st.matrix, s * s),
+            (&mut st.pulled, n),
+            (&mut st.d, n),
+            (&mut st.dp, n),
+            (&mut st.dy, s),
+            (&mut st.follow, n),
+            (&mut st.q, s),
+            (&mut st.residual, s),
+        ] {
+            array.clear();
+            array.resize(size, V::ZERO);
+        }
+        let degree: usize = self.cones.iter().map(Cone::degree).sum();
+        // The multipliers of a variable factor add up to one.
+        let (factor, multiplier) =
+            if self.variable { (V::splat(2.0), V::splat(1.0 / (1.0 + degree as f64))) } else { (V::ONE, V::ONE) };
+        st.factor = factor;
+        st.factor_multiplier = multiplier;
+        for cone in self.cones {
+            let sizes = &of!(cone, self.data.sizes, sizes);
+            let factor = if cone.scaled { factor } else { V::ONE };
+            let p = &mut of!(cone, st.p, coordinates);
+            cone.start(sizes, factor, p);
+            cone.slack(sizes, p, factor, &mut of!(cone, st.s, slots));
+            let l = &mut of!(cone, st.l, slots);
+            if cone.degree() == 1 { l[0] = multiplier } else { l.fill(multiplier) }
+        }
+    }
+
+    /// The sum of slacks times multipliers.
+    #[inline(always)]
+    fn gap(&self) -> V {
+        let gap = dot(&self.state.s, &self.state.l);
+        if self.variable { self.state.factor.times_plus(self.state.factor_multiplier, gap) } else { gap }
+    }
+
+    #[inline(always)]
+    fn mean(&self) -> V {
+        let degree: usize = self.cones.iter().map(Cone::degree).sum();
+        self.gap() * V::splat(1.0 / (degree + usize::from(self.variable)) as f64)
+    }
+
+    /// Residuals; the programs that have not come to an end.
+    #[inline(always)]
+    fn judge(&mut self) -> Choice {
+        let (data, n) = (self.data, self.data.n);
+        let st = &mut *self.state;
+        st.pulled.fill(V::ZERO);
+        for (row, y) in data.e.chunks_exact(n).zip(&st.y) {
+            for (pulled, e) in st.pulled.iter_mut().zip(row) {
+                *pulled = e.times_plus(*y, *pulled);
+            }
+        }
+        let mut worst = V::ZERO;
+        for (i, row) in data.e.chunks_exact(n).enumerate() {
+            let mut left = data.right[i] - dot(row, &st.p);
+            if !data.springs.is_empty() {
+                left = left - dot(&data.springs[i * data.s..(i + 1) * data.s], &st.y);
+            }
+            st.residual[i] = left;
+            worst = left.abs().max(worst);
+        }
+        let mut factor_left = V::ONE - st.factor_multiplier;
+        for cone in self.cones {
+            let sizes = &of!(cone, data.sizes, sizes);
+            let l = &of!(cone, st.l, slots);
+            let d = &mut of!(cone, st.d, coordinates);
+            cone.pull(sizes, l, d);
+            for (k, d) in d.iter().enumerate() {
+                let at = cone.first + k;
+                worst = (data.cost[at] - st.pulled[at] + *d).abs().max(worst);
+            }
+            if cone.scaled {
+                for (slot, l) in l.iter().enumerate() {
+                    factor_left = cone.bound(sizes, slot).times_from(*l, factor_left);
+                }
+            }
+        }
+        if self.variable {
+            worst = factor_left.abs().max(worst);
+        }
+        let size = if self.variable { self.state.factor } else { dot(&data.cost, &self.state.p).abs() };
+        let gap = self.gap();
+        let done = gap.below(GAP * (V::ONE + size)).and(worst.below(RESIDUAL * (V::ONE + size)));
+        done.not().and(gap.below(LOST))
+    }
+
+    /// Scaling, and the factored normal equations.
+    #[inline(always)]
+    fn scale(&mut self) {
+        let (data, s, n) = (self.data, self.data.s, self.data.n);
+        let st = &mut *self.state;
+        let mut stiffness = st.factor_multiplier / st.factor;
+        for cone in self.cones {
+            let sizes = &of!(cone, data.sizes, sizes);
+            let scaling = &mut of!(cone, st.scaling, scaling);
+            cone.scale(sizes, &of!(cone, st.s, slots), &of!(cone, st.l, slots), scaling);
+            for i in 0..s {
+                let at = i * n + cone.first..i * n + cone.first + cone.dimension();
+                cone.inverse(scaling, &data.e[at.clone()], &mut st.g[at]);
+            }
+            if self.variable && cone.scaled {
+                stiffness = stiffness + cone.follow(sizes, scaling, &mut of!(cone, st.follow, coordinates));
+            }
+        }
+        products(n, &st.g, &data.e, &data.springs, &mut st.matrix);
+        if self.variable {
+            let per = V::ONE / stiffness;
+            st.per_stiffness = per;
+            for i in 0..s {
+                st.q[i] = dot(&data.e[i * n..(i + 1) * n], &st.follow);
+            }
+            for i in 0..s {
+                let part = per * st.q[i];
+                for j in 0..=i {
+                    st.matrix[i * s + j] = part.times_plus(st.q[j], st.matrix[i * s + j]);
+                }
+            }
+        }
+        factor(s, &mut st.matrix);
+    }
+
+    /// The step with the correction at hand: the inverse of its longest length, and that of the factor.
+    #[inline(always)]
+    fn step(&mut self, factor_correction: V) -> (V, V) {
+        let (data, s, n) = (self.data, self.data.s, self.data.n);
+        let st = &mut *self.state;
+        let mut a = V::ONE - factor_correction;
+        for cone in self.cones {
+            let sizes = &of!(cone, data.sizes, sizes);
+            let correction = &of!(cone, st.correction, slots);
+            let d = &mut of!(cone, st.d, coordinates);
+            cone.pull(sizes, correction, d);
+            for (k, d) in d.iter_mut().enumerate() {
+                let at = cone.first + k;
+                *d = data.cost[at] - st.pulled[at] + *d;
+            }
+            if self.variable && cone.scaled {
+                for (slot, r) in correction.iter().enumerate() {
+                    a = cone.bound(sizes, slot).times_from(*r, a);
+                }
+            }
+        }
+        if self.variable {
+            a = a + dot(&st.follow, &st.d);
+        }
+        for i in 0..s {
+            st.dy[i] = st.residual[i] + dot(&st.g[i * n..(i + 1) * n], &st.d);
+            if self.variable {
+                st.dy[i] = st.q[i].times_plus(a * st.per_stiffness, st.dy[i]);
+            }
+        }
+        solve(s, &st.matrix, &mut st.dy);
+        let factor_step = if self.variable { (dot(&st.q, &st.dy) - a) * st.per_stiffness } else { V::ZERO };
+        // E' dy - d, and the coordinates from it.
+        for d in &mut st.d {
+            *d = -*d;
+        }
+        for (row, dy) in data.e.chunks_exact(n).zip(&st.dy) {
+            for (d, e) in st.d.iter_mut().zip(row) {
+                *d = e.times_plus(*dy, *d);
+            }
+        }
+        let mut limit = V::ZERO;
+        for cone in self.cones {
+            let sizes = &of!(cone, data.sizes, sizes);
+            let scaling = &of!(cone, st.scaling, scaling);
+            let dp = &mut of!(cone, st.dp, coordinates);
+            cone.inverse(scaling, &of!(cone, st.d, coordinates), dp);
+            let mut factor = V::ZERO;
+            if self.variable && cone.scaled {
+                factor = factor_step;
+                for (k, dp) in dp.iter_mut().enumerate() {
+                    *dp = st.follow[cone.first + k].times_plus(factor_step, *dp);
+                }
+            }
+            let (ds, dl) = (&mut of!(cone, st.ds, slots), &mut of!(cone, st.dl, slots));
+            cone.slack(sizes, dp, factor, ds);
+            cone.weigh(scaling, ds, dl);
+            let (s, l) = (&of!(cone, st.s, slots), &of!(cone, st.l, slots));
+            for (k, dl) in dl.iter_mut().enumerate() {
+                *dl = st.correction[cone.slot + k] - l[k] - *dl;
+            }
+            limit = cone.limit(s, ds, limit);
+            limit = cone.limit(l, dl, limit);
+        }
+        if self.variable {
+            limit = (-factor_step / st.factor).max(limit);
+            let multiplier_step = self.multiplier_step(factor_step, factor_correction);
+            limit = (-multiplier_step / self.state.factor_multiplier).max(limit);
+        }
+        (limit, factor_step)
+    }
+
+    /// Step of the multiplier of `tau >= 0`.
+    #[inline(always)]
+    fn multiplier_step(&self, factor_step: V, factor_correction: V) -> V {
+        let st = &self.state;
+        factor_correction - st.factor_multiplier - st.factor_multiplier / st.factor * factor_step
+    }
+
+    /// Corrections of the second order.
+    #[inline(always)]
+    fn correct(&mut self, centre: V) {
+        let st = &mut *self.state;
+        for cone in self.cones {
+            cone.correct(
+                &of!(cone, st.scaling, scaling),
+                &of!(cone, st.s, slots),
+                &of!(cone, st.l, slots),
+                &of!(cone, st.ds, slots),
+                centre,
+                &mut of!(cone, st.correction, slots),
+            );
+        }
+    }
+
+    #[inline(always)]
+    fn correct_factor(&self, factor_step: V, centre: V) -> V {
+        factor_step.times_from(self.multiplier_step(factor_step, V::ZERO), centre) / self.state.factor
+    }
+
+    /// Goes on in the open programs.
+    #[inline(always)]
+    fn advance(&mut self, length: V, factor_step: V, factor_correction: V, open: Choice) {
+        let multiplier_step = self.multiplier_step(factor_step, factor_correction);
+        let st = &mut *self.state;
+        go(&mut st.p, &st.dp, length, open);
+        go(&mut st.y, &st.dy, length, open);
+        go(&mut st.s, &st.ds, length, open);
+        go(&mut st.l, &st.dl, length, open);
+        if self.variable {
+            st.factor = length.times_plus(factor_step, st.factor).where_else(open, st.factor);
+            st.factor_multiplier =
+                length.times_plus(multiplier_step, st.factor_multiplier).where_else(open, st.factor_multiplier);
+        }
+    }
+}
+
+#[inline(always)]
+fn go(x: &mut [V], dx: &[V], length: V, open: Choice) {
+    for (x, dx) in x.iter_mut().zip(dx) {
+        *x = length.times_plus(*dx, *x).where_else(open, *x);
+    }
+}
