@@ -83,7 +83,7 @@ impl Cone {
     pub const fn data_size(&self) -> usize {
         match self.atom {
             Atom::Interval { .. } => 3,
-            Atom::Round { size } => size + 4,
+            Atom::Round { size } => size + 5,
             Atom::Tapered { arms, .. } => 6 * arms + 1,
         }
     }
@@ -250,52 +250,26 @@ impl Cone {
         }
     }
 
-    /// `W^-2 x`.
+    /// What a change of the factor adds to the Newton equations: `x = H^-1 G' W^-2 h` and
+    /// `h' W^-2 h - x' H x`.
     #[inline(always)]
-    pub fn weigh(&self, data: &[V], x: &[V], out: &mut [V]) {
-        match self.atom {
-            Atom::Round { size } => {
-                let (w, inverse) = (&data[..=size], data[size + 1]);
-                let along = dot(&w[1..], &x[1..]);
-                let along = w[0].times_plus(x[0], -along);
-                let twice = along + along;
-                out[0] = inverse * w[0].times_plus(twice, -x[0]);
-                for k in 1..=size {
-                    out[k] = inverse * w[k].times_from(twice, x[k]);
-                }
-            }
-            Atom::Interval { .. } | Atom::Tapered { .. } => {
-                for k in 0..self.slots() {
-                    out[k] = data[k] * x[k];
-                }
-            }
-        }
-    }
-
-    /// What a change of the factor adds to the Newton equations: `H^-1 G' W^-2 h` and
-    /// `h' W^-2 h - h' W^-2 G H^-1 G' W^-2 h`.
-    #[inline(always)]
-    pub fn follow(&self, sizes: &[V], data: &[V], out: &mut [V]) -> V {
+    pub fn follow(&self, sizes: &[V], data: &[V], x: &mut [V]) -> V {
         if let Atom::Round { size } = self.atom {
-            // W^-2 h = (2 w0^2 - 1, -2 w0 w1) / eta^2 for a radius of one.
-            let shrink = data[size + 3];
-            let along = (data[0] + data[0]) * shrink;
-            for k in 0..size {
-                out[k] = along * data[1 + k];
-            }
-            return data[size + 1] * shrink;
+            // Of a radius of one: W^-2 h = (2 w0^2 - 1, -2 w0 w1) / eta^2.
+            towards(size, data, x);
+            return data[size + 1] * data[size + 3];
         }
+        let n = self.slots();
         let mut weighed = [V::ZERO; 16];
         let mut right = [V::ZERO; 5];
-        let n = self.slots();
         for slot in 0..n {
             weighed[slot] = data[slot] * self.bound(sizes, slot);
         }
         self.pull(sizes, &weighed[..n], &mut right[..self.dimension()]);
-        self.inverse(data, &right[..self.dimension()], out);
+        self.inverse(data, &right[..self.dimension()], x);
         // The smallest sum of squares of what is left, so that nothing cancels.
         let mut left = [V::ZERO; 16];
-        self.slack(sizes, out, V::ONE, &mut left[..n]);
+        self.slack(sizes, x, V::ONE, &mut left[..n]);
         let mut sum = V::ZERO;
         for slot in 0..n {
             sum = (data[slot] * left[slot]).times_plus(left[slot], sum);
@@ -303,19 +277,90 @@ impl Cone {
         sum
     }
 
-    /// `W^-1 (W l \ (sigma mu e - (W^-1 ds) o (W dl)))` for the step `ds` towards the boundary and the
-    /// `dl` that belongs to it.
+    /// `W (W l \ (sigma mu e - (W^-1 ds) o (W dl))) - s`, where the slacks would go without a change of
+    /// the multipliers, for the step `ds` towards the boundary and the `dl` that belongs to it.
     #[inline(always)]
-    pub fn correct(&self, data: &[V], s: &[V], l: &[V], ds: &[V], centre: V, out: &mut [V]) {
+    pub fn target(&self, data: &[V], [s, l, ds, dl]: [&[V]; 4], centre: V, u: &mut [V]) {
         match self.atom {
-            Atom::Round { size: 2 } => correct_round::<2>(data, l, ds, centre, out),
-            Atom::Round { .. } => correct_round::<3>(data, l, ds, centre, out),
+            Atom::Round { size: 2 } => target_round::<2>(data, s, l, ds, centre, u),
+            Atom::Round { .. } => target_round::<3>(data, s, l, ds, centre, u),
             Atom::Interval { .. } | Atom::Tapered { .. } => {
                 for k in 0..self.slots() {
-                    // dl = -l - (l / s) ds
-                    let dl = -data[k].times_plus(ds[k], l[k]);
-                    out[k] = ds[k].times_from(dl, centre) / s[k];
+                    u[k] = ds[k].times_from(dl[k], centre) / l[k] - s[k];
                 }
+            }
+        }
+    }
+
+    /// What the coordinates do on the way to that target while their forces stay: `-H^-1 G' W^-2 u`.
+    #[inline(always)]
+    pub fn approach(&self, sizes: &[V], data: &[V], u: &[V], out: &mut [V]) {
+        if let Atom::Round { size } = self.atom {
+            towards(size, data, out);
+            for k in 0..size {
+                out[k] = out[k].times_from(u[0], u[1 + k]);
+            }
+            return;
+        }
+        let n = self.slots();
+        let mut weighed = [V::ZERO; 16];
+        let mut right = [V::ZERO; 5];
+        for slot in 0..n {
+            weighed[slot] = -data[slot] * u[slot];
+        }
+        self.pull(sizes, &weighed[..n], &mut right[..self.dimension()]);
+        self.inverse(data, &right[..self.dimension()], out);
+    }
+
+    /// What the factor's multipliers do then: `(h - G x)' W^-2 u`.
+    #[inline(always)]
+    pub fn approach_factor(&self, sizes: &[V], data: &[V], x: &[V], u: &[V]) -> V {
+        if let Atom::Round { size } = self.atom {
+            return data[size + 1] * data[size + 3] * u[0];
+        }
+        let n = self.slots();
+        let mut left = [V::ZERO; 16];
+        self.slack(sizes, x, V::ONE, &mut left[..n]);
+        let mut sum = V::ZERO;
+        for slot in 0..n {
+            sum = (data[slot] * left[slot]).times_plus(u[slot], sum);
+        }
+        sum
+    }
+
+    /// The multipliers' step `W^-2 (u - ds)`, which fulfils `G' dl = force`.
+    ///
+    /// Where a body is round this equation gives it directly: `W^-2 ds` would be the difference of large
+    /// numbers near the boundary, whose rounding would be left in the equation.
+    #[inline(always)]
+    pub fn multipliers(&self, sizes: &[V], data: &[V], [u, ds, force]: [&[V]; 3], dl: &mut [V]) {
+        if let Atom::Round { size } = self.atom {
+            let mut along = [V::ZERO; 3];
+            towards(size, data, &mut along[..size]);
+            dl[0] = (data[size + 1] * data[size + 3]).times_plus(u[0] - ds[0], dot(&along[..size], force));
+            for k in 0..size {
+                dl[1 + k] = -force[k];
+            }
+            return;
+        }
+        let n = self.slots();
+        for slot in 0..n {
+            dl[slot] = data[slot] * (u[slot] - ds[slot]);
+        }
+        if let Atom::Tapered { .. } = self.atom {
+            // The same rounding, taken out by one step of refinement.
+            let mut left = [V::ZERO; 5];
+            let mut move_back = [V::ZERO; 5];
+            let mut slack = [V::ZERO; 16];
+            let dimension = self.dimension();
+            self.pull(sizes, dl, &mut left[..dimension]);
+            for (left, force) in left.iter_mut().zip(force) {
+                *left = *force - *left;
+            }
+            self.inverse(data, &left[..dimension], &mut move_back[..dimension]);
+            self.slack(sizes, &move_back[..dimension], V::ZERO, &mut slack[..n]);
+            for slot in 0..n {
+                dl[slot] = data[slot].times_from(slack[slot], dl[slot]);
             }
         }
     }
@@ -344,7 +389,7 @@ fn hyperbolic<const K: usize>(x: &[V]) -> V {
     ((x[0] - size) * (x[0] + size)).max(TINY)
 }
 
-/// Data: w, 1/eta^2, eta^2, 1/(2 w0^2 - 1).
+/// Data: w, 1/eta^2, eta^2, 1/(2 w0^2 - 1), and `x0^2 - |x1|^2` of `x = W l`.
 #[inline(always)]
 fn scale_round<const K: usize>(s: &[V], l: &[V], data: &mut [V]) {
     let (size_s, size_l) = (hyperbolic::<K>(s).sqrt(), hyperbolic::<K>(l).sqrt());
@@ -363,6 +408,7 @@ fn scale_round<const K: usize>(s: &[V], l: &[V], data: &mut [V]) {
     data[K + 1] = size_l * per_s;
     data[K + 2] = size_s * per_l;
     data[K + 3] = V::ONE / (V::ONE + square + square);
+    data[K + 4] = size_s * size_l;
 }
 
 /// `eta^2 (1 - 2 w1 w1' / (1 + 2 |w1|^2)) x`.
@@ -375,8 +421,17 @@ fn inverse_round<const K: usize>(data: &[V], x: &[V], out: &mut [V]) {
     }
 }
 
+/// `2 w0 w1 / (2 w0^2 - 1)`: where the coordinates go with the first slack.
 #[inline(always)]
-fn correct_round<const K: usize>(data: &[V], l: &[V], ds: &[V], centre: V, out: &mut [V]) {
+fn towards(size: usize, data: &[V], out: &mut [V]) {
+    let along = (data[0] + data[0]) * data[size + 3];
+    for k in 0..size {
+        out[k] = along * data[1 + k];
+    }
+}
+
+#[inline(always)]
+fn target_round<const K: usize>(data: &[V], s: &[V], l: &[V], ds: &[V], centre: V, u: &mut [V]) {
     let eta = data[K + 2].sqrt();
     let per_eta = V::ONE / eta;
     let per_one = V::ONE / (V::ONE + data[0]);
@@ -403,19 +458,19 @@ fn correct_round<const K: usize>(data: &[V], l: &[V], ds: &[V], centre: V, out: 
     }
     // Divided by W l.
     let along = dot(&scaled[1..=K], &right[1..=K]);
-    let first = scaled[0].times_plus(right[0], -along) / hyperbolic::<K>(&scaled);
+    let first = scaled[0].times_plus(right[0], -along) / data[K + 4];
     let per = V::ONE / scaled[0];
     let mut quotient = [V::ZERO; 4];
     quotient[0] = first;
     for k in 1..=K {
         quotient[k] = per * first.times_from(scaled[k], right[k]);
     }
-    // W^-1 of it.
+    // W of it, less s.
     let along = dot(&data[1..=K], &quotient[1..=K]);
-    out[0] = per_eta * data[0].times_plus(first, -along);
-    let part = along.times_plus(per_one, -first);
+    u[0] = eta.times_plus(data[0].times_plus(first, along), -s[0]);
+    let part = along.times_plus(per_one, first);
     for k in 1..=K {
-        out[k] = per_eta * data[k].times_plus(part, quotient[k]);
+        u[k] = eta.times_plus(data[k].times_plus(part, quotient[k]), -s[k]);
     }
 }
 

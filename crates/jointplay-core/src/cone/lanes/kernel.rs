@@ -8,11 +8,12 @@
 //! `S = 0` and a variable factor tau that is minimised. A step of Newton's method on the conditions for an
 //! optimum, scaled as Nesterov and Todd do, is eliminated down to as many unknowns as there are equations:
 //!
-//! `(E H^-1 E' + S + q q' / k) dy = f - E p - S y + E H^-1 d + q a / k`
+//! `(E H^-1 E' + S + q q' / k) dy = f - E p - S y - E z + E H^-1 r + q a / k`
 //!
-//! with `H = G' W^-2 G`, `d = c - E' y + G' r` for the correction r, and for a variable factor `q = E x`,
-//! `x = H^-1 G' W^-2 h`, `k = h' W^-2 h - x' H x + l_t / tau`, `a = 1 + x . d - h . r - r_t`. All programs
-//! do the same operations; one that has come to an end keeps what it has.
+//! with `H = G' W^-2 G`, the residual `r = c - E' y + G' l`, the target u of the slacks and `z = -H^-1 G' W^-2 u`,
+//! and for a variable factor `x = H^-1 G' W^-2 h`, `q = E x`, `k = h' W^-2 h - x' H x + l_t / tau` and
+//! `a = x . r + 1 - h . l - l_t - (h - G x)' W^-2 u - (l_t / tau) u_t`. All programs do the same operations;
+//! one that has come to an end keeps what it has.
 
 use super::cones::Cone;
 use super::normal::{factor, products, solve};
@@ -60,20 +61,24 @@ pub(super) struct State {
     l: Vec<V>,
     ds: Vec<V>,
     dl: Vec<V>,
-    correction: Vec<V>,
+    /// Where the slacks would go.
+    target: Vec<V>,
+    approach: Vec<V>,
     scaling: Vec<V>,
     /// `E H^-1`.
     g: Vec<V>,
     matrix: Vec<V>,
-    /// `E' y`.
-    pulled: Vec<V>,
-    d: Vec<V>,
+    /// `c - E' y + G' l`, and the force that a step adds.
+    left: Vec<V>,
+    force: Vec<V>,
+    /// Residuals of the equations, and of the factor's own condition.
+    residual: Vec<V>,
+    factor_left: V,
     dp: Vec<V>,
     dy: Vec<V>,
     /// `x` and `q` of a variable factor.
     follow: Vec<V>,
     q: Vec<V>,
-    residual: Vec<V>,
 }
 
 impl Default for V {
@@ -104,16 +109,13 @@ impl Kernel for Solve<'_> {
                 return iteration;
             }
             self.scale();
-            self.state.correction.fill(V::ZERO);
-            let (limit, factor_step) = self.step(V::ZERO);
-            let longest = V::ONE / limit.max(V::ONE);
-            let rest = V::ONE - longest;
+            self.aim();
+            let (limit, step) = self.step(-self.state.factor);
+            let rest = V::ONE - V::ONE / limit.max(V::ONE);
             let centre = rest * rest * rest * self.mean();
-            self.correct(centre);
-            let factor_correction = self.correct_factor(factor_step, centre);
-            let (limit, factor_step) = self.step(factor_correction);
-            let length = STEP / limit.max(STEP);
-            self.advance(length, factor_step, factor_correction, open);
+            let factor_target = self.aim_again(centre, step);
+            let (limit, step) = self.step(factor_target);
+            self.advance(STEP / limit.max(STEP), step, factor_target, open);
         }
         ITERATIONS
     }
@@ -150,12 +152,13 @@ impl Solve<'_> {
             (&mut st.l, slots),
             (&mut st.ds, slots),
             (&mut st.dl, slots),
-            (&mut st.correction, slots),
+            (&mut st.target, slots),
+            (&mut st.approach, n),
             (&mut st.scaling, scaling),
             (&mut st.g, s * n),
             (&mut st.matrix, s * s),
-            (&mut st.pulled, n),
-            (&mut st.d, n),
+            (&mut st.left, n),
+            (&mut st.force, n),
             (&mut st.dp, n),
             (&mut st.dy, s),
             (&mut st.follow, n),
@@ -200,39 +203,37 @@ impl Solve<'_> {
     fn judge(&mut self) -> Choice {
         let (data, n) = (self.data, self.data.n);
         let st = &mut *self.state;
-        st.pulled.fill(V::ZERO);
-        for (row, y) in data.e.chunks_exact(n).zip(&st.y) {
-            for (pulled, e) in st.pulled.iter_mut().zip(row) {
-                *pulled = e.times_plus(*y, *pulled);
-            }
+        for cone in self.cones {
+            cone.pull(&of!(cone, data.sizes, sizes), &of!(cone, st.l, slots), &mut of!(cone, st.left, coordinates));
+        }
+        for (left, cost) in st.left.iter_mut().zip(&data.cost) {
+            *left = *left + *cost;
         }
         let mut worst = V::ZERO;
         for (i, row) in data.e.chunks_exact(n).enumerate() {
-            let mut left = data.right[i] - dot(row, &st.p);
-            if !data.springs.is_empty() {
-                left = left - dot(&data.springs[i * data.s..(i + 1) * data.s], &st.y);
+            let mut sum = data.right[i];
+            for ((left, e), p) in st.left.iter_mut().zip(row).zip(&st.p) {
+                *left = e.times_from(st.y[i], *left);
+                sum = e.times_from(*p, sum);
             }
-            st.residual[i] = left;
+            if !data.springs.is_empty() {
+                sum = sum - dot(&data.springs[i * data.s..(i + 1) * data.s], &st.y);
+            }
+            st.residual[i] = sum;
+            worst = sum.abs().max(worst);
+        }
+        for left in &st.left {
             worst = left.abs().max(worst);
         }
-        let mut factor_left = V::ONE - st.factor_multiplier;
-        for cone in self.cones {
-            let sizes = &of!(cone, data.sizes, sizes);
-            let l = &of!(cone, st.l, slots);
-            let d = &mut of!(cone, st.d, coordinates);
-            cone.pull(sizes, l, d);
-            for (k, d) in d.iter().enumerate() {
-                let at = cone.first + k;
-                worst = (data.cost[at] - st.pulled[at] + *d).abs().max(worst);
-            }
-            if cone.scaled {
-                for (slot, l) in l.iter().enumerate() {
-                    factor_left = cone.bound(sizes, slot).times_from(*l, factor_left);
+        if self.variable {
+            st.factor_left = V::ONE - st.factor_multiplier;
+            for cone in self.cones.iter().filter(|cone| cone.scaled) {
+                let sizes = &of!(cone, data.sizes, sizes);
+                for (slot, l) in of!(cone, st.l, slots).iter().enumerate() {
+                    st.factor_left = cone.bound(sizes, slot).times_from(*l, st.factor_left);
                 }
             }
-        }
-        if self.variable {
-            worst = factor_left.abs().max(worst);
+            worst = st.factor_left.abs().max(worst);
         }
         let size = if self.variable { self.state.factor } else { dot(&data.cost, &self.state.p).abs() };
         let gap = self.gap();
@@ -275,73 +276,98 @@ impl Solve<'_> {
         factor(s, &mut st.matrix);
     }
 
-    /// The step with the correction at hand: the inverse of its longest length, and that of the factor.
+    /// Aims at the boundary.
     #[inline(always)]
-    fn step(&mut self, factor_correction: V) -> (V, V) {
+    fn aim(&mut self) {
+        let st = &mut *self.state;
+        for (target, s) in st.target.iter_mut().zip(&st.s) {
+            *target = -*s;
+        }
+    }
+
+    /// Aims at the point on the central path that the step to the boundary suggests, with corrections of
+    /// second order; gives the target of the factor.
+    #[inline(always)]
+    fn aim_again(&mut self, centre: V, factor_step: V) -> V {
+        let multiplier_step = self.multiplier_step(factor_step, -self.state.factor);
+        let st = &mut *self.state;
+        for cone in self.cones {
+            let at = cone.slot..cone.slot + cone.slots();
+            cone.target(
+                &of!(cone, st.scaling, scaling),
+                [&st.s[at.clone()], &st.l[at.clone()], &st.ds[at.clone()], &st.dl[at.clone()]],
+                centre,
+                &mut st.target[at],
+            );
+        }
+        factor_step.times_from(multiplier_step, centre) / st.factor_multiplier - st.factor
+    }
+
+    /// The step to the target: the inverse of its longest length, and the factor's.
+    #[inline(always)]
+    fn step(&mut self, factor_target: V) -> (V, V) {
         let (data, s, n) = (self.data, self.data.s, self.data.n);
         let st = &mut *self.state;
-        let mut a = V::ONE - factor_correction;
+        let mut a = V::ZERO;
+        if self.variable {
+            a = st.factor_left + dot(&st.follow, &st.left);
+            a = (st.factor_multiplier / st.factor).times_from(factor_target, a);
+        }
         for cone in self.cones {
             let sizes = &of!(cone, data.sizes, sizes);
-            let correction = &of!(cone, st.correction, slots);
-            let d = &mut of!(cone, st.d, coordinates);
-            cone.pull(sizes, correction, d);
-            for (k, d) in d.iter_mut().enumerate() {
-                let at = cone.first + k;
-                *d = data.cost[at] - st.pulled[at] + *d;
-            }
+            let scaling = &of!(cone, st.scaling, scaling);
+            let target = &of!(cone, st.target, slots);
+            cone.approach(sizes, scaling, target, &mut of!(cone, st.approach, coordinates));
             if self.variable && cone.scaled {
-                for (slot, r) in correction.iter().enumerate() {
-                    a = cone.bound(sizes, slot).times_from(*r, a);
-                }
+                a = a - cone.approach_factor(sizes, scaling, &of!(cone, st.follow, coordinates), target);
             }
-        }
-        if self.variable {
-            a = a + dot(&st.follow, &st.d);
         }
         for i in 0..s {
-            st.dy[i] = st.residual[i] + dot(&st.g[i * n..(i + 1) * n], &st.d);
-            if self.variable {
-                st.dy[i] = st.q[i].times_plus(a * st.per_stiffness, st.dy[i]);
+            let at = i * n..(i + 1) * n;
+            let mut sum = st.residual[i];
+            for (((e, g), approach), left) in data.e[at.clone()].iter().zip(&st.g[at]).zip(&st.approach).zip(&st.left) {
+                sum = e.times_from(*approach, sum);
+                sum = g.times_plus(*left, sum);
             }
+            if self.variable {
+                sum = st.q[i].times_plus(a * st.per_stiffness, sum);
+            }
+            st.dy[i] = sum;
         }
         solve(s, &st.matrix, &mut st.dy);
         let factor_step = if self.variable { (dot(&st.q, &st.dy) - a) * st.per_stiffness } else { V::ZERO };
-        // E' dy - d, and the coordinates from it.
-        for d in &mut st.d {
-            *d = -*d;
+        for (force, left) in st.force.iter_mut().zip(&st.left) {
+            *force = -*left;
         }
         for (row, dy) in data.e.chunks_exact(n).zip(&st.dy) {
-            for (d, e) in st.d.iter_mut().zip(row) {
-                *d = e.times_plus(*dy, *d);
+            for (force, e) in st.force.iter_mut().zip(row) {
+                *force = e.times_plus(*dy, *force);
             }
         }
         let mut limit = V::ZERO;
         for cone in self.cones {
             let sizes = &of!(cone, data.sizes, sizes);
             let scaling = &of!(cone, st.scaling, scaling);
+            let force = &of!(cone, st.force, coordinates);
             let dp = &mut of!(cone, st.dp, coordinates);
-            cone.inverse(scaling, &of!(cone, st.d, coordinates), dp);
+            cone.inverse(scaling, force, dp);
             let mut factor = V::ZERO;
             if self.variable && cone.scaled {
                 factor = factor_step;
-                for (k, dp) in dp.iter_mut().enumerate() {
-                    *dp = st.follow[cone.first + k].times_plus(factor_step, *dp);
-                }
+            }
+            for (k, dp) in dp.iter_mut().enumerate() {
+                let at = cone.first + k;
+                *dp = st.follow[at].times_plus(factor, *dp + st.approach[at]);
             }
             let (ds, dl) = (&mut of!(cone, st.ds, slots), &mut of!(cone, st.dl, slots));
             cone.slack(sizes, dp, factor, ds);
-            cone.weigh(scaling, ds, dl);
-            let (s, l) = (&of!(cone, st.s, slots), &of!(cone, st.l, slots));
-            for (k, dl) in dl.iter_mut().enumerate() {
-                *dl = st.correction[cone.slot + k] - l[k] - *dl;
-            }
-            limit = cone.limit(s, ds, limit);
-            limit = cone.limit(l, dl, limit);
+            cone.multipliers(sizes, scaling, [&of!(cone, st.target, slots), ds, force], dl);
+            limit = cone.limit(&of!(cone, st.s, slots), ds, limit);
+            limit = cone.limit(&of!(cone, st.l, slots), dl, limit);
         }
         if self.variable {
-            limit = (-factor_step / st.factor).max(limit);
-            let multiplier_step = self.multiplier_step(factor_step, factor_correction);
+            let multiplier_step = self.multiplier_step(factor_step, factor_target);
+            limit = (-factor_step / self.state.factor).max(limit);
             limit = (-multiplier_step / self.state.factor_multiplier).max(limit);
         }
         (limit, factor_step)
@@ -349,36 +375,14 @@ impl Solve<'_> {
 
     /// Step of the multiplier of `tau >= 0`.
     #[inline(always)]
-    fn multiplier_step(&self, factor_step: V, factor_correction: V) -> V {
-        let st = &self.state;
-        factor_correction - st.factor_multiplier - st.factor_multiplier / st.factor * factor_step
-    }
-
-    /// Corrections of the second order.
-    #[inline(always)]
-    fn correct(&mut self, centre: V) {
-        let st = &mut *self.state;
-        for cone in self.cones {
-            cone.correct(
-                &of!(cone, st.scaling, scaling),
-                &of!(cone, st.s, slots),
-                &of!(cone, st.l, slots),
-                &of!(cone, st.ds, slots),
-                centre,
-                &mut of!(cone, st.correction, slots),
-            );
-        }
-    }
-
-    #[inline(always)]
-    fn correct_factor(&self, factor_step: V, centre: V) -> V {
-        factor_step.times_from(self.multiplier_step(factor_step, V::ZERO), centre) / self.state.factor
+    fn multiplier_step(&self, factor_step: V, factor_target: V) -> V {
+        self.state.factor_multiplier / self.state.factor * (factor_target - factor_step)
     }
 
     /// Goes on in the open programs.
     #[inline(always)]
-    fn advance(&mut self, length: V, factor_step: V, factor_correction: V, open: Choice) {
-        let multiplier_step = self.multiplier_step(factor_step, factor_correction);
+    fn advance(&mut self, length: V, factor_step: V, factor_target: V, open: Choice) {
+        let multiplier_step = self.multiplier_step(factor_step, factor_target);
         let st = &mut *self.state;
         go(&mut st.p, &st.dp, length, open);
         go(&mut st.y, &st.dy, length, open);
