@@ -302,7 +302,6 @@ impl Group<'_> {
         let (n, s) = (data.n, data.s);
         let mut residual = V::ZERO;
         let mut stored = V::ZERO;
-        let mut size = V::ONE;
         for i in 0..s {
             let mut left = data.right[i] - dot(&data.e[i * n..(i + 1) * n], &state.p);
             if !data.springs.is_empty() {
@@ -311,7 +310,6 @@ impl Group<'_> {
                 stored = (V::splat(0.5) * state.y[i]).times_plus(give, stored);
             }
             residual = left.abs().max(residual);
-            size = data.right[i].abs().max(size);
         }
         let work = dot(&data.right, &state.y);
         let (mut scaled, mut fixed) = (V::ZERO, V::ZERO);
@@ -329,11 +327,10 @@ impl Group<'_> {
             *(if cone.scaled { &mut scaled } else { &mut fixed }) =
                 if cone.scaled { scaled + support } else { fixed + support };
         }
+        let mut size = V::ONE;
         if self.layout.question == Question::Pose {
-            memory.factor = V::ONE;
             memory.value = dot(&data.cost, &state.p) + stored - memory.rest;
             memory.dual_value = work - fixed - stored - memory.rest;
-            size = V::ONE;
         } else {
             let bound = (work - fixed).max(V::ZERO);
             let per = V::ONE / positive(scaled, V::ONE);
@@ -342,10 +339,11 @@ impl Group<'_> {
             for y in &mut state.y {
                 *y = *y * per;
             }
-            size = V::ZERO;
+            // A factor of zero, where fixed sets take all, is as exact as the lack of fit allows.
+            size = V::ONE / memory.unit.max(V::ONE);
         }
         let size = size.max(memory.value.abs()).max(memory.dual_value.abs());
-        memory.gap = (memory.value - memory.dual_value).abs() / positive(size, V::ONE);
+        memory.gap = (memory.value - memory.dual_value).abs() / size;
         memory.residual = residual;
     }
 

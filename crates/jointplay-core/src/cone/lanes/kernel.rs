@@ -110,12 +110,18 @@ impl Kernel for Solve<'_> {
             }
             self.scale();
             self.aim();
-            let (limit, step) = self.step(-self.state.factor);
-            let rest = V::ONE - V::ONE / limit.max(V::ONE);
-            let centre = rest * rest * rest * self.mean();
-            let factor_target = self.aim_again(centre, step);
-            let (limit, step) = self.step(factor_target);
-            self.advance(STEP / limit.max(STEP), step, factor_target, open);
+            let mut target = -self.state.factor;
+            let (mut limit, mut step) = (V::ONE, V::ZERO);
+            // A number of passes that the compiler does not know, so that it compiles the step once.
+            for pass in 0..std::hint::black_box(2) {
+                if pass == 1 {
+                    let rest = V::ONE - V::ONE / limit.max(V::ONE);
+                    let centre = rest * rest * rest * self.mean();
+                    target = self.aim_again(centre, step);
+                }
+                (limit, step) = self.step(target);
+            }
+            self.advance(STEP / limit.max(STEP), step, target, open);
         }
         ITERATIONS
     }

@@ -208,6 +208,12 @@ impl Programs {
     /// Whether primal and dual value prove the answer of a lane, the implied equations included.
     fn proved(&self, layout: &Layout, number: usize, lane: usize, memory: &Memory) -> bool {
         // Written so that what is no number proves nothing.
+        if std::env::var("DBG").is_ok() && !(memory.gap.0[lane] <= PROVED && memory.residual.0[lane] <= PROVED) {
+            println!(
+                "gap {:e} residual {:e} value {:e} {:e}",
+                memory.gap.0[lane], memory.residual.0[lane], memory.value.0[lane], memory.dual_value.0[lane]
+            );
+        }
         if !(memory.gap.0[lane] <= PROVED && memory.residual.0[lane] <= PROVED) {
             return false;
         }
