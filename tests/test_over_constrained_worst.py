@@ -12,8 +12,8 @@ from answers import example
 from jointplay.analyses.nominal import nominal
 from oracles.cones import Linearised
 from test_over_constrained import RADIAL, mechanism, random_square
-from test_over_constrained_random import platform, primal
 from test_over_constrained_random import mechanism as platform_mechanism
+from test_over_constrained_random import platform, primal
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -99,7 +99,6 @@ def test_a_sarrus_linkage_in_space() -> None:
     for k, weights in enumerate(closure.output()):
         wanted = closure.maximise(weights).work
         np.testing.assert_allclose(found["component_first_order"][0, k], [-wanted, wanted], rtol=1e-7)
-    # The clearances are small, and the closure nearly linear.
     np.testing.assert_allclose(found["component"], found["component_first_order"], rtol=0.02)
     assert found["position"][0] == pytest.approx(found["position_first_order"][0], rel=0.01)
     assert found["position_first_order"][0] <= found["position_bound"][0] <= 1.05 * found["position_first_order"][0]
