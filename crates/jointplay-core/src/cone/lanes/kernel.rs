@@ -22,11 +22,12 @@ use crate::batch::simd::Kernel;
 
 /// Iterations at most: eight programs are rarely done after more than 16.
 const ITERATIONS: usize = 32;
-/// Gap, in units of energy or of the factor, at which a program has come to an end.
-const GAP: V = V::splat(1e-12);
+/// Gap, in units of energy or of the factor, at which a program has come to an end: below it rounding
+/// decides how far a point is from the boundary of a round set.
+const GAP: V = V::splat(1e-11);
 /// Largest residual at the end, in the same units and in those of the equations.
 const RESIDUAL: V = V::splat(1e-11);
-/// A gap that is no number any more, or on its way there.
+/// A step that is no number any more, or on its way there.
 const LOST: V = V::splat(1e30);
 /// Part of the way to the boundary that a step goes.
 const STEP: V = V::splat(0.99);
@@ -121,6 +122,7 @@ impl Kernel for Solve<'_> {
                 }
                 (limit, step) = self.step(target);
             }
+            open = open.and(self.is_finite());
             self.advance(STEP / limit.max(STEP), step, target, open);
         }
         ITERATIONS
@@ -244,7 +246,7 @@ impl Solve<'_> {
         let size = if self.variable { self.state.factor } else { dot(&data.cost, &self.state.p).abs() };
         let gap = self.gap();
         let done = gap.below(GAP * (V::ONE + size)).and(worst.below(RESIDUAL * (V::ONE + size)));
-        done.not().and(gap.below(LOST))
+        done.not()
     }
 
     /// Scaling, and the factored normal equations.
@@ -383,6 +385,15 @@ impl Solve<'_> {
     #[inline(always)]
     fn multiplier_step(&self, factor_step: V, factor_target: V) -> V {
         self.state.factor_multiplier / self.state.factor * (factor_target - factor_step)
+    }
+
+    /// The programs whose step consists of numbers. The others keep what they have, which is as near to
+    /// an optimum as rounding allows, or proves nothing.
+    #[inline(always)]
+    fn is_finite(&self) -> Choice {
+        let st = &*self.state;
+        let size = dot(&st.dy, &st.dy) + dot(&st.ds, &st.ds) + dot(&st.dl, &st.dl);
+        size.below(LOST)
     }
 
     /// Goes on in the open programs.
