@@ -60,6 +60,9 @@ pub(super) struct State {
     per_stiffness: V,
     s: Vec<V>,
     l: Vec<V>,
+    /// What the longest step inside the cones needs of both.
+    per_s: Vec<V>,
+    per_l: Vec<V>,
     ds: Vec<V>,
     dl: Vec<V>,
     /// Where the slacks would go.
@@ -158,6 +161,8 @@ impl Solve<'_> {
             (&mut st.y, s),
             (&mut st.s, slots),
             (&mut st.l, slots),
+            (&mut st.per_s, slots),
+            (&mut st.per_l, slots),
             (&mut st.ds, slots),
             (&mut st.dl, slots),
             (&mut st.target, slots),
@@ -258,7 +263,9 @@ impl Solve<'_> {
         for cone in self.cones {
             let sizes = &of!(cone, data.sizes, sizes);
             let scaling = &mut of!(cone, st.scaling, scaling);
-            cone.scale(sizes, &of!(cone, st.s, slots), &of!(cone, st.l, slots), scaling);
+            let at = cone.slot..cone.slot + cone.slots();
+            let numbers = [&st.s[at.clone()], &st.l[at.clone()]];
+            cone.scale(sizes, numbers, [&mut st.per_s[at.clone()], &mut st.per_l[at]], scaling);
             for i in 0..s {
                 let at = i * n + cone.first..i * n + cone.first + cone.dimension();
                 cone.inverse(scaling, &data.e[at.clone()], &mut st.g[at]);
@@ -303,7 +310,7 @@ impl Solve<'_> {
             let at = cone.slot..cone.slot + cone.slots();
             cone.target(
                 &of!(cone, st.scaling, scaling),
-                [&st.s[at.clone()], &st.l[at.clone()], &st.ds[at.clone()], &st.dl[at.clone()]],
+                [&st.s[at.clone()], &st.l[at.clone()], &st.per_l[at.clone()], &st.ds[at.clone()], &st.dl[at.clone()]],
                 centre,
                 &mut st.target[at],
             );
@@ -370,8 +377,8 @@ impl Solve<'_> {
             let (ds, dl) = (&mut of!(cone, st.ds, slots), &mut of!(cone, st.dl, slots));
             cone.slack(sizes, dp, factor, ds);
             cone.multipliers(sizes, scaling, [&of!(cone, st.target, slots), ds, force], dl);
-            limit = cone.limit(&of!(cone, st.s, slots), ds, limit);
-            limit = cone.limit(&of!(cone, st.l, slots), dl, limit);
+            limit = cone.limit([&of!(cone, st.s, slots), &of!(cone, st.per_s, slots), ds], limit);
+            limit = cone.limit([&of!(cone, st.l, slots), &of!(cone, st.per_l, slots), dl], limit);
         }
         if self.variable {
             let multiplier_step = self.multiplier_step(factor_step, factor_target);
