@@ -333,11 +333,14 @@ impl Mechanism {
         starts: usize,
         lanes: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let results = py.detach(|| if lanes { core.worst(&cases, starts) } else { core.worst_plainly(&cases, starts) });
+        let results = py.detach(|| match (core.is_isostatic(), lanes) {
+            (false, _) => core.worst_together(&cases, starts),
+            (true, true) => core.worst(&cases, starts),
+            (true, false) => core.worst_plainly(&cases, starts),
+        });
         let (n, size, ne) = (cases.len(), core.size(), core.n_extremes());
         Ok(Table::new(py)
             .array("position", &[n], results.iter().map(|r| r.position).collect())?
