@@ -4,6 +4,7 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+mod cones;
 
 use jointplay_core::sampling::{BINS, Request};
 use jointplay_core::spec::Law;
@@ -474,5 +475,6 @@ fn simd(limit: Option<&str>) -> PyResult<&'static str> {
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("STATUSES", Status::ALL.map(Status::name).to_vec())?;
     module.add_function(wrap_pyfunction!(simd, module)?)?;
+    module.add_function(wrap_pyfunction!(cones::cone_programs, module)?)?;
     module.add_class::<Mechanism>()
 }
