@@ -25,6 +25,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::{MAX_SIZE, Mute, inner};
+use crate::closure::Inputs;
 use crate::contact::Contact;
 use crate::mechanism::Source;
 use crate::solver::{Linearised, Solver, State};
@@ -129,15 +130,17 @@ impl<'s, 'm> Newton<'s, 'm> {
             let t = 1.0 / self.stiffness[k].max(f64::MIN_POSITIVE.sqrt());
             projected.t.resize(first + size, t);
             let z: [f64; MAX_SIZE] =
-                std::array::from_fn(|k| if k < size { own.y[first + k] + t * own.s[first + k] } else { 0.0 });
+                std::array::from_fn(|i| if i < size { own.y[first + i] + t * own.s[first + i] } else { 0.0 });
             let mut point = z;
             source.set.project_unit(&mut point[..size]);
-            projected.residual.extend((0..size).map(|k| point[k] - own.y[first + k]));
+            projected.residual.extend((0..size).map(|i| point[i] - own.y[first + i]));
             for column in 0..size {
                 let mut along = [0.0; MAX_SIZE];
                 along[column] = 1.0;
                 source.set.project_unit_along(&z[..size], &mut along[..size]);
-                for (row, a) in along.into_iter().enumerate().filter(|(_, a)| *a != 0.0) {
+                // What the load does not push stays, though the others might balance sooner if it gave way.
+                let gives = |&(row, a): &(usize, f64)| a != 0.0 && !source.set.is_mute(row, self.mutes[k]);
+                for (row, a) in along.into_iter().enumerate().filter(gives) {
                     projected.gives[first + row].get_or_insert((first, [0.0; MAX_SIZE])).1[column] = a;
                 }
             }
@@ -147,6 +150,7 @@ impl<'s, 'm> Newton<'s, 'm> {
 
     /// Brings contact and reactions to agree.
     pub fn settle(&self, mut at: Contact) -> Option<Contact> {
+        let m = self.solver.mechanism;
         let mut own = self.at(&at);
         let mut bends = BTreeMap::new();
         for number in 0..STEPS {
@@ -159,7 +163,16 @@ impl<'s, 'm> Newton<'s, 'm> {
             if number % RENEWED == 0 {
                 bends.clear();
             }
+            let residual = projected.residual.clone();
             let step = self.step(&at, &own, projected, &mut bends)?;
+            // The forces push away from the balance that lies behind, and lead on to another.
+            if inner(&residual, &step) < 0.0 {
+                let pressed = m.pressed(&at.gradient, &at.state.inputs, self.mutes);
+                let Some(next) = self.contact(&at, &pressed) else { break };
+                own = self.at(&next);
+                at = next;
+                continue;
+            }
             let mut best: Option<(f64, Contact, Own)> = None;
             for cut in [false, true] {
                 let Some(next) = self.moved(&at, &own, &step, cut) else {
@@ -200,8 +213,13 @@ impl<'s, 'm> Newton<'s, 'm> {
             }
             first = range.end;
         }
-        let state = self.solver.follow(&at.state, &inputs).ok()?;
-        let gradient = m.load_gradient(&self.solver.linearise(&state)?, &state);
+        self.contact(at, &inputs)
+    }
+
+    /// The contact at other offsets.
+    fn contact(&self, at: &Contact, inputs: &Inputs<f64>) -> Option<Contact> {
+        let state = self.solver.follow(&at.state, inputs).ok()?;
+        let gradient = self.solver.mechanism.load_gradient(&self.solver.linearise(&state)?, &state);
         Some(Contact { state, gradient, steps: at.steps + 1, ..*at })
     }
 
