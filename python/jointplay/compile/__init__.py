@@ -19,6 +19,7 @@ from jointplay.errors import not_known
 from jointplay.schema import MechanismFile, PlanarFile, SpatialFile
 from jointplay.units import Units
 
+from .assembly import Assembly, compile_assembly
 from .coordinates import coordinate
 from .drives import COMPONENTS, LENGTHS, Commands, compile_drives, coordinate_factor
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
@@ -28,7 +29,18 @@ from .sources import compile_sources
 from .spatial_start import spatial_start
 from .start import planar_start
 
-__all__ = ["ANGULAR", "DRIVABLE", "LENGTHS", "TURNS", "Compiled", "Grid", "Limits", "compile_file", "coordinate"]
+__all__ = [
+    "ANGULAR",
+    "DRIVABLE",
+    "LENGTHS",
+    "TURNS",
+    "Assembly",
+    "Compiled",
+    "Grid",
+    "Limits",
+    "compile_file",
+    "coordinate",
+]
 
 #: below this (metres) a mechanism has no size of its own
 SMALLEST_LENGTH = 1e-12
@@ -78,6 +90,8 @@ class Compiled:
         Units of the file.
     bodies, joints : tuple of str
         Names; a pin with several riders counts as several joints, ``PIN/RIDER``.
+    crosses : frozenset of int
+        Indices of the bodies that are crosses of universal joints.
     joint_kinds : tuple of str
         Type of each joint.
     sources : tuple of str
@@ -116,6 +130,8 @@ class Compiled:
         What is mapped.
     limits : Limits
         What is acceptable.
+    assembly : Assembly or None
+        In which order it is assembled.
     has_loads : bool
         Whether any force or moment acts.
     length : float
@@ -129,6 +145,7 @@ class Compiled:
     units: Units
     bodies: tuple[str, ...]
     joints: tuple[str, ...]
+    crosses: frozenset[int]
     joint_kinds: tuple[str, ...]
     sources: tuple[str, ...]
     source_kinds: tuple[str, ...]
@@ -148,6 +165,7 @@ class Compiled:
     target_components: tuple[str, ...]
     grid: Grid | None
     limits: Limits
+    assembly: Assembly | None
     has_loads: bool
     length: float
     core_spec: Mapping[str, Any]
@@ -198,6 +216,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         units=units,
         bodies=tuple(graph.bodies),
         joints=tuple(joint.name for joint in graph.joints),
+        crosses=frozenset(graph.crosses),
         joint_kinds=tuple(joint.kind for joint in graph.joints),
         sources=tuple(source.name for source in sources),
         source_kinds=tuple(source.kind for source in sources),
@@ -219,6 +238,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         target_components=commands.target_components,
         grid=compile_grid(data, commands, components, component_factors, file),
         limits=limits,
+        assembly=compile_assembly(data, graph),
         has_loads=any(any(load["force"]) or any(load["moment"]) for load in loads),
         length=length,
         core_spec=MappingProxyType(spec),
