@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from . import examples, plot
+    from .analyses.assemble import assemble
     from .analyses.check import check
     from .analyses.compare import compare
     from .analyses.compensate import compensate
@@ -38,6 +39,7 @@ __all__ = [
     "JointplayError",
     "Mechanism",
     "__version__",
+    "assemble",
     "check",
     "compare",
     "compensate",
@@ -57,6 +59,7 @@ __all__ = [
 ]
 
 _QUESTIONS = (
+    "assemble",
     "check",
     "compare",
     "compensate",

@@ -39,8 +39,8 @@ class Part:
         What is there, by its index in the whole mechanism, in the order of the core; the base is not among the bodies.
     parameters : ndarray of int
         Index in the whole mechanism of every entry of the vector of offsets.
-    poses : ndarray
-        Nominal poses of the bodies.
+    nominal : ndarray
+        Nominal poses of all bodies of the whole mechanism and, last, of the ground.
     spec : dict
         The part as the core reads it. Its output is arbitrary, see `core`.
     """
@@ -52,7 +52,7 @@ class Part:
     drives: tuple[int, ...]
     sources: tuple[int, ...]
     parameters: NDArray[np.int64]
-    poses: Floats
+    nominal: Floats
     spec: dict[str, Any]
 
     @cached_property
@@ -69,9 +69,10 @@ class Part:
         """Values of so many drives at which the nominal poses are."""
         return core.drive_values(self.poses[None], np.zeros(count))
 
-    def pose_of(self, body: int) -> Floats:
-        """Pose of a body of the part by its index in the core."""
-        return poses.ground(self.poses.shape[-1]) if body == GROUND else self.poses[body]
+    @property
+    def poses(self) -> Floats:
+        """Nominal poses of the bodies of the part, in the order of the core."""
+        return np.ascontiguousarray(self.nominal[list(self.bodies)])
 
 
 def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int]) -> Part:
@@ -132,9 +133,7 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int]) -> P
         "output": {"point": renumbered.get(spec["output"]["point"], 0)},
     }
     parameters = np.flatnonzero(np.isin(m.parameter_source, sources))
-    return Part(
-        m, base, bodies, tuple(joints), tuple(drives), tuple(sources), parameters, every[list(bodies)], own
-    )
+    return Part(m, base, bodies, tuple(joints), tuple(drives), tuple(sources), parameters, every, own)
 
 
 def _with_crosses(spec: dict[str, Any], there: set[int], m: Mechanism) -> set[int]:

@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core
+from jointplay.model import Mechanism
 from jointplay.result import STATUSES
 
-from .part import Floats, Part
+from jointplay.analyses.offsets import beyond
+from .part import Floats
 from .steps import Step
 
 ENDS = ("first", "second")
@@ -38,6 +40,9 @@ class State:
         Half-width of what the loads do not decide of it.
     error, error_open : ndarray
         The same of the output.
+    slopes : ndarray
+        Error of the output per offset, to first order; shape (component, parameter). Where the part is
+        over-constrained, offsets depend on one another and there are none.
     offset : ndarray
         Offset of every clearance, and the known deviations; shape (parameter,).
     decided : ndarray of bool
@@ -55,6 +60,7 @@ class State:
     bearing_open: Floats
     error: Floats
     error_open: Floats
+    slopes: Floats
     offset: Floats
     decided: NDArray[np.bool_]
     reaction: Floats
@@ -115,12 +121,42 @@ def state(step: Step) -> State:
         bearing_open=bearing_open,
         error=error[0],
         error_open=error[1],
+        slopes=_slopes(held),
         offset=_spread(part.parameters, any_answer, "offset", len(m.parameters)),
         decided=_spread(part.sources, any_answer, "decided", len(m.sources)) == 1.0,
         reaction=_spread(part.joints, any_answer, "reaction", joints),
         clearance_factor=_factor(any_answer),
         status=max([*codes, "underconstrained" if held.free else "ok"], key=SERIOUS.index),
     )
+
+
+def _slopes(held: Held) -> Floats:
+    """Error of the output per offset of every parameter of the whole mechanism."""
+    m = held.part.m
+    slopes = np.full((len(m.components), len(m.parameters)), np.nan)
+    if held.has_output and not held.redundant:
+        core = held.core(held.part.spec["output"]["point"])
+        slopes[:, held.part.parameters] = core.sensitivity(held.drives, held.poses)["source"][0]
+    return slopes
+
+
+def contact(m: Mechanism, found: State) -> list[str]:
+    """Of every source whether it is taken up.
+
+    ``touching``, ``open``, ``undetermined`` where the loads do not decide; empty for what is no clearance or not there.
+    """
+    words = []
+    for s, kind in enumerate(m.source_kinds):
+        offset = found.offset[m.parameter_source == s]
+        if kind != "clearance" or np.isnan(offset).any():
+            words.append("")
+        elif not found.decided[s]:
+            words.append("undetermined")
+        else:
+            ((shape, size),) = m.core_spec["sources"][s]["set"].items()
+            away = beyond(shape, size, offset[None])[0]
+            words.append("touching" if away > -TOUCHING * m.length else "open")
+    return words
 
 
 def _spread(places: Any, answer: dict[str, Any] | None, name: str, count: int) -> Floats:

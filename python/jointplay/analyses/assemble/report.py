@@ -1,0 +1,47 @@
+"""What all answers about an assembly say of its steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from jointplay.errors import InputError
+from jointplay.model import Mechanism
+from jointplay.result import Builder
+
+from jointplay.analyses.nominal import nominal
+from .part import Floats
+from .steps import Step, name
+
+
+def poses_of(m: Mechanism, configuration: int) -> Floats:
+    """Nominal poses of all bodies in one configuration, SI, nan where it is not assembled; shape (body, pose)."""
+    at = nominal(m)
+    if not 0 <= configuration < len(at):
+        problem = f"there is no configuration {configuration}; they go from 0 to {len(at) - 1}"
+        raise InputError(problem, file=m.file, key="configuration")
+    return at.poses[configuration]
+
+
+def report(m: Mechanism, taken: Sequence[Step], configuration: int, which: str) -> Builder:
+    """A result over the steps of an assembly, with what each of them is."""
+    assert m.assembly is not None
+    base = name(m, m.assembly.base)
+    builder = Builder(m, "assemble", assemble=which, base=base, number_of_configuration=configuration)
+    builder.attrs["length"] = m.length / builder.units.length
+    builder.labels("step", np.arange(1, len(taken) + 1), "number of the step, from 1")
+
+    def words(key: str, cells: list[str], long_name: str) -> None:
+        builder.add(key, "step", np.array(cells, dtype=str), long_name)
+
+    words("members", [", ".join(step.members) for step in taken], "bodies that the step adds")
+    words("links", [", ".join("+".join(link) for link in step.links) for step in taken], "the same, locked ones as one")
+    words("kind", [step.kind for step in taken], "what the step is")
+    for key, long_name in (
+        ("mobility", "freedoms of what is assembled, drives held"),
+        ("redundancy", "constraints of what is assembled that are held already"),
+    ):
+        builder.add(key, "step", np.array([getattr(step.freedom, key) for step in taken], dtype=np.int64), long_name)
+    words("held", [", ".join(step.freedom.held) for step in taken], "what is held at its nominal place")
+    return builder

@@ -1,0 +1,54 @@
+"""One built unit, whose deviations are known."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointplay.model import Mechanism
+from jointplay.result import Result
+
+from jointplay.analyses.nominal import Progress
+from .forces import Members
+from .report import poses_of, report
+from .state import State, contact, state
+from .steps import steps
+
+CENTRES = ("step", "joint", "component")
+
+
+def compute(m: Mechanism, configuration: int, progress: Progress | None = None) -> Result:
+    """The state of the unit after every step."""
+    taken = list(steps(m, poses_of(m, configuration)))
+    states: list[State] = []
+    for k, step in enumerate(taken):
+        states.append(state(step))
+        if progress is not None:
+            progress(k + 1, len(taken))
+
+    def over(name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+        return np.array([getattr(found, name) for found in states])
+
+    builder = report(m, taken, configuration, "unit")
+    for end, body in (("shaft", "first"), ("bearing", "second")):
+        words = f"of the centre on the {body} body of the joint"
+        builder.add(f"error_{end}", CENTRES, over(end), f"error {words}, actual - nominal", "component")
+        open_words = f"half-width {words} that the loads leave open"
+        builder.add(f"undetermined_{end}", CENTRES, over(f"{end}_open"), open_words, "component")
+    builder.add("error", CENTRES[::2], over("error"), "error of the output, actual - nominal", "component")
+    builder.add("undetermined", CENTRES[::2], over("error_open"), "half-width of what the loads leave open", "component")
+    per = over("slopes") * m.parameter_factors / m.component_factors[:, None]
+    words = "error of the output per offset of the parameter, in their units"
+    builder.add("sensitivity", ("step", "component", "parameter"), per, words)
+    builder.add("clearance_offset", ("step", "parameter"), over("offset"), "offset of the parameter", "parameter")
+    touching = np.array([contact(m, found) for found in states], dtype=str)
+    builder.add("contact", ("step", "source"), touching, "whether the clearance is taken up")
+    wrench = "force and moment on the second body of the joint"
+    builder.add("reaction", ("step", "joint", "wrench"), over("reaction"), wrench, "wrench")
+    members = Members(m)
+    builder.labels("member", members.names, "link between two joints")
+    forces = np.array([members.forces(step.part, found) for step, found in zip(taken, states, strict=True)])
+    builder.add("member_force", ("step", "member"), forces, "force along the member, tension positive", "force")
+    factor = "smallest factor on the clearances with which it goes together without strain"
+    builder.add("clearance_factor", "step", over("clearance_factor"), factor)
+    builder.add("status", "step", np.array([found.status for found in states], dtype=str), "outcome")
+    return builder.result()
