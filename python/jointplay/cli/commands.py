@@ -350,6 +350,25 @@ def compare(
 
 
 @app.command()
+def assemble(
+    file: File,
+    configuration: Annotated[
+        int, typer.Option("--configuration", "-c", metavar="N", help="At which configuration, counted from 0.")
+    ] = 0,
+    settings: Settings = None,
+    output: Output = None,
+    plot: Plot = None,
+) -> int:
+    """Follow an assembly step by step: what each step is, how far off every joint is after it, whether it fits."""
+    from jointplay.analyses.assemble import compute
+
+    def ask(m: Mechanism, progress: Any) -> Result:
+        return compute(m, configuration=configuration, progress=progress)
+
+    return answer.answer({"assemble": ask}, answer.mechanism(file, settings), output, plot)
+
+
+@app.command()
 def schema(
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="PATH", help="Write it there.")] = None,
 ) -> int:

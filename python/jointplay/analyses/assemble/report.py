@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,21 +16,40 @@ from .part import Floats
 from .steps import Step, name
 
 
-def poses_of(m: Mechanism, configuration: int) -> Floats:
-    """Nominal poses of all bodies in one configuration, SI, nan where it is not assembled; shape (body, pose)."""
+@dataclass(frozen=True)
+class Place:
+    """Where it is assembled: one of the mechanism's configurations, SI, nan where it is not assembled.
+
+    Attributes
+    ----------
+    configuration : int
+    poses : ndarray
+        Nominal poses of all bodies; shape (body, pose).
+    output : ndarray
+        Nominal pose of the output; shape (component,).
+    """
+
+    configuration: int
+    poses: Floats
+    output: Floats
+
+
+def place(m: Mechanism, configuration: int) -> Place:
+    """One of the configurations of a mechanism."""
     at = nominal(m)
     if not 0 <= configuration < len(at):
         problem = f"there is no configuration {configuration}; they go from 0 to {len(at) - 1}"
         raise InputError(problem, file=m.file, key="configuration")
-    return at.poses[configuration]
+    return Place(configuration, at.poses[configuration], at.output[configuration])
 
 
-def report(m: Mechanism, taken: Sequence[Step], configuration: int, which: str) -> Builder:
+def report(m: Mechanism, taken: Sequence[Step], at: Place, which: str) -> Builder:
     """A result over the steps of an assembly, with what each of them is."""
     assert m.assembly is not None
     base = name(m, m.assembly.base)
-    builder = Builder(m, "assemble", assemble=which, base=base, number_of_configuration=configuration)
+    builder = Builder(m, "assemble", assemble=which, base=base, at_configuration=at.configuration)
     builder.attrs["length"] = m.length / builder.units.length
+    builder.add("nominal", "component", at.output, "nominal pose of the output", "component")
     builder.labels("step", np.arange(1, len(taken) + 1), "number of the step, from 1")
 
     def words(key: str, cells: list[str], long_name: str) -> None:

@@ -9,7 +9,7 @@ from jointplay.result import Result
 
 from jointplay.analyses.nominal import Progress
 from .forces import Members
-from .report import poses_of, report
+from .report import place, report
 from .state import State, contact, state
 from .steps import steps
 
@@ -18,7 +18,8 @@ CENTRES = ("step", "joint", "component")
 
 def compute(m: Mechanism, configuration: int, progress: Progress | None = None) -> Result:
     """The state of the unit after every step."""
-    taken = list(steps(m, poses_of(m, configuration)))
+    at = place(m, configuration)
+    taken = list(steps(m, at.poses))
     states: list[State] = []
     for k, step in enumerate(taken):
         states.append(state(step))
@@ -28,7 +29,7 @@ def compute(m: Mechanism, configuration: int, progress: Progress | None = None) 
     def over(name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
         return np.array([getattr(found, name) for found in states])
 
-    builder = report(m, taken, configuration, "unit")
+    builder = report(m, taken, at, "unit")
     for end, body in (("shaft", "first"), ("bearing", "second")):
         words = f"of the centre on the {body} body of the joint"
         builder.add(f"error_{end}", CENTRES, over(end), f"error {words}, actual - nominal", "component")
