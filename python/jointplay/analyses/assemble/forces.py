@@ -13,7 +13,6 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay import poses
-from jointplay.compile import LENGTHS
 from jointplay.model import Mechanism
 
 from .part import Floats, Part
@@ -33,8 +32,6 @@ class Members:
 
     def __init__(self, m: Mechanism) -> None:
         spec = m.core_spec
-        #: directions in the plane or in space
-        self.lengths = sum(component in LENGTHS for component in m.components)
         #: of every body with two ends: joints by point, each with the sign of its reaction on the body
         self.ends: dict[int, dict[int, list[tuple[int, float]]]] = {}
         for body in range(len(m.bodies)):
@@ -61,6 +58,6 @@ class Members:
         if not all(there.values()):
             return np.nan
         places = [poses.place(part.nominal[body], part.m.core_spec["points"][point]["at"]) for point in there]
-        pulls = [sum(sign * found.reaction[k] for k, sign in joints)[: self.lengths] for joints in there.values()]
-        along = (places[1] - places[0])[: self.lengths]
+        pulls = [sum(sign * found.reaction[k] for k, sign in joints)[: part.lengths] for joints in there.values()]
+        along = (places[1] - places[0])[: part.lengths]
         return float((pulls[1] - pulls[0]) @ along / np.linalg.norm(along) / 2.0)

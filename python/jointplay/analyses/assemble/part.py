@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core, poses
+from jointplay.compile import LENGTHS
 from jointplay.model import Mechanism
 
 GROUND = -1
@@ -60,6 +61,11 @@ class Part:
         """Index of the joint that each drive commands, among the joints of the part."""
         return tuple(drive["joint"] for drive in self.spec["drives"])
 
+    @property
+    def lengths(self) -> int:
+        """Directions of the plane or of space."""
+        return sum(component in LENGTHS for component in self.m.components)
+
     def core(self, output: int | None = None, **changes: Any) -> _core.Mechanism:
         """The part in the compiled core, with one of its points as output and other changes of its specification."""
         point = self.spec["output"] if output is None else {"point": output}
@@ -75,7 +81,7 @@ class Part:
         return np.ascontiguousarray(self.nominal[list(self.bodies)])
 
 
-def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int]) -> Part:
+def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, attached: bool = True) -> Part:
     """The part of a mechanism that some of its bodies make.
 
     Parameters
@@ -88,6 +94,8 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int]) -> P
     assembled : iterable of int
         The bodies that are there, the base among them or not; the cross of a universal joint comes with the second of
         its bodies.
+    attached : bool
+        Whether the joints on the base count; if not, the part hangs on nothing.
     """
     spec = m.spec()
     there = _with_crosses(spec, {*assembled, base}, m)
@@ -106,7 +114,7 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int]) -> P
     points = [k for k in range(len(spec["points"])) if body_of(k) in index]
     renumbered = {point: k for k, point in enumerate(points)}
 
-    def joined(joint: dict[str, Any]) -> dict[str, Any]:
+    def renamed(joint: dict[str, Any]) -> dict[str, Any]:
         own = dict(joint)
         for end in ("first", "second"):
             if body_of(joint[end]) == base != GROUND:
@@ -115,14 +123,15 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int]) -> P
             own[end] = renumbered[joint[end]]
         return own
 
-    joints = [k for k, j in enumerate(spec["joints"]) if body_of(j["first"]) in index and body_of(j["second"]) in index]
+    joined = index if attached else set(bodies)
+    joints = [k for k, j in enumerate(spec["joints"]) if {body_of(j["first"]), body_of(j["second"])} <= set(joined)]
     drives = [k for k, drive in enumerate(spec["drives"]) if drive["joint"] in joints]
     sources = [k for k, source in enumerate(spec["sources"]) if _belongs(source, joints, drives, points)]
     own = spec | {
         "n_bodies": len(bodies),
         "guess": every[list(bodies)].tolist(),
         "points": [placed(spec["points"][k]) for k in points],
-        "joints": [joined(spec["joints"][k]) for k in joints],
+        "joints": [renamed(spec["joints"][k]) for k in joints],
         "drives": [spec["drives"][k] | {"joint": joints.index(spec["drives"][k]["joint"])} for k in drives],
         "sources": [_renumbered(spec["sources"][k], joints, drives, renumbered) for k in sources],
         "loads": [
