@@ -67,3 +67,13 @@ class Units:
     def moment_name(self) -> str:
         """Name of the unit of moment."""
         return f"{self.force_name} {self.length_name}"
+
+    @property
+    def stiffness(self) -> float:
+        """Newtons per metre per unit of stiffness, which is force over length."""
+        return self.force / self.length
+
+    @property
+    def stiffness_name(self) -> str:
+        """Name of the unit of stiffness."""
+        return f"{self.force_name}/{self.length_name}"

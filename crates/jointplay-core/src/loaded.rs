@@ -85,7 +85,7 @@ pub struct Table {
 }
 
 impl Table {
-    fn push(&mut self, row: Loaded) {
+    pub(crate) fn push(&mut self, row: Loaded) {
         self.error.extend(row.error);
         self.error_first_order.extend(row.error_first_order);
         self.undetermined.extend(row.undetermined);
@@ -253,7 +253,7 @@ impl Mechanism {
         )
     }
 
-    fn no_load_result(&self, status: Status) -> Loaded {
+    pub(crate) fn no_load_result(&self, status: Status) -> Loaded {
         let nan = |n: usize| vec![f64::NAN; n];
         Loaded {
             error: nan(self.size()),

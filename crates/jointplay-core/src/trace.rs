@@ -57,6 +57,9 @@ impl Mechanism {
     /// Nominal coordinates for `n` rows of drive values, given one after the other.
     #[must_use]
     pub fn trace(&self, n: usize, drives: &[f64]) -> Trace {
+        if self.n_rows() != self.n_unknowns() {
+            return self.trace_on_bases(n, drives);
+        }
         let width = self.n_drives();
         let rows = |from: usize, to: usize| &drives[from * width..to * width];
         let mut trace = Trace::default();

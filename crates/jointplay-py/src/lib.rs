@@ -66,6 +66,18 @@ impl Mechanism {
         self.core.row_names().collect()
     }
 
+    /// Joint and component of everything that gives way elastically.
+    #[getter]
+    fn deformations(&self) -> Vec<(usize, &'static str)> {
+        self.core.deformations().collect()
+    }
+
+    /// Whether statics and closure decide everything: no row is redundant and no joint elastic.
+    #[getter]
+    fn isostatic(&self) -> bool {
+        self.core.is_isostatic()
+    }
+
     fn assemble<'py>(&self, py: Python<'py>, drives: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         let drives = drives.as_array().to_vec();
         if drives.len() != self.core.n_drives() {
@@ -103,7 +115,6 @@ impl Mechanism {
     }
 
     fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let rows = rows(&drives, "drives", self.core.n_drives())?;
         let configurations = py.detach(|| self.core.solve(rows.len(), &rows.concat()));
         Ok(self.solved(py, &configurations)?.finish())
@@ -111,7 +122,6 @@ impl Mechanism {
 
     /// Poses, output and status only: no singular values, for maps of many configurations.
     fn trace<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let rows = rows(&drives, "drives", core.n_drives())?;
         let (trace, output) = py.detach(|| {
@@ -137,7 +147,6 @@ impl Mechanism {
         seed_drives: PyReadonlyArray2<'py, f64>,
         seed_poses: PyReadonlyArray3<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let rows = rows(&drives, "drives", core.n_drives())?;
         let configurations = Configurations::new(core, &seed_drives, &seed_poses)?;
@@ -196,7 +205,6 @@ impl Mechanism {
         weights: PyReadonlyArray1<'py, f64>,
         drives0: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let targets = rows(&targets, "targets", self.core.size())?;
         let (weights, start) = (weights.as_array().to_vec(), drives0.as_array().to_vec());
         if weights.len() != self.core.size() || start.len() != self.core.n_drives() {
@@ -214,7 +222,6 @@ impl Mechanism {
         poses: PyReadonlyArray3<'py, f64>,
         u: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let parameters = rows(&u, "u", core.n_parameters())?;
         let configurations = Configurations::new(core, &drives, &poses)?;
@@ -222,9 +229,19 @@ impl Mechanism {
         if parameters.len() != cases.len() {
             return Err(PyValueError::new_err("one row of u per configuration is needed"));
         }
-        let results = py.detach(|| core.given(&cases, &parameters));
         let (n, size) = (cases.len(), core.size());
-        Ok(Table::new(py)
+        let mut table = Table::new(py);
+        let results = if core.is_isostatic() {
+            py.detach(|| core.given(&cases, &parameters))
+        } else {
+            let found = py.detach(|| core.forced(&cases, &parameters));
+            table = table
+                .array("prestress", &[n, core.n_joints(), size], flat(found.iter().map(|r| &r.prestress)))?
+                .array("deformation", &[n, core.deformations().count()], flat(found.iter().map(|r| &r.deformation)))?
+                .array("lack_of_fit", &[n], found.iter().map(|r| r.lack_of_fit).collect())?;
+            found.into_iter().map(|r| r.given).collect()
+        };
+        Ok(table
             .array("error", &[n, size], flat(results.iter().map(|r| &r.error)))?
             .array("error_first_order", &[n, size], flat(results.iter().map(|r| &r.error_first_order)))?
             .array(
@@ -242,11 +259,15 @@ impl Mechanism {
         drives: PyReadonlyArray2<'py, f64>,
         poses: PyReadonlyArray3<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let results = py.detach(|| core.sensitivities(&cases));
+        let results =
+            py.detach(
+                || {
+                    if core.is_isostatic() { core.sensitivities(&cases) } else { core.shared_sensitivities(&cases) }
+                },
+            );
         let (n, size) = (cases.len(), core.size());
         // nalgebra stores columns, numpy rows.
         let by_rows = |m: &nalgebra::DMatrix<f64>| m.transpose().as_slice().to_vec();
@@ -269,13 +290,25 @@ impl Mechanism {
         poses: PyReadonlyArray3<'py, f64>,
         exact: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let results = py.detach(|| core.loaded(&cases, exact));
         let (n, size) = (cases.len(), core.size());
-        Ok(Table::new(py)
+        let mut table = Table::new(py);
+        let results = if core.is_isostatic() {
+            py.detach(|| core.loaded(&cases, exact))
+        } else {
+            let found = py.detach(|| core.strained(&cases, exact));
+            table = table
+                .array("clearance_factor", &[n], found.clearance_factor)?
+                .array("prestress", &[n, core.n_joints(), size], found.prestress)?
+                .array("deformation", &[n, core.deformations().count()], found.deformation)?
+                .array("contribution_elastic", &[n, core.n_joints(), size], found.elastic)?
+                .array("gap", &[n], found.gap)?
+                .array("lack_of_fit", &[n], found.lack_of_fit)?;
+            found.loaded
+        };
+        Ok(table
             .status(results.status.iter().copied())?
             .array("error", &[n, size], results.error)?
             .array("error_first_order", &[n, size], results.error_first_order)?

@@ -9,6 +9,7 @@ from jointplay.errors import InputError, listed, nearest, not_known
 from jointplay.schema import JointTable, MechanismFile, Universal
 from jointplay.units import Units
 
+from .compliance import compliance_of
 from .frames import Frame, Vector, X, Y, cross_axes, in_axes, vector
 from .placing import frames
 
@@ -45,6 +46,8 @@ class CompiledJoint:
     axis_second: Vector
     side_first: Vector
     side_second: Vector
+    #: displacement per force of the directions that it holds, one row after the other, SI; None where it is rigid
+    compliance: tuple[float, ...] | None = None
 
     @property
     def is_angular(self) -> bool:
@@ -104,6 +107,14 @@ class Graph:
         self.points.append(Point(body, vector(at, self.units.length)))
         return len(self.points) - 1
 
+    def on_the_piece_of(self, other: int, point: int) -> int:
+        """The point, or a new one at the same place on the piece of its elastic body that has the other point."""
+        piece, at = self.points[other].body, self.points[point].at
+        if self.points[point].body == piece:
+            return point
+        self.points.append(Point(piece, at))
+        return len(self.points) - 1
+
     def joint_point(self, body: str, joint: str, key: str) -> int:
         """The point of a joint on a body that must carry it."""
         if (body, joint) not in self.places:
@@ -133,7 +144,10 @@ class Graph:
                 continue
             own = name if len(riders) == 1 else f"{name}/{body}"
             ends = (self.places[carrier, name], self.places[body, name])
-            self.joints.append(CompiledJoint(own, name, joint.kind, *ends, first[0], second[0], first[1], second[1]))
+            gives = compliance_of(joint, self.units)
+            self.joints.append(
+                CompiledJoint(own, name, joint.kind, *ends, first[0], second[0], first[1], second[1], gives)
+            )
 
     def _body(self, name: str) -> int:
         if name == GROUND:
@@ -158,9 +172,10 @@ class Graph:
             self.crosses[cross] = (first[0], second[0])
         at_first, at_second = self.places[a, name], self.places[b, name]
         sides = (first[1], side_of_first), (side_of_second, second[1])
+        gives = compliance_of(joint, self.units)
         pins = (
-            CompiledJoint(f"{name}.first", name, "revolute", at_first, centre, first[0], X, *sides[0]),
-            CompiledJoint(f"{name}.second", name, "revolute", centre, at_second, Y, second[0], *sides[1]),
+            CompiledJoint(f"{name}.first", name, "revolute", at_first, centre, first[0], X, *sides[0], gives),
+            CompiledJoint(f"{name}.second", name, "revolute", centre, at_second, Y, second[0], *sides[1], gives),
         )
         self.joints.extend(pins)
 

@@ -80,7 +80,8 @@ def compile_sources(data: MechanismFile, graph: Graph, commands: Commands, outpu
 
 
 def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoint, length: float) -> Source | None:
-    entry, units = data.joints[joint.pin], graph.units
+    # Pieces of an elastic body are joined without the file saying so.
+    entry, units = data.joints.get(joint.pin), graph.units
     locked, play = getattr(entry, "angle", None), getattr(entry, "clearance", None)
     if isinstance(locked, LockedAngle):
         spec = {"joint": index, **_interval(locked.tolerance, locked.law or "normal", units.angle)}
@@ -143,6 +144,7 @@ def _of_dimension(data: MechanismFile, graph: Graph, name: str, output: int, len
             problem = f"the output is on '{data.output.body}', not on '{dimension.body}'"
             raise graph.refuse(problem, f"{key}.between.{k}")
     start, end = (graph.points[p].at for p in ends)
+    ends[0] = graph.on_the_piece_of(ends[1], ends[0])
     if math.dist(start, end) <= COINCIDENT * length:
         problem = f"{' and '.join(dimension.between)} are at the same point of '{dimension.body}'"
         raise graph.refuse(problem, f"{key}.between")

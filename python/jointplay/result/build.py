@@ -72,6 +72,7 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
         "source": Axis(m.sources),
         "joint": Axis(m.joints),
         "body": Axis(m.bodies),
+        "member": Axis(tuple(member.name for member in m.members)),
         "side": Axis(SIDES),
         "axis": Axis(tuple(lengths)),
         "outcome": Axis(tuple(_core.STATUSES)),

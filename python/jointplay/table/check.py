@@ -13,6 +13,8 @@ WORDS = {"pin_in_slot": "pin in slot"}
 def overview(result: Result) -> list[Table]:
     """Joints, sources of error, drives, and how it all can move."""
     tables = [_joints(result)]
+    if "member" in result.coords:
+        tables.append(_members(result))
     if "source" in result.coords:
         tables.append(_sources(result))
     tables.append(_mobility(result))
@@ -20,18 +22,38 @@ def overview(result: Result) -> list[Table]:
 
 
 def _joints(result: Result) -> Table:
-    names = result.labels("joint")
+    inner = set(result.get("member_joint").tolist()) if "member" in result.coords else set()
+    rows = [k for k, name in enumerate(result.labels("joint")) if name not in inner]
+    names = [result.labels("joint")[k] for k in rows]
+    kinds, first, second = (result.get(name)[rows] for name in ("joint_kind", "first_body", "second_body"))
     driven = result.get("driven_joint").tolist() if "driven_joint" in result.data else []
     drives = dict(zip(driven, result.labels("drive") if driven else [], strict=True))
     columns = [
         words("joint", names),
-        words("type", [WORDS.get(kind, kind) for kind in result.get("joint_kind").tolist()]),
-        words("carried by", result.get("first_body").tolist()),
-        words("rides on it", result.get("second_body").tolist()),
+        words("type", [WORDS.get(kind, kind) for kind in kinds.tolist()]),
+        words("carried by", first.tolist()),
+        words("rides on it", second.tolist()),
     ]
     if drives:
         columns.append(words("driven by", [drives.get(name, "") for name in names]))
-    return Table(f"{len(result.labels('body'))} bodies, {len(names)} joints", tuple(columns))
+    return Table(f"{len(_bodies(result))} bodies, {len(names)} joints", tuple(columns))
+
+
+def _bodies(result: Result) -> list[int]:
+    """Places of the bodies of the file among all, those of further pieces of an elastic one left out."""
+    owners = result.get("owner").tolist()
+    return [owners.index(owner) for owner in dict.fromkeys(owners)]
+
+
+def _members(result: Result) -> Table:
+    stiffness, length = result.get("member_stiffness"), result.get("member_length")
+    axially = tuple("rigid" if value == float("inf") else f"{value:.4g}" for value in stiffness.tolist())
+    columns = (
+        words("member", result.labels("member")),
+        Column("length", result.unit("member_length"), tuple(f"{value:.4g}" for value in length.tolist())),
+        Column("stiffness along it", result.unit("member_stiffness"), axially),
+    )
+    return Table(f"{len(stiffness)} elastic member{'s' * (len(stiffness) != 1)}", columns)
 
 
 def _sources(result: Result) -> Table:
@@ -50,15 +72,18 @@ def _sources(result: Result) -> Table:
 def _mobility(result: Result) -> Table:
     frame = result.labels("component")
     guess = result.get("guess")
-    columns = [words("body", result.labels("body"))]
+    rows = _bodies(result)
+    columns = [words("body", [result.labels("body")[k] for k in rows])]
     for k, name in enumerate(frame):
         places = 3 if name in LENGTHS else 2
         unit = result.unit("guess", component=name)
-        columns.append(Column(name, unit, tuple(fixed(float(v), places) for v in guess[:, k])))
+        columns.append(Column(name, unit, tuple(fixed(float(v), places) for v in guess[rows, k])))
     assembled = (
         "It goes together near its start." if result.attrs["assembled"] else "It does not go together near its start."
     )
     words_ = str(result.attrs["mobility"])
     count = int(result.attrs["configurations"])
-    notes = (f"{words_[0].upper()}{words_[1:]}.", assembled, f"{count} configuration{'s' * (count != 1)}.")
+    stresses = result.get("self_stress_members").tolist() if "number" in result.coords else []
+    told = [f"Self-stress {k} runs through {through}." for k, through in enumerate(stresses, 1)]
+    notes = (f"{words_[0].upper()}{words_[1:]}.", *told, assembled, f"{count} configuration{'s' * (count != 1)}.")
     return Table("Start, from which it is assembled", tuple(columns), notes)

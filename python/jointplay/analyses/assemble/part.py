@@ -92,13 +92,13 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
     base : int
         The body that does not move.
     assembled : iterable of int
-        The bodies that are there, the base among them or not; the cross of a universal joint comes with the second of
-        its bodies.
+        The bodies that are there, the base among them or not. The pieces of an elastic body come with it, the cross of
+        a universal joint with the second of its bodies.
     attached : bool
         Whether the joints on the base count; if not, the part hangs on nothing.
     """
     spec = m.spec()
-    there = _with_crosses(spec, {*assembled, base}, m)
+    there = _with_crosses(spec, _with_pieces(m, {*assembled, base}), m)
     bodies = tuple(sorted(there - {base}))
     index = {base: GROUND, **{body: k for k, body in enumerate(bodies)}}
     every = np.vstack([nominal, poses.ground(nominal.shape[-1])])  # the ground has index -1
@@ -143,6 +143,12 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
     }
     parameters = np.flatnonzero(np.isin(m.parameter_source, sources))
     return Part(m, base, bodies, tuple(joints), tuple(drives), tuple(sources), parameters, every, own)
+
+
+def _with_pieces(m: Mechanism, there: set[int]) -> set[int]:
+    """The bodies with the pieces of those that are elastic."""
+    names = {m.bodies[body] for body in there if body != GROUND}
+    return there | {k for k, owner in enumerate(m.owners) if owner in names}
 
 
 def _with_crosses(spec: dict[str, Any], there: set[int], m: Mechanism) -> set[int]:
