@@ -16,6 +16,7 @@ PAPERS = Path(__file__).resolve().parents[1] / "examples" / "papers"
 sys.path.insert(0, str(PAPERS))
 
 import make_paper_1  # noqa: E402
+from committed import check  # noqa: E402
 from paper1 import exact, page, published, rings  # noqa: E402
 
 P = {name: i for i, name in enumerate(published.POSITIONS)}
@@ -191,4 +192,4 @@ def test_the_needed_correction_keeps_its_sign_and_beats_the_printed_one(
 
 
 def test_the_committed_page_is_what_the_study_gives(study: exact.Study) -> None:
-    assert make_paper_1.check(page.render(study)) == 0
+    assert check(make_paper_1.PAGE, page.render(study)) == 0

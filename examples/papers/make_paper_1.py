@@ -7,26 +7,12 @@ python examples/papers/make_paper_1.py --check    exit code 1 if the page differ
 from __future__ import annotations
 
 import argparse
-import difflib
 import sys
-from pathlib import Path
 
+from committed import IMAGES, PAPERS, check
 from paper1 import exact, page
 
-DOCS = Path(__file__).resolve().parents[2] / "docs" / "papers"
-PAGE = DOCS / "paper-1.md"
-IMAGES = DOCS / "img"
-
-
-def check(text: str) -> int:
-    """Compare the committed page with the computed one, line by line."""
-    committed = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
-    difference = list(
-        difflib.unified_diff(committed.splitlines(), text.splitlines(), "committed", "computed", lineterm="", n=0)
-    )
-    missing = [target for target in page.images(text) if not (DOCS / target).exists()]
-    print("\n".join([*difference, *(f"missing figure: {name}" for name in missing)]) or f"{PAGE.name} is up to date")
-    return 1 if difference or missing else 0
+PAGE = PAPERS / "paper-1.md"
 
 
 def main() -> int:
@@ -37,7 +23,7 @@ def main() -> int:
     study = exact.study()
     text = page.render(study)
     if arguments.check:
-        return check(text)
+        return check(PAGE, text)
     from paper1 import figures  # matplotlib is not needed for --check
 
     figures.draw_all(study, IMAGES)

@@ -7,27 +7,13 @@ python examples/papers/make_paper_3.py --check    exit code 1 if page or tables 
 from __future__ import annotations
 
 import argparse
-import difflib
 import sys
-from pathlib import Path
 
+from committed import IMAGES, PAPERS, check
 from paper3 import maps, page, study
 
-DOCS = Path(__file__).resolve().parents[2] / "docs" / "papers"
-PAGE = DOCS / "paper-3.md"
-LOADED, WORST = DOCS / "paper-3-map.csv", DOCS / "paper-3-worst.csv"
-IMAGES = DOCS / "img"
-
-
-def check(text: str) -> int:
-    """Compare the committed page with the computed one, line by line."""
-    committed = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
-    difference = list(
-        difflib.unified_diff(committed.splitlines(), text.splitlines(), "committed", "computed", lineterm="", n=0)
-    )
-    missing = [target for target in page.links(text) if not (DOCS / target).exists()]
-    print("\n".join([*difference, *(f"missing: {name}" for name in missing)]) or f"{PAGE.name} is up to date")
-    return 1 if difference or missing else 0
+PAGE = PAPERS / "paper-3.md"
+LOADED, WORST = PAPERS / "paper-3-map.csv", PAPERS / "paper-3-worst.csv"
 
 
 def main() -> int:
@@ -40,7 +26,7 @@ def main() -> int:
         if not maps.agree(maps.load(LOADED, WORST), mapped):
             print(f"{LOADED.name} or {WORST.name} differs")
             return 1
-        return check(page.render(answers, maps.load(LOADED, WORST)))
+        return check(PAGE, page.render(answers, maps.load(LOADED, WORST)))
     from paper3 import figures  # matplotlib is not needed for --check
 
     maps.save(mapped, LOADED, WORST)

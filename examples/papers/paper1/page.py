@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from string import Template
 
@@ -211,8 +210,3 @@ def render(study: Study) -> str:
     }
     text = Template(TEMPLATE.read_text(encoding="utf-8"))
     return text.substitute(blocks | rule_values(study) | reach_values(study) | comparison_values(study))
-
-
-def images(text: str) -> list[str]:
-    """The figures that a page shows, as paths relative to it."""
-    return re.findall(r"!\[[^]]*\]\(([^)]+)\)", text)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from string import Template
@@ -299,8 +298,3 @@ def render(study: Study, maps: Maps) -> str:
         "scatter_table": scatter(study),
     }
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(blocks | _shares(study) | values(study, maps))
-
-
-def links(text: str) -> list[str]:
-    """The figures and tables that a page shows or links to, as paths relative to it."""
-    return re.findall(r"\]\(([^):]+\.(?:svg|csv))\)", text)

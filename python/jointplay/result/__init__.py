@@ -4,13 +4,12 @@ from .blame import Blame, blame
 from .build import STATUSES, Builder, axes_of, version
 from .combine import align, merge, stack
 from .dataset import from_dataset, to_dataset
-from .quantity import TRANSLATIONS, quantities, quantity
+from .quantity import quantities, quantity
 from .sizes import size, split, unit_of
 from .structure import Attribute, Result, Variable
 
 __all__ = [
     "STATUSES",
-    "TRANSLATIONS",
     "Attribute",
     "Blame",
     "Builder",

@@ -9,6 +9,7 @@ import numpy as np
 from jointplay.errors import InputError, not_known
 
 from .dataset import from_dataset
+from .sizes import size, split
 from .structure import Array, Result, Variable
 
 if TYPE_CHECKING:
@@ -24,7 +25,6 @@ BEHIND = {
 }
 #: share of the units that keep below the figure that stands for the scatter
 TYPICAL = 0.95
-TRANSLATIONS = ("x", "y", "z")
 WORDS = {"position": "position error", "rotation": "rotation", "singular_value": "smallest singular value"}
 
 
@@ -97,11 +97,9 @@ def _behind(result: Result, source: str, name: str) -> Variable:
         )
     if "component" not in found.dims:
         return found
-    components = result.labels("component")
-    picked = [c for c in components if (c in TRANSLATIONS) == (name == "position")]
-    parts = np.stack([result.get(source, component=c) for c in picked])
-    size = np.sqrt((parts**2).sum(axis=0))
-    return _without(found, ("component",), size, result.unit(source, component=picked[0]), WORDS[name])
+    lengths, angles = split(result.labels("component"))
+    unit = result.unit(source, component=(lengths if name == "position" else angles)[0])
+    return _without(found, ("component",), size(result, source, name), unit, WORDS[name])
 
 
 def _without(found: Variable, dims: tuple[str, ...], values: Array, units: str, words: str) -> Variable:

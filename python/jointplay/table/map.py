@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.result import TRANSLATIONS, Result, quantities, quantity
+from jointplay.result import Result, quantities, quantity, split
 
 from .layout import NOTHING, Column, Table, commands, numbers, words
 
@@ -102,6 +102,7 @@ def _parts(result: Result, good: Nodes) -> dict[str, Floats]:
     values = result.get("contribution")[good]
     # Of an error, its part along the whole: the squares add up. A variance adds up as it is.
     along = values if result.attrs["question"] == "random" else values * values.sum(axis=1, keepdims=True)
-    moves = np.array([name in TRANSLATIONS for name in result.labels("component")])
+    components = result.labels("component")
+    moves = np.isin(components, split(components)[0])
     sums = along.sum(axis=0)
     return {"position": sums[:, moves].sum(axis=1), "rotation": sums[:, ~moves].sum(axis=1)}
