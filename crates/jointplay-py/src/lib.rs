@@ -302,6 +302,7 @@ impl Mechanism {
             table = table
                 .array("clearance_factor", &[n], found.clearance_factor)?
                 .array("prestress", &[n, core.n_joints(), size], found.prestress)?
+                .array("force", &[n, core.n_rows()], found.force)?
                 .array("deformation", &[n, core.deformations().count()], found.deformation)?
                 .array("contribution_elastic", &[n, core.n_joints(), size], found.elastic)?
                 .array("gap", &[n], found.gap)?

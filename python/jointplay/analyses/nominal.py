@@ -85,9 +85,9 @@ def nominal(m: Mechanism) -> Nominal:
     Raises
     ------
     InputError
-        When the mechanism has too few or too many drives, or is over-constrained, or only has a grid.
+        When the mechanism has too few or too many drives, or only has a grid.
     """
-    require_determinate(m)
+    require_determinate(m, over_constrained=True)
     if m.drive_values is not None:
         # A drive has its commanded value also where the links cannot follow.
         return replace(_of(m.core.solve(m.drive_values)), drives=m.drive_values)

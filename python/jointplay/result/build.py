@@ -61,6 +61,7 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
     sizes, both = ("position", "rotation"), ("length", "angle")
     sides = [(f"{name} {side}", kind) for name, kind in zip(m.components, components, strict=True) for side in SIDES]
     wrench, forces = WRENCH[m.data.space]
+    deformations = m.core.deformations
     return {
         "component": Axis(m.components, components),
         "component_other": Axis(m.components, components),
@@ -72,6 +73,10 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
         "source": Axis(m.sources),
         "joint": Axis(m.joints),
         "body": Axis(m.bodies),
+        "deformation": Axis(
+            tuple(f"{m.joints[joint]}.{component}" for joint, component in deformations),
+            tuple("angle" if component in TURNS else "length" for _, component in deformations),
+        ),
         "member": Axis(tuple(member.name for member in m.members)),
         "side": Axis(SIDES),
         "axis": Axis(tuple(lengths)),

@@ -143,10 +143,12 @@ impl<'a> Judge<'a> {
         // fixed sets, over what it does in the clearances.
         let work = inner(&multipliers, &self.program.right) - fixed;
         let dual_value = if work > 0.0 && scaled > 0.0 {
-            multipliers.iter_mut().for_each(|y| *y /= scaled);
+            for y in &mut multipliers {
+                *y /= scaled;
+            }
             work / scaled
         } else {
-            multipliers.iter_mut().for_each(|y| *y = 0.0);
+            multipliers.fill(0.0);
             0.0
         };
         let factor = x[self.standard.n].max(0.0);

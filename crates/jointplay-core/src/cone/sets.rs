@@ -37,7 +37,9 @@ pub(super) struct Region {
 /// `sum factor * component`.
 fn form(terms: &[(usize, f64)]) -> Form {
     let mut form = [0.0; MAX_SIZE];
-    terms.iter().for_each(|(k, factor)| form[*k] += factor);
+    for (k, factor) in terms {
+        form[*k] += factor;
+    }
     form
 }
 

@@ -123,7 +123,7 @@ impl Standard {
                         );
                     }
                     Condition::Length { forms, shift, bound } => {
-                        lengths.push((part.first, forms, shift, bounded(*bound)))
+                        lengths.push((part.first, forms, shift, bounded(*bound)));
                     }
                 }
             }

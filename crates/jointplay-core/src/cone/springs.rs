@@ -19,8 +19,7 @@ pub fn factor(compliance: &[f64], size: usize) -> Option<Vec<Vec<f64>>> {
     }
     let mut rest: Vec<Vec<f64>> = (0..size).map(|i| (0..size).map(|j| scaled(i, j)).collect()).collect();
     let mut columns = Vec::new();
-    loop {
-        let Some(p) = (0..size).max_by(|a, b| rest[*a][*a].total_cmp(&rest[*b][*b])) else { break };
+    while let Some(p) = (0..size).max_by(|a, b| rest[*a][*a].total_cmp(&rest[*b][*b])) {
         if rest[p][p] <= ROUNDING {
             break;
         }

@@ -199,7 +199,9 @@ impl Standard {
             let reach = size(row);
             let all: f64 = program.blocks.iter().map(|block| size(block.row(i))).sum();
             let scale = [reach, all].into_iter().find(|s| *s > 0.0).unwrap_or(1.0);
-            row.iter_mut().for_each(|a| *a /= scale);
+            for a in row.iter_mut() {
+                *a /= scale;
+            }
             *b /= scale;
             allowed.push(if reach > 0.0 { CONSISTENT } else { 0.0 } + ROUNDING * all / scale);
             self.scales.push(scale);

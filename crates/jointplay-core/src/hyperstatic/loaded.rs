@@ -9,7 +9,7 @@ use super::settle::{Failure, Settled};
 use super::system::{Ask, Balance, System};
 use crate::closure::Inputs;
 use crate::loaded::{Case, Loaded, Table};
-use crate::mechanism::{Elastic, Mechanism, Source};
+use crate::mechanism::{Elastic, Mechanism, Row, Source};
 use crate::solver::{Solver, State};
 use crate::status::Status;
 use crate::trace::CLEAR;
@@ -31,6 +31,8 @@ pub struct Strain {
     pub clearance_factor: f64,
     /// Reactions without any load.
     pub prestress: Vec<f64>,
+    /// Force or moment on the displacement of every row, in the joint's axes: what pulls its second body along.
+    pub force: Vec<f64>,
     /// Deformation of every elastic component.
     pub deformation: Vec<f64>,
     /// Share of every joint's deformation in the first-order error, joint by joint, per component.
@@ -48,6 +50,7 @@ pub struct StrainTable {
     pub loaded: Table,
     pub clearance_factor: Vec<f64>,
     pub prestress: Vec<f64>,
+    pub force: Vec<f64>,
     pub deformation: Vec<f64>,
     pub elastic: Vec<f64>,
     pub gap: Vec<f64>,
@@ -59,6 +62,7 @@ impl StrainTable {
         self.loaded.push(row.loaded);
         self.clearance_factor.push(row.clearance_factor);
         self.prestress.extend(row.prestress);
+        self.force.extend(row.force);
         self.deformation.extend(row.deformation);
         self.elastic.extend(row.elastic);
         self.gap.push(row.gap);
@@ -124,6 +128,7 @@ impl Mechanism {
             loaded: self.no_load_result(status),
             clearance_factor: f64::NAN,
             prestress: nan(self.n_joints() * self.size()),
+            force: nan(self.n_rows()),
             deformation: nan(self.deformations().count()),
             elastic: nan(self.n_joints() * self.size()),
             gap: f64::NAN,
@@ -172,6 +177,7 @@ impl Mechanism {
             },
             clearance_factor: factor,
             prestress: vec![0.0; self.n_joints() * self.size()],
+            force: self.known(&balance.forces, &unknown),
             deformation: self.deformation(system, &balance),
             elastic,
             gap: balance.gap,
@@ -192,6 +198,7 @@ impl Mechanism {
             found.loaded.reaction = self.bearable(c, &balance.forces, &unknown);
             found.loaded.offset = self.offsets(system, balance);
             found.loaded.steps = settled.steps;
+            found.force = self.known(&balance.forces, &unknown);
             found.deformation = self.deformation(system, balance);
             found.gap = balance.gap;
             settled_all = settled.still && balance.solved;
@@ -322,6 +329,12 @@ impl Mechanism {
             }
         }
         reactions
+    }
+
+    /// Forces on the rows, unknown where nothing decides them.
+    fn known(&self, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
+        let known = |(row, force): (&Row, &f64)| if unknown[row.joint] { f64::NAN } else { *force };
+        self.rows.iter().zip(forces.iter()).map(known).collect()
     }
 
     /// The values of all parameters.
