@@ -18,6 +18,7 @@ from jointplay.model import Mechanism
 
 from .freedom import TARGET
 from .part import GROUND, Floats, Part, cut
+from .steps import body_of
 
 #: two ends nearer than this share of the characteristic length have no direction between them
 COINCIDENT = 1e-9
@@ -51,9 +52,9 @@ def spans(m: Mechanism, nominal: Floats, members: Sequence[int]) -> Iterator[Spa
     """The spans of members that are locked together, between every two outer joints on different members."""
     assert m.assembly is not None
     part = cut(m, nominal, m.assembly.base, members, attached=False)
-    for (k, a), (n, b) in combinations(_outer(part, members), 2):
+    for (k, a), (n, b) in combinations(_outer(part), 2):
         far = part.spec["points"]
-        if far[a]["body"] == far[b]["body"]:
+        if body_of(part, a) == body_of(part, b):
             continue
         start, end = (poses.place(part.poses[far[p]["body"]], far[p]["at"]) for p in (a, b))
         if float(np.linalg.norm(end - start)) > COINCIDENT * m.length:
@@ -62,9 +63,9 @@ def spans(m: Mechanism, nominal: Floats, members: Sequence[int]) -> Iterator[Spa
                 yield Span(tuple(members), (k, n), *gauge.lengths())
 
 
-def _outer(part: Part, members: Sequence[int]) -> list[tuple[int, int]]:
+def _outer(part: Part) -> list[tuple[int, int]]:
     """Joints with bodies outside, each with its point on the part."""
-    spec, own = part.m.core_spec, {*members}
+    spec, own = part.m.core_spec, {*part.bodies}
     there = [k for k, point in enumerate(spec["points"]) if point["body"] in (*part.bodies, part.base)]
     found: dict[int, tuple[int, int]] = {}
     for k, joint in enumerate(spec["joints"]):
@@ -93,7 +94,8 @@ class _Gauge:
         held = {a: "xyz"[: part.lengths], b: "yz"[: part.lengths - 1], first + 1: "z" if part.lengths == 3 else ""}
         self.changes: dict[str, Any] = {
             "points": [*points, {"body": GROUND, "at": [0.0] * 3}, {"body": body, "at": aside.tolist()}],
-            "joints": [*part.spec["joints"], *(TARGET | {"first": first, "second": point} for point in held)],
+            # How long it is by itself does not depend on how it gives.
+            "joints": [*({**joint, "compliance": None} for joint in part.spec["joints"]), *(TARGET | {"first": first, "second": point} for point in held)],
             "drives": [
                 *part.spec["drives"],
                 *({"joint": own + k, "component": c} for k, names in enumerate(held.values()) for c in names),

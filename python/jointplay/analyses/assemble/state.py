@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core
+from jointplay.analyses.offsets import beyond
 from jointplay.model import Mechanism
 from jointplay.result import STATUSES
 
-from jointplay.analyses.offsets import beyond
+from .forces import Members
 from .part import Floats
 from .steps import Step
 
@@ -49,8 +50,10 @@ class State:
         Whether the loads decide where a source is; shape (source,).
     reaction : ndarray
         On the second body of every joint; shape (joint, wrench).
+    force, elongation : ndarray
+        Of every member.
     clearance_factor : float
-        Smallest factor on the clearances with which the part goes together without strain.
+        Smallest factor on the clearances with which rigid bodies go together.
     status : str
     """
 
@@ -64,6 +67,8 @@ class State:
     offset: Floats
     decided: NDArray[np.bool_]
     reaction: Floats
+    force: Floats
+    elongation: Floats
     clearance_factor: float
     status: str
 
@@ -83,61 +88,57 @@ class Held:
         """The part in the core, with a point as output."""
         return self.part.core(output, **self.changes, **changes)
 
-    def points(self) -> list[int]:
-        """The centres of all joints and the output, each once."""
-        spec = self.part.spec
-        centres = {joint[end] for joint in spec["joints"] for end in ENDS}
-        return sorted(centres | ({spec["output"]["point"]} if self.has_output else set()))
+    def loaded(self, output: int | None = None, **changes: Any) -> dict[str, Any]:
+        """What the core says of the part under its loads."""
+        return self.core(output, **changes).loaded(self.drives, self.poses, True)
+
+    def centres(self) -> dict[int, dict[str, int]]:
+        """The points of the joints of the file, by the joint's index in the part."""
+        inner = {member.joint for member in self.part.m.members}
+        joints = enumerate(self.part.spec["joints"])
+        return {k: {end: joint[end] for end in ENDS} for k, joint in joints if self.part.joints[k] not in inner}
 
     @property
-    def has_output(self) -> bool:
-        """Whether the body of the output is there and is not the base."""
+    def output(self) -> int | None:
+        """The output point, where its body is there and is not the base."""
         spec = self.part.m.core_spec
-        return int(spec["points"][spec["output"]["point"]]["body"]) in self.part.bodies
+        there = int(spec["points"][spec["output"]["point"]]["body"]) in self.part.bodies
+        return int(self.part.spec["output"]["point"]) if there else None
 
 
-def state(step: Step) -> State:
+def state(step: Step, members: Members) -> State:
     """Solve what is assembled after a step."""
     held = Held(step)
     part, m = held.part, held.part.m
-    answers = {point: held.core(point).loaded(held.drives, held.poses, True) for point in held.points()}
+    centres, output = held.centres(), held.output
+    points = {point for ends in centres.values() for point in ends.values()} | ({output} - {None})
+    answers = {point: held.loaded(point) for point in sorted(points)}
     joints, size = len(m.joints), len(m.components)
-    centres = np.full((2, 2, joints, size), np.nan)
-    for k, joint in enumerate(part.spec["joints"]):
-        for end, side in enumerate(ENDS):
-            found = answers[joint[side]]
-            centres[:, end, part.joints[k]] = found["error"][0], found["undetermined"][0]
-    error = np.full((2, size), np.nan)
-    if held.has_output:
-        found = answers[part.spec["output"]["point"]]
-        error[:] = found["error"][0], found["undetermined"][0]
-    (shaft, bearing), (shaft_open, bearing_open) = centres
-    any_answer = next(iter(answers.values()), None)
-    codes = [str(STATUSES[answer["status"][0]]) for answer in answers.values()]
+    found = np.full((2, 2, joints, size), np.nan)
+    for k, ends in centres.items():
+        for i, end in enumerate(ENDS):
+            found[:, i, part.joints[k]] = _error(answers[ends[end]])
+    error, error_open = np.full((2, size), np.nan) if output is None else _error(answers[output])
+    # Where nothing is there but the base, the core still says what nothing does.
+    answer = next(iter(answers.values()), None) or held.loaded()
+    statuses = [str(STATUSES[answer["status"][0]]) for answer in answers.values()]
+    core = held.core()
     return State(
-        shaft=shaft,
-        bearing=bearing,
-        shaft_open=shaft_open,
-        bearing_open=bearing_open,
-        error=error[0],
-        error_open=error[1],
+        shaft=found[0, 0],
+        bearing=found[0, 1],
+        shaft_open=found[1, 0],
+        bearing_open=found[1, 1],
+        error=error,
+        error_open=error_open,
         slopes=_slopes(held),
-        offset=_spread(part.parameters, any_answer, "offset", len(m.parameters)),
-        decided=_spread(part.sources, any_answer, "decided", len(m.sources)) == 1.0,
-        reaction=_spread(part.joints, any_answer, "reaction", joints),
-        clearance_factor=_factor(any_answer),
-        status=max([*codes, "underconstrained" if held.free else "ok"], key=SERIOUS.index),
+        offset=_spread(part.parameters, answer["offset"], len(m.parameters)),
+        decided=_spread(part.sources, answer["decided"], len(m.sources)) == 1.0,
+        reaction=_spread(part.joints, answer["reaction"], joints),
+        force=members.forces(part, core, answer),
+        elongation=members.elongations(part, core, answer),
+        clearance_factor=float(answer["clearance_factor"][0]) if "clearance_factor" in answer else 0.0,
+        status=max([*statuses, "underconstrained" if held.free else "ok"], key=SERIOUS.index),
     )
-
-
-def _slopes(held: Held) -> Floats:
-    """Error of the output per offset of every parameter of the whole mechanism."""
-    m = held.part.m
-    slopes = np.full((len(m.components), len(m.parameters)), np.nan)
-    if held.has_output and not held.redundant:
-        core = held.core(held.part.spec["output"]["point"])
-        slopes[:, held.part.parameters] = core.sensitivity(held.drives, held.poses)["source"][0]
-    return slopes
 
 
 def contact(m: Mechanism, found: State) -> list[str]:
@@ -159,18 +160,23 @@ def contact(m: Mechanism, found: State) -> list[str]:
     return words
 
 
-def _spread(places: Any, answer: dict[str, Any] | None, name: str, count: int) -> Floats:
-    """What the core says of the entries of the part, at their places among those of the whole mechanism."""
-    if answer is None:
-        return np.full(count, np.nan)
+def _error(answer: dict[str, Any]) -> tuple[Floats, Floats]:
+    return answer["error"][0], answer["undetermined"][0]
+
+
+def _slopes(held: Held) -> Floats:
+    """Error of the output per offset of every parameter of the whole mechanism."""
+    m = held.part.m
+    slopes = np.full((len(m.components), len(m.parameters)), np.nan)
+    if held.output is not None and not held.redundant:
+        slopes[:, held.part.parameters] = held.core().sensitivity(held.drives, held.poses)["source"][0]
+    return slopes
+
+
+def _spread(places: Any, values: Any, count: int) -> Floats:
+    """Entries of the part at their places among those of the whole mechanism."""
     # What holds a freedom comes last in the core and has no place in the mechanism.
-    values = np.asarray(answer[name][0], dtype=np.float64)[: len(places)]
+    values = np.asarray(values[0], dtype=np.float64)[: len(places)]
     whole = np.full((count, *values.shape[1:]), np.nan)
     whole[list(places)] = values
     return whole
-
-
-def _factor(answer: dict[str, Any] | None) -> float:
-    if answer is None or "clearance_factor" not in answer:
-        return 0.0
-    return float(answer["clearance_factor"][0])

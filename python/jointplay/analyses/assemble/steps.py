@@ -122,9 +122,10 @@ def ends(part: Part, joint: int) -> tuple[int, int]:
 
 
 def body_of(part: Part, point: int) -> int:
-    """The body of a point of the part, by its index in the whole mechanism."""
+    """The body of the file on which a point of the part is, by its index in the whole mechanism."""
     body = int(part.spec["points"][point]["body"])
-    return part.base if body == GROUND else part.bodies[body]
+    own = part.base if body == GROUND else part.bodies[body]
+    return own if own == GROUND else part.m.bodies.index(part.m.owners[own])
 
 
 def reordered(m: Mechanism, order: Sequence[int]) -> Mechanism:

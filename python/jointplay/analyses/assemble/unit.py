@@ -20,9 +20,10 @@ def compute(m: Mechanism, configuration: int, progress: Progress | None = None) 
     """The state of the unit after every step."""
     at = place(m, configuration)
     taken = list(steps(m, at.poses))
+    members = Members(m)
     states: list[State] = []
     for k, step in enumerate(taken):
-        states.append(state(step))
+        states.append(state(step, members))
         if progress is not None:
             progress(k + 1, len(taken))
 
@@ -45,11 +46,10 @@ def compute(m: Mechanism, configuration: int, progress: Progress | None = None) 
     builder.add("contact", ("step", "source"), touching, "whether the clearance is taken up")
     wrench = "force and moment on the second body of the joint"
     builder.add("reaction", ("step", "joint", "wrench"), over("reaction"), wrench, "wrench")
-    members = Members(m)
-    builder.labels("member", members.names, "link between two joints")
-    forces = np.array([members.forces(step.part, found) for step, found in zip(taken, states, strict=True)])
-    builder.add("member_force", ("step", "member"), forces, "force along the member, tension positive", "force")
-    factor = "smallest factor on the clearances with which it goes together without strain"
+    builder.labels("member", members.names, "link between two points")
+    builder.add("member_force", ("step", "member"), over("force"), "force along the member, tension positive", "force")
+    builder.add("member_elongation", ("step", "member"), over("elongation"), "elastic elongation", "length")
+    factor = "smallest factor on the clearances with which rigid bodies go together"
     builder.add("clearance_factor", "step", over("clearance_factor"), factor)
     builder.add("status", "step", np.array([found.status for found in states], dtype=str), "outcome")
     return builder.result()
