@@ -52,6 +52,7 @@ class Mechanism:
     def worst(
         self, drives: NDArray[np.float64], poses: NDArray[np.float64], starts: int = 24, lanes: bool = True
     ) -> dict[str, NDArray[Any]]: ...
+    def units(self, samples: int, seed: int, law: str | None = None) -> NDArray[np.float64]: ...
     def random(
         self,
         drives: NDArray[np.float64],

@@ -361,6 +361,25 @@ impl Mechanism {
             .finish())
     }
 
+    /// Parameters of random units: those that `random` solves with the same seed and law.
+    #[pyo3(signature = (samples, seed, law = None))]
+    fn units<'py>(
+        &self,
+        py: Python<'py>,
+        samples: usize,
+        seed: u64,
+        law: Option<&str>,
+    ) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
+        let core = &self.core;
+        let (limit_position, limit_rotation) = (f64::NAN, f64::NAN);
+        let law = named(law)?;
+        let request = Request { samples, seed, probabilities: vec![], limit_position, limit_rotation, law, keep: false };
+        let units = py.detach(|| core.units(&request));
+        let array = numpy::ndarray::Array2::from_shape_vec((samples, core.n_parameters()), units)
+            .map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Ok(numpy::IntoPyArray::into_pyarray(array, py))
+    }
+
     #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method
     #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0, keep = false))]
     fn random<'py>(
@@ -379,13 +398,7 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
         let core = &self.core;
-        let law = match law {
-            None => None,
-            Some("uniform") => Some(Law::Uniform),
-            Some("boundary") => Some(Law::Boundary),
-            Some("normal") => Some(Law::Normal),
-            Some(other) => return Err(PyValueError::new_err(format!("unknown law '{other}'"))),
-        };
+        let law = named(law)?;
         let probabilities = probabilities.as_array().to_vec();
         let np = probabilities.len();
         let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law, keep };
@@ -444,6 +457,17 @@ impl Mechanism {
             self.core.n_rows(),
             self.core.n_unknowns()
         )))
+    }
+}
+
+/// The law of a name.
+fn named(law: Option<&str>) -> PyResult<Option<Law>> {
+    match law {
+        None => Ok(None),
+        Some("uniform") => Ok(Some(Law::Uniform)),
+        Some("boundary") => Ok(Some(Law::Boundary)),
+        Some("normal") => Ok(Some(Law::Normal)),
+        Some(other) => Err(PyValueError::new_err(format!("unknown law '{other}'"))),
     }
 }
 
