@@ -118,7 +118,7 @@ def _strain(m: Mechanism, builder: Builder, found: dict[str, NDArray[Any]]) -> N
     if not m.core.deformations:
         return
     words = "elastic deformation of the joint"
-    builder.add("deformation", ("configuration", "deformation"), found["deformation"], words, "deformation")
+    builder.add("deformation", ("configuration", "elastic"), found["deformation"], words, "elastic")
     dims = ("configuration", "joint", "component")
     words = "part of the joint's deformation in the first-order error"
     builder.add("contribution_elastic", dims, found["contribution_elastic"], words, "component")

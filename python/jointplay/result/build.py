@@ -73,7 +73,7 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
         "source": Axis(m.sources),
         "joint": Axis(m.joints),
         "body": Axis(m.bodies),
-        "deformation": Axis(
+        "elastic": Axis(
             tuple(f"{m.joints[joint]}.{component}" for joint, component in deformations),
             tuple("angle" if component in TURNS else "length" for _, component in deformations),
         ),

@@ -57,7 +57,9 @@ impl Standard {
         }
         self.push_sets(&mut rows, factor);
         let mut quadratic = Vec::new();
-        if factor.is_none() {
+        if self.central {
+            quadratic.extend((0..n).map(|k| (k, k, 1.0)));
+        } else if factor.is_none() {
             for part in &self.parts {
                 if let Body::Deformation(columns) = &part.body {
                     quadratic.extend((part.first..part.first + columns.len()).map(|k| (k, k, 1.0)));

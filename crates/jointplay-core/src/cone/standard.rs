@@ -73,6 +73,8 @@ pub(super) struct Standard {
     pub scales: Vec<f64>,
     /// The unit of energy.
     pub energy: f64,
+    /// Whether the squares of all coordinates count.
+    pub central: bool,
     /// Whether the equations that were left out hold.
     pub consistent: bool,
 }
@@ -144,6 +146,7 @@ impl Standard {
             right: Vec::new(),
             scales: Vec::new(),
             energy: 1.0,
+            central: false,
             consistent: true,
         }
     }

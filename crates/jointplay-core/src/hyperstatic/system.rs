@@ -145,9 +145,24 @@ impl<'m> System<'m> {
             solved: answer.outcome == Outcome::Solved,
             ..none(1.0)
         };
-        self.fill(c, &mut balance, &answer.displacements);
+        // What the load leaves open is put in the middle.
+        let middle = if ask == Ask::Factor { None } else { self.middle(c, &program, &balance.forces, &answer) };
+        self.fill(c, &mut balance, middle.as_ref().unwrap_or(&answer.displacements));
         balance.answer = Some(answer);
         Some(balance)
+    }
+
+    /// The middle of what is open among the tied gives; `None` where nothing is.
+    fn middle(
+        &self,
+        c: &Compatibility,
+        program: &Program,
+        forces: &DVector<f64>,
+        answer: &Answer,
+    ) -> Option<Vec<Vec<f64>>> {
+        let open = |give: &Give| self.face(give, c, forces).is_some_and(|face| !face.is_point());
+        let any = self.gives.iter().any(|give| Self::is_tied(give, c) && open(give));
+        if any { program.middle(answer, UNDECIDED_TOGETHER) } else { None }
     }
 
     /// Puts the displacements: of what is tied as the program says, of the others by the forces.
