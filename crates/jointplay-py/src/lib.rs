@@ -5,6 +5,8 @@
 
 mod arrays;
 
+use jointplay_core::hyperstatic::StrainTable;
+use jointplay_core::loaded::Table as LoadTable;
 use jointplay_core::sampling::{BINS, Request};
 use jointplay_core::spec::Law;
 use jointplay_core::{Mechanism as Core, Spec, Status};
@@ -293,35 +295,31 @@ impl Mechanism {
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let (n, size) = (cases.len(), core.size());
-        let mut table = Table::new(py);
-        let results = if core.is_isostatic() {
-            py.detach(|| core.loaded(&cases, exact))
-        } else {
-            let found = py.detach(|| core.strained(&cases, exact));
-            table = table
-                .array("clearance_factor", &[n], found.clearance_factor)?
-                .array("prestress", &[n, core.n_joints(), size], found.prestress)?
-                .array("force", &[n, core.n_rows()], found.force)?
-                .array("deformation", &[n, core.deformations().count()], found.deformation)?
-                .array("contribution_elastic", &[n, core.n_joints(), size], found.elastic)?
-                .array("gap", &[n], found.gap)?
-                .array("lack_of_fit", &[n], found.lack_of_fit)?;
-            found.loaded
+        let n = cases.len();
+        if core.is_isostatic() {
+            let found = py.detach(|| core.loaded(&cases, exact));
+            return Ok(pushed(core, Table::new(py), found, n)?.finish());
+        }
+        let found = py.detach(|| core.strained(&cases, exact));
+        Ok(strained(core, Table::new(py), found, n)?.finish())
+    }
+
+    /// An over-constrained or elastic mechanism in one configuration, for units with parameters of their own.
+    fn loaded_units<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        u: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let units = rows(&u, "u", core.n_parameters())?;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let [case] = configurations.cases()[..] else {
+            return Err(PyValueError::new_err("one configuration is needed"));
         };
-        Ok(table
-            .status(results.status.iter().copied())?
-            .array("error", &[n, size], results.error)?
-            .array("error_first_order", &[n, size], results.error_first_order)?
-            .array("undetermined", &[n, size], results.undetermined)?
-            .array("undetermined_contribution", &[n, core.sources().len(), size], results.open)?
-            .array("decided", &[n, core.sources().len()], results.decided)?
-            .array("reaction", &[n, core.n_joints(), size], results.reaction)?
-            .array("offset", &[n, core.n_parameters()], results.offset)?
-            .array("contribution", &[n, core.sources().len(), size], results.contribution)?
-            .array("iterations", &[n], results.steps)?
-            .value("fallbacks", results.fallbacks)?
-            .finish())
+        let found = py.detach(|| core.strained_units(case, &units, true));
+        Ok(strained(core, Table::new(py), found, units.len())?.finish())
     }
 
     #[pyo3(signature = (drives, poses, starts = 24, lanes = true))]
@@ -458,6 +456,38 @@ impl Mechanism {
             self.core.n_unknowns()
         )))
     }
+}
+
+/// What every mechanism tells of `n` configurations under load.
+fn pushed<'py>(core: &Core, table: Table<'py>, found: LoadTable, n: usize) -> PyResult<Table<'py>> {
+    let size = core.size();
+    table
+        .status(found.status.iter().copied())?
+        .array("error", &[n, size], found.error)?
+        .array("error_first_order", &[n, size], found.error_first_order)?
+        .array("undetermined", &[n, size], found.undetermined)?
+        .array("undetermined_contribution", &[n, core.sources().len(), size], found.open)?
+        .array("decided", &[n, core.sources().len()], found.decided)?
+        .array("reaction", &[n, core.n_joints(), size], found.reaction)?
+        .array("offset", &[n, core.n_parameters()], found.offset)?
+        .array("contribution", &[n, core.sources().len(), size], found.contribution)?
+        .array("iterations", &[n], found.steps)?
+        .value("fallbacks", found.fallbacks)
+}
+
+/// What over-constrained and elastic mechanisms tell beside.
+fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, n: usize) -> PyResult<Table<'py>> {
+    let size = core.size();
+    let table = table
+        .array("clearance_factor", &[n], found.clearance_factor)?
+        .array("prestress", &[n, core.n_joints(), size], found.prestress)?
+        .array("force", &[n, core.n_rows()], found.force)?
+        .array("deformation", &[n, core.deformations().count()], found.deformation)?
+        .array("contribution_elastic", &[n, core.n_joints(), size], found.elastic)?
+        .array("gap", &[n], found.gap)?
+        .array("lack_of_fit", &[n], found.lack_of_fit)?
+        .array("poses", &[n, core.n_bodies(), core.n_body_coordinates()], found.coordinates)?;
+    pushed(core, table, found.loaded, n)
 }
 
 /// The law of a name.

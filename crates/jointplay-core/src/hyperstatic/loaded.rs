@@ -41,6 +41,8 @@ pub struct Strain {
     pub gap: f64,
     /// The largest misfit of a redundant row at the nominal pose; angles at the characteristic length.
     pub lack_of_fit: f64,
+    /// Coordinates of all bodies in the exact pose; not a number to first order.
+    pub coordinates: Vec<f64>,
 }
 
 /// Strained configurations, column by column, row after row.
@@ -55,6 +57,7 @@ pub struct StrainTable {
     pub elastic: Vec<f64>,
     pub gap: Vec<f64>,
     pub lack_of_fit: Vec<f64>,
+    pub coordinates: Vec<f64>,
 }
 
 impl StrainTable {
@@ -67,6 +70,13 @@ impl StrainTable {
         self.elastic.extend(row.elastic);
         self.gap.push(row.gap);
         self.lack_of_fit.push(row.lack_of_fit);
+        self.coordinates.extend(row.coordinates);
+    }
+
+    pub(super) fn from_rows(rows: Vec<Strain>) -> Self {
+        let mut table = Self::default();
+        rows.into_iter().for_each(|row| table.push(row));
+        table
     }
 }
 
@@ -80,9 +90,7 @@ impl Mechanism {
             |system, solver, _, case, nominal| self.strain_at(system, solver, case, &nominal, exact),
             |status| self.no_strain(status),
         );
-        let mut table = StrainTable::default();
-        found.into_iter().for_each(|row| table.push(row));
-        table
+        StrainTable::from_rows(found)
     }
 
     /// Runs an analysis on every case that is assembled, on a basis that is regular there; the others
@@ -122,7 +130,7 @@ impl Mechanism {
             .collect()
     }
 
-    fn no_strain(&self, status: Status) -> Strain {
+    pub(super) fn no_strain(&self, status: Status) -> Strain {
         let nan = |n: usize| vec![f64::NAN; n];
         Strain {
             loaded: self.no_load_result(status),
@@ -133,10 +141,11 @@ impl Mechanism {
             elastic: nan(self.n_joints() * self.size()),
             gap: f64::NAN,
             lack_of_fit: f64::NAN,
+            coordinates: nan(self.n_coordinates()),
         }
     }
 
-    fn strain_at(
+    pub(super) fn strain_at(
         &self,
         system: &System<'_>,
         solver: &Solver<'_>,
@@ -182,6 +191,7 @@ impl Mechanism {
             elastic,
             gap: balance.gap,
             lack_of_fit,
+            coordinates: vec![f64::NAN; self.n_coordinates()],
         };
         let mut settled_all = balance.solved;
         if exact {
@@ -201,6 +211,7 @@ impl Mechanism {
             found.force = self.known(&balance.forces, &unknown);
             found.deformation = self.deformation(system, balance);
             found.gap = balance.gap;
+            found.coordinates.clone_from(&settled.state.coordinates);
             settled_all = settled.still && balance.solved;
         } else if factor > 1.0 + FACTOR
             && let Some(stress) = system.balance(&c, &right, Ask::Stress)

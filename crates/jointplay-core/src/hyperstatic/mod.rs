@@ -12,6 +12,7 @@ mod loaded;
 mod settle;
 mod system;
 mod trace;
+mod units;
 
 pub use basis::Basis;
 pub use given::Forced;
