@@ -85,8 +85,13 @@ class Held:
         self.poses = np.ascontiguousarray(self.part.poses[None])
 
     def core(self, output: int | None = None, **changes: Any) -> _core.Mechanism:
-        """The part in the core, with a point as output."""
-        return self.part.core(output, **self.changes, **changes)
+        """The part in the core, with a point as output and other changes of its specification."""
+        return self.part.core(output, **(self.changes | changes))
+
+    @property
+    def rigid_joints(self) -> list[dict[str, Any]]:
+        """The joints without any compliance, for what does not depend on forces."""
+        return [{**joint, "compliance": None} for joint in self.changes["joints"]]
 
     def loaded(self, output: int | None = None, **changes: Any) -> dict[str, Any]:
         """What the core says of the part under its loads."""
@@ -97,6 +102,11 @@ class Held:
         inner = {member.joint for member in self.part.m.members}
         joints = enumerate(self.part.spec["joints"])
         return {k: {end: joint[end] for end in ENDS} for k, joint in joints if self.part.joints[k] not in inner}
+
+    def points(self) -> list[int]:
+        """The points of the joints of the file and the output, each once."""
+        centres = {point for ends in self.centres().values() for point in ends.values()}
+        return sorted(centres if self.output is None else centres | {self.output})
 
     @property
     def output(self) -> int | None:
@@ -111,8 +121,7 @@ def state(step: Step, members: Members) -> State:
     held = Held(step)
     part, m = held.part, held.part.m
     centres, output = held.centres(), held.output
-    points = {point for ends in centres.values() for point in ends.values()} | ({output} - {None})
-    answers = {point: held.loaded(point) for point in sorted(points)}
+    answers = {point: held.loaded(point) for point in held.points()}
     joints, size = len(m.joints), len(m.components)
     found = np.full((2, 2, joints, size), np.nan)
     for k, ends in centres.items():
@@ -131,9 +140,9 @@ def state(step: Step, members: Members) -> State:
         error=error,
         error_open=error_open,
         slopes=_slopes(held),
-        offset=_spread(part.parameters, answer["offset"], len(m.parameters)),
-        decided=_spread(part.sources, answer["decided"], len(m.sources)) == 1.0,
-        reaction=_spread(part.joints, answer["reaction"], joints),
+        offset=spread(part.parameters, answer["offset"], len(m.parameters)),
+        decided=spread(part.sources, answer["decided"], len(m.sources)) == 1.0,
+        reaction=spread(part.joints, answer["reaction"], joints),
         force=members.forces(part, core, answer),
         elongation=members.elongations(part, core, answer),
         clearance_factor=float(answer["clearance_factor"][0]) if "clearance_factor" in answer else 0.0,
@@ -173,7 +182,7 @@ def _slopes(held: Held) -> Floats:
     return slopes
 
 
-def _spread(places: Any, values: Any, count: int) -> Floats:
+def spread(places: Any, values: Any, count: int) -> Floats:
     """Entries of the part at their places among those of the whole mechanism."""
     # What holds a freedom comes last in the core and has no place in the mechanism.
     values = np.asarray(values[0], dtype=np.float64)[: len(places)]
