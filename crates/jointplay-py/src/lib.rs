@@ -318,8 +318,16 @@ impl Mechanism {
         let [case] = configurations.cases()[..] else {
             return Err(PyValueError::new_err("one configuration is needed"));
         };
-        let found = py.detach(|| core.strained_units(case, &units, true));
-        Ok(strained(core, Table::new(py), found, units.len())?.finish())
+        let (n, size) = (units.len(), core.size());
+        let found = py.detach(|| core.strained_units(case, &units));
+        Ok(Table::new(py)
+            .array("clearance_factor", &[n], found.clearance_factor)?
+            .array("poses", &[n, core.n_bodies(), core.n_body_coordinates()], found.coordinates)?
+            .array("force", &[n, core.n_rows()], found.force)?
+            .array("reaction", &[n, core.n_joints(), size], found.reaction)?
+            .array("offset", &[n, core.n_parameters()], found.offset)?
+            .status(found.status.into_iter())?
+            .finish())
     }
 
     #[pyo3(signature = (drives, poses, starts = 24, lanes = true))]
@@ -485,8 +493,7 @@ fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, n: usize) -
         .array("deformation", &[n, core.deformations().count()], found.deformation)?
         .array("contribution_elastic", &[n, core.n_joints(), size], found.elastic)?
         .array("gap", &[n], found.gap)?
-        .array("lack_of_fit", &[n], found.lack_of_fit)?
-        .array("poses", &[n, core.n_bodies(), core.n_body_coordinates()], found.coordinates)?;
+        .array("lack_of_fit", &[n], found.lack_of_fit)?;
     pushed(core, table, found.loaded, n)
 }
 

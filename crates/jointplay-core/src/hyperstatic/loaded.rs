@@ -41,8 +41,6 @@ pub struct Strain {
     pub gap: f64,
     /// The largest misfit of a redundant row at the nominal pose; angles at the characteristic length.
     pub lack_of_fit: f64,
-    /// Coordinates of all bodies in the exact pose; not a number to first order.
-    pub coordinates: Vec<f64>,
 }
 
 /// Strained configurations, column by column, row after row.
@@ -57,7 +55,6 @@ pub struct StrainTable {
     pub elastic: Vec<f64>,
     pub gap: Vec<f64>,
     pub lack_of_fit: Vec<f64>,
-    pub coordinates: Vec<f64>,
 }
 
 impl StrainTable {
@@ -70,13 +67,6 @@ impl StrainTable {
         self.elastic.extend(row.elastic);
         self.gap.push(row.gap);
         self.lack_of_fit.push(row.lack_of_fit);
-        self.coordinates.extend(row.coordinates);
-    }
-
-    pub(super) fn from_rows(rows: Vec<Strain>) -> Self {
-        let mut table = Self::default();
-        rows.into_iter().for_each(|row| table.push(row));
-        table
     }
 }
 
@@ -90,7 +80,11 @@ impl Mechanism {
             |system, solver, _, case, nominal| self.strain_at(system, solver, case, &nominal, exact),
             |status| self.no_strain(status),
         );
-        StrainTable::from_rows(found)
+        let mut table = StrainTable::default();
+        for row in found {
+            table.push(row);
+        }
+        table
     }
 
     /// Runs an analysis on every case that is assembled, on a basis that is regular there; the others
@@ -130,7 +124,7 @@ impl Mechanism {
             .collect()
     }
 
-    pub(super) fn no_strain(&self, status: Status) -> Strain {
+    fn no_strain(&self, status: Status) -> Strain {
         let nan = |n: usize| vec![f64::NAN; n];
         Strain {
             loaded: self.no_load_result(status),
@@ -141,11 +135,10 @@ impl Mechanism {
             elastic: nan(self.n_joints() * self.size()),
             gap: f64::NAN,
             lack_of_fit: f64::NAN,
-            coordinates: nan(self.n_coordinates()),
         }
     }
 
-    pub(super) fn strain_at(
+    fn strain_at(
         &self,
         system: &System<'_>,
         solver: &Solver<'_>,
@@ -191,7 +184,6 @@ impl Mechanism {
             elastic,
             gap: balance.gap,
             lack_of_fit,
-            coordinates: vec![f64::NAN; self.n_coordinates()],
         };
         let mut settled_all = balance.solved;
         if exact {
@@ -211,7 +203,6 @@ impl Mechanism {
             found.force = self.known(&balance.forces, &unknown);
             found.deformation = self.deformation(system, balance);
             found.gap = balance.gap;
-            found.coordinates.clone_from(&settled.state.coordinates);
             settled_all = settled.still && balance.solved;
         } else if factor > 1.0 + FACTOR
             && let Some(stress) = system.balance(&c, &right, Ask::Stress)
@@ -343,13 +334,13 @@ impl Mechanism {
     }
 
     /// Forces on the rows, unknown where nothing decides them.
-    fn known(&self, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
+    pub(super) fn known(&self, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
         let known = |(row, force): (&Row, &f64)| if unknown[row.joint] { f64::NAN } else { *force };
         self.rows.iter().zip(forces.iter()).map(known).collect()
     }
 
     /// The values of all parameters.
-    fn offsets(&self, system: &System<'_>, balance: &Balance) -> Vec<f64> {
+    pub(super) fn offsets(&self, system: &System<'_>, balance: &Balance) -> Vec<f64> {
         let mut offsets = self.centre.clone();
         for (give, given) in system.gives.iter().zip(&balance.given) {
             let Some(source) = give.source else { continue };

@@ -17,3 +17,4 @@ mod units;
 pub use basis::Basis;
 pub use given::Forced;
 pub use loaded::{Strain, StrainTable};
+pub use units::UnitTable;
