@@ -10,6 +10,7 @@ import typer
 
 from . import DONE, NOT_OK, answer, arguments
 from .options import (
+    Assembled,
     Compared,
     Correctable,
     File,
@@ -352,9 +353,15 @@ def compare(
 @app.command()
 def assemble(
     file: File,
+    question: Annotated[
+        Assembled, typer.Option("--question", "-q", help="One built unit, the worst, or random units.")
+    ] = Assembled.unit,
     configuration: Annotated[
         int, typer.Option("--configuration", "-c", metavar="N", help="At which configuration, counted from 0.")
     ] = 0,
+    samples: Samples = 2_000,
+    seed: Seed = 0,
+    law: Scatter = None,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -362,8 +369,10 @@ def assemble(
     """Follow an assembly step by step: what each step is, how far off every joint is after it, whether it fits."""
     from jointplay.analyses.assemble import compute
 
+    scatter = {"samples": samples, "seed": seed, "law": law.value if law else None}
+
     def ask(m: Mechanism, progress: Any) -> Result:
-        return compute(m, configuration=configuration, progress=progress)
+        return compute(m, question.value, configuration=configuration, progress=progress, **scatter)
 
     return answer.answer({"assemble": ask}, answer.mechanism(file, settings), output, plot)
 

@@ -62,6 +62,14 @@ class Mapped(StrEnum):
     solve = "solve"
 
 
+class Assembled(StrEnum):
+    """What `assemble` can ask."""
+
+    unit = "unit"
+    worst = "worst"
+    random = "random"
+
+
 File = Annotated[str, typer.Argument(metavar="FILE", help="Mechanism file (TOML).", show_default=False)]
 Settings = Annotated[
     list[str] | None,

@@ -13,7 +13,16 @@ from jointplay.result import Builder
 
 from jointplay.analyses.nominal import nominal
 from .part import Floats
-from .steps import Step, name
+from .spans import spans
+from .steps import Step, index, name
+
+
+LENGTHS_OF_LINKS = {
+    "nominal": "length with perfect parts",
+    "actual": "length with the known deviations and every clearance in its middle",
+    "shortest": "shortest length over all clearances and tolerances",
+    "longest": "longest length over all clearances and tolerances",
+}
 
 
 @dataclass(frozen=True)
@@ -63,5 +72,25 @@ def report(m: Mechanism, taken: Sequence[Step], at: Place, which: str) -> Builde
         ("redundancy", "constraints of what is assembled that are held already"),
     ):
         builder.add(key, "step", np.array([getattr(step.freedom, key) for step in taken], dtype=np.int64), long_name)
+    _links(builder, taken, at)
     words("held", [", ".join(step.freedom.held) for step in taken], "what is held at its nominal place")
     return builder
+
+
+def _links(builder: Builder, taken: Sequence[Step], at: Place) -> None:
+    """The lengths of links that are locked to one another."""
+    m, labels, lengths = builder.m, [], []
+    for step in taken:
+        for link in step.links:
+            if len(link) == 1:
+                continue
+            found = list(spans(m, at.poses, [index(m, member) for member in link]))
+            for span in found:
+                own = "+".join(link)
+                labels.append(own if len(found) == 1 else f"{own}:{m.joints[span.ends[0]]}-{m.joints[span.ends[1]]}")
+                lengths.append((span.nominal, span.actual, span.shortest, span.longest))
+    if not labels:
+        return
+    builder.labels("link", labels, "members that are locked to one another, between two of their joints")
+    for (key, words), values in zip(LENGTHS_OF_LINKS.items(), np.transpose(lengths), strict=True):
+        builder.add(f"link_{key}", "link", values, words, "length")

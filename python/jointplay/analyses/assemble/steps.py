@@ -78,6 +78,11 @@ def name(m: Mechanism, body: int) -> str:
     return "ground" if body == GROUND else m.bodies[body]
 
 
+def index(m: Mechanism, member: str) -> int:
+    """Index of a body by its name."""
+    return GROUND if member == "ground" else m.bodies.index(member)
+
+
 def kind_of(mobility: int, redundancy: int, links: int) -> str:
     """What a step is that changes mobility and redundancy by so much and adds so many links.
 
