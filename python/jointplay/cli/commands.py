@@ -369,7 +369,7 @@ def assemble(
     """Follow an assembly step by step: what each step is, how far off every joint is after it, whether it fits."""
     from jointplay.analyses.assemble import compute
 
-    scatter = {"samples": samples, "seed": seed, "law": law.value if law else None}
+    scatter: dict[str, Any] = {"samples": samples, "seed": seed, "law": law.value if law else None}
 
     def ask(m: Mechanism, progress: Any) -> Result:
         return compute(m, question.value, configuration=configuration, progress=progress, **scatter)

@@ -54,6 +54,8 @@ def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | N
     part = light(result)
     if part.attrs.get("question") != "assemble":
         raise InputError("is not the result of an assembly", key="result")
+    if "kind" not in part.data:
+        raise InputError("does not go together even with perfect parts, so there is nothing to draw", file=m.file)
     steps = part.labels("step")
     drawing = _Drawing(m, part, exaggerate)
     columns = min(COLUMNS, len(steps))
@@ -128,7 +130,7 @@ class _Drawing:
         closed = np.vstack([outline, outline[:1]]) if len(outline) > 2 else outline
         axes.plot(*closed.T, color=colour, linewidth=width, solid_capstyle="round", zorder=2)
 
-    def _forces(self, axes: Axes, k: int) -> None:
+    def _forces(self, axes: Any, k: int) -> None:
         """The members that carry force, over their bodies."""
         if "member_force" not in self.result.data:
             return
@@ -144,13 +146,22 @@ class _Drawing:
             )
             axes.plot(*ends.T, linewidth=2.2, zorder=3, **style)
             box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5}
-            axes.text(*ends.mean(axis=0), f"{float(f'{force:.3g}'):g} {unit}", color=style["color"], fontsize=7, ha="center", bbox=box)
+            axes.text(
+                *ends.mean(axis=0),
+                f"{float(f'{force:.3g}'):g} {unit}",
+                color=style["color"],
+                fontsize=7,
+                ha="center",
+                bbox=box,
+            )
 
     def _ends(self, member: str) -> Floats | None:
         """The two ends of a member, which is a body or the elastic part of one."""
         for part in self.m.members:
             if part.name == member:
-                bodies = [self.spec["points"][self.spec["joints"][part.joint][end]]["body"] for end in ("first", "second")]
+                bodies = [
+                    self.spec["points"][self.spec["joints"][part.joint][end]]["body"] for end in ("first", "second")
+                ]
                 break
         else:
             bodies = [self.m.bodies.index(member)]

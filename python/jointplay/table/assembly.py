@@ -42,6 +42,9 @@ Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 def overview(result: Result) -> list[Table]:
     """The sequence, the links that are locked together, and where every joint is in the end."""
+    if "kind" not in result.data:
+        steps = [Column("step", "", tuple(str(step) for step in result.labels("step")))]
+        return [Table(_title(result), (*steps, words("add", result.get("members").tolist()), _verdict(result)))]
     tables = [SEQUENCES[str(result.attrs["assemble"])](result)]
     if "link" in result.coords:
         tables.append(_links(result))
@@ -87,7 +90,11 @@ def _worst(result: Result) -> Table:
     errors = np.stack([result.get(f"worst_{end}") for end in ENDS], axis=-1)
     error, _, where = _farthest(result, errors, np.zeros_like(errors))
     scale, unit = _scale(result.data["worst_shaft"].units, error)
-    columns = [*_what(result), numbers("largest\nerror", unit, error * scale, _noise(result) * scale), words("of", where)]
+    columns = [
+        *_what(result),
+        numbers("largest\nerror", unit, error * scale, _noise(result) * scale),
+        words("of", where),
+    ]
     columns += [*_forces(result, result.get("worst_force")), *_factors(result, "worst_clearance_factor")]
     note = "Largest over all clearances and tolerances."
     return Table(_title(result), (*columns, _verdict(result)), (note, *_notes(result)))
@@ -103,7 +110,8 @@ def _random(result: Result) -> Table:
     columns += _factors(result, "quantile_clearance_factor", probability=level)
     shares = result.get("probability_of_fit")
     columns.append(Column("fits without\nstrain", "%", tuple(fixed(100.0 * float(share), 2) for share in shares)))
-    said = f"{result.attrs['samples']} units, seed {result.attrs['seed']}; {100 * level:g} % of them are below the figures."
+    units = f"{result.attrs['samples']} units, seed {result.attrs['seed']}"
+    said = f"{units}; {100 * level:g} % of them are below the figures."
     return Table(_title(result), tuple(columns), (said, *_notes(result)))
 
 
@@ -174,7 +182,9 @@ def _links(result: Result) -> Table:
     every = numbers("", unit, np.concatenate([result.get(f"link_{key}") for key in keys]), digits=7).cells
     count = len(every) // len(keys)
     columns = [Column(key, unit, every[k * count : (k + 1) * count]) for k, key in enumerate(keys)]
-    note = "Actual: with the known deviations, clearances in their middle; shortest and longest: over all that can be off."
+    note = (
+        "Actual: with the known deviations, clearances in their middle; shortest and longest: over all that can be off."
+    )
     return Table("Members locked into one link", (words("link", result.labels("link")), *columns), (note,))
 
 
@@ -187,7 +197,9 @@ def _notes(result: Result) -> list[str]:
     if {"undetermined", "underconstrained"} & set(statuses) and result.attrs["assemble"] == "unit":
         said.append("±: what the play leaves open at most; nothing pushes the clearances to one side.")
     if (result.get("redundancy") > 0).any():
-        said.append("Clearances times: the smallest factor on all clearances with which it goes together without strain.")
+        said.append(
+            "Clearances times: the smallest factor on all clearances with which it goes together without strain."
+        )
     return said
 
 

@@ -18,6 +18,8 @@ from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
 
 from . import scatter, unit, worst
+from .report import place, unassembled
+from .steps import order
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -99,10 +101,14 @@ def compute(
     progress: Progress | None = None,
 ) -> Result:
     """The light form of `assemble`."""
-    if question == "unit":
-        return unit.compute(m, configuration, progress)
-    if question == "worst":
-        return worst.compute(m, configuration, progress)
+    if question not in QUESTIONS:
+        raise InputError(not_known(str(question), "a question about an assembly", QUESTIONS), key="question")
+    order(m)
+    at = place(m, configuration)
+    if not at.is_assembled:
+        return unassembled(m, at, question)
     if question == "random":
-        return scatter.compute(m, configuration, samples, seed, law, probabilities, progress)
-    raise InputError(not_known(str(question), "a question about an assembly", QUESTIONS), key="question")
+        return scatter.compute(m, at, samples, seed, law, probabilities, progress)
+    if question == "worst":
+        return worst.compute(m, at, progress)
+    return unit.compute(m, at, progress)

@@ -3,9 +3,9 @@
 The force of an elastic member is that of the joint which gives as the member does. A rigid body with joints at two
 points is a member between them: its force is the mean of what pulls it outwards at both ends,
 
-    N = (F_b . e - F_a . e) / 2 ,    e from a to b,  F on the body
+    N = (F_b . e - F_a . e) / 2 ,    e from a to b,  F on the body, loads at that end among them
 
-which are equal where nothing else loads it. Rigid bodies with joints at more points have no force of their own.
+which are equal where nothing loads it in between. Rigid bodies with joints at more points have no force of their own.
 """
 
 from __future__ import annotations
@@ -80,9 +80,18 @@ class Members:
         if not all(there.values()):
             return np.nan
         places = [poses.place(part.nominal[body], part.m.core_spec["points"][point]["at"]) for point in there]
-        pulls = [
-            sum(sign * reaction[part.joints.index(k)] for k, sign in joints)[: part.lengths]
-            for joints in there.values()
-        ]
+        pulls = [sum(sign * reaction[part.joints.index(k)] for k, sign in joints) for joints in there.values()]
+        pulls = [pull[: part.lengths] + self._load(part, body, at) for pull, at in zip(pulls, places, strict=True)]
         along = (places[1] - places[0])[: part.lengths]
         return float((pulls[1] - pulls[0]) @ along / np.linalg.norm(along) / 2.0)
+
+    def _load(self, part: Part, body: int, place: Floats) -> Floats:
+        """The force of the loads on a body at one of its ends."""
+        spec = part.m.core_spec
+        total = np.zeros(part.lengths)
+        for load in spec["loads"]:
+            point = spec["points"][load["point"]]
+            away = poses.place(part.nominal[body], point["at"]) - place
+            if point["body"] == body and body != part.base and np.linalg.norm(away) <= COINCIDENT * part.m.length:
+                total += load["force"][: part.lengths]
+        return total

@@ -23,7 +23,7 @@ from .part import GROUND, Floats, Part
 #: singular values and what is left of rows below this share of the largest count as zero
 RANK = 1e-7
 #: how a joint that holds a point of a body to the ground is written for the core
-TARGET = {"kind": "target", "axis_first": [1.0, 0.0, 0.0], "axis_second": [1.0, 0.0, 0.0]}
+TARGET: dict[str, Any] = {"kind": "target", "axis_first": [1.0, 0.0, 0.0], "axis_second": [1.0, 0.0, 0.0]}
 TARGET |= {"side_first": [0.0, 1.0, 0.0], "side_second": [0.0, 1.0, 0.0]}
 
 
@@ -62,48 +62,49 @@ class Freedom:
 
 def examine(part: Part) -> Freedom:
     """Find what is free in a part and what is redundant, and hold what is free."""
-    count, own = len(part.spec["points"]), len(part.driven)
-    drivable = [
-        k for k, joint in enumerate(part.joints) if part.m.joint_kinds[joint] in DRIVABLE and k not in part.driven
-    ]
-    lengths = [name for name in part.m.components if name in LENGTHS]
-    points: list[dict[str, Any]] = [{"body": GROUND, "at": [0.0, 0.0, 0.0]}]
-    targets: list[tuple[int, dict[str, Any]]] = []
-    for body in range(len(part.bodies)):
-        # As many points as fix a body that is free: two in the plane, three in space.
-        for corner in np.vstack([np.zeros(3), part.m.length * np.eye(3)])[: len(lengths)]:
-            points.append({"body": body, "at": corner.tolist()})
-            targets.append((body, TARGET | {"first": count, "second": count + len(points) - 1}))
-    joints = [joint for _, joint in targets]
-    drives = [{"joint": k} for k in drivable]
-    first = len(part.spec["joints"])
-    drives += [{"joint": first + k, "component": name} for k in range(len(targets)) for name in lengths]
-    owners = [part.m.joints[part.joints[k]] for k in drivable]
-    owners += [part.m.bodies[part.bodies[body]] if part.bodies[body] >= 0 else "ground" for body, _ in targets for _ in lengths]
+    own, m = len(part.spec["joints"]), part.m
+    drivable = [k for k, j in enumerate(part.joints) if m.joint_kinds[j] in DRIVABLE and k not in part.driven]
+    points, joints, places = _targets(part)
+    drives: list[dict[str, Any]] = [{"joint": k} for k in drivable]
+    owners = [m.joints[part.joints[k]] for k in drivable]
+    for k, body in enumerate(places):
+        drives += [{"joint": own + k, "component": name} for name in m.components if name in LENGTHS]
+        owners += [m.owners[part.bodies[body]] if part.bodies[body] != GROUND else "ground"] * part.lengths
 
     everything = Freedom(0, 0, (), tuple(points), tuple(joints), tuple(drives))
     core = part.core(**everything.holding(part))
     jacobian = _scaled(core.jacobian(part.poses), core.rows, part)
     split = len(jacobian) - len(drives)
-    basis = _Span(jacobian.shape[1])
-    rank = sum(basis.add(row) for row in jacobian[:split])
-    chosen = [k for k in range(len(drives)) if basis.add(jacobian[split + k])]
-    used = sorted({int(drives[k]["joint"]) - first for k in chosen if drives[k]["joint"] >= first})
-    ends = sorted({0} | {int(joints[k]["second"]) - count for k in used}) if used else []
+    span = _Span(jacobian.shape[1])
+    rank = sum(span.add(row) for row in jacobian[:split])
+    chosen = [k for k in range(len(drives)) if span.add(jacobian[split + k])]
+    anywhere = any(k >= len(drivable) for k in chosen)
     return Freedom(
         mobility=jacobian.shape[1] - rank,
         redundancy=split - rank,
         held=tuple(dict.fromkeys(owners[k] for k in chosen)),
-        points=tuple(points[k] for k in ends),
-        joints=tuple(
-            joints[k] | {"first": count, "second": count + ends.index(int(joints[k]["second"]) - count)} for k in used
-        ),
-        drives=tuple(
-            drives[k] if drives[k]["joint"] < first else drives[k] | {"joint": first + used.index(drives[k]["joint"] - first)}
-            for k in chosen
-        ),
+        # A target that is not driven holds nothing.
+        points=tuple(points) if anywhere else (),
+        joints=tuple(joints) if anywhere else (),
+        drives=tuple(drives[k] for k in chosen),
     )
-    
+
+
+def _targets(part: Part) -> tuple[list[dict[str, Any]], list[dict[str, Any]], list[int]]:
+    """Points that could be held to the ground, the joints that would, and the body of each joint.
+
+    As many points of a body as hold it when it is free: two in the plane, three in space.
+    """
+    first = len(part.spec["points"])
+    points: list[dict[str, Any]] = [{"body": GROUND, "at": [0.0, 0.0, 0.0]}]
+    joints, bodies = [], []
+    for body in range(len(part.bodies)):
+        for corner in np.vstack([np.zeros(3), part.m.length * np.eye(3)])[: part.lengths]:
+            points.append({"body": body, "at": corner.tolist()})
+            joints.append(TARGET | {"first": first, "second": first + len(points) - 1})
+            bodies.append(body)
+    return points, joints, bodies
+
 
 def _scaled(jacobian: Floats, rows: list[tuple[int, str]], part: Part) -> Floats:
     """The Jacobian with lengths over the characteristic one, and rows of comparable size."""

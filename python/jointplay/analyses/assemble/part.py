@@ -168,9 +168,7 @@ def _belongs(source: dict[str, Any], joints: list[int], drives: list[int], point
     return source["drive"] in drives if source["kind"] == "drive" else source["to"] in points
 
 
-def _renumbered(
-    source: dict[str, Any], joints: list[int], drives: list[int], points: dict[int, int]
-) -> dict[str, Any]:
+def _renumbered(source: dict[str, Any], joints: list[int], drives: list[int], points: dict[int, int]) -> dict[str, Any]:
     if source["kind"] in ON_JOINT:
         return source | {"joint": joints.index(source["joint"])}
     if source["kind"] == "drive":

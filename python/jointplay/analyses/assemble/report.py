@@ -7,15 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jointplay.analyses.nominal import nominal
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
-from jointplay.result import Builder
+from jointplay.result import Builder, Result
 
-from jointplay.analyses.nominal import nominal
 from .part import Floats
 from .spans import spans
-from .steps import Step, index, name
-
+from .steps import Step, index, name, order
 
 LENGTHS_OF_LINKS = {
     "nominal": "length with perfect parts",
@@ -42,6 +41,11 @@ class Place:
     poses: Floats
     output: Floats
 
+    @property
+    def is_assembled(self) -> bool:
+        """Whether perfect parts go together there."""
+        return bool(np.isfinite(self.poses).all())
+
 
 def place(m: Mechanism, configuration: int) -> Place:
     """One of the configurations of a mechanism."""
@@ -52,19 +56,33 @@ def place(m: Mechanism, configuration: int) -> Place:
     return Place(configuration, at.poses[configuration], at.output[configuration])
 
 
-def report(m: Mechanism, taken: Sequence[Step], at: Place, which: str) -> Builder:
-    """A result over the steps of an assembly, with what each of them is."""
-    assert m.assembly is not None
-    base = name(m, m.assembly.base)
-    builder = Builder(m, "assemble", assemble=which, base=base, at_configuration=at.configuration)
+def begun(m: Mechanism, at: Place, which: str) -> Builder:
+    """A result over the steps of an assembly, with the members that each of them adds."""
+    base, added = order(m)
+    builder = Builder(m, "assemble", assemble=which, base=name(m, base), at_configuration=at.configuration)
     builder.attrs["length"] = m.length / builder.units.length
     builder.add("nominal", "component", at.output, "nominal pose of the output", "component")
-    builder.labels("step", np.arange(1, len(taken) + 1), "number of the step, from 1")
+    builder.labels("step", np.arange(1, len(added) + 1), "number of the step, from 1")
+    members = np.array([", ".join(name(m, body) for body in step) for step in added], dtype=str)
+    builder.add("members", "step", members, "bodies that the step adds")
+    return builder
+
+
+def unassembled(m: Mechanism, at: Place, which: str) -> Result:
+    """The answer where not even perfect parts go together."""
+    builder = begun(m, at, which)
+    steps = len(builder.coords["step"].values)
+    builder.add("status", "step", np.array(["not_assembled"] * steps), "outcome")
+    return builder.result()
+
+
+def report(m: Mechanism, taken: Sequence[Step], at: Place, which: str) -> Builder:
+    """The same with what each of the steps is."""
+    builder = begun(m, at, which)
 
     def words(key: str, cells: list[str], long_name: str) -> None:
         builder.add(key, "step", np.array(cells, dtype=str), long_name)
 
-    words("members", [", ".join(step.members) for step in taken], "bodies that the step adds")
     words("links", [", ".join("+".join(link) for link in step.links) for step in taken], "the same, locked ones as one")
     words("kind", [step.kind for step in taken], "what the step is")
     for key, long_name in (

@@ -18,7 +18,7 @@ from jointplay.result import Result
 
 from .forces import Members
 from .part import Floats
-from .report import place, report
+from .report import Place, report
 from .state import Held
 from .steps import steps
 from .units import Units, solve
@@ -26,7 +26,7 @@ from .units import Units, solve
 
 def compute(
     m: Mechanism,
-    configuration: int,
+    at: Place,
     samples: int,
     seed: int,
     law: str | None,
@@ -35,7 +35,6 @@ def compute(
 ) -> Result:
     """Quantiles over random units after every step."""
     levels = checked(samples, seed, law, probabilities)
-    at = place(m, configuration)
     taken, members = list(steps(m, at.poses)), Members(m)
     u = m.core.units(samples, seed, law)
     solved: list[Units] = []
@@ -53,7 +52,9 @@ def compute(
         dims = ("step", "joint", "probability")
         builder.add(f"quantile_{end}", dims, centres[:, k], words, "length")
     sizes = np.stack([_quantiles(np.linalg.norm(units.output, axis=1), levels) for units in solved])
-    builder.add("quantile_position", ("step", "probability"), sizes, "quantile of the output's position error", "length")
+    builder.add(
+        "quantile_position", ("step", "probability"), sizes, "quantile of the output's position error", "length"
+    )
     ok = [np.isfinite(units.output).all(axis=1) for units in solved]
     moments = {
         name: np.stack([_moment(units.output[good], of) for units, good in zip(solved, ok, strict=True)])
@@ -63,7 +64,9 @@ def compute(
     builder.add("std", ("step", "axis"), moments["std"], "standard deviation of it", "length")
     builder.labels("member", members.names, "link between two points")
     forces = np.stack([_quantiles(np.abs(units.force), levels) for units in solved])
-    builder.add("quantile_force", ("step", "member", "probability"), forces, "quantile of the size of the force", "force")
+    builder.add(
+        "quantile_force", ("step", "member", "probability"), forces, "quantile of the size of the force", "force"
+    )
     factors = np.stack([_quantiles(units.clearance_factor, levels) for units in solved])
     words = "quantile of the smallest factor on the clearances with which rigid bodies go together"
     builder.add("quantile_clearance_factor", ("step", "probability"), factors, words)

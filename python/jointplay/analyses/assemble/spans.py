@@ -1,7 +1,7 @@
 """Generalised links: members locked into one, and how long they can be between two of their outer joints.
 
-One end is held at the origin and the other on the x axis, so that the x component of the far end is the length, whatever
-the offsets: its extremes are those of `worst`, exact on the non-linear closure.
+One end is held at the origin and the other on the x axis, so that the x component of the far end is the length,
+whatever the offsets: its extremes are those of `worst`, exact on the non-linear closure.
 """
 
 from __future__ import annotations
@@ -95,7 +95,10 @@ class _Gauge:
         self.changes: dict[str, Any] = {
             "points": [*points, {"body": GROUND, "at": [0.0] * 3}, {"body": body, "at": aside.tolist()}],
             # How long it is by itself does not depend on how it gives.
-            "joints": [*({**joint, "compliance": None} for joint in part.spec["joints"]), *(TARGET | {"first": first, "second": point} for point in held)],
+            "joints": [
+                *({**joint, "compliance": None} for joint in part.spec["joints"]),
+                *(TARGET | {"first": first, "second": point} for point in held),
+            ],
             "drives": [
                 *part.spec["drives"],
                 *({"joint": own + k, "component": c} for k, names in enumerate(held.values()) for c in names),

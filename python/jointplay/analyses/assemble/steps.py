@@ -14,7 +14,7 @@ members that are locked to one another are one link:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from jointplay.errors import InputError
@@ -57,12 +57,9 @@ def steps(m: Mechanism, nominal: Floats) -> Iterator[Step]:
     nominal : ndarray
         Nominal poses of all bodies, SI, ground axes; shape (body, pose).
     """
-    if m.assembly is None:
-        problem = 'the order of assembly is missing: [assembly] with base = "ground" and steps = [["..."], ...]'
-        raise InputError(problem, file=m.file, key="assembly")
-    base, there = m.assembly.base, set[int]()
+    (base, every), there = order(m), set[int]()
     mobility = redundancy = 0
-    for added in m.assembly.steps:
+    for added in every:
         there |= set(added)
         part = cut(m, nominal, base, there)
         freedom = examine(part)
@@ -71,6 +68,20 @@ def steps(m: Mechanism, nominal: Floats) -> Iterator[Step]:
         names = tuple(tuple(name(m, body) for body in link) for link in links)
         yield Step(tuple(name(m, body) for body in added), names, part, freedom, kind)
         mobility, redundancy = freedom.mobility, freedom.redundancy
+
+
+def order(m: Mechanism) -> tuple[int, tuple[tuple[int, ...], ...]]:
+    """The base and the bodies that each step adds.
+
+    Raises
+    ------
+    InputError
+        When the file does not say.
+    """
+    if m.assembly is None:
+        problem = 'the order of assembly is missing: [assembly] with base = "ground" and steps = [["..."], ...]'
+        raise InputError(problem, file=m.file, key="assembly")
+    return m.assembly.base, m.assembly.steps
 
 
 def name(m: Mechanism, body: int) -> str:
@@ -131,10 +142,3 @@ def body_of(part: Part, point: int) -> int:
     body = int(part.spec["points"][point]["body"])
     own = part.base if body == GROUND else part.bodies[body]
     return own if own == GROUND else part.m.bodies.index(part.m.owners[own])
-
-
-def reordered(m: Mechanism, order: Sequence[int]) -> Mechanism:
-    """The mechanism with the steps of its assembly in another order."""
-    assert m.assembly is not None
-    own = [[name(m, body) for body in step] for step in m.assembly.steps]
-    return m.with_({"assembly.steps": [own[k] for k in order]})

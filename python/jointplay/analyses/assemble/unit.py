@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
+from jointplay.analyses.nominal import Progress
 from jointplay.model import Mechanism
 from jointplay.result import Result
 
-from jointplay.analyses.nominal import Progress
 from .forces import Members
-from .report import place, report
+from .report import Place, report
 from .state import State, contact, state
 from .steps import steps
 
 CENTRES = ("step", "joint", "component")
 
 
-def compute(m: Mechanism, configuration: int, progress: Progress | None = None) -> Result:
+def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result:
     """The state of the unit after every step."""
-    at = place(m, configuration)
     taken = list(steps(m, at.poses))
     members = Members(m)
     states: list[State] = []
@@ -37,7 +36,9 @@ def compute(m: Mechanism, configuration: int, progress: Progress | None = None) 
         open_words = f"half-width {words} that the loads leave open"
         builder.add(f"undetermined_{end}", CENTRES, over(f"{end}_open"), open_words, "component")
     builder.add("error", CENTRES[::2], over("error"), "error of the output, actual - nominal", "component")
-    builder.add("undetermined", CENTRES[::2], over("error_open"), "half-width of what the loads leave open", "component")
+    builder.add(
+        "undetermined", CENTRES[::2], over("error_open"), "half-width of what the loads leave open", "component"
+    )
     per = over("slopes") * m.parameter_factors / m.component_factors[:, None]
     words = "error of the output per offset of the parameter, in their units"
     builder.add("sensitivity", ("step", "component", "parameter"), per, words)

@@ -1,6 +1,6 @@
 """Many units of one part: where the centres of its joints are, and what its members carry.
 
-    centre of a unit = R(pose) (at + sum of the deviations that move it) + position(pose)
+centre of a unit = R(pose) (at + sum of the deviations that move it) + position(pose)
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from jointplay.result import Result
 
 from .forces import Members
 from .part import Floats, Part
-from .report import place, report
+from .report import Place, report
 from .state import ENDS, SERIOUS, Held
 from .steps import Step, steps
 from .units import solve
@@ -31,9 +31,8 @@ EVERY_CORNER = 8
 ROUNDS = 6
 
 
-def compute(m: Mechanism, configuration: int, progress: Progress | None = None) -> Result:
+def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result:
     """The largest errors, forces and clearance factors after every step."""
-    at = place(m, configuration)
     taken, members = list(steps(m, at.poses)), Members(m)
     found: list[_Extremes] = []
     for k, step in enumerate(taken):
