@@ -5,7 +5,7 @@ from __future__ import annotations
 from jointplay.compile import LENGTHS
 from jointplay.result import Result
 
-from .layout import Column, Table, fixed, words
+from .layout import Column, Table, fixed, owners, words
 
 WORDS = {"pin_in_slot": "pin in slot"}
 
@@ -46,8 +46,8 @@ def _count(number: int, one: str, more: str) -> str:
 
 def _bodies(result: Result) -> list[int]:
     """Places of the bodies of the file among all, those of further pieces of an elastic one left out."""
-    owners = result.get("owner").tolist()
-    return [owners.index(owner) for owner in dict.fromkeys(owners)]
+    names = owners(result)
+    return [names.index(owner) for owner in dict.fromkeys(names)]
 
 
 def _members(result: Result) -> Table:
