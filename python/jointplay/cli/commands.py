@@ -11,6 +11,7 @@ import typer
 from . import DONE, NOT_OK, answer, arguments
 from .options import (
     Assembled,
+    Best,
     Compared,
     Correctable,
     File,
@@ -25,6 +26,7 @@ from .options import (
     Settings,
     Swept,
 )
+from .progress import bar
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
@@ -359,6 +361,9 @@ def assemble(
     configuration: Annotated[
         int, typer.Option("--configuration", "-c", metavar="N", help="At which configuration, counted from 0.")
     ] = 0,
+    best: Annotated[
+        Best | None, typer.Option("--best", help="Put the steps into the order that strains or errs least on its way.")
+    ] = None,
     samples: Samples = 2_000,
     seed: Seed = 0,
     law: Scatter = None,
@@ -367,14 +372,19 @@ def assemble(
     plot: Plot = None,
 ) -> int:
     """Follow an assembly step by step: what each step is, how far off every joint is after it, whether it fits."""
-    from jointplay.analyses.assemble import compute
+    from jointplay.analyses.assemble import best_order, compute
 
+    answer.check_paths(output, plot)
+    m = answer.mechanism(file, settings)
+    if best is not None:
+        with bar("order") as progress:
+            m = best_order(m, best.value, configuration=configuration, progress=progress)
     scatter: dict[str, Any] = {"samples": samples, "seed": seed, "law": law.value if law else None}
 
     def ask(m: Mechanism, progress: Any) -> Result:
         return compute(m, question.value, configuration=configuration, progress=progress, **scatter)
 
-    return answer.answer({"assemble": ask}, answer.mechanism(file, settings), output, plot)
+    return answer.answer({"assemble": ask}, m, output, plot)
 
 
 @app.command()

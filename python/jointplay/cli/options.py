@@ -70,6 +70,13 @@ class Assembled(StrEnum):
     random = "random"
 
 
+class Best(StrEnum):
+    """By what `assemble` chooses the order of the steps."""
+
+    force = "force"
+    error = "error"
+
+
 File = Annotated[str, typer.Argument(metavar="FILE", help="Mechanism file (TOML).", show_default=False)]
 Settings = Annotated[
     list[str] | None,

@@ -34,6 +34,8 @@ MICRONS = 1000.0
 #: share of the characteristic length, and force in its unit, that are rounding
 NOISE = 1e-10
 NO_FORCE = 1e-6
+#: share of the largest slope below which differences of built units are rounding
+NO_SLOPE = 1e-6
 #: share of the units that keep below the figure that stands for the scatter
 TYPICAL = 0.95
 
@@ -49,6 +51,8 @@ def overview(result: Result) -> list[Table]:
     if "link" in result.coords:
         tables.append(_links(result))
     if result.attrs["assemble"] == "unit":
+        if _deviations(result) and np.isfinite(result.get("error")[-1]).all():
+            tables.append(_adjustment(result))
         tables.append(centres(result, result.labels("step")[-1]))
     return tables
 
@@ -186,6 +190,33 @@ def _links(result: Result) -> Table:
         "Actual: with the known deviations, clearances in their middle; shortest and longest: over all that can be off."
     )
     return Table("Members locked into one link", (words("link", result.labels("link")), *columns), (note,))
+
+
+def _deviations(result: Result) -> list[int]:
+    """The parameters that are no clearances: what one could adjust."""
+    kinds = dict(zip(result.labels("source"), result.coords["source_kind"].values.tolist(), strict=True))
+    return [
+        k for k, owner in enumerate(result.coords["parameter_source"].values.tolist()) if kinds[owner] != "clearance"
+    ]
+
+
+def _adjustment(result: Result) -> Table:
+    """What to adjust: by how much every deviation moves the output in the end, the most telling first."""
+    last, rows = result.labels("step")[-1], _deviations(result)
+    lengths, _ = split(result.labels("component"))
+    slopes = np.stack([result.get("sensitivity", step=last, component=c)[rows] for c in lengths])
+    order = np.argsort(-np.nan_to_num(np.linalg.norm(slopes, axis=0)), kind="stable").tolist()
+    cells = numbers("", "", slopes[:, order].ravel(), NO_SLOPE * float(np.nanmax(np.abs(slopes), initial=0.0))).cells
+    names, units = (result.coords[f"parameter_{key}"].values.tolist() for key in ("source", "unit"))
+    columns = [
+        words("deviation", [names[rows[k]] for k in order]),
+        words("per", [units[rows[k]] for k in order]),
+        *(
+            Column(f"moves\n{c}", unit_of(result, "position"), cells[i * len(rows) : (i + 1) * len(rows)])
+            for i, c in enumerate(lengths)
+        ),
+    ]
+    return Table(f"What to adjust: the output after step {last}", tuple(columns))
 
 
 def _notes(result: Result) -> list[str]:

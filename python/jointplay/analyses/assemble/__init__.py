@@ -18,11 +18,14 @@ from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
 
 from . import scatter, unit, worst
+from .order import best_order
 from .report import place, unassembled
 from .steps import order
 
 if TYPE_CHECKING:
     import xarray as xr
+
+__all__ = ["QUESTIONS", "SAMPLES", "assemble", "best_order", "compute"]
 
 QUESTIONS = ("unit", "worst", "random")
 #: units that a question about scatter draws

@@ -13,6 +13,7 @@ import numpy as np
 from jointplay import _core
 from jointplay.analyses.nominal import Progress
 from jointplay.analyses.random import checked
+from jointplay.compile import LENGTHS
 from jointplay.model import Mechanism
 from jointplay.result import Result
 
@@ -51,7 +52,8 @@ def compute(
         words = f"quantile of the position error of the centre on the {body} body of the joint"
         dims = ("step", "joint", "probability")
         builder.add(f"quantile_{end}", dims, centres[:, k], words, "length")
-    sizes = np.stack([_quantiles(np.linalg.norm(units.output, axis=1), levels) for units in solved])
+    lengths = sum(component in LENGTHS for component in m.components)
+    sizes = np.stack([_quantiles(np.linalg.norm(units.output[:, :lengths], axis=1), levels) for units in solved])
     builder.add(
         "quantile_position", ("step", "probability"), sizes, "quantile of the output's position error", "length"
     )
@@ -60,8 +62,8 @@ def compute(
         name: np.stack([_moment(units.output[good], of) for units, good in zip(solved, ok, strict=True)])
         for name, of in (("mean", np.mean), ("std", np.std))
     }
-    builder.add("mean", ("step", "axis"), moments["mean"], "mean position error of the output", "length")
-    builder.add("std", ("step", "axis"), moments["std"], "standard deviation of it", "length")
+    builder.add("mean", ("step", "component"), moments["mean"], "mean error of the output", "component")
+    builder.add("std", ("step", "component"), moments["std"], "standard deviation of it", "component")
     builder.labels("member", members.names, "link between two points")
     forces = np.stack([_quantiles(np.abs(units.force), levels) for units in solved])
     builder.add(

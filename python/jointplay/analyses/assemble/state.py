@@ -41,9 +41,6 @@ class State:
         Half-width of what the loads do not decide of it.
     error, error_open : ndarray
         The same of the output.
-    slopes : ndarray
-        Error of the output per offset, to first order; shape (component, parameter). Where the part is
-        over-constrained, offsets depend on one another and there are none.
     offset : ndarray
         Offset of every clearance, and the known deviations; shape (parameter,).
     decided : ndarray of bool
@@ -63,7 +60,6 @@ class State:
     bearing_open: Floats
     error: Floats
     error_open: Floats
-    slopes: Floats
     offset: Floats
     decided: NDArray[np.bool_]
     reaction: Floats
@@ -96,6 +92,11 @@ class Held:
     def loaded(self, output: int | None = None, **changes: Any) -> dict[str, Any]:
         """What the core says of the part under its loads."""
         return self.core(output, **changes).loaded(self.drives, self.poses, True)
+
+    def status(self, *answers: dict[str, Any]) -> str:
+        """The most serious outcome of some answers."""
+        outcomes = [str(STATUSES[answer["status"][0]]) for answer in answers]
+        return max([*outcomes, "underconstrained" if self.free else "ok"], key=SERIOUS.index)
 
     def centres(self) -> dict[int, dict[str, int]]:
         """The points of the joints of the file, by the joint's index in the part."""
@@ -130,7 +131,6 @@ def state(step: Step, members: Members) -> State:
     error, error_open = np.full((2, size), np.nan) if output is None else _error(answers[output])
     # Where nothing is there but the base, the core still says what nothing does.
     answer = next(iter(answers.values()), None) or held.loaded()
-    statuses = [str(STATUSES[answer["status"][0]]) for answer in answers.values()]
     core = held.core()
     return State(
         shaft=found[0, 0],
@@ -139,14 +139,13 @@ def state(step: Step, members: Members) -> State:
         bearing_open=found[1, 1],
         error=error,
         error_open=error_open,
-        slopes=_slopes(held),
         offset=spread(part.parameters, answer["offset"], len(m.parameters)),
         decided=spread(part.sources, answer["decided"], len(m.sources)) == 1.0,
         reaction=spread(part.joints, answer["reaction"], joints),
         force=members.forces(part, core, answer),
         elongation=members.elongations(part, core, answer),
         clearance_factor=float(answer["clearance_factor"][0]) if "clearance_factor" in answer else 0.0,
-        status=max([*statuses, "underconstrained" if held.free else "ok"], key=SERIOUS.index),
+        status=held.status(*answers.values()),
     )
 
 
@@ -171,15 +170,6 @@ def contact(m: Mechanism, found: State) -> list[str]:
 
 def _error(answer: dict[str, Any]) -> tuple[Floats, Floats]:
     return answer["error"][0], answer["undetermined"][0]
-
-
-def _slopes(held: Held) -> Floats:
-    """Error of the output per offset of every parameter of the whole mechanism."""
-    m = held.part.m
-    slopes = np.full((len(m.components), len(m.parameters)), np.nan)
-    if held.output is not None and not held.redundant:
-        slopes[:, held.part.parameters] = held.core().sensitivity(held.drives, held.poses)["source"][0]
-    return slopes
 
 
 def spread(places: Any, values: Any, count: int) -> Floats:

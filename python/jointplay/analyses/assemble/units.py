@@ -31,7 +31,7 @@ class Units:
         Size of the position error of the centre on the first and on the second body of every joint; shape (end, joint,
         unit).
     output : ndarray
-        Position error of the output; shape (unit, axis).
+        Error of the output; shape (unit, component).
     points : dict
         Size of the position error of every point of the part that was asked; shape (unit,).
     force : ndarray
@@ -85,7 +85,12 @@ def solve(held: Held, members: Members, u: Floats) -> Units:
     for k, ends in held.centres().items():
         for i, end in enumerate(ENDS):
             centres[i, part.joints[k]] = sizes[ends[end]]
-    output = np.full((count, part.lengths), np.nan) if held.output is None else errors[held.output]
+    output = np.full((count, len(m.components)), np.nan)
+    if held.output is not None:
+        body = part.spec["points"][held.output]["body"]
+        placed, nominal = poses.components(found["poses"][:, body]), poses.components(part.poses[body])
+        output = poses.difference(placed, np.broadcast_to(nominal, placed.shape))
+        output[:, : part.lengths] = errors[held.output]
     return Units(centres, output, sizes, force, factor, STATUSES[found["status"]])
 
 
