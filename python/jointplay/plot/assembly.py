@@ -27,6 +27,8 @@ VISIBLE = 0.08
 #: forces below this share of the largest one of any step are not written
 WORTH_SAYING = 1e-3
 COLUMNS = 3
+#: of a panel in inches, and what title and labels take of its height
+WIDTH, LABELS = 4.6, 0.9
 #: room around the mechanism, as a share of it
 MARGIN = 0.15
 NEW, TENSION, COMPRESSION, ERROR = COLOURS[2], COLOURS[3], COLOURS[0], "black"
@@ -61,7 +63,7 @@ def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | N
     columns = min(COLUMNS, len(steps))
     rows = -(-len(steps) // columns)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(4.6 * columns, 3.6 * rows))
+        figure = Figure(figsize=(WIDTH * columns, drawing.height * rows))
         for k in range(len(steps)):
             axes = figure.add_subplot(rows, columns, k + 1, projection="3d" if drawing.size == 3 else None)
             drawing.step(k, axes)
@@ -86,6 +88,14 @@ class _Drawing:
         largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in self._errors()), default=0.0)
         automatic = round_factor(VISIBLE * self.extent / largest) if largest > 0 else 0.0
         self.exaggerate = automatic if exaggerate is None else exaggerate
+
+    @property
+    def height(self) -> float:
+        """Height of a panel that has no empty space beside the mechanism."""
+        if self.size == 3:
+            return WIDTH
+        width, height = np.ptp(self.places, axis=0) + 2.0 * MARGIN * self.extent
+        return LABELS + (WIDTH - LABELS) * float(height / width)
 
     def _errors(self) -> list[Floats]:
         which = str(self.result.attrs["assemble"])
