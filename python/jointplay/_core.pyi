@@ -57,9 +57,13 @@ class Mechanism:
     def loaded(
         self, drives: NDArray[np.float64], poses: NDArray[np.float64], exact: bool = True
     ) -> dict[str, NDArray[Any]]: ...
+    def loaded_units(
+        self, drives: NDArray[np.float64], poses: NDArray[np.float64], u: NDArray[np.float64]
+    ) -> dict[str, NDArray[Any]]: ...
     def worst(
         self, drives: NDArray[np.float64], poses: NDArray[np.float64], starts: int = 24, lanes: bool = True
     ) -> dict[str, NDArray[Any]]: ...
+    def units(self, samples: int, seed: int, law: str | None = None) -> NDArray[np.float64]: ...
     def random(
         self,
         drives: NDArray[np.float64],

@@ -12,8 +12,10 @@ mod loaded;
 mod settle;
 mod system;
 mod trace;
+mod units;
 mod worst;
 
 pub use basis::Basis;
 pub use given::Forced;
 pub use loaded::{Strain, StrainTable};
+pub use units::UnitTable;
