@@ -25,6 +25,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::{MAX_SIZE, Mute, inner};
+use crate::ascent::UNDECIDED;
 use crate::closure::Inputs;
 use crate::contact::Contact;
 use crate::mechanism::Source;
@@ -36,7 +37,7 @@ const STEPS: usize = 40;
 const DIFFERENCE: f64 = 1e-2;
 /// Contact and reactions agree where no coordinate wants to move by more than this part of its set.
 const STILL: f64 = 1e-11;
-/// The same where rounding lets nothing better be reached.
+/// The same where nothing better is reached.
 const SETTLED: f64 = 1e-8;
 /// Holds what no force moves, nor is held by any: such as play that the load does not push.
 const NOTHING: f64 = 1e-6;
@@ -85,13 +86,18 @@ impl<'s, 'm> Newton<'s, 'm> {
         sources.iter().enumerate().filter(|(_, s)| s.is_clearance && !s.set.is_zero())
     }
 
-    fn own(&self, state: &State, force: &[f64]) -> Own {
+    /// Own coordinates and forces; forces up to a tolerance are none.
+    fn own(&self, state: &State, force: &[f64], tolerance: f64) -> Own {
         let m = self.solver.mechanism;
         let mut own = Own { y: Vec::new(), s: Vec::new() };
         for (k, source) in self.sources() {
             let n = source.set.size();
             let offset: Vec<f64> = source.range().map(|p| state.inputs.parameters[p] - m.centre[p]).collect();
-            let heard = source.set.heard(&force[source.range()], self.mutes[k]);
+            let mut heard = source.set.heard(&force[source.range()], self.mutes[k]);
+            if tolerance > 0.0 {
+                let mute = source.set.mute(&heard[..n], m.undecided(source, tolerance));
+                heard = source.set.heard(&heard[..n], mute);
+            }
             own.y.extend_from_slice(&source.set.to_unit(&offset)[..n]);
             own.s.extend_from_slice(&source.set.unit_gradient(&heard[..n])[..n]);
         }
@@ -99,7 +105,14 @@ impl<'s, 'm> Newton<'s, 'm> {
     }
 
     fn at(&self, contact: &Contact) -> Own {
-        self.own(&contact.state, &contact.gradient.inputs.parameters)
+        self.own(&contact.state, &contact.gradient.inputs.parameters, 0.0)
+    }
+
+    /// Whether no offset is pushed on, but by forces that decide nothing.
+    fn settled(&self, contact: &Contact) -> bool {
+        let tolerance = UNDECIDED * self.solver.mechanism.force_scale(&contact.gradient);
+        let own = self.own(&contact.state, &contact.gradient.inputs.parameters, tolerance);
+        largest(&self.projected(&own).residual) <= SETTLED
     }
 
     /// Takes notice of how forces have changed along a step.
@@ -153,13 +166,16 @@ impl<'s, 'm> Newton<'s, 'm> {
         let m = self.solver.mechanism;
         let mut own = self.at(&at);
         let mut bends = BTreeMap::new();
+        let mut before = f64::INFINITY;
         for number in 0..STEPS {
             let projected = self.projected(&own);
             let left = largest(&projected.residual);
-            at.settled = left <= SETTLED;
-            if left <= STILL {
+            at.settled = self.settled(&at);
+            // Rounding, or a force too small to decide, lets nothing better be reached.
+            if left <= STILL || at.settled && left > NEARER * before {
                 break;
             }
+            before = left;
             if number % RENEWED == 0 {
                 bends.clear();
             }
@@ -188,10 +204,7 @@ impl<'s, 'm> Newton<'s, 'm> {
                     break;
                 }
             }
-            let Some((least, next, tried)) = best else { break };
-            if at.settled && least >= left {
-                break;
-            }
+            let Some((_, next, tried)) = best else { break };
             (at, own) = (next, tried);
         }
         Some(at)
@@ -314,7 +327,7 @@ impl<'s, 'm> Newton<'s, 'm> {
         }
         let state = self.solver.nudged(linearised, &at.state, inputs);
         let gradient = m.load_gradient(&self.solver.linearise(&state)?, &state);
-        let there = self.own(&state, &gradient.inputs.parameters);
+        let there = self.own(&state, &gradient.inputs.parameters, 0.0);
         Some(there.s.iter().zip(&own.s).map(|(a, b)| (a - b) / h).collect())
     }
 }
