@@ -38,9 +38,9 @@ const DIFFERENCE: f64 = 1e-2;
 /// Contact and reactions agree where no coordinate wants to move by more than this part of its set.
 const STILL: f64 = 1e-11;
 /// The same where nothing better is reached.
-const SETTLED: f64 = 1e-8;
-/// Holds what no force moves, nor is held by any: such as play that the load does not push.
-const NOTHING: f64 = 1e-6;
+const SETTLED: f64 = 1e-6;
+/// Largest hold on a step.
+const HOLD: f64 = 1e-4;
 /// Step along a force that leads to the support point.
 const FAR: f64 = 1e6;
 /// A step that leaves no more than this part of what was left is good.
@@ -239,6 +239,7 @@ impl<'s, 'm> Newton<'s, 'm> {
     /// Newton's step.
     fn step(&self, at: &Contact, own: &Own, mut projected: Projected, bends: &mut Bends) -> Option<Vec<f64>> {
         let linearised = self.solver.linearise(&at.state)?;
+        let hold = largest(&projected.residual).min(HOLD);
         loop {
             let n = own.y.len();
             let moving: Vec<usize> =
@@ -257,10 +258,11 @@ impl<'s, 'm> Newton<'s, 'm> {
                     }
                 }
             }
-            // Least squares, held by a little: what no force moves, nor any holds, stays.
+            // Least squares, held as much as there is left to go: many places along which forces balance are
+            // as good as each other, and the nearest is taken.
             let transposed = matrix.transpose();
             let mut normal = &transposed * matrix;
-            (0..moving.len()).for_each(|k| normal[(k, k)] += NOTHING * NOTHING);
+            (0..moving.len()).for_each(|k| normal[(k, k)] += hold);
             let factors = normal.cholesky()?;
             let solve = |residual: &dyn Fn(usize) -> f64| {
                 let right = DVector::from_iterator(moving.len(), moving.iter().map(|&k| residual(k)));
