@@ -24,23 +24,24 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::{MAX_SIZE, Mute, inner};
 use crate::ascent::UNDECIDED;
+use crate::clearance::{MAX_SIZE, Mute, inner};
 use crate::closure::Inputs;
 use crate::contact::Contact;
 use crate::mechanism::Source;
 use crate::solver::{Linearised, Solver, State};
 
 /// Steps at most.
-const STEPS: usize = 40;
+const STEPS: usize = RENEWED * HOLDS.len();
 /// Parts of a set by which a coordinate is moved for a difference.
 const DIFFERENCE: f64 = 1e-2;
 /// Contact and reactions agree where no coordinate wants to move by more than this part of its set.
 const STILL: f64 = 1e-11;
 /// The same where nothing better is reached.
 const SETTLED: f64 = 1e-6;
-/// Largest hold on a step.
-const HOLD: f64 = 1e-4;
+/// Largest hold on a step, for one set of differences after the other: a strong hold keeps steps off places where
+/// the forces balance all the same, a weak one lets them go far where the forces hardly change.
+const HOLDS: [f64; 4] = [1e-6, 1e-8, 1e-4, 1e-6];
 /// Step along a force that leads to the support point.
 const FAR: f64 = 1e6;
 /// A step that leaves no more than this part of what was left is good.
@@ -137,7 +138,8 @@ impl<'s, 'm> Newton<'s, 'm> {
 
     fn projected(&self, own: &Own) -> Projected {
         let n = own.y.len();
-        let mut projected = Projected { residual: Vec::with_capacity(n), t: Vec::with_capacity(n), gives: vec![None; n] };
+        let mut projected =
+            Projected { residual: Vec::with_capacity(n), t: Vec::with_capacity(n), gives: vec![None; n] };
         for (k, source) in self.sources() {
             let (first, size) = (projected.t.len(), source.set.size());
             let t = 1.0 / self.stiffness[k].max(f64::MIN_POSITIVE.sqrt());
@@ -180,7 +182,7 @@ impl<'s, 'm> Newton<'s, 'm> {
                 bends.clear();
             }
             let residual = projected.residual.clone();
-            let step = self.step(&at, &own, projected, &mut bends)?;
+            let step = self.step(&at, &own, projected, HOLDS[number / RENEWED], &mut bends)?;
             // The forces push away from the balance that lies behind, and lead on to another.
             if inner(&residual, &step) < 0.0 {
                 let pressed = m.pressed(&at.gradient, &at.state.inputs, self.mutes);
@@ -237,9 +239,16 @@ impl<'s, 'm> Newton<'s, 'm> {
     }
 
     /// Newton's step.
-    fn step(&self, at: &Contact, own: &Own, mut projected: Projected, bends: &mut Bends) -> Option<Vec<f64>> {
+    fn step(
+        &self,
+        at: &Contact,
+        own: &Own,
+        mut projected: Projected,
+        hold: f64,
+        bends: &mut Bends,
+    ) -> Option<Vec<f64>> {
         let linearised = self.solver.linearise(&at.state)?;
-        let hold = largest(&projected.residual).min(HOLD);
+        let hold = largest(&projected.residual).min(hold);
         loop {
             let n = own.y.len();
             let moving: Vec<usize> =
