@@ -1,14 +1,16 @@
 //! The nominal path over many rows of drive values: each row is reached on the assembly branch of the
-//! row before it, a block of rows at a time where they lie close together.
+//! rows before it, a block of rows at a time where they lie close together.
 
 // Kernels must be inlined into callers compiled for a width of vector registers.
 #![allow(clippy::inline_always)]
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use crate::batch::Follow;
 use crate::batch::lanes::LANES;
 use crate::batch::simd::{Kernel, dispatch};
+use crate::batch::{Follow, Start};
 use crate::closure::Inputs;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
@@ -16,8 +18,14 @@ use crate::status::Status;
 
 /// The estimate of the smallest singular value must clear the limit by this factor, or it is computed.
 pub(crate) const CLEAR: f64 = 30.0;
-/// Blocks that are traced at once.
-const RUN: usize = 512;
+/// Rows of one task.
+const RUN: usize = 32 * LANES;
+/// Every so many rows one is traced beforehand; tasks begin from these.
+const STRIDE: usize = LANES;
+/// Rows before a block among which the nearest one is looked for, ...
+const WINDOW: usize = 256;
+/// ... for one of so many lanes; the others go on from its choice.
+const LOOK: usize = 16;
 
 /// Nominal coordinates of many configurations; NaN where there are none.
 #[derive(Clone, Debug, Default)]
@@ -28,28 +36,142 @@ pub struct Trace {
     pub status: Vec<Status>,
 }
 
-/// One block: the state it starts from and its rows.
-struct Block<'t, 'm> {
-    follow: &'t Follow<'m>,
-    from: State,
+/// Rows that are traced one after the other.
+struct Run<'t, 'm> {
+    solver: &'t Solver<'m>,
+    follow: Option<&'t Follow<'m>>,
+    from: &'t State,
+    n: usize,
     drives: &'t [f64],
 }
 
-/// A row's coordinates and estimate of the smallest singular value.
-type Row = Option<(Vec<f64>, f64)>;
+/// What has been traced of a run.
+struct Traced {
+    trace: Trace,
+    /// Whether the determinant of the Jacobian is negative, row by row.
+    negative: Vec<bool>,
+}
 
-impl Kernel for &Block<'_, '_> {
-    type Output = Vec<Row>;
+impl Kernel for Run<'_, '_> {
+    type Output = Traced;
 
     #[inline(always)]
-    fn run(self) -> Vec<Row> {
-        let mut rows = Vec::with_capacity(LANES);
-        let mut registers = self.follow.workspace();
-        let from = vec![&self.from; self.drives.len() / self.from.inputs.drives.len()];
-        self.follow.solve(&mut registers, &from, self.drives, |_, row| {
-            rows.push(row.map(|(coordinates, clear)| (coordinates.to_vec(), clear)));
+    fn run(self) -> Traced {
+        let m = self.solver.mechanism;
+        let width = m.n_coordinates();
+        let trace = Trace { coordinates: Vec::with_capacity(self.n * width), status: Vec::with_capacity(self.n) };
+        let mut done = Traced { trace, negative: Vec::with_capacity(self.n) };
+        let Some(follow) = self.follow else {
+            (0..self.n).for_each(|_| self.add_plainly(&mut done));
+            return done;
+        };
+        let mut registers = follow.workspace();
+        let mut found = vec![f64::NAN; LANES.min(self.n) * width];
+        for first in (0..self.n).step_by(LANES) {
+            let rows = first..self.n.min(first + LANES);
+            let starts = self.starts(&done, rows.clone());
+            let clear = follow.solve(&mut registers, &starts, self.drives(rows.clone()), &mut found);
+            let negative: Vec<bool> = starts.iter().map(|start| start.negative).collect();
+            for (k, found) in found.chunks_exact(width).take(rows.len()).enumerate() {
+                if clear[k] >= CLEAR * m.singular_value {
+                    done.trace.coordinates.extend_from_slice(found);
+                    done.trace.status.push(Status::Ok);
+                    done.negative.push(negative[k]);
+                } else {
+                    self.add_plainly(&mut done);
+                }
+            }
+        }
+        done
+    }
+}
+
+impl Run<'_, '_> {
+    fn drives(&self, rows: Range<usize>) -> &[f64] {
+        let width = self.solver.mechanism.n_drives();
+        &self.drives[rows.start * width..rows.end * width]
+    }
+
+    /// A row that is done, or where the run begins.
+    fn start<'s>(&'s self, done: &'s Traced, row: Option<usize>) -> Start<'s> {
+        let Some(row) = row else { return Start::of(self.from) };
+        let width = self.solver.mechanism.n_coordinates();
+        Start {
+            coordinates: &done.trace.coordinates[row * width..(row + 1) * width],
+            drives: self.drives(row..row + 1),
+            negative: done.negative[row],
+        }
+    }
+
+    /// The last row that is done and regular: at a singular state the path may fork.
+    fn last(done: &Traced) -> Option<usize> {
+        done.trace.status.iter().rposition(|s| *s == Status::Ok)
+    }
+
+    /// For each of the next rows the start that is nearest to it, as far as they have been looked at.
+    fn starts<'s>(&'s self, done: &'s Traced, rows: Range<usize>) -> Vec<Start<'s>> {
+        let m = self.solver.mechanism;
+        let Some(last) = Self::last(done) else { return vec![self.start(done, None); rows.len()] };
+        let unit = |d: usize| 1.0 / m.unit(m.rows[m.driven_rows[d]].component);
+        let units: Vec<f64> = (0..m.n_drives()).map(|d| unit(d) * unit(d)).collect();
+        let distance = |from: usize, to: usize| -> f64 {
+            if done.trace.status[from] != Status::Ok {
+                return f64::INFINITY;
+            }
+            let both = self.drives(from..from + 1).iter().zip(self.drives(to..to + 1));
+            both.zip(&units).map(|((a, b), unit)| (a - b) * (a - b) * unit).sum()
+        };
+        let mut near = last;
+        let nearest = rows.enumerate().map(|(k, to)| {
+            let mut least = f64::INFINITY;
+            if k % LOOK == 0 {
+                // Of equal ones the oldest: a line of a grid goes on beside the line before it.
+                for from in last.saturating_sub(WINDOW)..=last {
+                    let d = distance(from, to);
+                    if d < least * (1.0 - 1e-9) {
+                        (near, least) = (from, d);
+                    }
+                }
+            } else {
+                least = distance(near, to);
+            }
+            for step in [usize::MAX, 1] {
+                loop {
+                    let from = near.wrapping_add(step);
+                    if from > last || distance(from, to) >= least {
+                        break;
+                    }
+                    (near, least) = (from, distance(from, to));
+                }
+            }
+            self.start(done, Some(near))
         });
-        rows
+        nearest.collect()
+    }
+
+    /// Adds the next row, followed plainly from the last one.
+    fn add_plainly(&self, done: &mut Traced) {
+        let m = self.solver.mechanism;
+        let row = done.trace.status.len();
+        let Start { coordinates, drives, negative } = self.start(done, Self::last(done));
+        let inputs = Inputs::nominal(m, drives);
+        let last = State { coordinates: coordinates.to_vec(), inputs, negative };
+        let drives = self.drives(row..row + 1);
+        let followed = self.solver.follow(&last, &Inputs::nominal(m, drives)).or_else(|status| {
+            let other = match status {
+                // No branch leads on from a singular state: the guess chooses one anew.
+                Status::Singular => m.first_state(drives).map(|(_, state)| state),
+                _ => m.dead_centre(&last, drives),
+            };
+            other.ok_or(status)
+        });
+        let (trace, status) = (&mut done.trace, followed.as_ref().map_or_else(|s| *s, |next| m.nominal_status(next)));
+        match &followed {
+            Ok(next) => trace.coordinates.extend(&next.coordinates),
+            Err(_) => trace.coordinates.resize(trace.coordinates.len() + m.n_coordinates(), f64::NAN),
+        }
+        trace.status.push(status);
+        done.negative.push(followed.is_ok_and(|next| next.negative));
     }
 }
 
@@ -58,73 +180,40 @@ impl Mechanism {
     #[must_use]
     pub fn trace(&self, n: usize, drives: &[f64]) -> Trace {
         let width = self.n_drives();
-        let rows = |from: usize, to: usize| &drives[from * width..to * width];
         let mut trace = Trace::default();
-        let first = if n > 0 { self.first_state(rows(0, 1)) } else { None };
-        let Some((solver, mut state)) = first else {
+        let first = if n > 0 { self.first_state(&drives[..width]) } else { None };
+        let Some((solver, from)) = first else {
             trace.coordinates.resize(n * self.n_coordinates(), f64::NAN);
             trace.status.resize(n, Status::NotAssembled);
             return trace;
         };
         // A handful of rows is solved before the program is recorded; a structure has nothing to follow.
         let follow = if n >= LANES && width > 0 { Follow::record(&solver) } else { None };
-        for start in (0..n).step_by(RUN * LANES) {
-            let end = n.min(start + RUN * LANES);
-            let found: Vec<Row> = follow.as_ref().map_or_else(
-                || vec![None; end - start],
-                |follow| {
-                    // The first row of every block is followed plainly, the others from it.
-                    let anchored: Vec<Block<'_, '_>> = (start..end)
-                        .step_by(LANES)
-                        .map(|first| {
-                            let inputs = Inputs::nominal(self, rows(first, first + 1));
-                            if let Ok(next) = solver.follow(&state, &inputs) {
-                                state = next;
-                            }
-                            Block { follow, from: state.clone(), drives: rows(first, end.min(first + LANES)) }
-                        })
-                        .collect();
-                    anchored.par_iter().flat_map_iter(dispatch).collect()
-                },
-            );
-            for (k, row) in found.into_iter().enumerate() {
-                self.add_row(&solver, &mut state, row, rows(start + k, start + k + 1), &mut trace);
+        let run = |from: &State, n: usize, drives: &[f64]| {
+            dispatch(Run { solver: &solver, follow: follow.as_ref(), from, n, drives })
+        };
+        if n <= RUN || follow.is_none() {
+            return run(&from, n, drives).trace;
+        }
+        let sparse: Vec<f64> = drives.chunks(STRIDE * width).flat_map(|rows| &rows[..width]).copied().collect();
+        let ahead = run(&from, n.div_ceil(STRIDE), &sparse);
+        let begin = |task: usize| {
+            let row = ahead.trace.status[..=task * RUN / STRIDE].iter().rposition(|s| *s == Status::Ok);
+            let Some(row) = row else { return from.clone() };
+            let size = self.n_coordinates();
+            State {
+                coordinates: ahead.trace.coordinates[row * size..(row + 1) * size].to_vec(),
+                inputs: Inputs::nominal(self, &sparse[row * width..(row + 1) * width]),
+                negative: ahead.negative[row],
             }
+        };
+        let tasks = drives.par_chunks(RUN * width).enumerate();
+        let parts: Vec<Trace> = tasks.map(|(task, rows)| run(&begin(task), rows.len() / width, rows).trace).collect();
+        trace.coordinates.reserve_exact(n * self.n_coordinates());
+        for part in parts {
+            trace.coordinates.extend(part.coordinates);
+            trace.status.extend(part.status);
         }
         trace
-    }
-
-    /// Adds one row, followed plainly from the last one where the block is in doubt.
-    fn add_row(&self, solver: &Solver<'_>, last: &mut State, row: Row, drives: &[f64], trace: &mut Trace) {
-        if let Some((coordinates, clear)) = row
-            && clear >= CLEAR * self.singular_value
-        {
-            trace.coordinates.extend(coordinates);
-            trace.status.push(Status::Ok);
-            return;
-        }
-        let followed = solver.follow(last, &Inputs::nominal(self, drives)).or_else(|status| {
-            let other = match status {
-                // No branch leads on from a singular state: the guess chooses one anew.
-                Status::Singular => self.first_state(drives).map(|(_, state)| state),
-                _ => self.dead_centre(last, drives),
-            };
-            other.ok_or(status)
-        });
-        match followed {
-            Ok(next) => {
-                let status = self.nominal_status(&next);
-                trace.coordinates.extend(&next.coordinates);
-                trace.status.push(status);
-                // The path goes on from the last regular state: at a singular one it may fork.
-                if status == Status::Ok {
-                    *last = next;
-                }
-            }
-            Err(status) => {
-                trace.coordinates.resize(trace.coordinates.len() + self.n_coordinates(), f64::NAN);
-                trace.status.push(status);
-            }
-        }
     }
 }

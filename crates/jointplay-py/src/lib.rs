@@ -13,7 +13,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use arrays::{Configurations, Table, rows};
+use arrays::{Configurations, Table, flat_rows, rows};
 
 /// A checked, immutable mechanism.
 #[pyclass(frozen, module = "jointplay._core")]
@@ -104,8 +104,8 @@ impl Mechanism {
 
     fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
-        let rows = rows(&drives, "drives", self.core.n_drives())?;
-        let configurations = py.detach(|| self.core.solve(rows.len(), &rows.concat()));
+        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", self.core.n_drives())?);
+        let configurations = py.detach(|| self.core.solve(n, &rows));
         Ok(self.solved(py, &configurations)?.finish())
     }
 
@@ -113,13 +113,12 @@ impl Mechanism {
     fn trace<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
         let core = &self.core;
-        let rows = rows(&drives, "drives", core.n_drives())?;
+        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
         let (trace, output) = py.detach(|| {
-            let trace = core.trace(rows.len(), &rows.concat());
+            let trace = core.trace(n, &rows);
             let output = core.outputs(&trace.coordinates);
             (trace, output)
         });
-        let n = trace.status.len();
         Ok(Table::new(py)
             .status(trace.status.iter().copied())?
             .array("poses", &[n, core.n_bodies(), core.n_body_coordinates()], trace.coordinates)?
@@ -139,15 +138,16 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
         let core = &self.core;
-        let rows = rows(&drives, "drives", core.n_drives())?;
+        let rows = flat_rows(&drives, "drives", core.n_drives())?;
         let configurations = Configurations::new(core, &seed_drives, &seed_poses)?;
         let seeds: Vec<_> = seed_nodes.into_iter().zip(configurations.cases()).collect();
         let n = shape.iter().product::<usize>();
-        if rows.len() != n || seeds.len() != configurations.cases().len() || seeds.iter().any(|seed| seed.0 >= n) {
+        if drives.shape()[0] != n || seeds.len() != configurations.cases().len() || seeds.iter().any(|seed| seed.0 >= n)
+        {
             return Err(PyValueError::new_err("a row of drives per node of the grid and a node per seed are needed"));
         }
         let (trace, output) = py.detach(|| {
-            let trace = core.flood(&shape, &rows.concat(), &seeds);
+            let trace = core.flood(&shape, &rows, &seeds);
             let output = core.outputs(&trace.coordinates);
             (trace, output)
         });
@@ -167,8 +167,8 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
         let (core, n) = (&self.core, poses.shape()[0]);
         let drives = near.as_array().broadcast((n, near.len())).map(|rows| rows.to_owned());
-        let drives = numpy::IntoPyArray::into_pyarray(drives.unwrap_or_default(), py);
-        let configurations = Configurations::new(core, &drives.readonly(), &poses)?;
+        let drives = numpy::IntoPyArray::into_pyarray(drives.unwrap_or_default(), py).readonly();
+        let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
         let read = cases.iter().flat_map(|case| core.drive_values(case.coordinates, case.drives)).collect();
         let array = numpy::ndarray::Array2::from_shape_vec((n, core.n_drives()), read)

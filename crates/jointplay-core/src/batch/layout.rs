@@ -5,6 +5,7 @@ use super::symbol::{Recorder, Symbol};
 use crate::closure::{Command, Inputs};
 use crate::mechanism::Mechanism;
 use crate::solver::State;
+use crate::space::{Component, Space};
 
 /// A mechanism whose quantities are symbols.
 pub(super) struct Symbolic<'r> {
@@ -81,8 +82,12 @@ impl Layout {
         for coordinates in coordinates.chunks_exact(m.n_body_coordinates()) {
             m.space.put_pose_numbers(coordinates, &mut put);
         }
-        for &q in drives {
-            let (sine, cosine) = q.sin_cos();
+        for (&q, &row) in drives.iter().zip(&m.driven_rows) {
+            // Sine and cosine of a length are not asked for.
+            let (sine, cosine) = match m.rows[row].component {
+                Component::Along(_) => (0.0, 1.0),
+                Component::About(_) => q.sin_cos(),
+            };
             put(q);
             put(sine);
             put(cosine);
@@ -123,6 +128,37 @@ impl Layout {
         values.extend(m.output(&nominal.coordinates, &nominal.inputs));
         m.put_turn_numbers(&nominal.coordinates, |number| values.push(number));
         values
+    }
+}
+
+impl Space {
+    /// The coordinates of one body in some lanes from its pose numbers, row by row `n` numbers apart. Those of
+    /// a lane have moved from nearby ones by steps, in which a quaternion keeps its sign.
+    #[inline(always)]
+    pub(super) fn put_coordinates<'s>(
+        self,
+        numbers: &mut [Block],
+        lanes: impl Iterator<Item = usize>,
+        near: impl Fn(usize) -> &'s [f64],
+        coordinates: &mut [f64],
+        n: usize,
+    ) {
+        if self == Self::Spatial {
+            let square = |b: &Block| b.mul(b);
+            let sum = numbers[4..].iter().fold(square(&numbers[3]), |sum, b| sum.add(&square(b)));
+            let scale = Block::splat(1.0).div(&sum.sqrt());
+            for number in &mut numbers[3..] {
+                *number = number.mul(&scale);
+            }
+        }
+        let size = self.n_coordinates();
+        for lane in lanes {
+            let coordinates = &mut coordinates[lane * n..lane * n + size];
+            match self {
+                Self::Planar => self.coordinates_of_numbers(|k| numbers[k].0[lane], near(lane), coordinates),
+                Self::Spatial => coordinates.iter_mut().zip(&*numbers).for_each(|(c, number)| *c = number.0[lane]),
+            }
+        }
     }
 }
 

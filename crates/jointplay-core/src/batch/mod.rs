@@ -25,7 +25,7 @@ mod worker;
 
 pub use climb::{Climb, Site, Task};
 pub use contact::Contact;
-pub use follow::Follow;
+pub use follow::{Follow, Start};
 pub use program::{Bound, Newton};
 pub use worker::Height;
 
