@@ -113,9 +113,9 @@ impl<'m> Follow<'m> {
             let mut all = true;
             for i in 0..LANES {
                 let shrinks = now.0[i] <= if step == 0 { last.0[i] } else { 0.25 * last.0[i] };
-                good[i] &= (shrinks | (now.0[i] <= LAST * LAST)) & (product.0[i] * parity * signs[i] > 0.0);
+                good[i] &= (shrinks || now.0[i] <= LAST * LAST) && product.0[i] * parity * signs[i] > 0.0;
                 done[i] = now.0[i] <= LAST * LAST;
-                all &= done[i] | !good[i];
+                all &= done[i] || !good[i];
             }
             if all {
                 break;
@@ -124,7 +124,7 @@ impl<'m> Follow<'m> {
         }
         let mut clear = self.step.output(registers, clear).0;
         for i in 0..LANES {
-            clear[i] = if good[i] & done[i] { clear[i] } else { f64::NAN };
+            clear[i] = if good[i] && done[i] { clear[i] } else { f64::NAN };
         }
         let (numbers, width) = (&mut registers[m.n_parameters()..][..n_pose], m.space.n_pose_numbers());
         let (size, n) = (m.n_body_coordinates(), m.n_coordinates());
