@@ -1,6 +1,6 @@
 //! Offsets in coordinates of the set's own, in which projections are simple.
 
-use super::{MAX_SIZE, Set, Shape, padded};
+use super::{MAX_SIZE, Set, Shape, inner, padded};
 use crate::space::norm;
 
 impl Set {
@@ -53,6 +53,26 @@ impl Set {
         }
     }
 
+    /// The part of a step from a point of the set, in own coordinates, that stays in it; round sets are left
+    /// at once by a step along them, which is taken whole.
+    #[must_use]
+    pub fn part_within(&self, unit: &[f64], step: &[f64]) -> f64 {
+        match self.shape() {
+            Shape::Tapered(tapered) => tapered.part_within(unit, step),
+            _ => 1.0,
+        }
+    }
+
+    /// How the nearest point of the set moves where the point, in own coordinates, moves along a direction.
+    pub fn project_unit_along(&self, unit: &[f64], direction: &mut [f64]) {
+        match self.shape() {
+            Shape::Round { .. } => onto_ball_along(unit, direction),
+            Shape::Diamond { .. } | Shape::Interval { .. } => onto_box_along(unit, direction),
+            Shape::Pin(pin) => pin.project_unit_along(unit, direction),
+            Shape::Tapered(tapered) => tapered.whole().nearest_unit_along(unit, direction),
+        }
+    }
+
     /// The nearest point of the set in its own coordinates.
     pub fn project_unit(&self, unit: &mut [f64]) {
         match self.shape() {
@@ -68,6 +88,24 @@ impl Set {
                 unit.copy_from_slice(&nearest[..unit.len()]);
             }
         }
+    }
+}
+
+/// How the nearest point of the box from -1 to 1 moves.
+pub(super) fn onto_box_along(unit: &[f64], direction: &mut [f64]) {
+    for (d, u) in direction.iter_mut().zip(unit) {
+        if u.abs() > 1.0 {
+            *d = 0.0;
+        }
+    }
+}
+
+/// How the nearest point of the unit ball moves.
+pub(super) fn onto_ball_along(unit: &[f64], direction: &mut [f64]) {
+    let size = norm(unit);
+    if size > 1.0 {
+        let outwards = inner(unit, direction) / (size * size);
+        direction.iter_mut().zip(unit).for_each(|(d, u)| *d = (*d - outwards * u) / size);
     }
 }
 
