@@ -13,9 +13,9 @@
 use rayon::prelude::*;
 
 use crate::ascent::UNDECIDED;
-use crate::batch::Contact;
 use crate::batch::lanes::LANES;
 use crate::batch::simd::{Kernel, dispatch};
+use crate::batch::{Contact, FirstOrder};
 use crate::clearance::{MAX_SIZE, Mute};
 use crate::closure::Inputs;
 use crate::mechanism::{Mechanism, Source};
@@ -24,6 +24,7 @@ use crate::sensitivity::{Gradient, Output};
 use crate::solver::{Linearised, Solver, State};
 use crate::space::{Component, Pose, sub};
 use crate::status::Status;
+use crate::table::{Keep, Rows, Table};
 use crate::trace::CLEAR;
 
 /// What the load leaves undecided is felt by the output when it moves it by more than this part of what all
@@ -66,59 +67,11 @@ pub struct Case<'a> {
     pub coordinates: &'a [f64],
 }
 
-/// Load-determined errors of many configurations, column by column, row after row.
-#[derive(Clone, Debug, Default)]
-#[allow(missing_docs)] // the columns are the fields of [`Loaded`]
-pub struct Table {
-    pub error: Vec<f64>,
-    pub error_first_order: Vec<f64>,
-    pub undetermined: Vec<f64>,
-    pub open: Vec<f64>,
-    pub decided: Vec<bool>,
-    pub reaction: Vec<f64>,
-    pub offset: Vec<f64>,
-    pub contribution: Vec<f64>,
-    pub steps: Vec<u64>,
-    pub status: Vec<Status>,
-    /// Configurations that the batch engine handed to the plain solver.
-    pub fallbacks: u64,
-}
-
-impl Table {
-    fn push(&mut self, row: Loaded) {
-        self.error.extend(row.error);
-        self.error_first_order.extend(row.error_first_order);
-        self.undetermined.extend(row.undetermined);
-        self.open.extend(row.open);
-        self.decided.extend(row.decided);
-        self.reaction.extend(row.reaction);
-        self.offset.extend(row.offset);
-        self.contribution.extend(row.contribution);
-        self.steps.push(row.steps as u64);
-        self.status.push(row.status);
-    }
-
-    fn append(&mut self, other: &mut Self) {
-        self.error.append(&mut other.error);
-        self.error_first_order.append(&mut other.error_first_order);
-        self.undetermined.append(&mut other.undetermined);
-        self.open.append(&mut other.open);
-        self.decided.append(&mut other.decided);
-        self.reaction.append(&mut other.reaction);
-        self.offset.append(&mut other.offset);
-        self.contribution.append(&mut other.contribution);
-        self.steps.append(&mut other.steps);
-        self.status.append(&mut other.status);
-        self.fallbacks += other.fallbacks;
-    }
-}
-
 /// A run of cases solved block by block.
 struct Run<'r, 'm> {
     solver: &'r Solver<'m>,
     contact: Option<&'r Contact<'m>>,
     cases: &'r [Case<'r>],
-    exact: bool,
 }
 
 impl Kernel for Run<'_, '_> {
@@ -129,13 +82,13 @@ impl Kernel for Run<'_, '_> {
         let m = self.solver.mechanism;
         let plainly = |case: &Case<'_>, table: &mut Table| {
             table.fallbacks += 1;
-            table.push(m.loaded_plainly(self.solver, case, self.exact));
+            table.push(m.loaded_plainly(self.solver, case, true));
         };
         let mut table = Table::default();
         if let Some(contact) = self.contact {
             let mut workspace = contact.workspace();
             for block in self.cases.chunks(LANES) {
-                contact.solve(&mut workspace, block, self.exact, &mut table, plainly);
+                contact.solve(&mut workspace, block, &mut table, plainly);
             }
         } else {
             for case in self.cases {
@@ -143,6 +96,35 @@ impl Kernel for Run<'_, '_> {
             }
         }
         table
+    }
+}
+
+/// The same to first order; gives the number of cases that were solved plainly.
+struct FirstOrderRun<'r, 'm> {
+    solver: &'r Solver<'m>,
+    program: Option<&'r FirstOrder<'m>>,
+    cases: &'r [Case<'r>],
+    rows: Rows<'r>,
+}
+
+impl Kernel for FirstOrderRun<'_, '_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run(mut self) -> u64 {
+        let m = self.solver.mechanism;
+        let mut fallbacks = 0;
+        let mut registers = self.program.map_or_else(Vec::new, FirstOrder::workspace);
+        for (number, block) in self.cases.chunks(LANES).enumerate() {
+            let first = number * LANES;
+            let solve = |program: &FirstOrder<'_>| program.solve(&mut registers, block, &mut self.rows, first);
+            let good = self.program.map_or([false; LANES], solve);
+            for (i, case) in block.iter().enumerate().filter(|(i, _)| !good[*i]) {
+                fallbacks += 1;
+                self.rows.put(first + i, &m.loaded_plainly(self.solver, case, false));
+            }
+        }
+        fallbacks
     }
 }
 
@@ -227,22 +209,38 @@ impl Mechanism {
     /// Where the load pushes the output, for every case, in blocks on all cores; if not `exact`, everything
     /// is told to first order at the nominal pose, and the closure is not solved again.
     #[must_use]
-    pub fn loaded(&self, cases: &[Case<'_>], exact: bool) -> Table {
-        let Some(solver) = self.solver(cases) else {
-            let mut table = Table::default();
-            for _ in cases {
-                table.push(self.no_load_result(Status::NotAssembled));
+    pub fn loaded(&self, cases: &[Case<'_>], exact: bool, keep: Keep) -> Table {
+        let mut table = match self.solver(cases) {
+            None => {
+                let mut table = Table::default();
+                cases.iter().for_each(|_| table.push(self.no_load_result(Status::NotAssembled)));
+                table
             }
-            return table;
+            Some(solver) if exact => self.loaded_exactly(&solver, cases),
+            Some(solver) => self.loaded_to_first_order(&solver, cases, keep),
         };
+        table.keep(keep);
+        table
+    }
+
+    fn loaded_exactly(&self, solver: &Solver<'_>, cases: &[Case<'_>]) -> Table {
         // A handful of configurations is solved before the programs are recorded.
-        let contact = if cases.len() >= LANES { Contact::record(&solver) } else { None };
-        let run = |part: &[Case<'_>]| dispatch(Run { solver: &solver, contact: contact.as_ref(), cases: part, exact });
+        let contact = if cases.len() >= LANES { Contact::record(solver) } else { None };
+        let run = |part: &[Case<'_>]| dispatch(Run { solver, contact: contact.as_ref(), cases: part });
         let parts: Vec<Table> = cases.par_chunks(RUN).map(run).collect();
         let mut table = Table::default();
         for mut part in parts {
             table.append(&mut part);
         }
+        table
+    }
+
+    fn loaded_to_first_order(&self, solver: &Solver<'_>, cases: &[Case<'_>], keep: Keep) -> Table {
+        let program = if cases.len() >= LANES { FirstOrder::record(solver) } else { None };
+        let mut table = Table::sized(self, cases.len(), keep);
+        let runs = table.rows().runs(RUN).into_par_iter().zip(cases.par_chunks(RUN));
+        let run = |(rows, cases)| dispatch(FirstOrderRun { solver, program: program.as_ref(), cases, rows });
+        table.fallbacks = runs.map(run).sum();
         table
     }
 

@@ -7,6 +7,7 @@ mod arrays;
 
 use jointplay_core::sampling::{BINS, Request};
 use jointplay_core::spec::Law;
+use jointplay_core::table::Keep;
 use jointplay_core::{Mechanism as Core, Spec, Status};
 use numpy::{PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -261,33 +262,41 @@ impl Mechanism {
             .finish())
     }
 
-    #[pyo3(signature = (drives, poses, exact = true))]
+    /// `offset` and `details` tell whether these columns are wanted beside error, undetermined, iterations, status.
+    #[pyo3(signature = (drives, poses, exact = true, offset = true, details = true))]
     fn loaded<'py>(
         &self,
         py: Python<'py>,
         drives: PyReadonlyArray2<'py, f64>,
         poses: PyReadonlyArray3<'py, f64>,
         exact: bool,
+        offset: bool,
+        details: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let results = py.detach(|| core.loaded(&cases, exact));
+        let results = py.detach(|| core.loaded(&cases, exact, Keep { offset, details }));
         let (n, size) = (cases.len(), core.size());
-        Ok(Table::new(py)
+        let mut table = Table::new(py)
             .status(results.status.iter().copied())?
             .array("error", &[n, size], results.error)?
-            .array("error_first_order", &[n, size], results.error_first_order)?
             .array("undetermined", &[n, size], results.undetermined)?
-            .array("undetermined_contribution", &[n, core.sources().len(), size], results.open)?
-            .array("decided", &[n, core.sources().len()], results.decided)?
-            .array("reaction", &[n, core.n_joints(), size], results.reaction)?
-            .array("offset", &[n, core.n_parameters()], results.offset)?
-            .array("contribution", &[n, core.sources().len(), size], results.contribution)?
             .array("iterations", &[n], results.steps)?
-            .value("fallbacks", results.fallbacks)?
-            .finish())
+            .value("fallbacks", results.fallbacks)?;
+        if offset {
+            table = table.array("offset", &[n, core.n_parameters()], results.offset)?;
+        }
+        if details {
+            table = table
+                .array("error_first_order", &[n, size], results.error_first_order)?
+                .array("undetermined_contribution", &[n, core.sources().len(), size], results.open)?
+                .array("decided", &[n, core.sources().len()], results.decided)?
+                .array("reaction", &[n, core.n_joints(), size], results.reaction)?
+                .array("contribution", &[n, core.sources().len(), size], results.contribution)?;
+        }
+        Ok(table.finish())
     }
 
     #[pyo3(signature = (drives, poses, starts = 24, lanes = true))]

@@ -16,12 +16,13 @@ use crate::ascent::UNDECIDED;
 use crate::clearance::{MAX_SIZE, Mute, Set};
 use crate::closure::Inputs;
 use crate::linear::Elimination;
-use crate::loaded::{Case, Pressing, Table};
+use crate::loaded::{Case, Pressing};
 use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::Cost;
 use crate::solver::Solver;
 use crate::space::{Component, Pose};
 use crate::status::Status;
+use crate::table::Table;
 use crate::trace::CLEAR;
 
 /// Steps that a block takes at most.
@@ -29,7 +30,7 @@ const STEPS: usize = 40;
 /// A step below this (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;
 /// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
-const SAME_DRIVES: f64 = 1e-12;
+pub(super) const SAME_DRIVES: f64 = 1e-12;
 
 /// The recorded programs of one mechanism under its loads.
 #[derive(Clone, Debug)]
@@ -82,7 +83,6 @@ impl<'m> Contact<'m> {
         &self,
         workspace: &mut [Vec<Block>; 2],
         cases: &[Case<'_>],
-        exact: bool,
         table: &mut Table,
         mut plainly: impl FnMut(&Case<'_>, &mut Table),
     ) {
@@ -110,16 +110,6 @@ impl<'m> Contact<'m> {
         }
         let mutes = mutes(m, |p| out(at.gradient + p), out(at.scale));
         let open = push(m, Some(&mutes), &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
-        if !exact {
-            for (i, case) in cases.iter().enumerate() {
-                if good[i] {
-                    self.tell_first_order(statics, &pushed, open[i], i, table);
-                } else {
-                    plainly(case, table);
-                }
-            }
-            return;
-        }
         let first: Vec<Block> = pushed.clone();
 
         let inputs = n_u + self.layout.n_varying();
@@ -208,54 +198,23 @@ impl<'m> Contact<'m> {
         table.error_first_order.extend_from_slice(&error[..size]);
         error
     }
-
-    /// Appends the row of one lane, told at its nominal pose.
-    #[inline(always)]
-    fn tell_first_order(&self, statics: &[Block], offsets: &[Block], open: bool, lane: usize, table: &mut Table) {
-        let m = self.mechanism;
-        let at = StaticsOutputs::new(m);
-        let (n_u, size) = (m.n_parameters(), m.size());
-        let out = |k: usize| self.statics.output(statics, k).0[lane];
-        let error = self.tell_shares(statics, offsets, lane, table);
-        table.error.extend_from_slice(&error[..size]);
-        table.offset.extend(offsets.iter().map(|b| b.0[lane]));
-        table.reaction.extend((at.reactions..at.reactions + m.n_joints() * size).map(out));
-        table.steps.push(0);
-        let (first, sources) = (table.open.len(), m.sources().len());
-        table.open.resize(first + sources * size, 0.0);
-        table.decided.resize(first / size + sources, true);
-        let mut felt = false;
-        let mut undetermined = [0.0; 6];
-        if open {
-            let (widths, decided) = (&mut table.open[first..], &mut table.decided[first / size..]);
-            let force = |p: usize| out(at.gradient + p);
-            let map = |k: usize, p: usize| out(at.map + k * n_u + p);
-            let load = Pressing { force, scale: out(at.scale), mute: |_| Mute::default() };
-            felt = m.leave_open(&load, map, map, widths, decided);
-            for (i, width) in widths.iter().enumerate() {
-                undetermined[i % size] += width;
-            }
-        }
-        table.undetermined.extend_from_slice(&undetermined[..size]);
-        table.status.push(if felt { Status::Undetermined } else { Status::Ok });
-    }
 }
 
 /// Where the outputs of the statics program stand.
-struct StaticsOutputs {
-    gradient: usize,
-    scale: usize,
-    pivots: usize,
-    clear: usize,
-    output: usize,
-    map: usize,
-    drives: usize,
-    reactions: usize,
+pub(super) struct StaticsOutputs {
+    pub gradient: usize,
+    pub scale: usize,
+    pub pivots: usize,
+    pub clear: usize,
+    pub output: usize,
+    pub map: usize,
+    pub drives: usize,
+    pub reactions: usize,
 }
 
 impl StaticsOutputs {
     #[inline(always)]
-    const fn new(m: &Mechanism) -> Self {
+    pub const fn new(m: &Mechanism) -> Self {
         let n_u = m.n_parameters();
         Self {
             gradient: 0,
@@ -333,8 +292,8 @@ fn load_statics<'r>(
     Statics { gradient, scale, reactions: m.reactions(&poses, &multipliers) }
 }
 
-/// Statics and first-order maps of the nominal pose.
-fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
+/// Statics and first-order maps of the nominal pose, outputs as [`StaticsOutputs`] has them.
+pub(super) fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let m = solver.mechanism;
     let recorder = Recorder::new(SMALL_ANGLE);
     let mut symbolic = layout.varying(m, &recorder);

@@ -1,0 +1,195 @@
+//! Load-determined errors of a block of configurations to first order, at their nominal poses.
+
+use super::SMALL_ANGLE;
+use super::contact::{SAME_DRIVES, StaticsOutputs, record_statics};
+use super::faces::Faces;
+use super::lanes::{Block, LANES};
+use super::layout::Layout;
+use super::tape::Program;
+use crate::ascent::UNDECIDED;
+use crate::clearance::MAX_SIZE;
+use crate::loaded::{Case, UNFELT};
+use crate::mechanism::{Mechanism, Source};
+use crate::solver::Solver;
+use crate::status::Status;
+use crate::table::Rows;
+use crate::trace::CLEAR;
+
+/// The recorded statics of one mechanism under its loads.
+#[derive(Clone, Debug)]
+pub struct FirstOrder<'m> {
+    mechanism: &'m Mechanism,
+    statics: Program,
+}
+
+/// What the load leaves open of a source, and the half-width of that in every component of the output.
+struct Opening {
+    source: usize,
+    open: Block,
+    widths: [Block; 6],
+}
+
+impl<'m> FirstOrder<'m> {
+    /// Records the program; `None` when the mechanism has no plan or is too large.
+    #[must_use]
+    pub fn record(solver: &Solver<'m>) -> Option<Self> {
+        let m = solver.mechanism;
+        if m.largest_angle() > SMALL_ANGLE {
+            return None;
+        }
+        Some(Self { mechanism: m, statics: record_statics(solver, &Layout::new(m))? })
+    }
+
+    /// Registers to work in.
+    #[must_use]
+    pub fn workspace(&self) -> Vec<Block> {
+        self.statics.registers(&[])
+    }
+
+    /// Solves up to a block of cases and puts their rows, from row `first` on; tells which lanes are in
+    /// doubt: their rows are without meaning.
+    #[inline(always)]
+    pub(crate) fn solve(
+        &self,
+        registers: &mut [Block],
+        cases: &[Case<'_>],
+        rows: &mut Rows<'_>,
+        first: usize,
+    ) -> [bool; LANES] {
+        let m = self.mechanism;
+        let size = m.size();
+        for lane in 0..LANES {
+            // Idle lanes repeat the first.
+            let case = cases.get(lane).unwrap_or(&cases[0]);
+            Layout::load(m, case.coordinates, case.drives, registers, lane);
+        }
+        self.statics.run(registers);
+        let at = StaticsOutputs::new(m);
+        let out = |k: usize| self.statics.output(registers, k);
+        let mut good = [false; LANES];
+        for i in 0..LANES {
+            // Coordinates that are no numbers leave none here.
+            good[i] = out(at.clear).0[i] >= CLEAR * m.singular_value;
+            for d in 0..m.n_drives() {
+                good[i] &= out(at.drives + d).0[i].abs() <= SAME_DRIVES;
+            }
+        }
+
+        let tolerance = out(at.scale).mul(&Block::splat(UNDECIDED));
+        let mut error = [Block::splat(0.0); 6];
+        let mut reaches = [Block::splat(0.0); 6];
+        let mut openings: Vec<Opening> = Vec::new();
+        for (s, source) in m.sources().iter().enumerate() {
+            let n = source.set.size();
+            let mut offsets: [Block; MAX_SIZE] =
+                std::array::from_fn(|k| Block::splat(if k < n { m.centre[source.first + k] } else { 0.0 }));
+            let mut row = [[out(0); MAX_SIZE]; 6];
+            for k in 0..size {
+                for p in 0..n {
+                    row[k][p] = out(at.map + k * m.n_parameters() + source.first + p);
+                }
+            }
+            if source.is_clearance && !source.set.is_zero() {
+                let forces: [&Block; MAX_SIZE] =
+                    std::array::from_fn(|p| out(at.gradient + source.first + p.min(n - 1)));
+                let faces = Faces::new(&source.set, &forces[..n], &lever(m, source, &tolerance));
+                for p in 0..n {
+                    offsets[p] = offsets[p].add(&faces.nearest[p]);
+                }
+                for k in 0..size {
+                    reaches[k] = reaches[k].add(&reach(source, &row[k][..n]));
+                }
+                if faces.open.0.iter().any(|open| *open != 0.0) {
+                    let widths = std::array::from_fn(|k| faces.half_width(&row[k.min(size - 1)][..n]));
+                    openings.push(Opening { source: s, open: faces.open, widths });
+                }
+            }
+            for k in 0..size {
+                let mut share = row[k][0].mul(&offsets[0]);
+                for p in 1..n {
+                    share = row[k][p].mul(&offsets[p]).add(&share);
+                }
+                error[k] = error[k].add(&share);
+                if rows.contribution.is_kept() {
+                    for i in 0..cases.len() {
+                        rows.contribution.row(first + i)[s * size + k] = share.0[i];
+                    }
+                }
+            }
+            if rows.offset.is_kept() {
+                for p in 0..n {
+                    for i in 0..cases.len() {
+                        rows.offset.row(first + i)[source.first + p] = offsets[p].0[i];
+                    }
+                }
+            }
+        }
+        self.put_openings(&openings, &reaches, cases.len(), rows, first);
+        for i in 0..cases.len() {
+            for k in 0..size {
+                rows.error.row(first + i)[k] = error[k].0[i];
+            }
+        }
+        if rows.reaction.is_kept() {
+            for i in 0..cases.len() {
+                for k in 0..size {
+                    rows.error_first_order.row(first + i)[k] = error[k].0[i];
+                }
+                for k in 0..m.n_joints() * size {
+                    rows.reaction.row(first + i)[k] = out(at.reactions + k).0[i];
+                }
+            }
+        }
+        good
+    }
+
+    /// As [`Mechanism::leave_open`].
+    #[inline(always)]
+    fn put_openings(&self, openings: &[Opening], reaches: &[Block; 6], n: usize, rows: &mut Rows<'_>, first: usize) {
+        let size = self.mechanism.size();
+        for opening in openings {
+            let mut felt = Block::splat(0.0);
+            for k in 0..size {
+                for i in 0..LANES {
+                    let feels = opening.open.0[i] != 0.0 && opening.widths[k].0[i] > UNFELT * reaches[k].0[i];
+                    felt.0[i] += if feels { 1.0 } else { 0.0 };
+                }
+            }
+            for i in 0..n {
+                if rows.decided.is_kept() {
+                    rows.decided.row(first + i)[opening.source] = opening.open.0[i] == 0.0;
+                }
+                if felt.0[i] != 0.0 {
+                    rows.status.row(first + i)[0] = Status::Undetermined;
+                    for k in 0..size {
+                        let width = opening.widths[k].0[i];
+                        rows.undetermined.row(first + i)[k] += width;
+                        if rows.open.is_kept() {
+                            rows.open.row(first + i)[opening.source * size + k] = width;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// As [`Mechanism::undecided`].
+#[inline(always)]
+fn lever(m: &Mechanism, source: &Source, tolerance: &Block) -> Block {
+    if source.is_angle { tolerance.mul(&Block::splat(m.length)) } else { *tolerance }
+}
+
+/// As [`crate::clearance::Set::reach`].
+#[inline(always)]
+fn reach(source: &Source, row: &[&Block]) -> Block {
+    let mut reach = Block::splat(0.0);
+    for (k, w) in row.iter().enumerate() {
+        let size = source.set.half_width(k);
+        for i in 0..LANES {
+            let far = w.0[i].abs() * size;
+            reach.0[i] = if far > reach.0[i] { far } else { reach.0[i] };
+        }
+    }
+    reach
+}
