@@ -117,8 +117,11 @@ impl Kernel for FirstOrderRun<'_, '_> {
         let mut registers = self.program.map_or_else(Vec::new, FirstOrder::workspace);
         for (number, block) in self.cases.chunks(LANES).enumerate() {
             let first = number * LANES;
-            let solve = |program: &FirstOrder<'_>| program.solve(&mut registers, block, &mut self.rows, first);
-            let good = self.program.map_or([false; LANES], solve);
+            let mut good = [false; LANES];
+            // No closure: its code would not be compiled for the width of this kernel.
+            if let Some(program) = self.program {
+                good = program.solve(&mut registers, block, &mut self.rows, first);
+            }
             for (i, case) in block.iter().enumerate().filter(|(i, _)| !good[*i]) {
                 fallbacks += 1;
                 self.rows.put(first + i, &m.loaded_plainly(self.solver, case, false));

@@ -99,8 +99,15 @@ impl<'m> FirstOrder<'m> {
                 for k in 0..size {
                     reaches[k] = reaches[k].add(&reach(source, &row[k][..n]));
                 }
-                if faces.open.0.iter().any(|open| *open != 0.0) {
-                    let widths = std::array::from_fn(|k| faces.half_width(&row[k.min(size - 1)][..n]));
+                let mut any = 0.0;
+                for i in 0..LANES {
+                    any += faces.open.0[i];
+                }
+                if any != 0.0 {
+                    let mut widths = [Block::splat(0.0); 6];
+                    for k in 0..size {
+                        widths[k] = faces.half_width(&row[k][..n]);
+                    }
                     openings.push(Opening { source: s, open: faces.open, widths });
                 }
             }
