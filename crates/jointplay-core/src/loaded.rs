@@ -25,7 +25,7 @@ use crate::solver::{Linearised, Solver, State};
 use crate::space::{Component, Pose, sub};
 use crate::status::Status;
 use crate::table::{Keep, Rows, Table};
-use crate::trace::CLEAR;
+use crate::trace::{self, CLEAR, trace_runs};
 
 /// What the load leaves undecided is felt by the output when it moves it by more than this part of what all
 /// play together could.
@@ -67,67 +67,72 @@ pub struct Case<'a> {
     pub coordinates: &'a [f64],
 }
 
-/// A run of cases solved block by block.
-struct Run<'r, 'm> {
-    solver: &'r Solver<'m>,
-    contact: Option<&'r Contact<'m>>,
-    cases: &'r [Case<'r>],
+/// The recorded programs of a question.
+enum Programs<'m> {
+    /// A handful of configurations is solved without.
+    None,
+    Exact(Contact<'m>),
+    FirstOrder(FirstOrder<'m>),
 }
 
-impl Kernel for Run<'_, '_> {
-    type Output = Table;
-
-    #[inline(always)]
-    fn run(self) -> Table {
-        let m = self.solver.mechanism;
-        let plainly = |case: &Case<'_>, table: &mut Table| {
-            table.fallbacks += 1;
-            table.push(m.loaded_plainly(self.solver, case, true));
-        };
-        let mut table = Table::default();
-        if let Some(contact) = self.contact {
-            let mut workspace = contact.workspace();
-            for block in self.cases.chunks(LANES) {
-                contact.solve(&mut workspace, block, &mut table, plainly);
-            }
+impl<'m> Programs<'m> {
+    fn record(solver: &Solver<'m>, exact: bool) -> Self {
+        if exact {
+            Contact::record(solver).map_or(Self::None, Self::Exact)
         } else {
-            for case in self.cases {
-                plainly(case, &mut table);
-            }
+            FirstOrder::record(solver).map_or(Self::None, Self::FirstOrder)
         }
-        table
     }
 }
 
-/// The same to first order; gives the number of cases that were solved plainly.
-struct FirstOrderRun<'r, 'm> {
+/// A run of cases solved block by block into their rows; gives the number of those that were solved plainly.
+struct Run<'r, 'm> {
     solver: &'r Solver<'m>,
-    program: Option<&'r FirstOrder<'m>>,
+    programs: &'r Programs<'m>,
     cases: &'r [Case<'r>],
+    exact: bool,
     rows: Rows<'r>,
 }
 
-impl Kernel for FirstOrderRun<'_, '_> {
-    type Output = u64;
+impl Kernel for Run<'_, '_> {
+    type Output = (u64, Self);
 
     #[inline(always)]
-    fn run(mut self) -> u64 {
+    fn run(mut self) -> (u64, Self) {
         let m = self.solver.mechanism;
         let mut fallbacks = 0;
-        let mut registers = self.program.map_or_else(Vec::new, FirstOrder::workspace);
-        for (number, block) in self.cases.chunks(LANES).enumerate() {
-            let first = number * LANES;
-            let mut good = [false; LANES];
-            // No closure: its code would not be compiled for the width of this kernel.
-            if let Some(program) = self.program {
-                good = program.solve(&mut registers, block, &mut self.rows, first);
+        match self.programs {
+            Programs::None => {
+                for (row, case) in self.cases.iter().enumerate() {
+                    self.rows.put(row, &m.loaded_plainly(self.solver, case, self.exact));
+                }
+                fallbacks = self.cases.len() as u64;
             }
-            for (i, case) in block.iter().enumerate().filter(|(i, _)| !good[*i]) {
-                fallbacks += 1;
-                self.rows.put(first + i, &m.loaded_plainly(self.solver, case, false));
+            Programs::Exact(contact) => {
+                let plainly = |case: &Case<'_>, table: &mut Table| {
+                    table.fallbacks += 1;
+                    table.push(m.loaded_plainly(self.solver, case, true));
+                };
+                let (mut workspace, mut table) = (contact.workspace(), Table::default());
+                for block in self.cases.chunks(LANES) {
+                    contact.solve(&mut workspace, block, &mut table, plainly);
+                }
+                self.rows.put_table(&table);
+                fallbacks = table.fallbacks;
+            }
+            Programs::FirstOrder(program) => {
+                let mut registers = program.workspace();
+                for (number, block) in self.cases.chunks(LANES).enumerate() {
+                    let first = number * LANES;
+                    let good = program.solve(&mut registers, block, &mut self.rows, first);
+                    for (i, case) in block.iter().enumerate().filter(|(i, _)| !good[*i]) {
+                        fallbacks += 1;
+                        self.rows.put(first + i, &m.loaded_plainly(self.solver, case, false));
+                    }
+                }
             }
         }
-        fallbacks
+        (fallbacks, self)
     }
 }
 
@@ -213,37 +218,44 @@ impl Mechanism {
     /// is told to first order at the nominal pose, and the closure is not solved again.
     #[must_use]
     pub fn loaded(&self, cases: &[Case<'_>], exact: bool, keep: Keep) -> Table {
-        let mut table = match self.solver(cases) {
-            None => {
-                let mut table = Table::default();
-                cases.iter().for_each(|_| table.push(self.no_load_result(Status::NotAssembled)));
-                table
-            }
-            Some(solver) if exact => self.loaded_exactly(&solver, cases),
-            Some(solver) => self.loaded_to_first_order(&solver, cases, keep),
-        };
-        table.keep(keep);
-        table
-    }
-
-    fn loaded_exactly(&self, solver: &Solver<'_>, cases: &[Case<'_>]) -> Table {
-        // A handful of configurations is solved before the programs are recorded.
-        let contact = if cases.len() >= LANES { Contact::record(solver) } else { None };
-        let run = |part: &[Case<'_>]| dispatch(Run { solver, contact: contact.as_ref(), cases: part });
-        let parts: Vec<Table> = cases.par_chunks(RUN).map(run).collect();
-        let mut table = Table::default();
-        for mut part in parts {
-            table.append(&mut part);
-        }
-        table
-    }
-
-    fn loaded_to_first_order(&self, solver: &Solver<'_>, cases: &[Case<'_>], keep: Keep) -> Table {
-        let program = if cases.len() >= LANES { FirstOrder::record(solver) } else { None };
         let mut table = Table::sized(self, cases.len(), keep);
+        let Some(solver) = self.solver(cases) else { return self.none_assembled(table) };
+        let programs = if cases.len() >= LANES { Programs::record(&solver, exact) } else { Programs::None };
         let runs = table.rows().runs(RUN).into_par_iter().zip(cases.par_chunks(RUN));
-        let run = |(rows, cases)| dispatch(FirstOrderRun { solver, program: program.as_ref(), cases, rows });
+        let run = |(rows, cases)| dispatch(Run { solver: &solver, programs: &programs, cases, exact, rows }).0;
         table.fallbacks = runs.map(run).sum();
+        table
+    }
+
+    /// The same for `n` rows of drive values, each on the assembly branch of those before it, as
+    /// [`Self::trace`] finds them, without the memory that the nominal coordinates of all rows would take.
+    #[must_use]
+    pub fn loaded_along(&self, n: usize, drives: &[f64], exact: bool, keep: Keep) -> Table {
+        let mut table = Table::sized(self, n, keep);
+        let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
+        let Some((solver, from)) = first else { return self.none_assembled(table) };
+        let programs = if n >= LANES { Programs::record(&solver, exact) } else { Programs::None };
+        let runs = table.rows().runs(trace::RUN);
+        let fallbacks = trace_runs(&solver, &from, n, drives, runs, |rows, drives, trace| {
+            let width = self.n_drives();
+            let case = |(row, coordinates)| Case { drives: &drives[row * width..(row + 1) * width], coordinates };
+            let coordinates = trace.coordinates.chunks_exact(self.n_coordinates());
+            let cases: Vec<Case<'_>> = coordinates.enumerate().map(case).collect();
+            let run = Run { solver: &solver, programs: &programs, cases: &cases, exact, rows };
+            let (fallbacks, mut run) = dispatch(run);
+            for (row, status) in trace.status.iter().enumerate().filter(|(_, status)| **status != Status::Ok) {
+                run.rows.status.row(row)[0] = *status;
+            }
+            fallbacks
+        });
+        table.fallbacks = fallbacks.into_iter().sum();
+        table
+    }
+
+    fn none_assembled(&self, mut table: Table) -> Table {
+        let missing = self.no_load_result(Status::NotAssembled);
+        let mut rows = table.rows();
+        (0..rows.n).for_each(|row| rows.put(row, &missing));
         table
     }
 

@@ -74,18 +74,6 @@ impl Table {
         }
     }
 
-    /// Leaves the columns that are wanted.
-    pub(crate) fn keep(&mut self, keep: Keep) {
-        if !keep.offset {
-            self.offset = Vec::new();
-        }
-        if !keep.details {
-            let lost = [&mut self.error_first_order, &mut self.open, &mut self.reaction, &mut self.contribution];
-            lost.into_iter().for_each(|column| *column = Vec::new());
-            self.decided = Vec::new();
-        }
-    }
-
     pub(crate) fn push(&mut self, row: Loaded) {
         self.error.extend(row.error);
         self.error_first_order.extend(row.error_first_order);
@@ -97,20 +85,6 @@ impl Table {
         self.contribution.extend(row.contribution);
         self.steps.push(row.steps as u64);
         self.status.push(row.status);
-    }
-
-    pub(crate) fn append(&mut self, other: &mut Self) {
-        self.error.append(&mut other.error);
-        self.error_first_order.append(&mut other.error_first_order);
-        self.undetermined.append(&mut other.undetermined);
-        self.open.append(&mut other.open);
-        self.decided.append(&mut other.decided);
-        self.reaction.append(&mut other.reaction);
-        self.offset.append(&mut other.offset);
-        self.contribution.append(&mut other.contribution);
-        self.steps.append(&mut other.steps);
-        self.status.append(&mut other.status);
-        self.fallbacks += other.fallbacks;
     }
 }
 
@@ -140,6 +114,12 @@ impl<'t, T: Copy> Column<'t, T> {
     fn put(&mut self, row: usize, values: &[T]) {
         if self.is_kept() {
             self.row(row).copy_from_slice(values);
+        }
+    }
+
+    fn put_all(&mut self, values: &[T]) {
+        if self.is_kept() {
+            self.values.copy_from_slice(values);
         }
     }
 
@@ -215,6 +195,20 @@ impl Rows<'_> {
             status: status_2,
         };
         (first, second)
+    }
+
+    /// Puts all rows from a table with all columns.
+    pub fn put_table(&mut self, table: &Table) {
+        self.error.put_all(&table.error);
+        self.error_first_order.put_all(&table.error_first_order);
+        self.undetermined.put_all(&table.undetermined);
+        self.open.put_all(&table.open);
+        self.decided.put_all(&table.decided);
+        self.reaction.put_all(&table.reaction);
+        self.offset.put_all(&table.offset);
+        self.contribution.put_all(&table.contribution);
+        self.steps.put_all(&table.steps);
+        self.status.put_all(&table.status);
     }
 
     /// Puts a row.

@@ -19,7 +19,7 @@ use crate::status::Status;
 /// The estimate of the smallest singular value must clear the limit by this factor, or it is computed.
 pub(crate) const CLEAR: f64 = 30.0;
 /// Rows of one task.
-const RUN: usize = 32 * LANES;
+pub(crate) const RUN: usize = 32 * LANES;
 /// Every so many rows one is traced beforehand; tasks begin from these.
 const STRIDE: usize = LANES;
 /// Rows before a block among which the nearest one is looked for, ...
@@ -179,41 +179,62 @@ impl Mechanism {
     /// Nominal coordinates for `n` rows of drive values, given one after the other.
     #[must_use]
     pub fn trace(&self, n: usize, drives: &[f64]) -> Trace {
-        let width = self.n_drives();
         let mut trace = Trace::default();
-        let first = if n > 0 { self.first_state(&drives[..width]) } else { None };
+        let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
         let Some((solver, from)) = first else {
             trace.coordinates.resize(n * self.n_coordinates(), f64::NAN);
             trace.status.resize(n, Status::NotAssembled);
             return trace;
         };
-        // A handful of rows is solved before the program is recorded; a structure has nothing to follow.
-        let follow = if n >= LANES && width > 0 { Follow::record(&solver) } else { None };
-        let run = |from: &State, n: usize, drives: &[f64]| {
-            dispatch(Run { solver: &solver, follow: follow.as_ref(), from, n, drives })
-        };
-        if n <= RUN || follow.is_none() {
-            return run(&from, n, drives).trace;
-        }
-        let sparse: Vec<f64> = drives.chunks(STRIDE * width).flat_map(|rows| &rows[..width]).copied().collect();
-        let ahead = run(&from, n.div_ceil(STRIDE), &sparse);
-        let begin = |task: usize| {
-            let row = ahead.trace.status[..=task * RUN / STRIDE].iter().rposition(|s| *s == Status::Ok);
-            let Some(row) = row else { return from.clone() };
-            let size = self.n_coordinates();
-            State {
-                coordinates: ahead.trace.coordinates[row * size..(row + 1) * size].to_vec(),
-                inputs: Inputs::nominal(self, &sparse[row * width..(row + 1) * width]),
-                negative: ahead.negative[row],
-            }
-        };
-        let tasks = drives.par_chunks(RUN * width).enumerate();
-        let parts: Vec<Trace> = tasks.map(|(task, rows)| run(&begin(task), rows.len() / width, rows).trace).collect();
         trace.coordinates.reserve_exact(n * self.n_coordinates());
+        let parts = trace_runs(&solver, &from, n, drives, vec![(); n.div_ceil(RUN)], |(), _, part| part);
         for part in parts {
             trace.coordinates.extend(part.coordinates);
             trace.status.extend(part.status);
         }
         trace
     }
+}
+
+/// Traces runs of [`RUN`] rows of drive values on all cores, from a state near the first, and does something
+/// with each: with what is given for it, its drive values and its nominal coordinates.
+pub(crate) fn trace_runs<G: Send, T: Send>(
+    solver: &Solver<'_>,
+    from: &State,
+    n: usize,
+    drives: &[f64],
+    given: Vec<G>,
+    each: impl Fn(G, &[f64], Trace) -> T + Sync,
+) -> Vec<T> {
+    let m = solver.mechanism;
+    let width = m.n_drives();
+    // A handful of rows is solved before the program is recorded; a structure has nothing to follow.
+    let follow = if n >= LANES && width > 0 { Follow::record(solver) } else { None };
+    let run =
+        |from: &State, n: usize, drives: &[f64]| dispatch(Run { solver, follow: follow.as_ref(), from, n, drives });
+    let rows = |task: usize| task * RUN..n.min((task + 1) * RUN);
+    let drives_of = |rows: Range<usize>| &drives[rows.start * width..rows.end * width];
+    if n <= RUN {
+        let traced = run(from, n, drives).trace;
+        return given.into_iter().map(|given| each(given, drives, traced.clone())).collect();
+    }
+    let ahead: Vec<f64> = (0..n).step_by(STRIDE).flat_map(|row| drives_of(row..row + 1)).copied().collect();
+    let traced = run(from, n.div_ceil(STRIDE), &ahead);
+    let begin = |task: usize| {
+        let row = traced.trace.status[..=task * RUN / STRIDE].iter().rposition(|s| *s == Status::Ok);
+        let Some(row) = row else { return from.clone() };
+        let size = m.n_coordinates();
+        State {
+            coordinates: traced.trace.coordinates[row * size..(row + 1) * size].to_vec(),
+            inputs: Inputs::nominal(m, &ahead[row * width..(row + 1) * width]),
+            negative: traced.negative[row],
+        }
+    };
+    let tasks = given.into_par_iter().enumerate();
+    tasks
+        .map(|(task, given)| {
+            let (rows, drives) = (rows(task), drives_of(rows(task)));
+            each(given, drives, run(&begin(task), rows.len(), drives).trace)
+        })
+        .collect()
 }

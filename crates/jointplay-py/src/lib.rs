@@ -49,6 +49,37 @@ impl Mechanism {
     }
 }
 
+impl Mechanism {
+    /// The columns that were kept.
+    fn told<'py>(
+        &self,
+        py: Python<'py>,
+        found: jointplay_core::table::Table,
+        keep: Keep,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let (n, size, sources) = (found.status.len(), core.size(), core.sources().len());
+        let mut table = Table::new(py)
+            .status(found.status.iter().copied())?
+            .array("error", &[n, size], found.error)?
+            .array("undetermined", &[n, size], found.undetermined)?
+            .array("iterations", &[n], found.steps)?
+            .value("fallbacks", found.fallbacks)?;
+        if keep.offset {
+            table = table.array("offset", &[n, core.n_parameters()], found.offset)?;
+        }
+        if keep.details {
+            table = table
+                .array("error_first_order", &[n, size], found.error_first_order)?
+                .array("undetermined_contribution", &[n, sources, size], found.open)?
+                .array("decided", &[n, sources], found.decided)?
+                .array("reaction", &[n, core.n_joints(), size], found.reaction)?
+                .array("contribution", &[n, sources, size], found.contribution)?;
+        }
+        Ok(table.finish())
+    }
+}
+
 #[pymethods]
 impl Mechanism {
     #[new]
@@ -277,26 +308,25 @@ impl Mechanism {
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let results = py.detach(|| core.loaded(&cases, exact, Keep { offset, details }));
-        let (n, size) = (cases.len(), core.size());
-        let mut table = Table::new(py)
-            .status(results.status.iter().copied())?
-            .array("error", &[n, size], results.error)?
-            .array("undetermined", &[n, size], results.undetermined)?
-            .array("iterations", &[n], results.steps)?
-            .value("fallbacks", results.fallbacks)?;
-        if offset {
-            table = table.array("offset", &[n, core.n_parameters()], results.offset)?;
-        }
-        if details {
-            table = table
-                .array("error_first_order", &[n, size], results.error_first_order)?
-                .array("undetermined_contribution", &[n, core.sources().len(), size], results.open)?
-                .array("decided", &[n, core.sources().len()], results.decided)?
-                .array("reaction", &[n, core.n_joints(), size], results.reaction)?
-                .array("contribution", &[n, core.sources().len(), size], results.contribution)?;
-        }
-        Ok(table.finish())
+        let keep = Keep { offset, details };
+        self.told(py, py.detach(|| core.loaded(&cases, exact, keep)), keep)
+    }
+
+    /// The same for drive values alone, in one go, each row on the assembly branch of those before it.
+    #[pyo3(signature = (drives, exact = true, offset = true, details = true))]
+    fn loaded_along<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        exact: bool,
+        offset: bool,
+        details: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.require_square()?;
+        let core = &self.core;
+        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
+        let keep = Keep { offset, details };
+        self.told(py, py.detach(|| core.loaded_along(n, &rows, exact, keep)), keep)
     }
 
     #[pyo3(signature = (drives, poses, starts = 24, lanes = true))]

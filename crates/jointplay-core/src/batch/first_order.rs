@@ -19,6 +19,7 @@ use crate::trace::CLEAR;
 #[derive(Clone, Debug)]
 pub struct FirstOrder<'m> {
     mechanism: &'m Mechanism,
+    layout: Layout,
     statics: Program,
 }
 
@@ -37,7 +38,8 @@ impl<'m> FirstOrder<'m> {
         if m.largest_angle() > SMALL_ANGLE {
             return None;
         }
-        Some(Self { mechanism: m, statics: record_statics(solver, &Layout::new(m))? })
+        let layout = Layout::new(m);
+        Some(Self { mechanism: m, statics: record_statics(solver, &layout)?, layout })
     }
 
     /// Registers to work in.
@@ -58,11 +60,10 @@ impl<'m> FirstOrder<'m> {
     ) -> [bool; LANES] {
         let m = self.mechanism;
         let size = m.size();
-        for lane in 0..LANES {
-            // Idle lanes repeat the first.
-            let case = cases.get(lane).unwrap_or(&cases[0]);
-            Layout::load(m, case.coordinates, case.drives, registers, lane);
-        }
+        // Idle lanes repeat the last case.
+        let given =
+            |lane: usize| (cases[lane.min(cases.len() - 1)].coordinates, cases[lane.min(cases.len() - 1)].drives);
+        self.layout.load_all(m, given, registers);
         self.statics.run(registers);
         let at = StaticsOutputs::new(m);
         let out = |k: usize| self.statics.output(registers, k);

@@ -46,6 +46,7 @@ impl<'s> Start<'s> {
 #[derive(Clone, Debug)]
 pub struct Follow<'m> {
     mechanism: &'m Mechanism,
+    layout: Layout,
     step: Program,
 }
 
@@ -63,7 +64,7 @@ impl<'m> Follow<'m> {
         outputs.extend([step.size, step.pivots, singular_estimate(m, solver.plan.as_ref()?, &step.factors)]);
         let pose = m.n_parameters()..m.n_parameters() + layout.n_pose();
         let step = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)?.replacing(pose);
-        Some(Self { mechanism: m, step })
+        Some(Self { mechanism: m, layout, step })
     }
 
     /// Registers to work in.
@@ -88,10 +89,8 @@ impl<'m> Follow<'m> {
         let rows = from.len();
         let drives_of = |row: usize| &drives[row * m.n_drives()..(row + 1) * m.n_drives()];
         // Idle lanes repeat the last row.
-        for lane in 0..LANES {
-            let row = lane.min(rows - 1);
-            Layout::load(m, from[row].coordinates, drives_of(row), registers, lane);
-        }
+        let given = |lane: usize| (from[lane.min(rows - 1)].coordinates, drives_of(lane.min(rows - 1)));
+        self.layout.load_all(m, given, registers);
         let n_pose = m.n_bodies() * m.space.n_pose_numbers();
         let (size, pivots, clear) = (n_pose, n_pose + 1, n_pose + 2);
         let mut good = [true; LANES];

@@ -1,6 +1,6 @@
 //! Where the quantities of a mechanism stand among the inputs of recorded programs.
 
-use super::lanes::Block;
+use super::lanes::{Block, LANES};
 use super::symbol::{Recorder, Symbol};
 use crate::closure::{Command, Inputs};
 use crate::mechanism::Mechanism;
@@ -74,10 +74,38 @@ impl Layout {
     /// Puts a pose and drive values into the varying inputs of one lane.
     #[inline(always)]
     pub fn load(m: &Mechanism, coordinates: &[f64], drives: &[f64], registers: &mut [Block], lane: usize) {
-        let mut k = m.n_parameters();
+        let inputs = registers[m.n_parameters()..].iter_mut().map(|block| &mut block.0[lane]);
+        Self::put_inputs(m, coordinates, drives, inputs);
+    }
+
+    /// The same for all lanes, some at a time: their numbers lie together in the memory of a block, and far from
+    /// the next block's.
+    #[inline(always)]
+    pub fn load_all<'a>(&self, m: &Mechanism, of: impl Fn(usize) -> (&'a [f64], &'a [f64]), registers: &mut [Block]) {
+        const AT_ONCE: usize = 8;
+        let n = self.n_varying();
+        let mut rows = vec![0.0; AT_ONCE * n];
+        let inputs = &mut registers[m.n_parameters()..][..n];
+        for first in (0..LANES).step_by(AT_ONCE) {
+            for (k, row) in rows.chunks_exact_mut(n).enumerate() {
+                let (coordinates, drives) = of(first + k);
+                Self::put_inputs(m, coordinates, drives, row.iter_mut());
+            }
+            for (k, block) in inputs.iter_mut().enumerate() {
+                for i in 0..AT_ONCE {
+                    block.0[first + i] = rows[i * n + k];
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn put_inputs<'a>(m: &Mechanism, coordinates: &[f64], drives: &[f64], inputs: impl Iterator<Item = &'a mut f64>) {
+        let mut inputs = inputs;
         let mut put = |value: f64| {
-            registers[k].0[lane] = value;
-            k += 1;
+            if let Some(input) = inputs.next() {
+                *input = value;
+            }
         };
         for coordinates in coordinates.chunks_exact(m.n_body_coordinates()) {
             m.space.put_pose_numbers(coordinates, &mut put);
