@@ -12,10 +12,10 @@ use super::layout::{Layout, Symbolic};
 use super::program::record_step;
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
+use super::tree::Linear;
 use crate::ascent::UNDECIDED;
 use crate::clearance::{MAX_SIZE, Mute, Set};
 use crate::closure::Inputs;
-use crate::linear::Elimination;
 use crate::loaded::{Case, Pressing};
 use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::Cost;
@@ -253,15 +253,14 @@ pub(super) fn poses_of<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Pose<S
 /// Gradient of a cost along the parameters, and the multipliers.
 pub(super) fn gradient<'r>(
     m: &Mechanism,
-    plan: &Elimination,
-    factors: &crate::linear::Factors<Symbol<'r>>,
+    linear: &impl Linear<'r>,
     poses: &[Pose<Symbol<'r>>],
     cost: Cost<Symbol<'r>>,
 ) -> (Vec<Symbol<'r>>, Vec<Symbol<'r>>) {
     let zero = Symbol::Constant(0.0);
     let Cost { mut twists, parameters } = cost;
     let mut multipliers = vec![zero; m.n_rows()];
-    plan.solve_transposed(factors, &mut twists, &mut multipliers);
+    linear.solve_transposed(&mut twists, &mut multipliers);
     let mut inputs = Inputs { drives: vec![zero; m.n_drives()], parameters };
     m.pull_back(poses, &multipliers, &mut inputs);
     (inputs.parameters, multipliers)
@@ -279,15 +278,10 @@ impl Mechanism {
     }
 }
 
-fn load_statics<'r>(
-    m: &Mechanism,
-    plan: &Elimination,
-    factors: &crate::linear::Factors<Symbol<'r>>,
-    symbolic: &Symbolic<'r>,
-) -> Statics<'r> {
+fn load_statics<'r>(m: &Mechanism, linear: &impl Linear<'r>, symbolic: &Symbolic<'r>) -> Statics<'r> {
     let poses = poses_of(m, symbolic);
     let cost = m.load_cost(&poses, &symbolic.inputs.parameters);
-    let (gradient, multipliers) = gradient(m, plan, factors, &poses, cost);
+    let (gradient, multipliers) = gradient(m, linear, &poses, cost);
     let scale = m.largest_force(&multipliers);
     Statics { gradient, scale, reactions: m.reactions(&poses, &multipliers) }
 }
@@ -299,32 +293,39 @@ pub(super) fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Pro
     let mut symbolic = layout.varying(m, &recorder);
     symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
     let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
-    let plan = solver.plan.as_ref()?;
-    let statics = load_statics(m, plan, &step.factors, &symbolic);
-    let poses = poses_of(m, &symbolic);
-
-    let mut outputs = statics.gradient;
-    outputs.extend([statics.scale, step.pivots, singular_estimate(m, plan, &step.factors)]);
-    outputs.extend(output_of(m, layout, &recorder, &poses, &symbolic));
-    for k in 0..m.size() {
-        let cost = m.component_cost(k, &poses, &symbolic.inputs.parameters);
-        outputs.extend(gradient(m, plan, &step.factors, &poses, cost).0);
-    }
-    outputs.extend(m.driven_rows.iter().map(|&r| step.residual[r]));
-    outputs.extend(statics.reactions);
+    let outputs = statics_outputs(m, layout, &recorder, &symbolic, &step.residual, &step.linear);
     Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
 }
 
-/// As [`Mechanism::singular_estimate`].
-pub(super) fn singular_estimate<'r>(
+/// The outputs that [`StaticsOutputs`] has.
+pub(super) fn statics_outputs<'r>(
     m: &Mechanism,
-    plan: &Elimination,
-    factors: &crate::linear::Factors<Symbol<'r>>,
-) -> Symbol<'r> {
+    layout: &Layout,
+    recorder: &'r Recorder,
+    symbolic: &Symbolic<'r>,
+    residual: &[Symbol<'r>],
+    linear: &impl Linear<'r>,
+) -> Vec<Symbol<'r>> {
+    let statics = load_statics(m, linear, symbolic);
+    let poses = poses_of(m, symbolic);
+    let mut outputs = statics.gradient;
+    outputs.extend([statics.scale, linear.pivot_product(), singular_estimate(m, linear)]);
+    outputs.extend(output_of(m, layout, recorder, &poses, symbolic));
+    for k in 0..m.size() {
+        let cost = m.component_cost(k, &poses, &symbolic.inputs.parameters);
+        outputs.extend(gradient(m, linear, &poses, cost).0);
+    }
+    outputs.extend(m.driven_rows.iter().map(|&r| residual[r]));
+    outputs.extend(statics.reactions);
+    outputs
+}
+
+/// As [`Mechanism::singular_estimate`].
+pub(super) fn singular_estimate<'r>(m: &Mechanism, linear: &impl Linear<'r>) -> Symbol<'r> {
     let n = m.n_rows();
     let mut right: Vec<Symbol<'r>> = m.probe().map(Symbol::Constant).collect();
     let mut x = vec![Symbol::Constant(0.0); n];
-    plan.solve(factors, &mut right, &mut x);
+    linear.solve(&mut right, &mut x);
     let largest = x.iter().enumerate().fold(Symbol::Constant(0.0), |largest, (j, v)| {
         largest.max(v.abs() * Symbol::Constant(1.0 / m.unit(m.space.components()[j % m.size()])))
     });
@@ -337,7 +338,7 @@ fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> 
     let recorder = Recorder::new(SMALL_ANGLE);
     let symbolic = layout.varying(m, &recorder);
     let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
-    let statics = load_statics(m, solver.plan.as_ref()?, &step.factors, &symbolic);
+    let statics = load_statics(m, &step.linear, &symbolic);
     let mut outputs = step.numbers;
     outputs.extend(step.turn);
     outputs.extend([step.size, step.pivots, statics.scale]);

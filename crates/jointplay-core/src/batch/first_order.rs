@@ -1,11 +1,14 @@
 //! Load-determined errors of a block of configurations to first order, at their nominal poses.
 
 use super::SMALL_ANGLE;
-use super::contact::{SAME_DRIVES, StaticsOutputs, record_statics};
+use super::contact::{SAME_DRIVES, StaticsOutputs, poses_of, record_statics, statics_outputs};
 use super::faces::Faces;
 use super::lanes::{Block, LANES};
 use super::layout::Layout;
+use super::program::evaluate;
+use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
+use super::tree::OnTree;
 use crate::ascent::UNDECIDED;
 use crate::clearance::MAX_SIZE;
 use crate::loaded::{Case, UNFELT};
@@ -39,7 +42,8 @@ impl<'m> FirstOrder<'m> {
             return None;
         }
         let layout = Layout::new(m);
-        Some(Self { mechanism: m, statics: record_statics(solver, &layout)?, layout })
+        let statics = record_on_tree(solver, &layout).or_else(|| record_statics(solver, &layout))?;
+        Some(Self { mechanism: m, statics, layout })
     }
 
     /// Registers to work in.
@@ -180,6 +184,18 @@ impl<'m> FirstOrder<'m> {
             }
         }
     }
+}
+
+/// As [`record_statics`], along a spanning tree.
+fn record_on_tree(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
+    let m = solver.mechanism;
+    let recorder = Recorder::new(SMALL_ANGLE);
+    let mut symbolic = layout.varying(m, &recorder);
+    symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
+    let [residual, _] = evaluate(m, &symbolic);
+    let linear = OnTree::new(solver, &poses_of(m, &symbolic))?;
+    let outputs = statics_outputs(m, layout, &recorder, &symbolic, &residual, &linear);
+    Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
 }
 
 /// As [`Mechanism::undecided`].

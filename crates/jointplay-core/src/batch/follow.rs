@@ -5,12 +5,13 @@
 //! it is then on the branch of the state it came from. The others are followed plainly.
 
 use super::SMALL_ANGLE;
-use super::contact::singular_estimate;
+use super::contact::{poses_of, singular_estimate};
 use super::lanes::{Block, LANES};
 use super::layout::Layout;
-use super::program::record_step;
+use super::program::{evaluate, record_step, step_by};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
+use super::tree::{Linear, OnTree};
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
 use crate::space::Component;
@@ -59,9 +60,19 @@ impl<'m> Follow<'m> {
         let recorder = Recorder::new(SMALL_ANGLE);
         let mut symbolic = layout.varying(m, &recorder);
         symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
-        let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
-        let mut outputs = step.numbers;
-        outputs.extend([step.size, step.pivots, singular_estimate(m, solver.plan.as_ref()?, &step.factors)]);
+        let turn = layout.turn(m, &recorder);
+        // With perfect joints the rows are those of a tree and its loops.
+        let outputs = if let Some(linear) = OnTree::new(solver, &poses_of(m, &symbolic)) {
+            let [residual, _] = evaluate(m, &symbolic);
+            let (mut outputs, _, size) = step_by(m, &symbolic, &residual, &linear, &turn);
+            outputs.extend([size, linear.pivot_product(), singular_estimate(m, &linear)]);
+            outputs
+        } else {
+            let step = record_step(solver, &symbolic, &turn)?;
+            let mut outputs = step.numbers;
+            outputs.extend([step.size, step.pivots, singular_estimate(m, &step.linear)]);
+            outputs
+        };
         let pose = m.n_parameters()..m.n_parameters() + layout.n_pose();
         let step = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)?.replacing(pose);
         Some(Self { mechanism: m, layout, step })

@@ -23,6 +23,7 @@ mod program;
 pub mod simd;
 pub mod symbol;
 pub mod tape;
+mod tree;
 mod worker;
 
 pub use climb::{Climb, Site, Task};
