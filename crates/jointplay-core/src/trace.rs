@@ -59,24 +59,24 @@ impl Kernel for Run<'_, '_> {
     fn run(self) -> Traced {
         let m = self.solver.mechanism;
         let width = m.n_coordinates();
-        let trace = Trace { coordinates: Vec::with_capacity(self.n * width), status: Vec::with_capacity(self.n) };
+        // Status and determinant of a row tell that it is done.
+        let trace = Trace { coordinates: vec![f64::NAN; self.n * width], status: Vec::with_capacity(self.n) };
         let mut done = Traced { trace, negative: Vec::with_capacity(self.n) };
         let Some(follow) = self.follow else {
             (0..self.n).for_each(|_| self.add_plainly(&mut done));
             return done;
         };
         let mut registers = follow.workspace();
-        let mut found = vec![f64::NAN; LANES.min(self.n) * width];
         for first in (0..self.n).step_by(LANES) {
             let rows = first..self.n.min(first + LANES);
-            let starts = self.starts(&done, rows.clone());
-            let clear = follow.solve(&mut registers, &starts, self.drives(rows.clone()), &mut found);
-            let negative: Vec<bool> = starts.iter().map(|start| start.negative).collect();
-            for (k, found) in found.chunks_exact(width).take(rows.len()).enumerate() {
+            let nearest = self.nearest(&done, rows.clone());
+            let (before, found) = done.trace.coordinates.split_at_mut(first * width);
+            let starts: Vec<Start<'_>> = nearest.iter().map(|&row| self.start(before, &done.negative, row)).collect();
+            let clear = follow.solve(&mut registers, &starts, self.drives(rows.clone()), found);
+            for k in 0..rows.len() {
                 if clear[k] >= CLEAR * m.singular_value {
-                    done.trace.coordinates.extend_from_slice(found);
                     done.trace.status.push(Status::Ok);
-                    done.negative.push(negative[k]);
+                    done.negative.push(nearest[k].map_or(self.from.negative, |row| done.negative[row]));
                 } else {
                     self.add_plainly(&mut done);
                 }
@@ -93,13 +93,13 @@ impl Run<'_, '_> {
     }
 
     /// A row that is done, or where the run begins.
-    fn start<'s>(&'s self, done: &'s Traced, row: Option<usize>) -> Start<'s> {
+    fn start<'s>(&'s self, coordinates: &'s [f64], negative: &[bool], row: Option<usize>) -> Start<'s> {
         let Some(row) = row else { return Start::of(self.from) };
         let width = self.solver.mechanism.n_coordinates();
         Start {
-            coordinates: &done.trace.coordinates[row * width..(row + 1) * width],
+            coordinates: &coordinates[row * width..(row + 1) * width],
             drives: self.drives(row..row + 1),
-            negative: done.negative[row],
+            negative: negative[row],
         }
     }
 
@@ -108,10 +108,10 @@ impl Run<'_, '_> {
         done.trace.status.iter().rposition(|s| *s == Status::Ok)
     }
 
-    /// For each of the next rows the start that is nearest to it, as far as they have been looked at.
-    fn starts<'s>(&'s self, done: &'s Traced, rows: Range<usize>) -> Vec<Start<'s>> {
+    /// For each of the next rows the regular one that is nearest to it, as far as they have been looked at.
+    fn nearest(&self, done: &Traced, rows: Range<usize>) -> Vec<Option<usize>> {
         let m = self.solver.mechanism;
-        let Some(last) = Self::last(done) else { return vec![self.start(done, None); rows.len()] };
+        let Some(last) = Self::last(done) else { return vec![None; rows.len()] };
         let unit = |d: usize| 1.0 / m.unit(m.rows[m.driven_rows[d]].component);
         let units: Vec<f64> = (0..m.n_drives()).map(|d| unit(d) * unit(d)).collect();
         let distance = |from: usize, to: usize| -> f64 {
@@ -144,7 +144,7 @@ impl Run<'_, '_> {
                     (near, least) = (from, distance(from, to));
                 }
             }
-            self.start(done, Some(near))
+            Some(near)
         });
         nearest.collect()
     }
@@ -153,7 +153,8 @@ impl Run<'_, '_> {
     fn add_plainly(&self, done: &mut Traced) {
         let m = self.solver.mechanism;
         let row = done.trace.status.len();
-        let Start { coordinates, drives, negative } = self.start(done, Self::last(done));
+        let Start { coordinates, drives, negative } =
+            self.start(&done.trace.coordinates, &done.negative, Self::last(done));
         let inputs = Inputs::nominal(m, drives);
         let last = State { coordinates: coordinates.to_vec(), inputs, negative };
         let drives = self.drives(row..row + 1);
@@ -166,9 +167,10 @@ impl Run<'_, '_> {
             other.ok_or(status)
         });
         let (trace, status) = (&mut done.trace, followed.as_ref().map_or_else(|s| *s, |next| m.nominal_status(next)));
+        let own = row * m.n_coordinates()..(row + 1) * m.n_coordinates();
         match &followed {
-            Ok(next) => trace.coordinates.extend(&next.coordinates),
-            Err(_) => trace.coordinates.resize(trace.coordinates.len() + m.n_coordinates(), f64::NAN),
+            Ok(next) => trace.coordinates[own].copy_from_slice(&next.coordinates),
+            Err(_) => trace.coordinates[own].fill(f64::NAN),
         }
         trace.status.push(status);
         done.negative.push(followed.is_ok_and(|next| next.negative));

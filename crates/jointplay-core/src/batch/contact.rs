@@ -309,7 +309,7 @@ pub(super) fn statics_outputs<'r>(
     let statics = load_statics(m, linear, symbolic);
     let poses = poses_of(m, symbolic);
     let mut outputs = statics.gradient;
-    outputs.extend([statics.scale, linear.pivot_product(), singular_estimate(m, linear)]);
+    outputs.extend([statics.scale, linear.pivot_product(), linear.singular_estimate(m)]);
     outputs.extend(output_of(m, layout, recorder, &poses, symbolic));
     for k in 0..m.size() {
         let cost = m.component_cost(k, &poses, &symbolic.inputs.parameters);
@@ -318,18 +318,6 @@ pub(super) fn statics_outputs<'r>(
     outputs.extend(m.driven_rows.iter().map(|&r| residual[r]));
     outputs.extend(statics.reactions);
     outputs
-}
-
-/// As [`Mechanism::singular_estimate`].
-pub(super) fn singular_estimate<'r>(m: &Mechanism, linear: &impl Linear<'r>) -> Symbol<'r> {
-    let n = m.n_rows();
-    let mut right: Vec<Symbol<'r>> = m.probe().map(Symbol::Constant).collect();
-    let mut x = vec![Symbol::Constant(0.0); n];
-    linear.solve(&mut right, &mut x);
-    let largest = x.iter().enumerate().fold(Symbol::Constant(0.0), |largest, (j, v)| {
-        largest.max(v.abs() * Symbol::Constant(1.0 / m.unit(m.space.components()[j % m.size()])))
-    });
-    Symbol::Constant(1.0) / largest
 }
 
 /// A Newton step with the reactions at the pose it starts from.

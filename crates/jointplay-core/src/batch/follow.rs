@@ -5,7 +5,7 @@
 //! it is then on the branch of the state it came from. The others are followed plainly.
 
 use super::SMALL_ANGLE;
-use super::contact::{poses_of, singular_estimate};
+use super::contact::poses_of;
 use super::lanes::{Block, LANES};
 use super::layout::Layout;
 use super::program::{evaluate, record_step, step_by};
@@ -65,12 +65,12 @@ impl<'m> Follow<'m> {
         let outputs = if let Some(linear) = OnTree::new(solver, &poses_of(m, &symbolic)) {
             let [residual, _] = evaluate(m, &symbolic);
             let (mut outputs, _, size) = step_by(m, &symbolic, &residual, &linear, &turn);
-            outputs.extend([size, linear.pivot_product(), singular_estimate(m, &linear)]);
+            outputs.extend([size, linear.pivot_product(), linear.singular_estimate(m)]);
             outputs
         } else {
             let step = record_step(solver, &symbolic, &turn)?;
             let mut outputs = step.numbers;
-            outputs.extend([step.size, step.pivots, singular_estimate(m, &step.linear)]);
+            outputs.extend([step.size, step.pivots, step.linear.singular_estimate(m)]);
             outputs
         };
         let pose = m.n_parameters()..m.n_parameters() + layout.n_pose();

@@ -26,6 +26,9 @@ pub(super) trait Linear<'r> {
     fn solve_transposed(&self, cost: &mut [Symbol<'r>], multipliers: &mut [Symbol<'r>]);
     /// Vanishes and changes sign with the determinant.
     fn pivot_product(&self) -> Symbol<'r>;
+    /// An estimate of the smallest singular value of the length-scaled Jacobian from what a probe of the rows
+    /// moves.
+    fn singular_estimate(&self, m: &Mechanism) -> Symbol<'r>;
 }
 
 /// By a recorded elimination of all rows.
@@ -45,6 +48,17 @@ impl<'r> Linear<'r> for Eliminated<'_, 'r> {
 
     fn pivot_product(&self) -> Symbol<'r> {
         self.plan.pivot_product(&self.factors)
+    }
+
+    /// As [`Mechanism::singular_estimate`].
+    fn singular_estimate(&self, m: &Mechanism) -> Symbol<'r> {
+        let mut right: Vec<Symbol<'r>> = m.probe().map(Symbol::Constant).collect();
+        let mut x = vec![Symbol::Constant(0.0); m.n_rows()];
+        self.solve(&mut right, &mut x);
+        let largest = x.iter().enumerate().fold(Symbol::Constant(0.0), |largest, (j, v)| {
+            largest.max(v.abs() * Symbol::Constant(1.0 / m.unit(m.space.components()[j % m.size()])))
+        });
+        Symbol::Constant(1.0) / largest
     }
 }
 
@@ -279,20 +293,15 @@ impl<'m, 'r> OnTree<'m, 'r> {
         Some(Self { mechanism: m, tree, equations, origins, plan, factors })
     }
 
-    /// Twists of all bodies by what the held components do and, if given, the free ones.
-    fn spread(&self, held: &[Symbol<'r>], free: Option<&[Symbol<'r>]>) -> Vec<Screw<Symbol<'r>>> {
+    /// Twists of all bodies by the motions of the tree's joints, from the ground outwards: for every branch
+    /// components with their rates.
+    fn spread(&self, motions: impl Fn(usize, &Branch) -> Vec<(Component, Symbol<'r>)>) -> Vec<Screw<Symbol<'r>>> {
         let mut twists = vec![nothing(); self.mechanism.n_bodies()];
         for (k, branch) in self.tree.branches.iter().enumerate() {
             let axes = &self.equations.axes[branch.joint];
-            let sign = Symbol::Constant(branch.sign);
             let mut twist = branch.inner.map_or_else(nothing, |b| twists[b]);
-            for &(row, component) in &self.tree.held[branch.joint] {
-                twist = sum(twist, sign * held[row], axes.twist(component));
-            }
-            for (f, (_, component)) in self.tree.free.iter().enumerate().filter(|(_, (b, _))| *b == k) {
-                if let Some(free) = free {
-                    twist = sum(twist, sign * free[f], axes.twist(*component));
-                }
+            for (component, rate) in motions(k, branch) {
+                twist = sum(twist, Symbol::Constant(branch.sign) * rate, axes.twist(component));
             }
             twists[branch.outer] = twist;
         }
@@ -310,7 +319,8 @@ impl<'m, 'r> OnTree<'m, 'r> {
 impl<'r> Linear<'r> for OnTree<'_, 'r> {
     fn solve(&self, right: &mut [Symbol<'r>], x: &mut [Symbol<'r>]) {
         let zero = Symbol::Constant(0.0);
-        let carried = self.spread(right, None);
+        let held = |_, branch: &Branch| self.tree.held[branch.joint].iter().map(|&(row, c)| (c, right[row])).collect();
+        let carried = self.spread(held);
         let mut of_loops: Vec<Symbol<'r>> = Vec::with_capacity(self.equations.loops.len());
         for row in &self.equations.loops {
             let asked = row.rows.iter().fold(zero, |sum, &(r, weight)| sum + weight * right[r]);
@@ -320,7 +330,12 @@ impl<'r> Linear<'r> for OnTree<'_, 'r> {
         let mut free = vec![zero; of_loops.len()];
         self.plan.solve(&self.factors, &mut of_loops, &mut free);
         let size = self.mechanism.size();
-        for (b, [velocity, rotation]) in self.spread(right, Some(&free)).into_iter().enumerate() {
+        let moves = |k, _: &Branch| {
+            let of_branch = self.tree.free.iter().zip(&free).filter(|((branch, _), _)| *branch == k);
+            of_branch.map(|((_, component), rate)| (*component, *rate)).collect()
+        };
+        for (b, by_free) in self.spread(moves).into_iter().enumerate() {
+            let [velocity, rotation] = sum(carried[b], Symbol::Constant(1.0), by_free);
             let at_origin = add(velocity, cross(rotation, self.origins[b]));
             for (k, component) in self.mechanism.space.components().iter().enumerate() {
                 x[b * size + k] = match component {
@@ -377,6 +392,22 @@ impl<'r> Linear<'r> for OnTree<'_, 'r> {
 
     fn pivot_product(&self) -> Symbol<'r> {
         self.plan.pivot_product(&self.factors)
+    }
+
+    /// A singular pose is one of the loops: they are probed, and no body moves by more than all free components
+    /// together.
+    fn singular_estimate(&self, m: &Mechanism) -> Symbol<'r> {
+        let probe: Vec<f64> = m.probe().collect();
+        let of_row = |row: &LoopRow<Symbol<'r>>| Symbol::Constant(probe[row.rows[0].0]);
+        let mut right: Vec<Symbol<'r>> = self.equations.loops.iter().map(of_row).collect();
+        let mut free = vec![Symbol::Constant(0.0); right.len()];
+        self.plan.solve(&self.factors, &mut right, &mut free);
+        let moves = self.tree.free.iter().zip(&free);
+        let all = moves.fold(Symbol::Constant(0.0), |all, ((_, component), v)| {
+            all + v.abs() * Symbol::Constant(1.0 / m.unit(*component))
+        });
+        // A mechanism without loops is regular everywhere.
+        if free.is_empty() { Symbol::Constant(1.0) } else { Symbol::Constant(1.0) / all }
     }
 }
 
