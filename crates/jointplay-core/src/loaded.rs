@@ -13,7 +13,7 @@
 use rayon::prelude::*;
 
 use crate::ascent::UNDECIDED;
-use crate::batch::lanes::LANES;
+use crate::batch::lanes::{Block, LANES};
 use crate::batch::simd::{Kernel, dispatch};
 use crate::batch::{Contact, FirstOrder};
 use crate::clearance::{MAX_SIZE, Mute};
@@ -92,13 +92,15 @@ struct Run<'r, 'm> {
     cases: &'r [Case<'r>],
     exact: bool,
     rows: Rows<'r>,
+    workspace: &'r mut Vec<Block>,
 }
 
-impl Kernel for Run<'_, '_> {
-    type Output = (u64, Self);
+impl<'r> Kernel for Run<'r, '_> {
+    /// With the rows.
+    type Output = (u64, Rows<'r>);
 
     #[inline(always)]
-    fn run(mut self) -> (u64, Self) {
+    fn run(mut self) -> (u64, Rows<'r>) {
         let m = self.solver.mechanism;
         let mut fallbacks = 0;
         match self.programs {
@@ -121,10 +123,12 @@ impl Kernel for Run<'_, '_> {
                 fallbacks = table.fallbacks;
             }
             Programs::FirstOrder(program) => {
-                let mut registers = program.workspace();
+                if self.workspace.is_empty() {
+                    *self.workspace = program.workspace();
+                }
                 for (number, block) in self.cases.chunks(LANES).enumerate() {
                     let first = number * LANES;
-                    let good = program.solve(&mut registers, block, &mut self.rows, first);
+                    let good = program.solve(self.workspace, block, &mut self.rows, first);
                     for (i, case) in block.iter().enumerate().filter(|(i, _)| !good[*i]) {
                         fallbacks += 1;
                         self.rows.put(first + i, &m.loaded_plainly(self.solver, case, false));
@@ -132,7 +136,7 @@ impl Kernel for Run<'_, '_> {
                 }
             }
         }
-        (fallbacks, self)
+        (fallbacks, self.rows)
     }
 }
 
@@ -222,8 +226,10 @@ impl Mechanism {
         let Some(solver) = self.solver(cases) else { return self.none_assembled(table) };
         let programs = if cases.len() >= LANES { Programs::record(&solver, exact) } else { Programs::None };
         let runs = table.rows().runs(RUN).into_par_iter().zip(cases.par_chunks(RUN));
-        let run = |(rows, cases)| dispatch(Run { solver: &solver, programs: &programs, cases, exact, rows }).0;
-        table.fallbacks = runs.map(run).sum();
+        let run = |workspace: &mut Vec<Block>, (rows, cases)| {
+            dispatch(Run { solver: &solver, programs: &programs, cases, exact, rows, workspace }).0
+        };
+        table.fallbacks = runs.map_init(Vec::new, run).sum();
         table
     }
 
@@ -236,15 +242,15 @@ impl Mechanism {
         let Some((solver, from)) = first else { return self.none_assembled(table) };
         let programs = if n >= LANES { Programs::record(&solver, exact) } else { Programs::None };
         let runs = table.rows().runs(trace::RUN);
-        let fallbacks = trace_runs(&solver, &from, n, drives, runs, |rows, drives, trace| {
+        let fallbacks = trace_runs(&solver, &from, n, drives, runs, Vec::new, |workspace, rows, drives, trace| {
             let width = self.n_drives();
             let case = |(row, coordinates)| Case { drives: &drives[row * width..(row + 1) * width], coordinates };
             let coordinates = trace.coordinates.chunks_exact(self.n_coordinates());
             let cases: Vec<Case<'_>> = coordinates.enumerate().map(case).collect();
-            let run = Run { solver: &solver, programs: &programs, cases: &cases, exact, rows };
-            let (fallbacks, mut run) = dispatch(run);
+            let run = Run { solver: &solver, programs: &programs, cases: &cases, exact, rows, workspace };
+            let (fallbacks, mut rows) = dispatch(run);
             for (row, status) in trace.status.iter().enumerate().filter(|(_, status)| **status != Status::Ok) {
-                run.rows.status.row(row)[0] = *status;
+                rows.status.row(row)[0] = *status;
             }
             fallbacks
         });

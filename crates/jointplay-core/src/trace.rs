@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::batch::lanes::LANES;
+use crate::batch::lanes::{Block as Numbers, LANES};
 use crate::batch::simd::{Kernel, dispatch};
 use crate::batch::{Follow, Start};
 use crate::closure::Inputs;
@@ -43,50 +43,67 @@ struct Run<'t, 'm> {
     from: &'t State,
     n: usize,
     drives: &'t [f64],
+    done: &'t mut Traced,
 }
 
-/// What has been traced of a run.
+/// What has been traced of a run, and the memory for it, which the next run takes over.
+#[derive(Default)]
 struct Traced {
     trace: Trace,
     /// Whether the determinant of the Jacobian is negative, row by row.
     negative: Vec<bool>,
+    registers: Vec<Numbers>,
 }
 
 impl Kernel for Run<'_, '_> {
-    type Output = Traced;
+    type Output = ();
 
     #[inline(always)]
-    fn run(self) -> Traced {
-        let m = self.solver.mechanism;
+    fn run(self) {
+        let Run { solver, follow, from, n, drives, done } = self;
+        let m = solver.mechanism;
         let width = m.n_coordinates();
-        // Status and determinant of a row tell that it is done.
-        let trace = Trace { coordinates: vec![f64::NAN; self.n * width], status: Vec::with_capacity(self.n) };
-        let mut done = Traced { trace, negative: Vec::with_capacity(self.n) };
-        let Some(follow) = self.follow else {
-            (0..self.n).for_each(|_| self.add_plainly(&mut done));
-            return done;
+        // Status and determinant of a row tell that it is done; its coordinates are what they were before.
+        done.trace.coordinates.resize(n * width, f64::NAN);
+        done.trace.status.clear();
+        done.negative.clear();
+        let rows = Rows { solver, from, drives };
+        let Some(follow) = follow else {
+            (0..n).for_each(|_| rows.add_plainly(done));
+            return;
         };
-        let mut registers = follow.workspace();
-        for first in (0..self.n).step_by(LANES) {
-            let rows = first..self.n.min(first + LANES);
-            let nearest = self.nearest(&done, rows.clone());
+        let mut registers = std::mem::take(&mut done.registers);
+        if registers.is_empty() {
+            registers = follow.workspace();
+        }
+        for first in (0..n).step_by(LANES) {
+            let block = first..n.min(first + LANES);
+            let nearest = rows.nearest(done, block.clone());
             let (before, found) = done.trace.coordinates.split_at_mut(first * width);
-            let starts: Vec<Start<'_>> = nearest.iter().map(|&row| self.start(before, &done.negative, row)).collect();
-            let clear = follow.solve(&mut registers, &starts, self.drives(rows.clone()), found);
-            for k in 0..rows.len() {
+            let starts: Vec<Start<'_>> = nearest.iter().map(|&row| rows.start(before, &done.negative, row)).collect();
+            let clear = follow.solve(&mut registers, &starts, rows.drives(block.clone()), found);
+            for k in 0..block.len() {
                 if clear[k] >= CLEAR * m.singular_value {
                     done.trace.status.push(Status::Ok);
-                    done.negative.push(nearest[k].map_or(self.from.negative, |row| done.negative[row]));
+                    done.negative.push(nearest[k].map_or(from.negative, |row| done.negative[row]));
                 } else {
-                    self.add_plainly(&mut done);
+                    rows.add_plainly(done);
                 }
             }
         }
-        done
+        done.registers = registers;
     }
 }
 
-impl Run<'_, '_> {
+/// The rows of a run, and where it begins.
+#[derive(Clone, Copy)]
+struct Rows<'t, 'm> {
+    solver: &'t Solver<'m>,
+    from: &'t State,
+    drives: &'t [f64],
+}
+
+impl Rows<'_, '_> {
     fn drives(&self, rows: Range<usize>) -> &[f64] {
         let width = self.solver.mechanism.n_drives();
         &self.drives[rows.start * width..rows.end * width]
@@ -118,8 +135,12 @@ impl Run<'_, '_> {
             if done.trace.status[from] != Status::Ok {
                 return f64::INFINITY;
             }
-            let both = self.drives(from..from + 1).iter().zip(self.drives(to..to + 1));
-            both.zip(&units).map(|((a, b), unit)| (a - b) * (a - b) * unit).sum()
+            let (mut sum, n) = (0.0, units.len());
+            for (d, unit) in units.iter().enumerate() {
+                let apart = self.drives[from * n + d] - self.drives[to * n + d];
+                sum += apart * apart * unit;
+            }
+            sum
         };
         let mut near = last;
         let nearest = rows.enumerate().map(|(k, to)| {
@@ -188,55 +209,69 @@ impl Mechanism {
             trace.status.resize(n, Status::NotAssembled);
             return trace;
         };
-        trace.coordinates.reserve_exact(n * self.n_coordinates());
-        let parts = trace_runs(&solver, &from, n, drives, vec![(); n.div_ceil(RUN)], |(), _, part| part);
-        for part in parts {
-            trace.coordinates.extend(part.coordinates);
-            trace.status.extend(part.status);
-        }
+        trace.coordinates.resize(n * self.n_coordinates(), f64::NAN);
+        let rows = trace.coordinates.chunks_mut(RUN * self.n_coordinates()).collect();
+        let status = trace_runs(
+            &solver,
+            &from,
+            n,
+            drives,
+            rows,
+            || (),
+            |(), rows: &mut [f64], _, part| {
+                rows.copy_from_slice(&part.coordinates);
+                part.status.clone()
+            },
+        );
+        trace.status = status.concat();
         trace
     }
 }
 
 /// Traces runs of [`RUN`] rows of drive values on all cores, from a state near the first, and does something
-/// with each: with what is given for it, its drive values and its nominal coordinates.
-pub(crate) fn trace_runs<G: Send, T: Send>(
+/// with each: in a workspace, with what is given for it, its drive values and its nominal coordinates.
+pub(crate) fn trace_runs<W: Send, G: Send, T: Send>(
     solver: &Solver<'_>,
     from: &State,
     n: usize,
     drives: &[f64],
     given: Vec<G>,
-    each: impl Fn(G, &[f64], Trace) -> T + Sync,
+    workspace: impl Fn() -> W + Sync,
+    each: impl Fn(&mut W, G, &[f64], &Trace) -> T + Sync,
 ) -> Vec<T> {
     let m = solver.mechanism;
     let width = m.n_drives();
     // A handful of rows is solved before the program is recorded; a structure has nothing to follow.
     let follow = if n >= LANES && width > 0 { Follow::record(solver) } else { None };
-    let run =
-        |from: &State, n: usize, drives: &[f64]| dispatch(Run { solver, follow: follow.as_ref(), from, n, drives });
-    let rows = |task: usize| task * RUN..n.min((task + 1) * RUN);
+    let run = |from: &State, n: usize, drives: &[f64], done: &mut Traced| {
+        dispatch(Run { solver, follow: follow.as_ref(), from, n, drives, done });
+    };
     let drives_of = |rows: Range<usize>| &drives[rows.start * width..rows.end * width];
+    let mut ahead = Traced::default();
     if n <= RUN {
-        let traced = run(from, n, drives).trace;
-        return given.into_iter().map(|given| each(given, drives, traced.clone())).collect();
+        run(from, n, drives, &mut ahead);
+        return given.into_iter().map(|given| each(&mut workspace(), given, drives, &ahead.trace)).collect();
     }
-    let ahead: Vec<f64> = (0..n).step_by(STRIDE).flat_map(|row| drives_of(row..row + 1)).copied().collect();
-    let traced = run(from, n.div_ceil(STRIDE), &ahead);
+    let sparse: Vec<f64> = (0..n).step_by(STRIDE).flat_map(|row| drives_of(row..row + 1)).copied().collect();
+    run(from, n.div_ceil(STRIDE), &sparse, &mut ahead);
     let begin = |task: usize| {
-        let row = traced.trace.status[..=task * RUN / STRIDE].iter().rposition(|s| *s == Status::Ok);
+        let row = ahead.trace.status[..=task * RUN / STRIDE].iter().rposition(|s| *s == Status::Ok);
         let Some(row) = row else { return from.clone() };
         let size = m.n_coordinates();
         State {
-            coordinates: traced.trace.coordinates[row * size..(row + 1) * size].to_vec(),
-            inputs: Inputs::nominal(m, &ahead[row * width..(row + 1) * width]),
-            negative: traced.negative[row],
+            coordinates: ahead.trace.coordinates[row * size..(row + 1) * size].to_vec(),
+            inputs: Inputs::nominal(m, &sparse[row * width..(row + 1) * width]),
+            negative: ahead.negative[row],
         }
     };
     let tasks = given.into_par_iter().enumerate();
-    tasks
-        .map(|(task, given)| {
-            let (rows, drives) = (rows(task), drives_of(rows(task)));
-            each(given, drives, run(&begin(task), rows.len(), drives).trace)
-        })
-        .collect()
+    // Memory of a run is as large as the caches: it is taken over from run to run.
+    let init = || (Traced::default(), workspace());
+    let task = |(done, workspace): &mut (Traced, W), (task, given)| {
+        let rows = task * RUN..n.min((task + 1) * RUN);
+        let drives = drives_of(rows.clone());
+        run(&begin(task), rows.len(), drives, done);
+        each(workspace, given, drives, &done.trace)
+    };
+    tasks.map_init(init, task).collect()
 }

@@ -74,8 +74,12 @@ impl Layout {
     /// Puts a pose and drive values into the varying inputs of one lane.
     #[inline(always)]
     pub fn load(m: &Mechanism, coordinates: &[f64], drives: &[f64], registers: &mut [Block], lane: usize) {
-        let inputs = registers[m.n_parameters()..].iter_mut().map(|block| &mut block.0[lane]);
-        Self::put_inputs(m, coordinates, drives, inputs);
+        let mut inputs =
+            vec![0.0; m.n_bodies() * m.space.n_pose_numbers() + 3 * drives.len() + m.space.n_turn_numbers()];
+        Self::put_inputs(m, coordinates, drives, 0, &mut inputs);
+        for (block, input) in registers[m.n_parameters()..].iter_mut().zip(inputs) {
+            block.0[lane] = input;
+        }
     }
 
     /// The same for all lanes, some at a time: their numbers lie together in the memory of a block, and far from
@@ -83,15 +87,23 @@ impl Layout {
     #[inline(always)]
     pub fn load_all<'a>(&self, m: &Mechanism, of: impl Fn(usize) -> (&'a [f64], &'a [f64]), registers: &mut [Block]) {
         const AT_ONCE: usize = 8;
+        // Pose numbers in space are the coordinates.
         let n = self.n_varying();
+        let same = if m.space == Space::Spatial { self.pose } else { 0 };
         let mut rows = vec![0.0; AT_ONCE * n];
         let inputs = &mut registers[m.n_parameters()..][..n];
         for first in (0..LANES).step_by(AT_ONCE) {
-            for (k, row) in rows.chunks_exact_mut(n).enumerate() {
-                let (coordinates, drives) = of(first + k);
-                Self::put_inputs(m, coordinates, drives, row.iter_mut());
+            let given: [_; AT_ONCE] = std::array::from_fn(|k| of(first + k));
+            let poses = given.map(|(coordinates, _)| &coordinates[..same]);
+            for (row, (coordinates, drives)) in rows.chunks_exact_mut(n).zip(given) {
+                Self::put_inputs(m, coordinates, drives, same, row);
             }
-            for (k, block) in inputs.iter_mut().enumerate() {
+            for (k, block) in inputs[..same].iter_mut().enumerate() {
+                for i in 0..AT_ONCE {
+                    block.0[first + i] = poses[i][k];
+                }
+            }
+            for (k, block) in inputs.iter_mut().enumerate().skip(same) {
                 for i in 0..AT_ONCE {
                     block.0[first + i] = rows[i * n + k];
                 }
@@ -99,16 +111,18 @@ impl Layout {
         }
     }
 
+    /// Puts the inputs of one configuration, the first ones left out.
     #[inline(always)]
-    fn put_inputs<'a>(m: &Mechanism, coordinates: &[f64], drives: &[f64], inputs: impl Iterator<Item = &'a mut f64>) {
-        let mut inputs = inputs;
+    fn put_inputs(m: &Mechanism, coordinates: &[f64], drives: &[f64], skipped: usize, inputs: &mut [f64]) {
+        let mut k = skipped;
         let mut put = |value: f64| {
-            if let Some(input) = inputs.next() {
-                *input = value;
-            }
+            inputs[k] = value;
+            k += 1;
         };
-        for coordinates in coordinates.chunks_exact(m.n_body_coordinates()) {
-            m.space.put_pose_numbers(coordinates, &mut put);
+        if skipped == 0 {
+            for coordinates in coordinates.chunks_exact(m.n_body_coordinates()) {
+                m.space.put_pose_numbers(coordinates, &mut put);
+            }
         }
         for (&q, &row) in drives.iter().zip(&m.driven_rows) {
             // Sine and cosine of a length are not asked for.
