@@ -101,9 +101,6 @@ impl<'m> FirstOrder<'m> {
                 for p in 0..n {
                     offsets[p] = offsets[p].add(&faces.nearest[p]);
                 }
-                for k in 0..size {
-                    reaches[k] = reaches[k].add(&reach(source, &row[k][..n]));
-                }
                 let mut any = 0.0;
                 for i in 0..LANES {
                     any += faces.open.0[i];
@@ -117,9 +114,15 @@ impl<'m> FirstOrder<'m> {
                 }
             }
             for k in 0..size {
-                let mut share = row[k][0].mul(&offsets[0]);
-                for p in 1..n {
-                    share = row[k][p].mul(&offsets[p]).add(&share);
+                let (share, reach) = match n {
+                    1 => share_and_reach::<1>(source, &row[k], &offsets),
+                    2 => share_and_reach::<2>(source, &row[k], &offsets),
+                    3 => share_and_reach::<3>(source, &row[k], &offsets),
+                    4 => share_and_reach::<4>(source, &row[k], &offsets),
+                    _ => share_and_reach::<MAX_SIZE>(source, &row[k], &offsets),
+                };
+                if source.is_clearance {
+                    reaches[k] = reaches[k].add(&reach);
                 }
                 error[k] = error[k].add(&share);
                 if rows.contribution.is_kept() {
@@ -204,16 +207,29 @@ fn lever(m: &Mechanism, source: &Source, tolerance: &Block) -> Block {
     if source.is_angle { tolerance.mul(&Block::splat(m.length)) } else { *tolerance }
 }
 
-/// As [`crate::clearance::Set::reach`].
+/// What the offsets of a source make of one component of the output, and how far they could reach there, as
+/// [`crate::clearance::Set::reach`] has it; `N` is the number of its parameters.
 #[inline(always)]
-fn reach(source: &Source, row: &[&Block]) -> Block {
-    let mut reach = Block::splat(0.0);
-    for (k, w) in row.iter().enumerate() {
-        let size = source.set.half_width(k);
-        for i in 0..LANES {
-            let far = w.0[i].abs() * size;
-            reach.0[i] = if far > reach.0[i] { far } else { reach.0[i] };
-        }
+fn share_and_reach<const N: usize>(
+    source: &Source,
+    row: &[&Block; MAX_SIZE],
+    offsets: &[Block; MAX_SIZE],
+) -> (Block, Block) {
+    let (mut share, mut reach) = (Block::splat(0.0), Block::splat(0.0));
+    let mut sizes = [0.0; N];
+    for p in 0..N {
+        sizes[p] = source.set.half_width(p);
     }
-    reach
+    for i in 0..LANES {
+        let (mut sum, mut far) = (0.0, 0.0);
+        for p in 0..N {
+            let w = row[p].0[i];
+            sum += w * offsets[p].0[i];
+            let alone = w.abs() * sizes[p];
+            far = if alone > far { alone } else { far };
+        }
+        share.0[i] = sum;
+        reach.0[i] = far;
+    }
+    (share, reach)
 }
