@@ -16,6 +16,10 @@ use crate::solver::{Linearised, Solver, State};
 
 /// Whole steps to the support points.
 const WHOLE_STEPS: usize = 25;
+/// Steps in which contacts find their sides.
+const FIRST: usize = 5;
+/// Four steps that leave more than this part of the change will not settle soon.
+const SHRUNK: f64 = 0.05;
 
 /// Where the load has pushed a mechanism.
 #[derive(Clone, Debug)]
@@ -62,11 +66,17 @@ impl Solver<'_> {
         let gradient = m.load_gradient(&self.linearise(&from)?, &from);
         let mut at = Contact { state: from, gradient, steps: 0, settled: false, blocked: false };
         let mut newton = Newton::new(self, mutes);
-        for _ in 0..WHOLE_STEPS {
+        let mut changes = [f64::INFINITY; 4];
+        for step in 0..WHOLE_STEPS {
             let pressed = m.pressed(&at.gradient, &at.state.inputs, mutes);
-            if m.change(&at.state.inputs, &pressed) <= m.still() {
+            let change = m.change(&at.state.inputs, &pressed);
+            if change <= m.still() {
                 at.settled = true;
                 return Some(at);
+            }
+            let before = std::mem::replace(&mut changes[step % 4], change);
+            if step >= FIRST && change > SHRUNK * before {
+                break;
             }
             let Ok(state) = self.follow(&at.state, &pressed) else {
                 at.blocked = true;

@@ -10,6 +10,7 @@ mod build;
 pub mod clearance;
 pub mod closure;
 pub mod contact;
+mod escape;
 pub mod extremes;
 pub mod flood;
 pub mod given;

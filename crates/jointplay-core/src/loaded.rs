@@ -368,9 +368,10 @@ impl Mechanism {
     /// Widens what every source leaves open in the output, tells which sources the load does not decide, and
     /// whether the output feels it.
     ///
-    /// What is left open is felt where it moves the output to first order: `first_order` is the map at the
-    /// nominal pose, and `map` the one by which the half-width is told; both take a component of the output
-    /// and a parameter.
+    /// What is left open is felt where it moves the output to first order, both at the nominal pose, by the
+    /// map `first_order`, and at the pose in question, by `map`, which tells the half-width; where one of
+    /// them is zero the output moves in proportion to the square of the play. The maps take a component of
+    /// the output and a parameter.
     pub(crate) fn leave_open<F: Fn(usize) -> f64, M: Fn(usize) -> Mute>(
         &self,
         load: &Pressing<F, M>,
@@ -397,14 +398,15 @@ impl Mechanism {
             let force = source.set.heard(&row(source, &|p| (load.force)(p))[..n], (load.mute)(s));
             let face = source.set.face(&force[..n], self.undecided(source, UNDECIDED * load.scale));
             decided[s] &= face.is_point();
-            let moves = |k: usize| face.half_width(&row(source, &|p| first_order(k, p))[..n]) > UNFELT * reaches[k];
-            if face.is_point() || !(0..size).any(moves) {
+            if face.is_point() {
                 continue;
             }
-            felt = true;
-            for k in 0..size {
-                let width = face.half_width(&row(source, &|p| map(k, p))[..n]);
-                open[s * size + k] = width.max(open[s * size + k]);
+            let width = |map: &dyn Fn(usize) -> f64| face.half_width(&row(source, map)[..n]);
+            let widths: [f64; 6] = std::array::from_fn(|k| if k < size { width(&|p| map(k, p)) } else { 0.0 });
+            let moves = |k: usize| widths[k].min(width(&|p| first_order(k, p))) > UNFELT * reaches[k];
+            if (0..size).any(moves) {
+                felt = true;
+                open[s * size..(s + 1) * size].iter_mut().zip(widths).for_each(|(o, w)| *o = w.max(*o));
             }
         }
         felt

@@ -19,9 +19,12 @@
 //! Where two corners compete, or a pin floats, z lies within a face, and the step looks for the place on it
 //! where the forces balance. The derivative ds/dy is taken by differences along the coordinates that move.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::{MAX_SIZE, Mute};
+use crate::clearance::{MAX_SIZE, Mute, inner};
 use crate::contact::Contact;
 use crate::mechanism::Source;
 use crate::solver::{Linearised, Solver, State};
@@ -36,26 +39,12 @@ const STILL: f64 = 1e-11;
 const SETTLED: f64 = 1e-8;
 /// Holds what no force moves, nor is held by any: such as play that the load does not push.
 const NOTHING: f64 = 1e-6;
-/// Ways to take a step, until one brings the conditions much nearer: parts of it, of which what leaves a set
-/// is projected back, or cut off where it leaves.
-const WAYS: [Way; 7] = [
-    Way::Projected(1.0),
-    Way::Cut,
-    Way::Projected(0.5),
-    Way::Projected(0.25),
-    Way::Projected(0.125),
-    Way::Projected(0.0625),
-    Way::Projected(0.03125),
-];
-
-/// A way to take a step.
-#[derive(Clone, Copy, Debug)]
-enum Way {
-    /// A part of it.
-    Projected(f64),
-    /// Each source as far as its set goes.
-    Cut,
-}
+/// Step along a force that leads to the support point.
+const FAR: f64 = 1e6;
+/// A step that leaves no more than this part of what was left is good.
+const NEARER: f64 = 0.3;
+/// Steps that one set of differences serves. Since the play is small they hardly change.
+const RENEWED: usize = 10;
 
 /// The method with what it knows about how forces change.
 pub(crate) struct Newton<'s, 'm> {
@@ -65,6 +54,9 @@ pub(crate) struct Newton<'s, 'm> {
     stiffness: Vec<f64>,
 }
 
+/// How forces change along the coordinates that have moved so far.
+type Bends = BTreeMap<usize, Vec<f64>>;
+
 /// Own coordinates and the forces along them.
 struct Own {
     y: Vec<f64>,
@@ -73,10 +65,13 @@ struct Own {
 
 /// What the projection makes of a point.
 struct Projected {
-    /// The point.
-    z: Vec<f64>,
     /// What is left to go to its projection.
     residual: Vec<f64>,
+    /// Step length along the force, per coordinate.
+    t: Vec<f64>,
+    /// Derivative of the projection: a row per coordinate, with the first coordinate of its source; none
+    /// where it is zero.
+    gives: Vec<Option<(usize, [f64; MAX_SIZE])>>,
 }
 
 impl<'s, 'm> Newton<'s, 'm> {
@@ -127,40 +122,47 @@ impl<'s, 'm> Newton<'s, 'm> {
     }
 
     fn projected(&self, own: &Own) -> Projected {
-        let mut z = own.y.clone();
-        let mut first = 0;
-        let mut residual = Vec::with_capacity(z.len());
+        let n = own.y.len();
+        let mut projected = Projected { residual: Vec::with_capacity(n), t: Vec::with_capacity(n), gives: vec![None; n] };
         for (k, source) in self.sources() {
-            let range = first..first + source.set.size();
+            let (first, size) = (projected.t.len(), source.set.size());
             let t = 1.0 / self.stiffness[k].max(f64::MIN_POSITIVE.sqrt());
-            z[range.clone()].iter_mut().zip(&own.s[range.clone()]).for_each(|(z, s)| *z += t * s);
-            let mut point = [0.0; MAX_SIZE];
-            let point = &mut point[..source.set.size()];
-            point.copy_from_slice(&z[range.clone()]);
-            source.set.project_unit(point);
-            residual.extend(point.iter().zip(&own.y[range.clone()]).map(|(p, y)| p - y));
-            first = range.end;
+            projected.t.resize(first + size, t);
+            let z: [f64; MAX_SIZE] =
+                std::array::from_fn(|k| if k < size { own.y[first + k] + t * own.s[first + k] } else { 0.0 });
+            let mut point = z;
+            source.set.project_unit(&mut point[..size]);
+            projected.residual.extend((0..size).map(|k| point[k] - own.y[first + k]));
+            for column in 0..size {
+                let mut along = [0.0; MAX_SIZE];
+                along[column] = 1.0;
+                source.set.project_unit_along(&z[..size], &mut along[..size]);
+                for (row, a) in along.into_iter().enumerate().filter(|(_, a)| *a != 0.0) {
+                    projected.gives[first + row].get_or_insert((first, [0.0; MAX_SIZE])).1[column] = a;
+                }
+            }
         }
-        Projected { z, residual }
+        projected
     }
 
     /// Brings contact and reactions to agree.
-    pub fn settle(self, mut at: Contact) -> Option<Contact> {
+    pub fn settle(&self, mut at: Contact) -> Option<Contact> {
         let mut own = self.at(&at);
-        for _ in 0..STEPS {
+        let mut bends = BTreeMap::new();
+        for number in 0..STEPS {
             let projected = self.projected(&own);
             let left = largest(&projected.residual);
             at.settled = left <= SETTLED;
-            if std::env::var("DBG").is_ok() {
-                eprintln!("newton {} left {left:e}", at.steps);
-            }
             if left <= STILL {
-                return Some(at);
+                break;
             }
-            let step = self.step(&at, &own, &projected)?;
+            if number % RENEWED == 0 {
+                bends.clear();
+            }
+            let step = self.step(&at, &own, projected, &mut bends)?;
             let mut best: Option<(f64, Contact, Own)> = None;
-            for way in WAYS {
-                let Some(next) = self.moved(&at, &own, &step, way) else {
+            for cut in [false, true] {
+                let Some(next) = self.moved(&at, &own, &step, cut) else {
                     at.blocked = true;
                     continue;
                 };
@@ -169,7 +171,7 @@ impl<'s, 'm> Newton<'s, 'm> {
                 if best.as_ref().is_none_or(|(least, ..)| left_then < *least) {
                     best = Some((left_then, next, tried));
                 }
-                if left_then < 0.5 * left {
+                if left_then < NEARER * left {
                     break;
                 }
             }
@@ -182,18 +184,16 @@ impl<'s, 'm> Newton<'s, 'm> {
         Some(at)
     }
 
-    /// The contact after a part of a step.
-    fn moved(&self, at: &Contact, own: &Own, step: &[f64], way: Way) -> Option<Contact> {
+    /// The contact after a step; what leaves a set is projected back, or cut off where it leaves.
+    fn moved(&self, at: &Contact, own: &Own, step: &[f64], cut: bool) -> Option<Contact> {
         let m = self.solver.mechanism;
         let mut inputs = at.state.inputs.clone();
         let mut first = 0;
         for (_, source) in self.sources() {
             let range = first..first + source.set.size();
-            let part = match way {
-                Way::Projected(part) => part,
-                Way::Cut => source.set.part_within(&own.y[range.clone()], &step[range.clone()]),
-            };
-            let mut unit: Vec<f64> = range.clone().map(|k| own.y[k] + part * step[k]).collect();
+            let [from, step] = [&own.y[range.clone()], &step[range.clone()]];
+            let part = if cut { source.set.part_within(from, step) } else { 1.0 };
+            let mut unit: Vec<f64> = from.iter().zip(step).map(|(y, d)| y + part * d).collect();
             source.set.project_unit(&mut unit);
             for (p, offset) in source.range().zip(source.set.of_unit(&unit)) {
                 inputs.parameters[p] = m.centre[p] + offset;
@@ -206,47 +206,74 @@ impl<'s, 'm> Newton<'s, 'm> {
     }
 
     /// Newton's step.
-    fn step(&self, at: &Contact, own: &Own, projected: &Projected) -> Option<Vec<f64>> {
-        let n = own.y.len();
-        let moves: Vec<bool> = {
-            let mut moves = vec![false; n];
-            let mut first = 0;
-            for (_, source) in self.sources() {
-                let range = first..first + source.set.size();
-                let z = &projected.z[range.clone()];
-                for k in 0..source.set.size() {
-                    let mut unit = [0.0; MAX_SIZE];
-                    unit[k] = 1.0;
-                    source.set.project_unit_along(z, &mut unit[..source.set.size()]);
-                    for (j, u) in unit[..source.set.size()].iter().enumerate() {
-                        moves[first + j] |= *u != 0.0;
+    fn step(&self, at: &Contact, own: &Own, mut projected: Projected, bends: &mut Bends) -> Option<Vec<f64>> {
+        let linearised = self.solver.linearise(&at.state)?;
+        loop {
+            let n = own.y.len();
+            let moving: Vec<usize> =
+                (0..n).filter(|&k| projected.gives[k].is_some() || projected.residual[k].abs() > 0.1 * STILL).collect();
+            let mut matrix = DMatrix::<f64>::identity(moving.len(), moving.len());
+            for (c, &column) in moving.iter().enumerate() {
+                if !bends.contains_key(&column) {
+                    bends.insert(column, self.bend(&linearised, at, own, column)?);
+                }
+                let bend = &bends[&column];
+                for (r, &row) in moving.iter().enumerate() {
+                    let Some((first, gives)) = projected.gives[row] else { continue };
+                    let t = projected.t[row];
+                    for ((k, bend), give) in bend.iter().enumerate().skip(first).zip(gives) {
+                        matrix[(r, c)] -= give * (t * bend + f64::from(k == column));
                     }
                 }
-                first = range.end;
             }
-            moves.iter().zip(&projected.residual).map(|(m, r)| *m || *r != 0.0).collect()
-        };
-        let linearised = self.solver.linearise(&at.state)?;
-        let moving: Vec<usize> = (0..n).filter(|&k| moves[k]).collect();
-        let mut matrix = DMatrix::identity(moving.len(), moving.len());
-        for (c, &column) in moving.iter().enumerate() {
-            let bend = self.bend(&linearised, at, own, column)?;
-            let mut along = Vec::with_capacity(n);
-            for (k, source) in self.sources() {
-                let range = along.len()..along.len() + source.set.size();
-                let t = 1.0 / self.stiffness[k].max(f64::MIN_POSITIVE.sqrt());
-                along.extend(range.clone().map(|i| t * bend[i] + f64::from(u8::from(i == column))));
-                source.set.project_unit_along(&projected.z[range.clone()], &mut along[range]);
+            // Least squares, held by a little: what no force moves, nor any holds, stays.
+            let transposed = matrix.transpose();
+            let mut normal = &transposed * matrix;
+            (0..moving.len()).for_each(|k| normal[(k, k)] += NOTHING * NOTHING);
+            let factors = normal.cholesky()?;
+            let solve = |residual: &dyn Fn(usize) -> f64| {
+                let right = DVector::from_iterator(moving.len(), moving.iter().map(|&k| residual(k)));
+                let mut step = vec![0.0; n];
+                moving.iter().zip(factors.solve(&(&transposed * right)).iter()).for_each(|(&k, s)| step[k] = *s);
+                step
+            };
+            let repelled = self.repelled(&projected, solve);
+            if repelled.is_empty() {
+                return Some(solve(&|k| projected.residual[k]));
             }
-            for (r, &row) in moving.iter().enumerate() {
-                matrix[(r, c)] -= along[row];
+            for (source, range) in repelled {
+                projected.gives[range.clone()].fill(None);
+                let size = largest(&own.s[range.clone()]);
+                let mut far = [0.0; MAX_SIZE];
+                far.iter_mut().zip(range.clone()).for_each(|(far, i)| *far = own.y[i] + FAR * own.s[i] / size);
+                source.set.project_unit(&mut far[..source.set.size()]);
+                range.zip(far).for_each(|(i, far)| projected.residual[i] = far - own.y[i]);
             }
         }
-        let right = DVector::from_iterator(moving.len(), moving.iter().map(|&k| projected.residual[k]));
-        let solved = matrix.svd(true, true).solve(&right, NOTHING).ok()?;
-        let mut step = vec![0.0; n];
-        moving.iter().zip(solved.iter()).for_each(|(&k, s)| step[k] = *s);
-        Some(step)
+    }
+
+    /// The sources that are not where their forces balance, and would be pushed away from there when they
+    /// came near: what they ask for alone would lead them against their force.
+    fn repelled(
+        &self,
+        projected: &Projected,
+        solve: impl Fn(&dyn Fn(usize) -> f64) -> Vec<f64>,
+    ) -> Vec<(&'m Source, Range<usize>)> {
+        let mut first = 0;
+        let mut repelled = Vec::new();
+        for (_, source) in self.sources() {
+            let range = first..first + source.set.flat_sided();
+            first += source.set.size();
+            let residual = &projected.residual[range.clone()];
+            if largest(residual) < SETTLED || projected.gives[range.clone()].iter().all(Option::is_none) {
+                continue;
+            }
+            let step = solve(&|k| if range.contains(&k) { projected.residual[k] } else { 0.0 });
+            if inner(residual, &step[range.clone()]) < 0.0 {
+                repelled.push((source, range));
+            }
+        }
+        repelled
     }
 
     /// How the forces change along one coordinate.

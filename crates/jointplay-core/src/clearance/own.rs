@@ -53,6 +53,16 @@ impl Set {
         }
     }
 
+    /// How many of its own coordinates, from the first on, have flat bounds.
+    #[must_use]
+    pub fn flat_sided(&self) -> usize {
+        match self.shape() {
+            Shape::Round { .. } => 0,
+            Shape::Pin(pin) => usize::from(pin.axial.is_some()),
+            _ => self.size(),
+        }
+    }
+
     /// The part of a step from a point of the set, in own coordinates, that stays in it; round sets are left
     /// at once by a step along them, which is taken whole.
     #[must_use]
