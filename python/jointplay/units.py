@@ -67,3 +67,23 @@ class Units:
     def moment_name(self) -> str:
         """Name of the unit of moment."""
         return f"{self.force_name} {self.length_name}"
+
+    @property
+    def stiffness(self) -> float:
+        """Newtons per metre per unit of stiffness, which is force over length."""
+        return self.force / self.length
+
+    @property
+    def stiffness_name(self) -> str:
+        """Name of the unit of stiffness."""
+        return f"{self.force_name}/{self.length_name}"
+
+    @property
+    def turning_stiffness(self) -> float:
+        """Newton metres per radian per unit of stiffness against turning, which is moment over angle."""
+        return self.moment / self.angle
+
+    @property
+    def turning_stiffness_name(self) -> str:
+        """Name of the unit of stiffness against turning."""
+        return f"{self.moment_name}/{self.angle_name}"

@@ -1,8 +1,11 @@
 //! Building a mechanism from its specification, with every reference checked.
 
+use std::sync::OnceLock;
+
 use crate::clearance::Set;
+use crate::cone::factor;
 use crate::joint::Joint;
-use crate::mechanism::{Mechanism, Point, Row, Source};
+use crate::mechanism::{Elastic, Mechanism, Point, Row, Source};
 use crate::space::{Component, Space, norm, scale, sub};
 use crate::spec::{Spec, Target};
 
@@ -40,6 +43,7 @@ impl Mechanism {
         for (joint, j) in joints.iter().enumerate() {
             rows.extend(j.locked.iter().map(|&component| Row { joint, component, drive: None, parameter: None }));
         }
+        let elastic = elastic(spec, &rows)?;
         let mut driven_rows = Vec::with_capacity(spec.drives.len());
         for (d, drive) in spec.drives.iter().enumerate() {
             let coordinate = joints
@@ -81,7 +85,9 @@ impl Mechanism {
             output: spec.output.point,
             loads: spec.loads.clone(),
             sources,
+            elastic,
             centre,
+            chosen: OnceLock::new(),
         })
     }
 }
@@ -111,6 +117,31 @@ fn joints(spec: &Spec, points: &[Point]) -> Result<Vec<Joint>, SpecError> {
     spec.joints.iter().enumerate().map(connect).collect()
 }
 
+/// The joints that give way, with their rows; a compliance of zero is that of a rigid joint.
+fn elastic(spec: &Spec, rows: &[Row]) -> Result<Vec<Elastic>, SpecError> {
+    let mut elastic = Vec::new();
+    for (joint, j) in spec.joints.iter().enumerate() {
+        let Some(compliance) = &j.compliance else { continue };
+        let first = rows.iter().position(|r| r.joint == joint).unwrap_or_default();
+        let size = rows.iter().filter(|r| r.joint == joint).count();
+        if compliance.len() != size * size {
+            return fail(format!("joint {joint}: its compliance needs {size} x {size} numbers"));
+        }
+        let unlike = |i: usize, j: usize| {
+            let (a, b) = (compliance[i * size + j], compliance[j * size + i]);
+            (a - b).abs() > 1e-9 * a.abs().max(b.abs())
+        };
+        let symmetric = (0..size).all(|i| (0..i).all(|j| !unlike(i, j)));
+        if !symmetric || factor(compliance, size).is_none() {
+            return fail(format!("joint {joint}: its compliance is not symmetric and positive semidefinite"));
+        }
+        if compliance.iter().any(|c| *c != 0.0) {
+            elastic.push(Elastic { joint, rows: first..first + size, compliance: compliance.clone() });
+        }
+    }
+    Ok(elastic)
+}
+
 /// Lets the parameters from `first` on displace what the target names; gives their names.
 fn attach(
     target: &Target,
@@ -123,14 +154,14 @@ fn attach(
     match *target {
         Target::Clearance { joint } => {
             let Some(j) = joints.get(joint) else { return fail("there is no such joint") };
-            if !j.has_play {
+            if j.loosened == 0 {
                 return fail("a joint of this kind has no clearance");
             }
             let start = rows.iter().position(|r| r.joint == joint).unwrap_or(0);
-            for k in 0..j.locked.len() {
+            for k in 0..j.loosened {
                 rows[start + k].parameter = Some(first + k);
             }
-            Ok(j.locked.iter().map(|&component| j.name_of(component)).collect())
+            Ok(j.locked[..j.loosened].iter().map(|&component| j.name_of(component)).collect())
         }
         Target::Angle { joint } => {
             let roll = joints.get(joint).filter(|j| j.coordinate.is_none()).map(Joint::roll);

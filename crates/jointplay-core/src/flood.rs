@@ -101,6 +101,9 @@ impl Mechanism {
     /// fastest), and `seeds`: states with a node each that they may lead to.
     #[must_use]
     pub fn flood(&self, shape: &[usize], drives: &[f64], seeds: &[(usize, Case<'_>)]) -> Trace {
+        if self.n_rows() != self.n_unknowns() {
+            return self.flood_on_basis(shape, drives, seeds);
+        }
         let n = shape.iter().product();
         let width = self.n_coordinates();
         let mut trace = Trace { coordinates: vec![f64::NAN; n * width], status: vec![Status::NotAssembled; n] };

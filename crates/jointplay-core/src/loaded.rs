@@ -272,7 +272,7 @@ impl Mechanism {
         )
     }
 
-    fn no_load_result(&self, status: Status) -> Loaded {
+    pub(crate) fn no_load_result(&self, status: Status) -> Loaded {
         let nan = |n: usize| vec![f64::NAN; n];
         Loaded {
             error: nan(self.size()),

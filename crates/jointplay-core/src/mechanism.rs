@@ -1,10 +1,14 @@
 //! A mechanism: bodies, points, joints as locked components, sources of error. Checked once, then
 //! immutable.
 
+use std::sync::{Arc, OnceLock};
+
 use crate::clearance::Set;
+use crate::hyperstatic::Basis;
 use crate::joint::Joint;
 use crate::space::{Component, Space, Vec3};
 use crate::spec::{Law, LoadSpec};
+use crate::status::Status;
 
 /// A body by its index among the moving bodies; `None` is the ground.
 pub type Body = Option<usize>;
@@ -59,6 +63,25 @@ impl Source {
     }
 }
 
+/// A joint that gives way elastically.
+#[derive(Clone, Debug)]
+pub struct Elastic {
+    /// The joint.
+    pub joint: usize,
+    /// Its rows: those of its locked components.
+    pub rows: std::ops::Range<usize>,
+    /// Displacement of the locked components per force and moment on them, row-major.
+    pub compliance: Vec<f64>,
+}
+
+impl Elastic {
+    /// The rows that are not rigid.
+    pub(crate) fn yielding(&self) -> impl Iterator<Item = usize> + '_ {
+        let size = self.rows.len();
+        (0..size).filter(move |k| self.compliance[k * (size + 1)] > 0.0).map(|k| self.rows.start + k)
+    }
+}
+
 /// A mechanism of any graph.
 #[derive(Clone, Debug)]
 pub struct Mechanism {
@@ -74,7 +97,10 @@ pub struct Mechanism {
     pub(crate) output: usize,
     pub(crate) loads: Vec<LoadSpec>,
     pub(crate) sources: Vec<Source>,
+    pub(crate) elastic: Vec<Elastic>,
     pub(crate) centre: Vec<f64>,
+    /// The basis of an over-constrained or elastic mechanism, chosen when first needed.
+    pub(crate) chosen: OnceLock<Result<Arc<Basis>, Status>>,
 }
 
 impl Mechanism {
@@ -146,6 +172,14 @@ impl Mechanism {
     /// Joint and component name of every row.
     pub fn row_names(&self) -> impl Iterator<Item = (usize, &'static str)> + '_ {
         self.rows.iter().map(|r| (r.joint, self.joints[r.joint].name_of(r.component)))
+    }
+
+    /// Joint and component name of every component that gives way elastically, joint after joint.
+    pub fn deformations(&self) -> impl Iterator<Item = (usize, &'static str)> + '_ {
+        self.elastic.iter().flat_map(Elastic::yielding).map(|k| {
+            let row = &self.rows[k];
+            (row.joint, self.joints[row.joint].name_of(row.component))
+        })
     }
 
     /// The largest angle among the parameters, twice the sets' own to leave room for untruncated laws.

@@ -102,7 +102,7 @@ impl Mechanism {
     }
 
     /// The same from given coordinates.
-    fn assemble_from(&self, coordinates: Vec<f64>, drives: &[f64], hold_drives: bool) -> Assembly {
+    pub(crate) fn assemble_from(&self, coordinates: Vec<f64>, drives: &[f64], hold_drives: bool) -> Assembly {
         if hold_drives && self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
             return self.assemble_large(coordinates, drives);
         }
@@ -246,7 +246,7 @@ impl Mechanism {
         (assembly.converged && self.nominal_status(&state) == Status::Singular).then_some(state)
     }
 
-    fn unsolved(&self, status: Status) -> Configuration {
+    pub(crate) fn unsolved(&self, status: Status) -> Configuration {
         Configuration {
             state: None,
             status,
@@ -260,7 +260,7 @@ impl Mechanism {
     ///
     /// A large mechanism's is found by inverse iteration on the sparse factors.
     pub(crate) fn singular_value_at(&self, state: &State) -> (f64, Vec<f64>) {
-        if self.n_unknowns() > LARGE {
+        if self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
             let solver = Solver::new(self, &state.coordinates);
             return solver.inverse_iteration(state).unwrap_or_else(|| (0.0, vec![0.0; self.n_unknowns()]));
         }
@@ -270,7 +270,7 @@ impl Mechanism {
         (value, svd.v_t.map_or_else(Vec::new, |v_t| v_t.row(index).iter().copied().collect()))
     }
 
-    fn judge(&self, state: State) -> Configuration {
+    pub(crate) fn judge(&self, state: State) -> Configuration {
         let (value, mut motion) = self.singular_value_at(&state);
         let largest = motion.iter().fold(0.0_f64, |a, v| if v.abs() > a.abs() { *v } else { a });
         for (j, v) in motion.iter_mut().enumerate() {
@@ -317,6 +317,9 @@ impl Mechanism {
     /// with a positive weight, keeping to the assembly branch of the guess. Drives start at `start`.
     #[must_use]
     pub fn inverse(&self, targets: &[Vec<f64>], weights: &[f64], start: &[f64]) -> Vec<Configuration> {
+        if self.n_rows() != self.n_unknowns() {
+            return self.inverse_on_basis(targets, weights, start);
+        }
         let Some((solver, mut state)) = self.first_state(start) else {
             return targets.iter().map(|_| self.unsolved(Status::NotAssembled)).collect();
         };

@@ -123,7 +123,8 @@ impl<'s, 'm> Newton<'s, 'm> {
 
     fn projected(&self, own: &Own) -> Projected {
         let n = own.y.len();
-        let mut projected = Projected { residual: Vec::with_capacity(n), t: Vec::with_capacity(n), gives: vec![None; n] };
+        let mut projected =
+            Projected { residual: Vec::with_capacity(n), t: Vec::with_capacity(n), gives: vec![None; n] };
         for (k, source) in self.sources() {
             let (first, size) = (projected.t.len(), source.set.size());
             let t = 1.0 / self.stiffness[k].max(f64::MIN_POSITIVE.sqrt());

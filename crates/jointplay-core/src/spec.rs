@@ -85,6 +85,10 @@ pub struct JointSpec {
     /// The same direction in the axes of the second body, where the joint's angle is zero.
     #[serde(default)]
     pub side_second: [f64; 3],
+    /// Displacement of the locked components, in their order, per force and moment on them: row-major,
+    /// symmetric, positive semidefinite. It adds to what the clearance allows; rigid if left out.
+    #[serde(default)]
+    pub compliance: Option<Vec<f64>>,
 }
 
 /// A driven joint coordinate.

@@ -202,6 +202,9 @@ impl Mechanism {
     /// Nominal coordinates for `n` rows of drive values, given one after the other.
     #[must_use]
     pub fn trace(&self, n: usize, drives: &[f64]) -> Trace {
+        if self.n_rows() != self.n_unknowns() {
+            return self.trace_on_bases(n, drives);
+        }
         let mut trace = Trace::default();
         let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
         let Some((solver, from)) = first else {

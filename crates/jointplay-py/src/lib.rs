@@ -53,13 +53,13 @@ impl Mechanism {
     /// The columns that were kept.
     fn told<'py>(
         &self,
-        py: Python<'py>,
+        table: Table<'py>,
         found: jointplay_core::table::Table,
         keep: Keep,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let (n, size, sources) = (found.status.len(), core.size(), core.sources().len());
-        let mut table = Table::new(py)
+        let mut table = table
             .status(found.status.iter().copied())?
             .array("error", &[n, size], found.error)?
             .array("undetermined", &[n, size], found.undetermined)?
@@ -96,6 +96,18 @@ impl Mechanism {
     #[getter]
     fn rows(&self) -> Vec<(usize, &'static str)> {
         self.core.row_names().collect()
+    }
+
+    /// Joint and component of everything that gives way elastically.
+    #[getter]
+    fn deformations(&self) -> Vec<(usize, &'static str)> {
+        self.core.deformations().collect()
+    }
+
+    /// Whether statics and closure decide everything: no row is redundant and no joint elastic.
+    #[getter]
+    fn isostatic(&self) -> bool {
+        self.core.is_isostatic()
     }
 
     fn assemble<'py>(&self, py: Python<'py>, drives: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
@@ -135,7 +147,6 @@ impl Mechanism {
     }
 
     fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", self.core.n_drives())?);
         let configurations = py.detach(|| self.core.solve(n, &rows));
         Ok(self.solved(py, &configurations)?.finish())
@@ -143,7 +154,6 @@ impl Mechanism {
 
     /// Poses, output and status only: no singular values, for maps of many configurations.
     fn trace<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
         let (trace, output) = py.detach(|| {
@@ -168,7 +178,6 @@ impl Mechanism {
         seed_drives: PyReadonlyArray2<'py, f64>,
         seed_poses: PyReadonlyArray3<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let rows = flat_rows(&drives, "drives", core.n_drives())?;
         let configurations = Configurations::new(core, &seed_drives, &seed_poses)?;
@@ -228,7 +237,6 @@ impl Mechanism {
         weights: PyReadonlyArray1<'py, f64>,
         drives0: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let targets = rows(&targets, "targets", self.core.size())?;
         let (weights, start) = (weights.as_array().to_vec(), drives0.as_array().to_vec());
         if weights.len() != self.core.size() || start.len() != self.core.n_drives() {
@@ -246,7 +254,6 @@ impl Mechanism {
         poses: PyReadonlyArray3<'py, f64>,
         u: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let parameters = rows(&u, "u", core.n_parameters())?;
         let configurations = Configurations::new(core, &drives, &poses)?;
@@ -254,9 +261,19 @@ impl Mechanism {
         if parameters.len() != cases.len() {
             return Err(PyValueError::new_err("one row of u per configuration is needed"));
         }
-        let results = py.detach(|| core.given(&cases, &parameters));
         let (n, size) = (cases.len(), core.size());
-        Ok(Table::new(py)
+        let mut table = Table::new(py);
+        let results = if core.is_isostatic() {
+            py.detach(|| core.given(&cases, &parameters))
+        } else {
+            let found = py.detach(|| core.forced(&cases, &parameters));
+            table = table
+                .array("prestress", &[n, core.n_joints(), size], flat(found.iter().map(|r| &r.prestress)))?
+                .array("deformation", &[n, core.deformations().count()], flat(found.iter().map(|r| &r.deformation)))?
+                .array("lack_of_fit", &[n], found.iter().map(|r| r.lack_of_fit).collect())?;
+            found.into_iter().map(|r| r.given).collect()
+        };
+        Ok(table
             .array("error", &[n, size], flat(results.iter().map(|r| &r.error)))?
             .array("error_first_order", &[n, size], flat(results.iter().map(|r| &r.error_first_order)))?
             .array(
@@ -274,11 +291,15 @@ impl Mechanism {
         drives: PyReadonlyArray2<'py, f64>,
         poses: PyReadonlyArray3<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let results = py.detach(|| core.sensitivities(&cases));
+        let results =
+            py.detach(
+                || {
+                    if core.is_isostatic() { core.sensitivities(&cases) } else { core.shared_sensitivities(&cases) }
+                },
+            );
         let (n, size) = (cases.len(), core.size());
         // nalgebra stores columns, numpy rows.
         let by_rows = |m: &nalgebra::DMatrix<f64>| m.transpose().as_slice().to_vec();
@@ -304,12 +325,25 @@ impl Mechanism {
         offset: bool,
         details: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
         let keep = Keep { offset, details };
-        self.told(py, py.detach(|| core.loaded(&cases, exact, keep)), keep)
+        let (n, size) = (cases.len(), core.size());
+        let table = Table::new(py);
+        if core.is_isostatic() {
+            return self.told(table, py.detach(|| core.loaded(&cases, exact, keep)), keep);
+        }
+        let found = py.detach(|| core.strained(&cases, exact));
+        let table = table
+            .array("clearance_factor", &[n], found.clearance_factor)?
+            .array("prestress", &[n, core.n_joints(), size], found.prestress)?
+            .array("force", &[n, core.n_rows()], found.force)?
+            .array("deformation", &[n, core.deformations().count()], found.deformation)?
+            .array("contribution_elastic", &[n, core.n_joints(), size], found.elastic)?
+            .array("gap", &[n], found.gap)?
+            .array("lack_of_fit", &[n], found.lack_of_fit)?;
+        self.told(table, found.loaded, keep)
     }
 
     /// The same for drive values alone, in one go, each row on the assembly branch of those before it.
@@ -322,11 +356,13 @@ impl Mechanism {
         offset: bool,
         details: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
+        if !core.is_isostatic() {
+            return Err(PyValueError::new_err("loads are distributed by the play of this mechanism: trace it first"));
+        }
         let keep = Keep { offset, details };
-        self.told(py, py.detach(|| core.loaded_along(n, &rows, exact, keep)), keep)
+        self.told(Table::new(py), py.detach(|| core.loaded_along(n, &rows, exact, keep)), keep)
     }
 
     #[pyo3(signature = (drives, poses, starts = 24, lanes = true))]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay import poses
-from jointplay.mobility import examine
+from jointplay.compile import LENGTHS
+from jointplay.mobility import SelfStress, examine
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
 
@@ -32,10 +34,14 @@ def check(m: Mechanism) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        `joint_kind`, `first_body` and `second_body` over `joint`, `guess` (where the file says the bodies are) over
-        `body`, `size` over `source`, `driven_joint` over `drive`. Attributes: `degrees_of_freedom`, `mobility` (a
-        sentence), `determinate` (whether the drives decide every pose just once), `assembled` (whether the joints go
-        together near the start), as 0 or 1.
+        Over `joint` its kind and bodies (`joint_kind`, `first_body`, `second_body`); over `body` where the file says it
+        is (`guess`); over `source` its `size`; over `drive`
+        its `driven_joint`. Where bodies are elastic, over `member`: `member_joint`, `member_length`, `member_stiffness`
+        (along it). Where constraints are redundant, over `number`: `self_stress` (reactions that need no load, the
+        largest force 1) and `self_stress_members` (what they run through). Attributes: `degrees_of_freedom`,
+        `redundancy` (how many constraints are redundant), `mobility` (a sentence), `determinate` (whether the drives
+        decide every pose just once), `decided` (once or more, with no drive too many), `assembled` (whether the joints
+        go together near the start), as 0 or 1.
 
     Examples
     --------
@@ -53,12 +59,14 @@ def compute(m: Mechanism) -> Result:
         m,
         "check",
         degrees_of_freedom=mobility.degrees_of_freedom,
+        redundancy=mobility.joint_redundancy,
         mobility=mobility.words,
         determinate=int(mobility.is_determinate),
+        decided=int(mobility.is_decided),
         assembled=int(mobility.assembled),
     )
     spec = m.core_spec
-    names = ("ground", *m.bodies)
+    names = ("ground", *m.owners)
     ends = [[names[spec["points"][joint[end]]["body"] + 1] for joint in spec["joints"]] for end in ("first", "second")]
     builder.add("joint_kind", "joint", np.array(m.joint_kinds, dtype=str), "type of the joint")
     builder.add("first_body", "joint", np.array(ends[0], dtype=str), "body that carries the joint")
@@ -67,6 +75,8 @@ def compute(m: Mechanism) -> Result:
     builder.add("guess", ("body", "component"), guess, "pose of the body at the start", "component")
     driven = np.array([m.joints[joint] for joint in m.drive_joints], dtype=str)
     builder.add("driven_joint", "drive", driven, "joint that the drive commands")
+    _members(m, builder)
+    _self_stresses(m, builder, mobility.self_stresses)
     if m.sources:
         sizes, units = _sizes(m)
         builder.add("size", "source", sizes, "largest offset: radius, gap or larger tolerance")
@@ -74,6 +84,31 @@ def compute(m: Mechanism) -> Result:
     values = m.drive_values if m.drive_values is not None else m.targets
     builder.attrs["configurations"] = 0 if values is None else len(values)
     return builder.result()
+
+
+def _members(m: Mechanism, builder: Builder) -> None:
+    if not m.members:
+        return
+    joints = [m.joints[member.joint] for member in m.members]
+    builder.add("member_joint", "member", np.array(joints, dtype=str), "joint that gives as the member does")
+    lengths = np.array([member.length for member in m.members])
+    builder.add("member_length", "member", lengths, "length of the member", "length")
+    stretch = np.array([m.core_spec["joints"][member.joint]["compliance"][0] for member in m.members])
+    stiffness = np.divide(1.0, stretch, out=np.full(len(stretch), np.inf), where=stretch > 0.0)
+    builder.add("member_stiffness", "member", stiffness, "stiffness along the member", "stiffness")
+
+
+def _self_stresses(m: Mechanism, builder: Builder, found: Sequence[SelfStress]) -> None:
+    if not found:
+        return
+    builder.labels("number", np.arange(1, len(found) + 1), "number of the self-stress")
+    forces = sum(component in LENGTHS for component in m.components)
+    # One of the file's units of force where there is a force, and as much moment where there is none.
+    scales = [m.units.force if stress.reactions[:, :forces].any() else m.units.moment for stress in found]
+    reactions = np.array([scale * stress.reactions for scale, stress in zip(scales, found, strict=True)])
+    builder.add("self_stress", ("number", "joint", "wrench"), reactions, "reactions without a load", "wrench")
+    words = np.array([stress.words for stress in found], dtype=str)
+    builder.add("self_stress_members", "number", words, "bodies that the self-stress runs through")
 
 
 def _sizes(m: Mechanism) -> tuple[Floats, list[str]]:

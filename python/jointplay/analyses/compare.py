@@ -87,7 +87,7 @@ def compute(
         raise InputError(f"one moves in the plane and one in space ({spaces}), so their errors cannot be compared")
     followed = _components(b, components)
     labels = _labels(a, b, names)
-    require_determinate(b)
+    require_determinate(b, over_constrained=True)
     first = nominal(a)
     second = replace(follow(b, first.output, followed), units=a.units)
     results = [_side(m, ask(m, at=at, **options), at, first) for m, at in ((a, first), (b, second))]

@@ -6,13 +6,14 @@ the loads over all admissible offsets.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
-from jointplay.result import Result, to_dataset
+from jointplay.result import Builder, Result, to_dataset
 
 from .nominal import Nominal, nominal, report
 
@@ -40,6 +41,13 @@ def loaded(m: Mechanism, *, exact: bool = True) -> xr.Dataset:
         `reaction` (force and moment on the second body of every joint, at the joint, ground axes), `offset`
         (where every clearance is), `contribution` (per source; they add up to the first-order error), `iterations`
         (until contact and reactions agreed), `nominal`, `status`.
+
+        An over-constrained or elastic mechanism has as well: `clearance_factor` (the smallest factor on all clearances
+        with which rigid bodies go together), `prestress` (reactions without any load), `lack_of_fit` (largest misfit of
+        the nominal mechanism), `duality_gap` (of the last cone program: how far it is from the optimum at most),
+        `deformation` (of every elastic joint), `contribution_elastic` (their part in the first-order error), and of
+        elastic bodies `member_force` (tension positive) and `member_elongation`. Reactions that rigid joints without
+        clearance share in a way that nothing decides are nan.
 
     Raises
     ------
@@ -92,12 +100,44 @@ def compute(m: Mechanism, *, exact: bool = True, at: Nominal | None = None) -> R
         "component",
     )
     builder.add("iterations", "configuration", found["iterations"].astype(np.int64), "steps until contact was settled")
+    if not m.core.isostatic:
+        _strain(m, builder, found)
     builder.status(at.worse(found["status"]))
     return builder.result()
 
 
+def _strain(m: Mechanism, builder: Builder, found: dict[str, NDArray[Any]]) -> None:
+    """What over-constrained and elastic mechanisms tell beside."""
+    words = "smallest factor on the clearances with which rigid bodies go together"
+    builder.add("clearance_factor", "configuration", found["clearance_factor"], words)
+    words = "reaction without any load"
+    builder.add("prestress", ("configuration", "joint", "wrench"), found["prestress"], words, "wrench")
+    words = "largest misfit of the nominal mechanism, angles at its characteristic length"
+    builder.add("lack_of_fit", "configuration", found["lack_of_fit"], words, "length")
+    builder.add("duality_gap", "configuration", found["gap"], "relative duality gap of the last cone program")
+    if not m.core.deformations:
+        return
+    words = "elastic deformation of the joint"
+    builder.add("deformation", ("configuration", "elastic"), found["deformation"], words, "elastic")
+    dims = ("configuration", "joint", "component")
+    words = "part of the joint's deformation in the first-order error"
+    builder.add("contribution_elastic", dims, found["contribution_elastic"], words, "component")
+    if m.members:
+        forces, deformations = m.core.rows, m.core.deformations
+        along = [forces.index((member.joint, "along")) for member in m.members]
+        words = "force of the member, tension positive"
+        builder.add("member_force", ("configuration", "member"), found["force"][:, along], words, "force")
+        elongation = np.zeros((len(found["force"]), len(along)))
+        for k, member in enumerate(m.members):
+            # A member that only bends keeps its length.
+            if (member.joint, "along") in deformations:
+                elongation[:, k] = found["deformation"][:, deformations.index((member.joint, "along"))]
+        words = "elastic elongation of the member"
+        builder.add("member_elongation", ("configuration", "member"), elongation, words, "length")
+
+
 def require_loads(m: Mechanism) -> None:
-    """Refuse a mechanism without loads."""
-    if not m.has_loads:
+    """Refuse a mechanism on which nothing acts; redundant members may load each other."""
+    if not m.has_loads and m.core.isostatic:
         problem = "nothing loads the mechanism: add [[loads]] with a force or a moment, or gravity and masses"
         raise InputError(problem, file=m.file, key="loads")

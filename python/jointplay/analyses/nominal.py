@@ -85,9 +85,9 @@ def nominal(m: Mechanism) -> Nominal:
     Raises
     ------
     InputError
-        When the mechanism has too few or too many drives, or is over-constrained, or only has a grid.
+        When the mechanism has too few or too many drives, or only has a grid.
     """
-    require_determinate(m)
+    require_determinate(m, over_constrained=True)
     if m.drive_values is not None:
         # A drive has its commanded value also where the links cannot follow.
         return replace(_of(m.core.solve(m.drive_values)), drives=m.drive_values)
@@ -95,6 +95,20 @@ def nominal(m: Mechanism) -> Nominal:
         problem = "the file has a [grid] for `map`; for anything else give the drives values, or the output a [path]"
         raise InputError(problem, file=m.file, key="drives")
     return follow(m, m.targets, m.target_components)
+
+
+def require_isostatic(m: Mechanism, question: str) -> None:
+    """Refuse a mechanism that is held more than once, or elastic, for a question that goes by closure alone.
+
+    Raises
+    ------
+    InputError
+        Naming the questions that such a mechanism answers.
+    """
+    if not m.core.isostatic:
+        what = "elastic" if m.core.deformations else "over-constrained"
+        problem = f"the mechanism is {what}, and `{question}` is not for such; `loaded`, `given` and `solve` are"
+        raise InputError(problem, file=m.file, key="joints")
 
 
 def follow(m: Mechanism, targets: Floats, components: tuple[str, ...]) -> Nominal:

@@ -16,7 +16,7 @@ from jointplay.errors import InputError, not_known, shown
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, to_dataset
 
-from .nominal import Nominal, Progress, batched, finished, nominal, report
+from .nominal import Nominal, Progress, batched, finished, nominal, report, require_isostatic
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,6 +85,7 @@ def compute(
     """The light form of `random`."""
     levels = _checked(samples, seed, law, probabilities)
     at = at or nominal(m)
+    require_isostatic(m, "random")
     drives, poses, limits = at.drives, at.poses, m.limits
 
     def run(part: slice) -> dict[str, NDArray[Any]]:

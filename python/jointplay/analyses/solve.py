@@ -39,7 +39,7 @@ def solve(m: Mechanism) -> xr.Dataset:
     Raises
     ------
     InputError
-        When the mechanism has too few or too many drives, or is over-constrained.
+        When the mechanism has too few or too many drives.
 
     Examples
     --------

@@ -96,7 +96,7 @@ def check(file: File, settings: Settings = None, output: Output = None) -> int:
         from jointplay.table import tables
 
         answer.show(m.title or m.file, tables(result))
-    return DONE if result.attrs["assembled"] and result.attrs["determinate"] else NOT_OK
+    return DONE if result.attrs["assembled"] and result.attrs["decided"] else NOT_OK
 
 
 @app.command()

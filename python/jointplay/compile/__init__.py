@@ -24,11 +24,23 @@ from .drives import COMPONENTS, LENGTHS, Commands, compile_drives, coordinate_fa
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
 from .grid import Grid, compile_grid
 from .loads import compile_loads, output_point
+from .members import Member, split
 from .sources import compile_sources
 from .spatial_start import spatial_start
 from .start import planar_start
 
-__all__ = ["ANGULAR", "DRIVABLE", "LENGTHS", "TURNS", "Compiled", "Grid", "Limits", "compile_file", "coordinate"]
+__all__ = [
+    "ANGULAR",
+    "DRIVABLE",
+    "LENGTHS",
+    "TURNS",
+    "Compiled",
+    "Grid",
+    "Limits",
+    "Member",
+    "compile_file",
+    "coordinate",
+]
 
 #: below this (metres) a mechanism has no size of its own
 SMALLEST_LENGTH = 1e-12
@@ -77,7 +89,14 @@ class Compiled:
     units : Units
         Units of the file.
     bodies, joints : tuple of str
-        Names; a pin with several riders counts as several joints, ``PIN/RIDER``.
+        Names; a pin with several riders counts as several joints, ``PIN/RIDER``. An elastic body has a further piece,
+        ``BODY.JOINT``, for everything that sits along it, and a joint, ``BODY.FROM-TO``, between neighbours.
+    owners : tuple of str
+        The body of the file that each of the bodies is, or is a piece of.
+    crosses : frozenset of int
+        Indices of the bodies that are crosses of universal joints.
+    members : tuple of Member
+        The elastic parts of bodies, and which joint gives as they do.
     joint_kinds : tuple of str
         Type of each joint.
     sources : tuple of str
@@ -128,6 +147,8 @@ class Compiled:
     data: MechanismFile
     units: Units
     bodies: tuple[str, ...]
+    owners: tuple[str, ...]
+    members: tuple[Member, ...]
     joints: tuple[str, ...]
     joint_kinds: tuple[str, ...]
     sources: tuple[str, ...]
@@ -175,13 +196,15 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
     loads = compile_loads(data, graph, output)
     guess = _guess(data, graph, commands)
     length = _length(graph, guess)
+    pieces = split(data, graph, {output: "output", **_loaded(data, loads, output)})
+    guess = pieces.guess(guess)
     sources = compile_sources(data, graph, commands, output, length)
     limits = _limits(data, graph)
     components = COMPONENTS[data.space]
     component_factors = _fixed([units.length if c in LENGTHS else units.angle for c in components])
     spec = {
         "space": data.space,
-        "n_bodies": len(graph.bodies),
+        "n_bodies": len(guess),
         "guess": guess.tolist(),
         "length": length,
         "singular_value": limits.singular_value,
@@ -196,7 +219,9 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         file=file,
         data=data,
         units=units,
-        bodies=tuple(graph.bodies),
+        bodies=(*graph.bodies, *pieces.bodies),
+        owners=(*graph.bodies, *(graph.bodies[body] for body in pieces.owners)),
+        members=pieces.members,
         joints=tuple(joint.name for joint in graph.joints),
         joint_kinds=tuple(joint.kind for joint in graph.joints),
         sources=tuple(source.name for source in sources),
@@ -223,6 +248,13 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         length=length,
         core_spec=MappingProxyType(spec),
     )
+
+
+def _loaded(data: MechanismFile, loads: list[dict[str, Any]], output: int) -> dict[int, str]:
+    """What the points are where loads act, beside the output."""
+    names = [f"load{k}" for k in range(len(data.loads))]
+    names += ["centre"] * (len(loads) - len(names))
+    return {load["point"]: name for load, name in zip(loads, names, strict=True) if load["point"] != output}
 
 
 def _length(graph: Graph, guess: Floats) -> float:
@@ -274,6 +306,7 @@ def _joint_spec(joint: CompiledJoint, space: str) -> dict[str, Any]:
         "axis_first": list(joint.axis_first),
         "axis_second": list(joint.axis_second),
         **(sides if space == "spatial" else {}),
+        **({} if joint.compliance is None else {"compliance": list(joint.compliance)}),
     }
 
 

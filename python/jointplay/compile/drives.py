@@ -21,7 +21,7 @@ RESERVED = frozenset(
         *("across", "contact_change"),
         *("admissible", "at_limit", "bin", "body", "component", "configuration", "contribution", "coordinate"),
         *("correction", "covariance", "direction", "drive", "edge", "error", "extreme", "failures", "guess"),
-        *("histogram", "iterations", "joint", "largest", "mean", "mismatch", "nominal", "offset", "outside"),
+        *("histogram", "iterations", "joint", "largest", "mean", "member", "mismatch", "nominal", "offset", "outside"),
         *("parameter", "pose", "probability", "quantile", "quantity", "question", "reaction", "residual", "rotation"),
         *("samples", "settled", "side", "source", "status", "std", "target", "undetermined", "within_limits"),
     }

@@ -9,6 +9,7 @@ from jointplay.errors import InputError, listed, nearest, not_known
 from jointplay.schema import JointTable, MechanismFile, Universal
 from jointplay.units import Units
 
+from .compliance import compliance_of
 from .frames import Frame, Vector, X, Y, cross_axes, in_axes, vector
 from .placing import frames
 
@@ -45,6 +46,8 @@ class CompiledJoint:
     axis_second: Vector
     side_first: Vector
     side_second: Vector
+    #: displacement per force of the directions that it holds, one row after the other, SI; None where it is rigid
+    compliance: tuple[float, ...] | None = None
 
     @property
     def is_angular(self) -> bool:
@@ -68,6 +71,7 @@ class Graph:
         self.joints: list[CompiledJoint] = []
         #: point of every joint of the file on each of its bodies
         self.places: dict[tuple[str, str], int] = {}
+        self._joint_points: dict[Point, int] = {}
         #: bodies that are described in one assembled reference configuration
         self.drawn_assembled: set[int] = {GROUND_INDEX}
         #: bodies that are the cross of a universal joint, with its axes in the drawing where it has one
@@ -104,6 +108,14 @@ class Graph:
         self.points.append(Point(body, vector(at, self.units.length)))
         return len(self.points) - 1
 
+    def on_the_piece_of(self, other: int, point: int) -> int:
+        """The point, or a new one at the same place on the piece of its elastic body that has the other point."""
+        piece, at = self.points[other].body, self.points[point].at
+        if self.points[point].body == piece:
+            return point
+        self.points.append(Point(piece, at))
+        return len(self.points) - 1
+
     def joint_point(self, body: str, joint: str, key: str) -> int:
         """The point of a joint on a body that must carry it."""
         if (body, joint) not in self.places:
@@ -116,7 +128,7 @@ class Graph:
             raise self.refuse("'output' has its own meaning in dimensions; rename the joint", f"joints.{name}")
         for body, place in joint.placements.items():
             index = self._body(body)
-            self.places[body, name] = self.add_point(index, place.at)
+            self.places[body, name] = self._joint_place(index, place.at)
             if joint.is_drawn_assembled:
                 self.drawn_assembled.add(index)
             if isinstance(joint, Universal) and body == joint.names[0]:
@@ -133,7 +145,17 @@ class Graph:
                 continue
             own = name if len(riders) == 1 else f"{name}/{body}"
             ends = (self.places[carrier, name], self.places[body, name])
-            self.joints.append(CompiledJoint(own, name, joint.kind, *ends, first[0], second[0], first[1], second[1]))
+            gives = compliance_of(joint, self.units)
+            self.joints.append(
+                CompiledJoint(own, name, joint.kind, *ends, first[0], second[0], first[1], second[1], gives)
+            )
+
+    def _joint_place(self, body: int, at: tuple[float, ...]) -> int:
+        """The point of a joint; joints at one place of a body share it, so that a dimension moves them together."""
+        point = Point(body, vector(at, self.units.length))
+        if point not in self._joint_points:
+            self._joint_points[point] = self.add_point(body, at)
+        return self._joint_points[point]
 
     def _body(self, name: str) -> int:
         if name == GROUND:
@@ -158,9 +180,10 @@ class Graph:
             self.crosses[cross] = (first[0], second[0])
         at_first, at_second = self.places[a, name], self.places[b, name]
         sides = (first[1], side_of_first), (side_of_second, second[1])
+        gives = compliance_of(joint, self.units)
         pins = (
-            CompiledJoint(f"{name}.first", name, "revolute", at_first, centre, first[0], X, *sides[0]),
-            CompiledJoint(f"{name}.second", name, "revolute", centre, at_second, Y, second[0], *sides[1]),
+            CompiledJoint(f"{name}.first", name, "revolute", at_first, centre, first[0], X, *sides[0], gives),
+            CompiledJoint(f"{name}.second", name, "revolute", centre, at_second, Y, second[0], *sides[1], gives),
         )
         self.joints.extend(pins)
 

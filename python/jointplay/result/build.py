@@ -61,6 +61,7 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
     sizes, both = ("position", "rotation"), ("length", "angle")
     sides = [(f"{name} {side}", kind) for name, kind in zip(m.components, components, strict=True) for side in SIDES]
     wrench, forces = WRENCH[m.data.space]
+    deformations = m.core.deformations
     return {
         "component": Axis(m.components, components),
         "component_other": Axis(m.components, components),
@@ -72,6 +73,11 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
         "source": Axis(m.sources),
         "joint": Axis(m.joints),
         "body": Axis(m.bodies),
+        "elastic": Axis(
+            tuple(f"{m.joints[joint]}.{component}" for joint, component in deformations),
+            tuple("angle" if component in TURNS else "length" for _, component in deformations),
+        ),
+        "member": Axis(tuple(member.name for member in m.members)),
         "side": Axis(SIDES),
         "axis": Axis(tuple(lengths)),
         "outcome": Axis(tuple(_core.STATUSES)),
@@ -206,6 +212,9 @@ class Builder:
         if axis.kinds:
             units = np.array([self.name(kind) for kind in axis.kinds], dtype=str)
             self.coords[f"{dim}_unit"] = Variable((dim,), units, "", f"unit along {dim}")
+        if dim == "body" and self.m.members:
+            owners = np.array(self.m.owners, dtype=str)
+            self.coords["owner"] = Variable((dim,), owners, "", "body of the file that it is, or is a piece of")
         if dim == "source":
             kinds = np.array(self.m.source_kinds, dtype=str)
             self.coords["source_kind"] = Variable((dim,), kinds, "", "what the source is")

@@ -13,6 +13,7 @@ from pydantic.json_schema import models_json_schema
 
 from jointplay.errors import InputError, shown, suggestion
 
+from .bodies import Body, BodyTable, SpatialBody
 from .clearances import (
     BallClearance,
     GuideClearance,
@@ -31,11 +32,14 @@ from .messages import located
 from .placements import Place, PlacementTable, SpatialPlacementTable
 from .spatial_file import SpatialFile, SpatialStart
 from .spatial_joints import SpatialJoint, Universal
+from .stiffness import Stiffness
 from .values import NAME, ToleranceLaw, ToleranceTable
 
 __all__ = [
     "NAME",
     "BallClearance",
+    "Body",
+    "BodyTable",
     "Dimension",
     "Drive",
     "GridRange",
@@ -54,10 +58,12 @@ __all__ = [
     "RevoluteClearance",
     "SleeveClearance",
     "SlotClearance",
+    "SpatialBody",
     "SpatialFile",
     "SpatialJoint",
     "SpatialPlacementTable",
     "SpatialStart",
+    "Stiffness",
     "ToleranceLaw",
     "ToleranceTable",
     "Universal",

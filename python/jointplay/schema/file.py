@@ -11,6 +11,7 @@ from pydantic.json_schema import SkipJsonSchema
 from jointplay.errors import shown
 from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 
+from .bodies import Body, BodyTable
 from .grid import Grid
 from .joints import Joint, JointTable
 from .values import (
@@ -41,21 +42,6 @@ class UnitsTable(Table):
     length: LengthUnit = Field("mm", description="unit of lengths")
     angle: AngleUnit = Field("deg", description="unit of angles")
     force: ForceUnit = Field("N", description="unit of forces; moments are in force times length")
-
-
-class BodyTable(Table):
-    """Mass of a body, for its weight."""
-
-    mass: NonNegative = Field(0.0, description="mass in kg")
-    centre: tuple[float, ...]
-
-
-class Body(BodyTable):
-    """Mass of a body, for its weight."""
-
-    example: ClassVar[str] = "{ mass = 0.4, centre = [50, 0] }"
-
-    centre: Pair = Field((0.0, 0.0), description="centre of mass in body axes")
 
 
 class StartTable(Table):
@@ -296,7 +282,7 @@ class PlanarFile(MechanismFile):
 
     space: Literal["planar"] = Field("planar", description="plane or space")
     gravity: Pair = Field((0.0, 0.0), description="acceleration of gravity [gx, gy] in m/s^2, ground axes")
-    bodies: dict[Name, Body] = Field({}, description="masses of bodies")
+    bodies: dict[Name, Body] = Field({}, description="masses of bodies, and what makes them elastic")
     joints: dict[Name, Joint] = Field(description="the joints; the bodies are named by them")
     start: dict[Name, Start] = Field({}, description="roughly where the bodies are: it chooses the assembly branch")
     path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")

@@ -12,7 +12,11 @@ from jointplay.errors import listed, nearest, shown, suggestion
 
 from .clearances import LockedAngle, PrismaticClearance, RevoluteClearance, SlotClearance
 from .placements import Place, Placement, PlacementTable
+from .stiffness import ClampStiffness, PinStiffness, SliderStiffness, SlotStiffness
 from .values import IN_SPACE, Axis, Name, Pair, Table, problem
+
+#: what the key `stiffness` is, for all kinds of joints
+ELASTIC = "how hard it is in the directions that it holds; rigid if left out"
 
 
 class JointTable(Table):
@@ -116,6 +120,7 @@ class Revolute(PlanarJoint):
 
     type: Literal["revolute"] = Field(description="kind of joint")
     clearance: RevoluteClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
+    stiffness: PinStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
 
 
 class Prismatic(PlanarJoint):
@@ -126,6 +131,7 @@ class Prismatic(PlanarJoint):
 
     type: Literal["prismatic"] = Field(description="kind of joint")
     clearance: PrismaticClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
+    stiffness: SliderStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
 
 
 class PinInSlot(PlanarJoint):
@@ -135,6 +141,7 @@ class PinInSlot(PlanarJoint):
 
     type: Literal["pin_in_slot"] = Field(description="kind of joint")
     clearance: SlotClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
+    stiffness: SlotStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
 
     @model_validator(mode="after")
     def _pin_has_no_axis(self) -> Self:
@@ -150,7 +157,11 @@ class Fixed(PlanarJoint):
     may_turn: ClassVar[bool] = True
 
     type: Literal["fixed"] = Field(description="kind of joint")
+    clearance: RevoluteClearance | SkipJsonSchema[None] = Field(
+        None, description="play of a pin whose angle is locked: a hinge that latches"
+    )
     angle: LockedAngle | SkipJsonSchema[None] = Field(None, description="error of the mounting angle")
+    stiffness: ClampStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
 
 
 KINDS = ("revolute", "prismatic", "pin_in_slot", "fixed")

@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
+from .bodies import SpatialBody
 from .file import (
-    BodyTable,
     LoadTable,
     MechanismFile,
     OutputTable,
@@ -21,14 +21,6 @@ from .spatial_joints import AnySpatialJoint
 from .values import IN_PLANE, Name, Number, Numbers, Triple, problem
 
 TURNS = ("rx", "ry", "rz")
-
-
-class SpatialBody(BodyTable):
-    """Mass of a body, for its weight."""
-
-    example: ClassVar[str] = "{ mass = 0.4, centre = [50, 0, 0] }"
-
-    centre: Triple = Field((0.0, 0.0, 0.0), description="centre of mass in body axes")
 
 
 class SpatialStart(StartTable):
@@ -95,7 +87,7 @@ class SpatialFile(MechanismFile):
 
     space: Literal["spatial"] = Field(description="plane or space")
     gravity: Triple = Field((0.0, 0.0, 0.0), description="acceleration of gravity [gx, gy, gz] in m/s^2, ground axes")
-    bodies: dict[Name, SpatialBody] = Field({}, description="masses of bodies")
+    bodies: dict[Name, SpatialBody] = Field({}, description="masses of bodies, and what makes them elastic")
     joints: dict[Name, AnySpatialJoint] = Field(description="the joints; the bodies are named by them")
     start: dict[Name, SpatialStart] = Field({}, description="roughly where the bodies are, where joints do not tell")
     path: SpatialPath | SkipJsonSchema[None] = Field(

@@ -16,8 +16,16 @@ from .clearances import (
     PlateClearance,
     SleeveClearance,
 )
-from .joints import KINDS, SPATIAL_KINDS, JointTable, joint_tag, kind_checker
+from .joints import ELASTIC, KINDS, SPATIAL_KINDS, JointTable, joint_tag, kind_checker
 from .placements import SpatialPlacement, SpatialPlacementTable
+from .stiffness import (
+    BallStiffness,
+    GuideStiffness,
+    JournalStiffness,
+    MountStiffness,
+    PlateStiffness,
+    SleeveStiffness,
+)
 from .values import Direction, Name, Triple, problem
 
 PLAY = "play built into the joint"
@@ -67,6 +75,7 @@ class SpatialRevolute(SpatialJoint):
 
     type: Literal["revolute"] = Field(description="kind of joint")
     clearance: JournalClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
+    stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
 
 
 class SpatialPrismatic(SpatialJoint):
@@ -76,6 +85,7 @@ class SpatialPrismatic(SpatialJoint):
 
     type: Literal["prismatic"] = Field(description="kind of joint")
     clearance: GuideClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
+    stiffness: GuideStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
 
 
 class Cylindrical(SpatialJoint):
@@ -85,6 +95,7 @@ class Cylindrical(SpatialJoint):
 
     type: Literal["cylindrical"] = Field(description="kind of joint")
     clearance: SleeveClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
+    stiffness: SleeveStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
 
 
 class Spherical(SpatialJoint):
@@ -94,6 +105,7 @@ class Spherical(SpatialJoint):
 
     type: Literal["spherical"] = Field(description="kind of joint")
     clearance: BallClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
+    stiffness: BallStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
 
 
 class Universal(SpatialJoint):
@@ -103,6 +115,7 @@ class Universal(SpatialJoint):
 
     type: Literal["universal"] = Field(description="kind of joint")
     clearance: JournalClearance | SkipJsonSchema[None] = Field(None, description="play of each of the two pins")
+    stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {ELASTIC}")
     axes: Annotated[tuple[Direction, Direction], Field(strict=False)] | SkipJsonSchema[None] = Field(
         None, description="with `bodies`: directions of the pin in the first and of the pin in the second body"
     )
@@ -143,6 +156,7 @@ class Planar(SpatialJoint):
 
     type: Literal["planar"] = Field(description="kind of joint")
     clearance: PlateClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
+    stiffness: PlateStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
 
 
 class SpatialFixed(SpatialJoint):
@@ -150,6 +164,7 @@ class SpatialFixed(SpatialJoint):
 
     type: Literal["fixed"] = Field(description="kind of joint")
     angle: LockedAngle | SkipJsonSchema[None] = Field(None, description="error of the mounting angle about the axis")
+    stiffness: MountStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
 
     @model_validator(mode="after")
     def _angle_about_something(self) -> Self:

@@ -47,6 +47,11 @@ def is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
+def one_or_two(value: object) -> object:
+    """One number for two that are equal."""
+    return (value, value) if is_number(value) else value
+
+
 class Table(BaseModel):
     """A table of the file: frozen, strict, and with messages that name the nearest known key."""
 

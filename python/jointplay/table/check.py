@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from jointplay.compile import LENGTHS
 from jointplay.result import Result
 
-from .layout import Column, Table, fixed, words
+from .layout import Column, Table, fixed, owners, words
 
 WORDS = {"pin_in_slot": "pin in slot"}
 
@@ -13,6 +15,8 @@ WORDS = {"pin_in_slot": "pin in slot"}
 def overview(result: Result) -> list[Table]:
     """Joints, sources of error, drives, and how it all can move."""
     tables = [_joints(result)]
+    if "member" in result.coords:
+        tables.append(_members(result))
     if "source" in result.coords:
         tables.append(_sources(result))
     tables.append(_mobility(result))
@@ -20,18 +24,43 @@ def overview(result: Result) -> list[Table]:
 
 
 def _joints(result: Result) -> Table:
-    names = result.labels("joint")
+    inner = set(result.get("member_joint").tolist()) if "member" in result.coords else set()
+    rows = [k for k, name in enumerate(result.labels("joint")) if name not in inner]
+    names = [result.labels("joint")[k] for k in rows]
+    kinds, first, second = (result.get(name)[rows] for name in ("joint_kind", "first_body", "second_body"))
     driven = result.get("driven_joint").tolist() if "driven_joint" in result.data else []
     drives = dict(zip(driven, result.labels("drive") if driven else [], strict=True))
     columns = [
         words("joint", names),
-        words("type", [WORDS.get(kind, kind) for kind in result.get("joint_kind").tolist()]),
-        words("carried by", result.get("first_body").tolist()),
-        words("rides on it", result.get("second_body").tolist()),
+        words("type", [WORDS.get(kind, kind) for kind in kinds.tolist()]),
+        words("carried by", first.tolist()),
+        words("rides on it", second.tolist()),
     ]
     if drives:
         columns.append(words("driven by", [drives.get(name, "") for name in names]))
-    return Table(f"{len(result.labels('body'))} bodies, {len(names)} joints", tuple(columns))
+    title = f"{_count(len(_bodies(result)), 'body', 'bodies')}, {_count(len(names), 'joint', 'joints')}"
+    return Table(title, tuple(columns))
+
+
+def _count(number: int, one: str, more: str) -> str:
+    return f"{number} {one if number == 1 else more}"
+
+
+def _bodies(result: Result) -> list[int]:
+    """Places of the bodies of the file among all, those of further pieces of an elastic one left out."""
+    names = owners(result)
+    return [names.index(owner) for owner in dict.fromkeys(names)]
+
+
+def _members(result: Result) -> Table:
+    stiffness, length = result.get("member_stiffness"), result.get("member_length")
+    axially = tuple("rigid" if value == float("inf") else f"{value:.6g}" for value in stiffness.tolist())
+    columns = (
+        words("member", result.labels("member")),
+        Column("length", result.unit("member_length"), tuple(f"{value:.4g}" for value in length.tolist())),
+        Column("stiffness along it", result.unit("member_stiffness"), axially),
+    )
+    return Table(_count(len(stiffness), "elastic member", "elastic members"), columns)
 
 
 def _sources(result: Result) -> Table:
@@ -44,21 +73,36 @@ def _sources(result: Result) -> Table:
         Column("up to", "", sizes),
         words("unit", units),
     )
-    return Table(f"{len(names)} sources of error", columns)
+    return Table(_count(len(names), "source of error", "sources of error"), columns)
 
 
 def _mobility(result: Result) -> Table:
     frame = result.labels("component")
     guess = result.get("guess")
-    columns = [words("body", result.labels("body"))]
+    rows = _bodies(result)
+    columns = [words("body", [result.labels("body")[k] for k in rows])]
     for k, name in enumerate(frame):
         places = 3 if name in LENGTHS else 2
         unit = result.unit("guess", component=name)
-        columns.append(Column(name, unit, tuple(fixed(float(v), places) for v in guess[:, k])))
+        columns.append(Column(name, unit, tuple(fixed(float(v), places) for v in guess[rows, k])))
     assembled = (
         "It goes together near its start." if result.attrs["assembled"] else "It does not go together near its start."
     )
     words_ = str(result.attrs["mobility"])
     count = int(result.attrs["configurations"])
-    notes = (f"{words_[0].upper()}{words_[1:]}.", assembled, f"{count} configuration{'s' * (count != 1)}.")
+    notes = (
+        f"{words_[0].upper()}{words_[1:]}.",
+        *_stresses(result),
+        assembled,
+        _count(count, "configuration", "configurations") + ".",
+    )
     return Table("Start, from which it is assembled", tuple(columns), notes)
+
+
+def _stresses(result: Result) -> Iterator[str]:
+    """What every self-stress runs through; those that run through the same are told together."""
+    through = result.get("self_stress_members").tolist() if "number" in result.coords else []
+    for members in dict.fromkeys(through):
+        numbers = [str(k) for k, other in enumerate(through, 1) if other == members]
+        many = len(numbers) > 1
+        yield f"Self-stress{'es' * many} {', '.join(numbers)} run{'s' * (not many)} through {members}."

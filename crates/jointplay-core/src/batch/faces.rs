@@ -240,3 +240,59 @@ fn own_forces(tapered: &Tapered, forces: &[&Block]) -> [Block; MAX_SIZE] {
     }
     own
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    const TOLERANCE: f64 = 1e-9;
+
+    /// Forces of every kind: generic ones, and ones with components or differences that vanish.
+    fn forces(rng: &mut Xoshiro256PlusPlus, set: &Set) -> Vec<Block> {
+        let mut blocks = vec![Block::splat(0.0); set.size()];
+        for lane in 0..LANES {
+            for (k, block) in blocks.iter_mut().enumerate() {
+                let x: f64 = if rng.random_bool(0.4) { 0.0 } else { rng.random_range(-1.0..1.0) };
+                // Whole parts of the set's own levers make ties.
+                block.0[lane] = if rng.random_bool(0.3) { x.signum() * set.half_width(k) } else { x };
+            }
+        }
+        blocks
+    }
+
+    #[test]
+    fn faces_of_all_lanes_are_those_of_each() {
+        let sets = [
+            Set::Disc { radius: 0.2 },
+            Set::Diamond { gap: 0.1, half_length: 2.0 },
+            Set::Interval { low: -0.3, high: 0.2 },
+            Set::Journal { radius: 0.1, half_length: 2.0, axial: 0.3 },
+            Set::Journal { radius: 0.0, half_length: 2.0, axial: 0.3 },
+            Set::Sleeve { radius: 0.1, half_length: 2.0 },
+            Set::Guide { gap: 0.1, half_length: 3.0, half_width: 1.0, half_height: 0.5 },
+            Set::Plate { gap: 0.1, half_normal: 2.0, half_side: 3.0 },
+        ];
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        for set in sets {
+            for _ in 0..50 {
+                let n = set.size();
+                let (w, direction) = (forces(&mut rng, &set), forces(&mut rng, &set));
+                let (w, direction): (Vec<_>, Vec<_>) = (w.iter().collect(), direction.iter().collect());
+                let faces = Faces::new(&set, &w, &Block::splat(TOLERANCE));
+                let width = faces.half_width(&direction);
+                for lane in 0..LANES {
+                    let of = |blocks: &[&Block]| blocks.iter().map(|b| b.0[lane]).collect::<Vec<f64>>();
+                    let face = set.face(&of(&w), TOLERANCE);
+                    assert_eq!(faces.open.0[lane] == 0.0, face.is_point(), "{set:?} {:?}", of(&w));
+                    let nearest = face.nearest(&[0.0; MAX_SIZE][..n]);
+                    for k in 0..n {
+                        assert!((faces.nearest[k].0[lane] - nearest[k]).abs() < 1e-14, "{set:?} {:?}", of(&w));
+                    }
+                    assert!((width.0[lane] - face.half_width(&of(&direction))).abs() < 1e-14, "{set:?} {:?}", of(&w));
+                }
+            }
+        }
+    }
+}

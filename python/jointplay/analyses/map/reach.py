@@ -59,7 +59,7 @@ class Reach:
     """
 
     def __init__(self, m: Mechanism, grid: Grid) -> None:
-        require_determinate(m)
+        require_determinate(m, over_constrained=True)
         self.m = m
         self.grid = grid
         self.start = _start(m)

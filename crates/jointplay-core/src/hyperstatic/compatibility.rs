@@ -1,0 +1,127 @@
+//! Compatibility of the joints' displacements, and the statics that goes with it.
+//!
+//! With the rows `r = value(x) - d` of all joints, split into basis B and redundant rows R, the poses follow
+//! from the basis, `dx = J_B^-1 dd_B`, and the redundant rows say
+//!
+//! ```text
+//! A d = b,   A = [-J_R J_B^-1, 1],   b = A d_0 + r_R(d_0)
+//! ```
+//!
+//! for the displacements d of all rows, linearised at `d_0`. `A J = 0`: the rows of A are the self-stresses, and
+//! every system of forces on the rows in equilibrium with the load is `W = W_0 + A^T y` with the statics `W_0` of
+//! the basis. Dimensions and drives enter as their part of `-dr/du` says.
+//!
+//! What a displacement does to the output depends on what the others do to keep compatible; of all maps that
+//! agree on compatible displacements, the one of least size (length-scaled) shares the error out among
+//! them, whichever rows were chosen as the basis.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::basis::Basis;
+use crate::closure::Inputs;
+use crate::sensitivity::Output;
+use crate::solver::{Linearised, Solver, State};
+use crate::space::Pose;
+
+/// A coefficient below this part of the largest one (length-scaled) is rounding.
+const ROUNDING: f64 = 1e-13;
+/// A misfit (in characteristic lengths and radians) that an assembled mechanism may have.
+pub(crate) const FITS: f64 = 1e-11;
+
+/// The equations between displacements at one state, and the forces on them.
+#[derive(Clone, Debug)]
+pub(crate) struct Compatibility {
+    /// Coefficients of all displacements, those of the rows first: one equation per redundant row.
+    pub equations: DMatrix<f64>,
+    /// Coefficients of the drives.
+    pub drives: DMatrix<f64>,
+    /// What the redundant rows lack at the state.
+    pub misfit: DVector<f64>,
+    /// The load's forces on the displacements, as the basis alone would bear them.
+    pub force: DVector<f64>,
+    /// What displacements and drives do to the output, the first as shared out.
+    pub output: Output,
+    /// What the misfit itself does to the output when it is shared out.
+    pub shared: DMatrix<f64>,
+    /// Poses of all bodies.
+    pub poses: Vec<Pose<f64>>,
+}
+
+impl Compatibility {
+    /// Linearises at a state of the basis; `None` where the basis is singular.
+    pub fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
+        let linearised = solver.linearise(state)?;
+        let (equations, drives) = equations(basis, &linearised, state);
+        let kept = &basis.kept;
+        let load = kept.gradient(&linearised, kept.load_cost(&linearised.poses, &state.inputs.parameters));
+        let mut force = DVector::zeros(basis.all.n_rows());
+        basis.rows.iter().zip(&load.multipliers).for_each(|(&row, l)| force[row] = *l);
+        let mut output = kept.output_sensitivity(&linearised, state);
+        let shared = share(basis, &equations, &output.parameters);
+        output.parameters += &shared * &equations;
+        output.drives += &shared * &drives;
+        let misfit = basis.misfit(state);
+        Some(Self { equations, drives, misfit, force, output, shared, poses: linearised.poses })
+    }
+
+    /// The part of the equations that belongs to the rows.
+    pub fn of_rows(&self) -> nalgebra::DMatrixView<'_, f64> {
+        self.equations.columns(0, self.force.len())
+    }
+
+    /// What the rows' displacements must add up to, the state being closed for some of them already.
+    pub fn right(&self, state: &State) -> DVector<f64> {
+        let displaced = DVector::from_column_slice(&state.inputs.parameters[..self.force.len()]);
+        &self.misfit + self.of_rows() * displaced
+    }
+
+    /// Forces on all rows with a self-stress.
+    pub fn forces(&self, multipliers: &[f64], loaded: bool) -> DVector<f64> {
+        let stress = self.of_rows().tr_mul(&DVector::from_column_slice(multipliers));
+        if loaded { &self.force + stress } else { stress }
+    }
+}
+
+/// The self-stresses, one per row, as coefficients of all displacements and drives.
+fn equations(basis: &Basis, linearised: &Linearised<'_>, state: &State) -> (DMatrix<f64>, DMatrix<f64>) {
+    let all = &basis.all;
+    let redundant = basis.redundant_derivatives(state);
+    let mut equations = DMatrix::zeros(basis.redundancy(), all.n_parameters());
+    let mut drives = DMatrix::zeros(basis.redundancy(), all.n_drives());
+    let mut reaction = vec![0.0; basis.rows.len()];
+    for (k, &row) in basis.redundant.iter().enumerate() {
+        let mut twists: Vec<f64> = redundant.column(k).iter().copied().collect();
+        linearised.factors.solve_transposed(&mut twists, &mut reaction);
+        let mut stress = vec![0.0; all.n_rows()];
+        stress[row] = 1.0;
+        let largest =
+            basis.rows.iter().zip(&reaction).fold(basis.unit(row), |a: f64, (&r, t)| a.max(t.abs() * basis.unit(r)));
+        for (&r, &t) in basis.rows.iter().zip(&reaction) {
+            if t.abs() * basis.unit(r) > ROUNDING * largest {
+                stress[r] = -t;
+            }
+        }
+        let mut along = Inputs { drives: vec![0.0; all.n_drives()], parameters: vec![0.0; all.n_parameters()] };
+        all.pull_back(&linearised.poses, &stress, &mut along);
+        equations.row_mut(k).iter_mut().zip(&along.parameters).for_each(|(e, p)| *e = *p);
+        drives.row_mut(k).iter_mut().zip(&along.drives).for_each(|(e, d)| *e = *d);
+    }
+    (equations, drives)
+}
+
+/// The multiples of the equations which, added to the basis' map, make it least in size.
+fn share(basis: &Basis, equations: &DMatrix<f64>, map: &DMatrix<f64>) -> DMatrix<f64> {
+    let rows = basis.all.n_rows();
+    let mut scaled = equations.columns(0, rows).into_owned();
+    let mut given = map.columns(0, rows).into_owned();
+    for row in 0..rows {
+        scaled.column_mut(row).scale_mut(basis.unit(row));
+        given.column_mut(row).scale_mut(basis.unit(row));
+    }
+    // The redundant rows have the coefficient 1, so that the equations are independent.
+    let normal = &scaled * scaled.transpose();
+    let right = &scaled * given.transpose();
+    normal
+        .cholesky()
+        .map_or_else(|| DMatrix::zeros(map.nrows(), equations.nrows()), |factors| -factors.solve(&right).transpose())
+}

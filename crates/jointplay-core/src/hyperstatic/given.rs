@@ -1,0 +1,127 @@
+//! The pose of an over-constrained or elastic mechanism for given offsets and deviations.
+//!
+//! Rigid bodies either close for the offsets or do not. What is elastic takes up the misfit with the least
+//! energy.
+
+use nalgebra::DMatrix;
+
+use super::compatibility::Compatibility;
+use super::settle::Failure;
+use super::system::{Ask, System};
+use crate::closure::Inputs;
+use crate::given::{Given, Sensitivity};
+use crate::loaded::Case;
+use crate::mechanism::Mechanism;
+use crate::sensitivity::Output;
+use crate::status::Status;
+
+/// The error for given parameter values, and what it strains.
+#[derive(Clone, Debug)]
+pub struct Forced {
+    /// What every mechanism tells.
+    pub given: Given,
+    /// Reactions to the deformations.
+    pub prestress: Vec<f64>,
+    /// Deformation of every elastic component.
+    pub deformation: Vec<f64>,
+    /// The largest misfit of a redundant row where the basis is closed for the offsets.
+    pub lack_of_fit: f64,
+}
+
+impl Mechanism {
+    /// The error of every case of an over-constrained or elastic mechanism for its own row of parameter
+    /// values.
+    #[must_use]
+    pub fn forced(&self, cases: &[Case<'_>], parameters: &[Vec<f64>]) -> Vec<Forced> {
+        let nan = |n: usize| vec![f64::NAN; n];
+        let missing = |status| Forced {
+            given: Given {
+                error: nan(self.size()),
+                error_first_order: nan(self.size()),
+                coordinates: nan(self.n_coordinates()),
+                status,
+            },
+            prestress: nan(self.n_joints() * self.size()),
+            deformation: nan(self.deformations().count()),
+            lack_of_fit: f64::NAN,
+        };
+        self.each_on_basis(
+            cases,
+            |system, solver, number, case, nominal| {
+                let u = self.displacements(&parameters[number]);
+                let system = System { gives: system.springs(), ..system.clone() };
+                let Some(c) = Compatibility::at(system.basis, solver, &nominal) else {
+                    return missing(Status::Singular);
+                };
+                let mut found = missing(Status::NotAssembled);
+                // First order at the nominal pose.
+                let right = self.first_order_right(&c, &u, case, &nominal);
+                if let Some(balance) = system.balance(&c, &right, Ask::Stress) {
+                    found.given.error_first_order = self.first_order_error(&system, &c, &u, case, &nominal, &balance);
+                }
+                let start = Inputs { drives: case.drives.to_vec(), parameters: u };
+                let Ok(start) = solver.follow(&nominal, &start) else { return found };
+                found.lack_of_fit = self.length * system.basis.scaled_misfit(&system.basis.misfit(&start));
+                let settled = match system.settle(solver, start, Ask::Stress) {
+                    Ok(settled) => settled,
+                    Err(failure) => {
+                        found.given.status = failure.status();
+                        return found;
+                    }
+                };
+                let (c, balance) = (&settled.compatibility, &settled.balance);
+                found.prestress = self.bearable(c, &balance.forces, &system.unknown_reactions(c));
+                found.deformation = self.deformation(&system, balance);
+                found.given.error = system.basis.kept.error(&settled.state, &nominal);
+                found.given.coordinates = settled.state.coordinates;
+                let strained = balance.given.iter().flatten().any(|v| *v != 0.0);
+                found.given.status = match self.nominal_status(&nominal) {
+                    Status::Ok if strained => Status::Strained,
+                    status => status,
+                };
+                found
+            },
+            missing,
+        )
+    }
+
+    /// Sensitivity of the output of every case, shared out among displacements that keep compatible.
+    #[must_use]
+    pub fn shared_sensitivities(&self, cases: &[Case<'_>]) -> Vec<Sensitivity> {
+        let missing = |status| {
+            let nan = |columns| DMatrix::from_element(self.size(), columns, f64::NAN);
+            Sensitivity {
+                output: Output { parameters: nan(self.n_parameters()), drives: nan(self.n_drives()) },
+                status,
+            }
+        };
+        self.each_on_basis(
+            cases,
+            |system, solver, _, _, nominal| {
+                let Some(c) = Compatibility::at(system.basis, solver, &nominal) else {
+                    return missing(Status::Singular);
+                };
+                let columns: Vec<usize> = (0..self.n_parameters()).map(|p| self.place_of(p)).collect();
+                Sensitivity {
+                    output: Output {
+                        parameters: c.output.parameters.select_columns(&columns),
+                        drives: c.output.drives,
+                    },
+                    status: self.nominal_status(&nominal),
+                }
+            },
+            missing,
+        )
+    }
+}
+
+impl Failure {
+    /// The outcome that it is.
+    pub(crate) const fn status(self) -> Status {
+        match self {
+            Self::Incompatible => Status::NotAssemblable,
+            Self::Singular => Status::Singular,
+            Self::Unreachable => Status::NotAssembled,
+        }
+    }
+}

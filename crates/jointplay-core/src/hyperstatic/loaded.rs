@@ -1,0 +1,374 @@
+//! Where the load pushes an over-constrained or elastic mechanism.
+
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use super::basis::Basis;
+use super::compatibility::Compatibility;
+use super::settle::{Failure, Settled};
+use super::system::{Ask, Balance, System};
+use crate::closure::Inputs;
+use crate::loaded::{Case, Loaded};
+use crate::mechanism::{Elastic, Mechanism, Row, Source};
+use crate::solver::{Solver, State};
+use crate::status::Status;
+use crate::table::Table;
+use crate::trace::CLEAR;
+
+/// Rounding of the factor on the clearances.
+const FACTOR: f64 = 1e-9;
+/// What is left open is felt by the output when it moves it by more than this part of what all play together
+/// could; below are the roundings of cone programs.
+const FELT: f64 = 1e-7;
+/// A basis whose smallest singular value is below this part of that of all rows is left for another one.
+const OUTGROWN: f64 = 0.1;
+
+/// What an over-constrained or elastic mechanism tells of one configuration.
+#[derive(Clone, Debug)]
+pub struct Strain {
+    /// What every mechanism tells.
+    pub loaded: Loaded,
+    /// The smallest factor on the clearances with which the rigid mechanism goes together.
+    pub clearance_factor: f64,
+    /// Reactions without any load.
+    pub prestress: Vec<f64>,
+    /// Force or moment on the displacement of every row, in the joint's axes: what pulls its second body along.
+    pub force: Vec<f64>,
+    /// Deformation of every elastic component.
+    pub deformation: Vec<f64>,
+    /// Share of every joint's deformation in the first-order error, joint by joint, per component.
+    pub elastic: Vec<f64>,
+    /// Relative duality gap of the last program.
+    pub gap: f64,
+    /// The largest misfit of a redundant row at the nominal pose; angles at the characteristic length.
+    pub lack_of_fit: f64,
+}
+
+/// Strained configurations, column by column, row after row.
+#[derive(Clone, Debug, Default)]
+#[allow(missing_docs)] // the columns are the fields of [`Strain`]
+pub struct StrainTable {
+    pub loaded: Table,
+    pub clearance_factor: Vec<f64>,
+    pub prestress: Vec<f64>,
+    pub force: Vec<f64>,
+    pub deformation: Vec<f64>,
+    pub elastic: Vec<f64>,
+    pub gap: Vec<f64>,
+    pub lack_of_fit: Vec<f64>,
+}
+
+impl StrainTable {
+    fn push(&mut self, row: Strain) {
+        self.loaded.push(row.loaded);
+        self.clearance_factor.push(row.clearance_factor);
+        self.prestress.extend(row.prestress);
+        self.force.extend(row.force);
+        self.deformation.extend(row.deformation);
+        self.elastic.extend(row.elastic);
+        self.gap.push(row.gap);
+        self.lack_of_fit.push(row.lack_of_fit);
+    }
+}
+
+impl Mechanism {
+    /// Where the load pushes the output of an over-constrained or elastic mechanism, for every case; if not
+    /// `exact`, told to first order at the nominal pose. A determinate rigid one is welcome, too.
+    #[must_use]
+    pub fn strained(&self, cases: &[Case<'_>], exact: bool) -> StrainTable {
+        let found: Vec<Strain> = self.each_on_basis(
+            cases,
+            |system, solver, _, case, nominal| self.strain_at(system, solver, case, &nominal, exact),
+            |status| self.no_strain(status),
+        );
+        let mut table = StrainTable::default();
+        for row in found {
+            table.push(row);
+        }
+        table
+    }
+
+    /// Runs an analysis on every case that is assembled, on a basis that is regular there; the others
+    /// get `missing`.
+    pub(crate) fn each_on_basis<T: Send>(
+        &self,
+        cases: &[Case<'_>],
+        analysis: impl Fn(&System<'_>, &Solver<'_>, usize, &Case<'_>, State) -> T + Sync,
+        missing: impl Fn(Status) -> T + Sync,
+    ) -> Vec<T> {
+        let basis = match self.basis() {
+            Ok(basis) => basis,
+            Err(status) => return cases.iter().map(|_| missing(status)).collect(),
+        };
+        let common = basis.kept.solver(cases);
+        cases
+            .par_iter()
+            .enumerate()
+            .map(|(number, case)| {
+                let Some(solver) = &common else { return missing(Status::NotAssembled) };
+                let Some(nominal) = basis.kept.restore(solver, case.coordinates, case.drives) else {
+                    return missing(Status::NotAssembled);
+                };
+                if !self.outgrown(&basis, solver, &nominal) {
+                    return analysis(&System::new(self, &basis), solver, number, case, nominal);
+                }
+                let other = match self.basis_at(&nominal.coordinates) {
+                    Ok(other) => other,
+                    Err(status) => return missing(status),
+                };
+                let solver = other.solver(&nominal.coordinates);
+                match other.kept.restore(&solver, case.coordinates, case.drives) {
+                    Some(nominal) => analysis(&System::new(self, &other), &solver, number, case, nominal),
+                    None => missing(Status::NotAssembled),
+                }
+            })
+            .collect()
+    }
+
+    fn no_strain(&self, status: Status) -> Strain {
+        let nan = |n: usize| vec![f64::NAN; n];
+        Strain {
+            loaded: self.no_load_result(status),
+            clearance_factor: f64::NAN,
+            prestress: nan(self.n_joints() * self.size()),
+            force: nan(self.n_rows()),
+            deformation: nan(self.deformations().count()),
+            elastic: nan(self.n_joints() * self.size()),
+            gap: f64::NAN,
+            lack_of_fit: f64::NAN,
+        }
+    }
+
+    fn strain_at(
+        &self,
+        system: &System<'_>,
+        solver: &Solver<'_>,
+        case: &Case<'_>,
+        nominal: &State,
+        exact: bool,
+    ) -> Strain {
+        let basis = system.basis;
+        let Some(c) = Compatibility::at(basis, solver, nominal) else { return self.no_strain(Status::Singular) };
+        let status = self.nominal_status(nominal);
+        let lack_of_fit = self.length * basis.scaled_misfit(&c.misfit);
+        let known = self.displacements(&self.centre);
+        let right = self.first_order_right(&c, &known, case, nominal);
+        let factor = system.balance(&c, &right, Ask::Factor).map_or(f64::INFINITY, |b| b.factor);
+        let apart = |status, clearance_factor| Strain { clearance_factor, lack_of_fit, ..self.no_strain(status) };
+        let Some(balance) = system.balance(&c, &right, Ask::Load) else {
+            return apart(Status::NotAssemblable, factor);
+        };
+        let unknown = system.unknown_reactions(&c);
+        let (contribution, elastic) = self.shares(system, &c, &balance);
+        let error_first_order = self.first_order_error(system, &c, &known, case, nominal, &balance);
+        let mut open = vec![0.0; self.sources.len() * self.size()];
+        let mut decided = vec![true; self.sources.len()];
+        let mut widths = system.leave_open(&c, &right, &balance, &mut open, &mut decided);
+        let mut felt = self.is_felt(&c, &widths);
+        let mut found = Strain {
+            loaded: Loaded {
+                error: error_first_order.clone(),
+                error_first_order,
+                undetermined: Vec::new(),
+                open: Vec::new(),
+                decided: Vec::new(),
+                reaction: self.bearable(&c, &balance.forces, &unknown),
+                offset: self.offsets(system, &balance),
+                contribution,
+                steps: 0,
+                status,
+            },
+            clearance_factor: factor,
+            prestress: vec![0.0; self.n_joints() * self.size()],
+            force: self.known(&balance.forces, &unknown),
+            deformation: self.deformation(system, &balance),
+            elastic,
+            gap: balance.gap,
+            lack_of_fit,
+        };
+        let mut settled_all = balance.solved;
+        if exact {
+            let settled = match self.settle_exactly(system, solver, case, nominal, &mut found) {
+                Ok(settled) => settled,
+                Err(failure) => return apart(failure.status(), found.clearance_factor),
+            };
+            let (c, balance) = (&settled.compatibility, &settled.balance);
+            let right = self.exact_right(c, &settled.state);
+            let wider = system.leave_open(c, &right, balance, &mut open, &mut decided);
+            felt |= self.is_felt(c, &wider);
+            widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
+            found.loaded.error = basis.kept.error(&settled.state, nominal);
+            found.loaded.reaction = self.bearable(c, &balance.forces, &unknown);
+            found.loaded.offset = self.offsets(system, balance);
+            found.loaded.steps = settled.steps;
+            found.force = self.known(&balance.forces, &unknown);
+            found.deformation = self.deformation(system, balance);
+            found.gap = balance.gap;
+            settled_all = settled.still && balance.solved;
+        } else if factor > 1.0 + FACTOR
+            && let Some(stress) = system.balance(&c, &right, Ask::Stress)
+        {
+            found.prestress = self.bearable(&c, &stress.forces, &unknown);
+        }
+        found.loaded.undetermined = widths;
+        (found.loaded.open, found.loaded.decided) = (open, decided);
+        found.loaded.status = match status {
+            Status::Ok if found.clearance_factor > 1.0 + FACTOR => Status::Strained,
+            Status::Ok if felt || !settled_all => Status::Undetermined,
+            other => other,
+        };
+        found
+    }
+
+    /// The exact pose; puts the factor on the clearances and the prestress.
+    fn settle_exactly(
+        &self,
+        system: &System<'_>,
+        solver: &Solver<'_>,
+        case: &Case<'_>,
+        nominal: &State,
+        found: &mut Strain,
+    ) -> Result<Settled, Failure> {
+        let built = Inputs { drives: case.drives.to_vec(), parameters: self.displacements(&self.centre) };
+        let start = solver.follow(nominal, &built).map_err(|_| Failure::Unreachable)?;
+        let assembled = system.settle(solver, start.clone(), Ask::Factor);
+        found.clearance_factor = match assembled {
+            Ok(assembled) => assembled.balance.factor,
+            Err(Failure::Incompatible | Failure::Unreachable) => f64::INFINITY,
+            Err(Failure::Singular) => return Err(Failure::Singular),
+        };
+        if found.clearance_factor > 1.0 + FACTOR {
+            let stressed = system.settle(solver, start.clone(), Ask::Stress)?;
+            let unknown = system.unknown_reactions(&stressed.compatibility);
+            found.prestress = self.bearable(&stressed.compatibility, &stressed.balance.forces, &unknown);
+        }
+        system.settle(solver, start, Ask::Load)
+    }
+
+    /// What displacements must add up to at the nominal pose beside the known ones, with drive values near the
+    /// nominal ones.
+    pub(crate) fn first_order_right(
+        &self,
+        c: &Compatibility,
+        known: &[f64],
+        case: &Case<'_>,
+        nominal: &State,
+    ) -> DVector<f64> {
+        let drives = case.drives.iter().zip(&nominal.inputs.drives).map(|(q, q0)| q - q0);
+        &c.misfit
+            - &c.equations * DVector::from_column_slice(known)
+            - &c.drives * DVector::from_iterator(self.n_drives, drives)
+    }
+
+    /// The same at a state of the basis that is closed for some of them.
+    fn exact_right(&self, c: &Compatibility, state: &State) -> DVector<f64> {
+        let known = DVector::from_column_slice(&self.displacements(&self.centre)[..self.n_rows()]);
+        c.right(state) - c.of_rows() * known
+    }
+
+    /// The error to first order at the nominal pose, for known displacements and those that the balance gives.
+    pub(crate) fn first_order_error(
+        &self,
+        system: &System<'_>,
+        c: &Compatibility,
+        known: &[f64],
+        case: &Case<'_>,
+        nominal: &State,
+        balance: &Balance,
+    ) -> Vec<f64> {
+        let mut displacements = DVector::from_column_slice(known);
+        for (row, d) in system.displacements(balance).into_iter().enumerate() {
+            displacements[row] += d;
+        }
+        let moved = &c.output.parameters * displacements - &c.shared * &c.misfit;
+        self.drive_shift(&c.output, case, nominal).iter().zip(moved.iter()).map(|(a, b)| a + b).collect()
+    }
+
+    /// Shares of the sources and of the joints' deformations in it.
+    fn shares(&self, system: &System<'_>, c: &Compatibility, balance: &Balance) -> (Vec<f64>, Vec<f64>) {
+        let size = self.size();
+        let map = &c.output.parameters;
+        let mut contribution = vec![0.0; self.sources.len() * size];
+        let mut elastic = vec![0.0; self.n_joints() * size];
+        for i in 0..size {
+            for (s, source) in self.sources.iter().enumerate() {
+                contribution[s * size + i] = source.range().map(|p| map[(i, self.place_of(p))] * self.centre[p]).sum();
+            }
+            for (give, given) in system.gives.iter().zip(&balance.given) {
+                let part: f64 = give.rows.iter().zip(given).map(|(&row, d)| map[(i, row)] * d).sum();
+                match give.source {
+                    Some(s) => contribution[s * size + i] += part,
+                    None => elastic[self.rows[give.rows[0]].joint * size + i] += part,
+                }
+            }
+        }
+        (contribution, elastic)
+    }
+
+    /// Where a basis keeps a parameter.
+    pub(crate) fn place_of(&self, parameter: usize) -> usize {
+        let row = self.rows.iter().position(|row| row.parameter == Some(parameter));
+        row.unwrap_or(self.n_rows() + parameter)
+    }
+
+    /// Whether the output feels what the load leaves open.
+    fn is_felt(&self, c: &Compatibility, widths: &[f64]) -> bool {
+        let reach = |i: usize| -> f64 {
+            let of = |source: &Source| {
+                let row: Vec<f64> = source.range().map(|p| c.output.parameters[(i, self.place_of(p))]).collect();
+                source.set.reach(&row)
+            };
+            self.sources.iter().filter(|s| s.is_clearance).map(of).sum()
+        };
+        widths.iter().enumerate().any(|(i, width)| *width > FELT * reach(i))
+    }
+
+    /// Reactions of forces on the rows, unknown where nothing decides them.
+    pub(crate) fn bearable(&self, c: &Compatibility, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
+        let mut reactions = self.reactions(&c.poses, forces.as_slice());
+        for (wrench, unknown) in reactions.chunks_exact_mut(self.size()).zip(unknown) {
+            if *unknown {
+                wrench.fill(f64::NAN);
+            }
+        }
+        reactions
+    }
+
+    /// Forces on the rows, unknown where nothing decides them.
+    fn known(&self, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
+        let known = |(row, force): (&Row, &f64)| if unknown[row.joint] { f64::NAN } else { *force };
+        self.rows.iter().zip(forces.iter()).map(known).collect()
+    }
+
+    /// The values of all parameters.
+    fn offsets(&self, system: &System<'_>, balance: &Balance) -> Vec<f64> {
+        let mut offsets = self.centre.clone();
+        for (give, given) in system.gives.iter().zip(&balance.given) {
+            let Some(source) = give.source else { continue };
+            self.sources[source].range().zip(given).for_each(|(p, d)| offsets[p] += d);
+        }
+        offsets
+    }
+
+    /// Deformation of every component that is elastic.
+    pub(crate) fn deformation(&self, system: &System<'_>, balance: &Balance) -> Vec<f64> {
+        let mut by_row = vec![0.0; self.n_rows()];
+        for (give, given) in system.gives.iter().zip(&balance.given).filter(|(give, _)| give.source.is_none()) {
+            give.rows.iter().zip(given).for_each(|(&row, v)| by_row[row] = *v);
+        }
+        self.elastic.iter().flat_map(Elastic::yielding).map(|row| by_row[row]).collect()
+    }
+
+    /// Whether a basis is so near to a singular state that another one is better, where the rows together
+    /// are not.
+    pub(crate) fn outgrown(&self, basis: &Basis, solver: &Solver<'_>, state: &State) -> bool {
+        if basis.redundancy() == 0 {
+            return false;
+        }
+        let estimate = solver.linearise(state).map_or(0.0, |l| basis.kept.singular_estimate(&l));
+        if estimate >= CLEAR * self.singular_value {
+            return false;
+        }
+        basis.kept.singular_value_at(state).0 < OUTGROWN * self.singular_value_at(state).0
+    }
+}

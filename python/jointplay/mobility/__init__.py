@@ -1,0 +1,204 @@
+"""How a mechanism can move, and what holds it more than once, by rank and by name.
+
+With A the closure Jacobian of the joints over the twists of all bodies, and C its drive rows (lengths divided by the
+characteristic one):
+
+    degrees of freedom   = columns - rank A            free motions with the drives held  = null space of [A; C]
+    redundancy           = rows - rank [A; C]          redundant constraints              = left null space of [A; C]
+
+The rank is a generic one: the largest found over assembled configurations around the start guess, so that a first
+configuration which happens to be singular does not count as a freedom.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointplay.errors import InputError, listed
+from jointplay.model import Mechanism
+
+from .motions import Motion, free_motions
+from .probe import RANK, Probe, Sample, null, rank, takes_part
+from .self_stress import SelfStress, self_stresses
+from .words import count, joined
+
+__all__ = ["RANK", "Mobility", "Motion", "SelfStress", "examine", "require_determinate"]
+
+#: how far the guess is moved (in characteristic lengths and radians) to find generic configurations
+PERTURBATIONS = (0.0, 0.02, 0.1, 0.3)
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """Freedoms and redundancies of a mechanism.
+
+    Parameters
+    ----------
+    assembled : bool
+        Whether the joints could be brought together; otherwise the figures are those of the nearest attempt.
+    degrees_of_freedom : int
+        Independent motions with no drive held.
+    drives : int
+        Number of drives.
+    motions : tuple of Motion
+        Independent motions that are left with all drives held.
+    joint_redundancy : int
+        By how much the joints alone hold the bodies more than once.
+    drive_redundancy : int
+        How many drives command what is decided already.
+    redundant_constraints : tuple of str
+        Joint components that depend on one another, such as ``J4.x``.
+    redundant_drives : tuple of str
+        Drives that depend on one another or on the joints.
+    self_stresses : tuple of SelfStress
+        As many as `joint_redundancy`: how the joints can be strained against one another.
+    """
+
+    assembled: bool
+    degrees_of_freedom: int
+    drives: int
+    motions: tuple[Motion, ...]
+    joint_redundancy: int
+    drive_redundancy: int
+    redundant_constraints: tuple[str, ...]
+    redundant_drives: tuple[str, ...]
+    self_stresses: tuple[SelfStress, ...] = ()
+
+    @property
+    def is_determinate(self) -> bool:
+        """Whether the drives decide every body's pose, and just once."""
+        return not (self.motions or self.joint_redundancy or self.drive_redundancy)
+
+    @property
+    def is_decided(self) -> bool:
+        """Whether the drives decide every body's pose; it may be held more than once."""
+        return not (self.motions or self.drive_redundancy)
+
+    @property
+    def words(self) -> str:
+        """One sentence for people."""
+        freedom = f"{count(self.degrees_of_freedom, 'degree')} of freedom, {count(self.drives, 'drive')}"
+        return "; ".join([freedom, *_drive_problems(self), *_redundancy(self)])
+
+
+def examine(m: Mechanism) -> Mobility:
+    """Find how a mechanism can move and what holds it more than once.
+
+    Parameters
+    ----------
+    m : Mechanism
+        Any mechanism, also with too few or too many drives.
+
+    Examples
+    --------
+    >>> from jointplay import examples
+    >>> from jointplay.model import loads
+    >>> examine(loads(examples.text("four-bar"))).words
+    '1 degree of freedom, 1 drive'
+    """
+    drives = m.start_drives if m.drive_values is None else m.drive_values[0]
+    if m.core.regular(np.ascontiguousarray(drives)):
+        # The usual case, and the only one that large mechanisms need not pay dense matrices for.
+        free = len(m.drives)
+        return Mobility(True, free, free, (), 0, 0, (), ())
+    probe = Probe(m)
+    best, best_rank = None, (False, -1, -1)
+    for perturbation in PERTURBATIONS:
+        sample = probe.sample(perturbation)
+        closure = sample.closure(probe.driven)
+        found = (sample.assembled, rank(sample.joints), rank(closure))
+        if best is None or found > best_rank:
+            best, best_rank = sample, found
+        if found == (True, len(sample.joints), closure.shape[1]) and len(closure) == closure.shape[1]:
+            break
+    assert best is not None
+    return _mobility(probe, best)
+
+
+def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> None:
+    """Refuse a mechanism whose drives and joints do not decide every pose, or decide it more than once.
+
+    A mechanism that does not assemble passes when the number of its drives is right: that is an outcome, no mistake.
+
+    Parameters
+    ----------
+    m : Mechanism
+        Any mechanism.
+    over_constrained : bool
+        Whether joints may hold bodies more than once. Drives may not: two that command one motion are a mistake.
+
+    Raises
+    ------
+    InputError
+        Naming the motion that is free and the joints that could be driven, or what is redundant.
+    """
+    mobility = examine(m)
+    square = len(m.core.rows) == len(m.components) * len(m.bodies)
+    if mobility.is_determinate or (square and not mobility.assembled):
+        return
+    if over_constrained and mobility.is_decided:
+        return
+    problems = _drive_problems(mobility)
+    if mobility.joint_redundancy and not over_constrained:
+        rows = listed(mobility.redundant_constraints)
+        advice = "give one of these joints another freedom or take a joint away"
+        problems += [f"{part}, among {rows}; {advice}" for part in _redundancy(mobility)]
+    key = "joints" if mobility.joint_redundancy and not over_constrained else "drives"
+    raise InputError("; ".join(problems), file=m.file, key=key)
+
+
+def _mobility(probe: Probe, sample: Sample) -> Mobility:
+    m = probe.m
+    closure = sample.closure(probe.driven)
+    rank_joints, rank_all = rank(sample.joints), rank(closure)
+    dependence = null(sample.joints.T)
+    constraints = [k for k in range(len(sample.joints)) if takes_part(dependence, k)]
+    dependence = null(closure.T)
+    drives = [k for k in range(len(probe.driven)) if takes_part(dependence, len(sample.joints) + k)]
+    joint_redundancy = len(sample.joints) - rank_joints
+    # The pieces of an elastic body hang together by joints that are not in the file.
+    inner = {member.joint for member in m.members}
+    rows = [probe.rows[k] for k in constraints if probe.rows[k][0] not in inner]
+    return Mobility(
+        assembled=sample.assembled,
+        degrees_of_freedom=closure.shape[1] - rank_joints,
+        drives=len(m.drives),
+        motions=tuple(free_motions(probe, sample, null(closure))),
+        joint_redundancy=joint_redundancy,
+        drive_redundancy=len(closure) - rank_all - joint_redundancy,
+        redundant_constraints=tuple(
+            f"{m.joints[joint]}.{component}" for joint, component in rows if joint not in inner
+        ),
+        redundant_drives=tuple(m.drives[k] for k in drives),
+        self_stresses=tuple(self_stresses(probe, sample)),
+    )
+
+
+def _redundancy(mobility: Mobility) -> list[str]:
+    number = mobility.joint_redundancy
+    verb = "is" if number == 1 else "are"
+    return [f"over-constrained: {count(number, 'constraint')} {verb} redundant"] if number else []
+
+
+def _drive_problems(mobility: Mobility) -> list[str]:
+    problems = []
+    if mobility.motions:
+        number = len(mobility.motions)
+        free = "; ".join(_free(motion) for motion in mobility.motions[:3]) + ("; ..." if number > 3 else "")
+        problems.append(f"too few drives: {count(number, 'motion')} {'is' if number == 1 else 'are'} free: {free}")
+    if mobility.drive_redundancy:
+        names = [repr(name) for name in mobility.redundant_drives]
+        if len(names) == 1:
+            problems.append(f"too many drives: {names[0]} commands a joint that cannot move; take it away")
+        else:
+            away = f"take away {mobility.drive_redundancy} of them"
+            problems.append(f"too many drives: {joined(names)} command the same motion; {away}")
+    return problems
+
+
+def _free(motion: Motion) -> str:
+    if not motion.joints:
+        return f"{motion.words} and no joint's coordinate drives it"
+    return f"{motion.words}; drive " + ("" if len(motion.joints) == 1 else "one of ") + listed(motion.joints)

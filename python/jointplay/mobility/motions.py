@@ -1,0 +1,68 @@
+"""Motions that are left with all drives held, one joint each as far as joints tell them apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointplay.compile import LENGTHS
+
+from .probe import TAKES_PART, Floats, Probe, Sample
+from .words import joined
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One free motion.
+
+    Parameters
+    ----------
+    bodies : tuple of str
+        The bodies that move.
+    joints : tuple of str
+        The joints whose coordinate changes; driving one of them takes the motion away.
+    words : str
+        The same as a phrase.
+    """
+
+    bodies: tuple[str, ...]
+    joints: tuple[str, ...]
+    words: str
+
+
+def free_motions(probe: Probe, sample: Sample, null: Floats) -> list[Motion]:
+    """The null space as motions of one joint each, as far as joints tell them apart."""
+    rates = sample.coordinates @ null
+    done: list[int] = []
+    for row in range(len(rates)):
+        left = [k for k in range(null.shape[1]) if k not in done]
+        if not left:
+            break
+        pivot = max(left, key=lambda k: abs(rates[row, k]))
+        if abs(rates[row, pivot]) < TAKES_PART:
+            continue
+        scale = 1.0 / rates[row, pivot]
+        others = [k for k in range(null.shape[1]) if k != pivot]
+        shares = rates[row, others].copy() * scale
+        for table in (null, rates):
+            table[:, others] -= np.outer(table[:, pivot], shares)
+            table[:, pivot] *= scale
+        done.append(pivot)
+    return [_motion(probe, null[:, k], rates[:, k]) for k in range(null.shape[1])]
+
+
+def _motion(probe: Probe, twists: Floats, rates: Floats) -> Motion:
+    m = probe.m
+    parts = np.abs(twists.reshape(-1, len(m.components)))
+    moving = parts.max(axis=1) > TAKES_PART * parts.max()
+    bodies = tuple(dict.fromkeys(owner for owner, moves in zip(m.owners, moving, strict=True) if moves))
+    turning = np.abs(rates) > TAKES_PART * max(float(np.abs(rates).max(initial=0.0)), float(parts.max()))
+    joints = tuple(m.joints[index] for index, turns in zip(probe.drivable, turning, strict=True) if turns)
+    if len(bodies) == 1:
+        angles = ~np.isin(m.components, LENGTHS)
+        turns = parts[int(moving.argmax()), angles].max() > TAKES_PART
+        words = f"'{bodies[0]}' {'turns' if turns else 'slides'}"
+    else:
+        words = f"{joined([repr(body) for body in bodies])} move together"
+    return Motion(bodies, joints, words)

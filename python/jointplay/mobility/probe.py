@@ -1,0 +1,95 @@
+"""The closure Jacobian of a mechanism at assembled configurations, length-scaled, and its rank."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay import _core, poses
+from jointplay.compile import DRIVABLE, LENGTHS, TURNS
+from jointplay.model import Mechanism
+
+#: singular values below this share of the largest count as zero; assembly is exact to 1e-11 of the length
+RANK = 1e-6
+#: parts of a motion or of a dependence below this share of its largest part do not take part in it
+TAKES_PART = 1e-6
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The length-scaled Jacobian at one configuration: of the joints, and of all coordinates that could be driven.
+
+    Parameters
+    ----------
+    joints, coordinates : ndarray
+        Its rows, over the twists of all bodies.
+    unscaled : ndarray
+        All rows, in SI.
+    poses : ndarray
+        Where the bodies are.
+    assembled : bool
+        Whether the joints could be brought together.
+    """
+
+    joints: Floats
+    coordinates: Floats
+    unscaled: Floats
+    poses: Floats
+    assembled: bool
+
+    def closure(self, driven: list[int]) -> Floats:
+        return np.vstack([self.joints, self.coordinates[driven]])
+
+
+class Probe:
+    """The mechanism with every joint that has a coordinate driven, and without any drive."""
+
+    def __init__(self, m: Mechanism) -> None:
+        self.m = m
+        self.spec = m.spec() | {"loads": [], "sources": []}
+        self.drivable = [index for index, kind in enumerate(m.joint_kinds) if kind in DRIVABLE]
+        #: rows of the drives among the rows of all coordinates
+        self.driven = [self.drivable.index(joint) for joint in m.drive_joints]
+        self.core = self._core([{"joint": joint} for joint in self.drivable], self.spec["guess"])
+        self.rows = self.core.rows
+
+    def _core(self, drives: list[dict[str, int]], guess: list[list[float]]) -> _core.Mechanism:
+        return _core.Mechanism(json.dumps(self.spec | {"drives": drives, "guess": guess}))
+
+    def sample(self, perturbation: float) -> Sample:
+        """The Jacobian where the joints close near the (moved) guess, whatever the drives say."""
+        rng = np.random.default_rng(int(1000 * perturbation))
+        unit = np.where(np.isin(self.m.components, LENGTHS), self.m.length, 1.0)
+        guess = np.array(self.spec["guess"])
+        guess = poses.moved(guess, perturbation * unit * rng.uniform(-1.0, 1.0, (len(guess), len(unit))))
+        closed = self._core([], guess.tolist()).assemble(np.zeros(0))
+        jacobian = self.core.jacobian(closed["poses"])
+        lengths = np.array([component not in TURNS for _, component in self.rows])
+        scaled = np.where(lengths[:, None], jacobian / self.m.length, jacobian) * np.tile(unit, len(guess))
+        split = len(self.rows) - len(self.drivable)
+        return Sample(scaled[:split], scaled[split:], jacobian, closed["poses"], bool(closed["converged"]))
+
+
+def rank(matrix: Floats) -> int:
+    """Number of singular values that are not rounding."""
+    if not matrix.size:
+        return 0
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return int((values > RANK * max(float(values[0]), np.finfo(float).tiny)).sum())
+
+
+def null(matrix: Floats) -> Floats:
+    """Orthonormal null space, one column per dimension."""
+    if not matrix.size:
+        return np.eye(matrix.shape[1])
+    return np.linalg.svd(matrix)[2][rank(matrix) :].T
+
+
+def takes_part(space: Floats, row: int) -> bool:
+    """Whether a row of a null space is more than rounding."""
+    return bool(space.size and np.abs(space[row]).max() > TAKES_PART)

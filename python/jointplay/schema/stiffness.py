@@ -1,0 +1,132 @@
+"""Elasticity of joints: how hard each of the directions that a joint holds is, by the keys of its clearance.
+
+What is left out is rigid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Self
+
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from .values import IN_SPACE, Positive, Table, one_or_two, problem
+
+FORCE = "force per length"
+MOMENT = "moment per angle, in the file's unit of angles"
+
+Shift = Positive | SkipJsonSchema[None]
+#: about `side` and about the direction across it and the axis; one number stands for both
+Tilts = (
+    Annotated[
+        tuple[Positive, Positive],
+        Field(strict=False),
+        BeforeValidator(one_or_two, json_schema_input_type=Positive | tuple[Positive, Positive]),
+    ]
+    | SkipJsonSchema[None]
+)
+TILTS = f"against tilting, {MOMENT}; two of them for tilting about `side` and about the direction across"
+
+
+class Stiffness(Table):
+    """Stiffness of what a joint holds."""
+
+    model_config = ConfigDict(json_schema_extra={"minProperties": 1})
+
+    @model_validator(mode="after")
+    def _something(self) -> Self:
+        if not self.model_fields_set:
+            raise problem(f"say what gives: one or more of {', '.join(type(self).model_fields)}")
+        return self
+
+
+class PinStiffness(Stiffness):
+    """Bearing of a pin: how hard it is across the pin."""
+
+    example: ClassVar[str] = "{ radial = 5e4 }"
+    elsewhere: ClassVar[Mapping[str, str]] = {"axial": IN_SPACE, "tilt": IN_SPACE}
+
+    radial: Shift = Field(None, description=f"across the pin, {FORCE}")
+
+
+class SliderStiffness(Stiffness):
+    """Bearing of a slider in its guide."""
+
+    example: ClassVar[str] = "{ normal = 5e4, tilt = 1e6 }"
+    elsewhere: ClassVar[Mapping[str, str]] = {"side": IN_SPACE, "roll": IN_SPACE}
+
+    normal: Shift = Field(None, description=f"across the guide, {FORCE}")
+    tilt: Shift = Field(None, description=f"against tilting, {MOMENT}")
+
+
+class SlotStiffness(Stiffness):
+    """Flank of a slot: how hard it is across the slot."""
+
+    example: ClassVar[str] = "{ normal = 5e4 }"
+
+    normal: Shift = Field(None, description=f"across the slot, {FORCE}")
+
+
+class ClampStiffness(Stiffness):
+    """What locks two bodies together in the plane."""
+
+    example: ClassVar[str] = "{ along = 5e4, normal = 5e4, tilt = 1e6 }"
+    elsewhere: ClassVar[Mapping[str, str]] = {"side": IN_SPACE, "roll": IN_SPACE}
+
+    along: Shift = Field(None, description=f"along the joint's axis, {FORCE}")
+    normal: Shift = Field(None, description=f"across the joint's axis, {FORCE}")
+    tilt: Shift = Field(None, description=f"against turning, {MOMENT}")
+
+
+class SleeveStiffness(Stiffness):
+    """Bearing of a pin that slides, in space."""
+
+    example: ClassVar[str] = "{ radial = 5e4, tilt = 1e6 }"
+
+    radial: Shift = Field(None, description=f"across the pin, {FORCE}")
+    tilt: Tilts = Field(None, description=TILTS)
+
+
+class JournalStiffness(SleeveStiffness):
+    """Bearing of a pin, in space."""
+
+    example: ClassVar[str] = "{ radial = 5e4, axial = 2e4, tilt = 1e6 }"
+
+    axial: Shift = Field(None, description=f"along the pin, {FORCE}")
+
+
+class GuideStiffness(Stiffness):
+    """Bearing of a slider in its guide, in space."""
+
+    example: ClassVar[str] = "{ side = 5e4, normal = 5e4, roll = 1e6, tilt = 1e6 }"
+
+    side: Shift = Field(None, description=f"along `side`, {FORCE}")
+    normal: Shift = Field(None, description=f"across axis and `side`, {FORCE}")
+    roll: Shift = Field(None, description=f"about the axis, {MOMENT}")
+    tilt: Tilts = Field(None, description=TILTS)
+
+
+class BallStiffness(Stiffness):
+    """Ball in its socket."""
+
+    example: ClassVar[str] = "{ radial = 5e4 }"
+
+    radial: Shift = Field(None, description=f"in all directions, {FORCE}")
+
+
+class PlateStiffness(Stiffness):
+    """Plate between its planes."""
+
+    example: ClassVar[str] = "{ along = 5e4, tilt = 1e6 }"
+
+    along: Shift = Field(None, description=f"along the axis, the normal of the planes, {FORCE}")
+    tilt: Tilts = Field(None, description=TILTS)
+
+
+class MountStiffness(GuideStiffness):
+    """What locks two bodies together, in space."""
+
+    example: ClassVar[str] = "{ along = 5e4, side = 5e4, normal = 5e4, roll = 1e6, tilt = 1e6 }"
+
+    along: Shift = Field(None, description=f"along the joint's axis, {FORCE}")
