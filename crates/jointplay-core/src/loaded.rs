@@ -71,16 +71,16 @@ pub struct Case<'a> {
 enum Programs<'m> {
     /// A handful of configurations is solved without.
     None,
-    Exact(Contact<'m>),
-    FirstOrder(FirstOrder<'m>),
+    Exact(Box<Contact<'m>>),
+    FirstOrder(Box<FirstOrder<'m>>),
 }
 
 impl<'m> Programs<'m> {
     fn record(solver: &Solver<'m>, exact: bool) -> Self {
         if exact {
-            Contact::record(solver).map_or(Self::None, Self::Exact)
+            Contact::record(solver).map_or(Self::None, |programs| Self::Exact(Box::new(programs)))
         } else {
-            FirstOrder::record(solver).map_or(Self::None, Self::FirstOrder)
+            FirstOrder::record(solver).map_or(Self::None, |program| Self::FirstOrder(Box::new(program)))
         }
     }
 }

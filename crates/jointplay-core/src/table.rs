@@ -1,5 +1,8 @@
 //! Load-determined errors of many configurations, column by column.
 
+// Inlined into kernels compiled for a width of vector registers.
+#![allow(clippy::inline_always)]
+
 use crate::loaded::Loaded;
 use crate::mechanism::Mechanism;
 use crate::status::Status;

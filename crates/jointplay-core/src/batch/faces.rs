@@ -15,6 +15,7 @@ pub(super) struct Faces {
     extent: Extent,
 }
 
+#[allow(clippy::large_enum_variant)] // one at a time, on the stack
 enum Extent {
     /// The axial play and both ends: 1 where undecided, else 0.
     Pin(Pin, [Block; 3]),
@@ -231,7 +232,8 @@ fn end_reactions(pin: Pin, forces: &[&Block]) -> [[Block; 2]; 2] {
 fn own_forces(tapered: &Tapered, forces: &[&Block]) -> [Block; MAX_SIZE] {
     let mut own = [Block::splat(0.0); MAX_SIZE];
     let force = |(k, arm): (usize, f64)| forces[k].mul(&Block::splat(arm));
-    own[0] = force(tapered.axis);
+    let axis = tapered.axis;
+    own[0] = force(axis);
     for s in 0..tapered.n {
         let [a, b] = tapered.squares[s].map(force);
         let half = Block::splat(0.5);
