@@ -25,6 +25,8 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::{MAX_SIZE, Mute, inner};
+use crate::ascent::UNDECIDED;
+use crate::closure::Inputs;
 use crate::contact::Contact;
 use crate::mechanism::Source;
 use crate::solver::{Linearised, Solver, State};
@@ -35,7 +37,7 @@ const STEPS: usize = 40;
 const DIFFERENCE: f64 = 1e-2;
 /// Contact and reactions agree where no coordinate wants to move by more than this part of its set.
 const STILL: f64 = 1e-11;
-/// The same where rounding lets nothing better be reached.
+/// The same where nothing better is reached.
 const SETTLED: f64 = 1e-8;
 /// Holds what no force moves, nor is held by any: such as play that the load does not push.
 const NOTHING: f64 = 1e-6;
@@ -84,13 +86,18 @@ impl<'s, 'm> Newton<'s, 'm> {
         sources.iter().enumerate().filter(|(_, s)| s.is_clearance && !s.set.is_zero())
     }
 
-    fn own(&self, state: &State, force: &[f64]) -> Own {
+    /// Own coordinates and forces; forces up to a tolerance are none.
+    fn own(&self, state: &State, force: &[f64], tolerance: f64) -> Own {
         let m = self.solver.mechanism;
         let mut own = Own { y: Vec::new(), s: Vec::new() };
         for (k, source) in self.sources() {
             let n = source.set.size();
             let offset: Vec<f64> = source.range().map(|p| state.inputs.parameters[p] - m.centre[p]).collect();
-            let heard = source.set.heard(&force[source.range()], self.mutes[k]);
+            let mut heard = source.set.heard(&force[source.range()], self.mutes[k]);
+            if tolerance > 0.0 {
+                let mute = source.set.mute(&heard[..n], m.undecided(source, tolerance));
+                heard = source.set.heard(&heard[..n], mute);
+            }
             own.y.extend_from_slice(&source.set.to_unit(&offset)[..n]);
             own.s.extend_from_slice(&source.set.unit_gradient(&heard[..n])[..n]);
         }
@@ -98,7 +105,14 @@ impl<'s, 'm> Newton<'s, 'm> {
     }
 
     fn at(&self, contact: &Contact) -> Own {
-        self.own(&contact.state, &contact.gradient.inputs.parameters)
+        self.own(&contact.state, &contact.gradient.inputs.parameters, 0.0)
+    }
+
+    /// Whether no offset is pushed on, but by forces that decide nothing.
+    fn settled(&self, contact: &Contact) -> bool {
+        let tolerance = UNDECIDED * self.solver.mechanism.force_scale(&contact.gradient);
+        let own = self.own(&contact.state, &contact.gradient.inputs.parameters, tolerance);
+        largest(&self.projected(&own).residual) <= SETTLED
     }
 
     /// Takes notice of how forces have changed along a step.
@@ -130,15 +144,17 @@ impl<'s, 'm> Newton<'s, 'm> {
             let t = 1.0 / self.stiffness[k].max(f64::MIN_POSITIVE.sqrt());
             projected.t.resize(first + size, t);
             let z: [f64; MAX_SIZE] =
-                std::array::from_fn(|k| if k < size { own.y[first + k] + t * own.s[first + k] } else { 0.0 });
+                std::array::from_fn(|i| if i < size { own.y[first + i] + t * own.s[first + i] } else { 0.0 });
             let mut point = z;
             source.set.project_unit(&mut point[..size]);
-            projected.residual.extend((0..size).map(|k| point[k] - own.y[first + k]));
+            projected.residual.extend((0..size).map(|i| point[i] - own.y[first + i]));
             for column in 0..size {
                 let mut along = [0.0; MAX_SIZE];
                 along[column] = 1.0;
                 source.set.project_unit_along(&z[..size], &mut along[..size]);
-                for (row, a) in along.into_iter().enumerate().filter(|(_, a)| *a != 0.0) {
+                // What the load does not push stays, though the others might balance sooner if it gave way.
+                let gives = |&(row, a): &(usize, f64)| a != 0.0 && !source.set.is_mute(row, self.mutes[k]);
+                for (row, a) in along.into_iter().enumerate().filter(gives) {
                     projected.gives[first + row].get_or_insert((first, [0.0; MAX_SIZE])).1[column] = a;
                 }
             }
@@ -148,19 +164,32 @@ impl<'s, 'm> Newton<'s, 'm> {
 
     /// Brings contact and reactions to agree.
     pub fn settle(&self, mut at: Contact) -> Option<Contact> {
+        let m = self.solver.mechanism;
         let mut own = self.at(&at);
         let mut bends = BTreeMap::new();
+        let mut before = f64::INFINITY;
         for number in 0..STEPS {
             let projected = self.projected(&own);
             let left = largest(&projected.residual);
-            at.settled = left <= SETTLED;
-            if left <= STILL {
+            at.settled = self.settled(&at);
+            // Rounding, or a force too small to decide, lets nothing better be reached.
+            if left <= STILL || at.settled && left > NEARER * before {
                 break;
             }
+            before = left;
             if number % RENEWED == 0 {
                 bends.clear();
             }
+            let residual = projected.residual.clone();
             let step = self.step(&at, &own, projected, &mut bends)?;
+            // The forces push away from the balance that lies behind, and lead on to another.
+            if inner(&residual, &step) < 0.0 {
+                let pressed = m.pressed(&at.gradient, &at.state.inputs, self.mutes);
+                let Some(next) = self.contact(&at, &pressed) else { break };
+                own = self.at(&next);
+                at = next;
+                continue;
+            }
             let mut best: Option<(f64, Contact, Own)> = None;
             for cut in [false, true] {
                 let Some(next) = self.moved(&at, &own, &step, cut) else {
@@ -176,10 +205,7 @@ impl<'s, 'm> Newton<'s, 'm> {
                     break;
                 }
             }
-            let Some((least, next, tried)) = best else { break };
-            if at.settled && least >= left {
-                break;
-            }
+            let Some((_, next, tried)) = best else { break };
             (at, own) = (next, tried);
         }
         Some(at)
@@ -201,8 +227,13 @@ impl<'s, 'm> Newton<'s, 'm> {
             }
             first = range.end;
         }
-        let state = self.solver.follow(&at.state, &inputs).ok()?;
-        let gradient = m.load_gradient(&self.solver.linearise(&state)?, &state);
+        self.contact(at, &inputs)
+    }
+
+    /// The contact at other offsets.
+    fn contact(&self, at: &Contact, inputs: &Inputs<f64>) -> Option<Contact> {
+        let state = self.solver.follow(&at.state, inputs).ok()?;
+        let gradient = self.solver.mechanism.load_gradient(&self.solver.linearise(&state)?, &state);
         Some(Contact { state, gradient, steps: at.steps + 1, ..*at })
     }
 
@@ -297,7 +328,7 @@ impl<'s, 'm> Newton<'s, 'm> {
         }
         let state = self.solver.nudged(linearised, &at.state, inputs);
         let gradient = m.load_gradient(&self.solver.linearise(&state)?, &state);
-        let there = self.own(&state, &gradient.inputs.parameters);
+        let there = self.own(&state, &gradient.inputs.parameters, 0.0);
         Some(there.s.iter().zip(&own.s).map(|(a, b)| (a - b) / h).collect())
     }
 }

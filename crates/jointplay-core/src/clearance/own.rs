@@ -128,3 +128,72 @@ pub(super) fn onto_ball(unit: &mut [f64]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+
+    const SETS: [Set; 8] = [
+        Set::Disc { radius: 0.7 },
+        Set::Diamond { gap: 0.3, half_length: 2.5 },
+        Set::Interval { low: -0.2, high: 0.5 },
+        Set::Ball { radius: 0.4 },
+        Set::Journal { radius: 0.7, half_length: 2.0, axial: 0.3 },
+        Set::Sleeve { radius: 0.2, half_length: 3.0 },
+        Set::Guide { gap: 0.3, half_length: 2.5, half_width: 0.8, half_height: 0.5 },
+        Set::Plate { gap: 0.3, half_normal: 2.5, half_side: 0.5 },
+    ];
+
+    fn within(reach: f64, size: usize, rng: &mut impl Rng) -> Vec<f64> {
+        (0..size).map(|_| rng.random_range(-reach..reach)).collect()
+    }
+
+    fn projected(set: &Set, unit: &[f64]) -> Vec<f64> {
+        let mut point = unit.to_vec();
+        set.project_unit(&mut point);
+        point
+    }
+
+    /// Central differences agree but for the few points that lie beside a kink.
+    #[test]
+    fn nearest_points_move_as_their_derivative_says() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+        let h = 1e-6;
+        for set in SETS {
+            let n = set.size();
+            let mut off = 0;
+            for _ in 0..2000 {
+                let (unit, along) = (within(2.0, n, &mut rng), within(1.0, n, &mut rng));
+                let at = |h: f64| projected(&set, &unit.iter().zip(&along).map(|(u, d)| u + h * d).collect::<Vec<_>>());
+                let mut slope = along.clone();
+                set.project_unit_along(&unit, &mut slope);
+                let differences = at(h).into_iter().zip(at(-h)).map(|(a, b)| (a - b) / (2.0 * h));
+                off += usize::from(differences.zip(slope).any(|(d, s)| (d - s).abs() > 1e-6));
+            }
+            assert!(off <= 2, "{set:?} {off}");
+        }
+    }
+
+    #[test]
+    fn a_step_is_cut_where_it_leaves_the_set() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
+        for set in SETS.into_iter().filter(|s| matches!(s.shape(), Shape::Tapered(_))) {
+            for _ in 0..2000 {
+                let n = set.size();
+                let mut unit: Vec<f64> = projected(&set, &within(1.5, n, &mut rng));
+                unit.iter_mut().for_each(|u| *u *= 0.99);
+                let step = within(3.0, n, &mut rng);
+                let part = set.part_within(&unit, &step);
+                let at = |part: f64| {
+                    let moved: Vec<f64> = unit.iter().zip(&step).map(|(u, d)| u + part * d).collect();
+                    set.of_unit(&moved)[..n].to_vec()
+                };
+                assert!(set.contains(&at(part), 1e-12), "{set:?}");
+                assert!(part >= 1.0 || !set.contains(&at(part + 1e-6), 1e-12), "{set:?}");
+            }
+        }
+    }
+}
