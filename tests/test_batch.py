@@ -138,7 +138,9 @@ def test_errors_along_drive_values_are_those_of_the_traced_poses(name, exact):
     for key in ("error", "error_first_order", "undetermined", "undetermined_contribution", "contribution", "offset"):
         assert np.abs(expected[key] - found[key]).max() < 1e-13 * mechanism.length, key
     assert np.array_equal(expected["decided"], found["decided"])
-    np.testing.assert_allclose(found["reaction"], expected["reaction"], rtol=0, atol=1e-11 * np.abs(found["reaction"]).max())
+    np.testing.assert_allclose(
+        found["reaction"], expected["reaction"], rtol=0, atol=1e-11 * np.abs(found["reaction"]).max()
+    )
     status = np.where(traced["status"] != 0, traced["status"], expected["status"])
     assert np.array_equal(found["status"], status)
     few = mechanism.core.loaded_along(drives, exact, offset=False, details=False)
