@@ -24,8 +24,8 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::{MAX_SIZE, Mute, inner};
 use crate::ascent::UNDECIDED;
+use crate::clearance::{MAX_SIZE, Mute, inner};
 use crate::closure::Inputs;
 use crate::contact::Contact;
 use crate::mechanism::Source;
