@@ -5,12 +5,20 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["STATUSES", "Mechanism", "simd"]
+__all__ = ["STATUSES", "Mechanism", "cone_programs", "simd"]
 
 STATUSES: list[str]
 
 def simd(limit: str | None = None) -> str: ...
 
+def cone_programs(
+    question: str,
+    blocks: str,
+    maps: NDArray[np.float64],
+    forces: NDArray[np.float64],
+    rights: NDArray[np.float64],
+    alone: bool = False,
+) -> dict[str, NDArray[Any]]: ...
 @final
 class Mechanism:
     """A checked, immutable mechanism."""

@@ -9,7 +9,7 @@
 
 use rayon::prelude::*;
 
-use crate::ascent::{Measure, Objective};
+use crate::ascent::Measure;
 use crate::batch::simd::{Kernel, dispatch};
 use crate::batch::{Climb, Height, Site, Task};
 use crate::closure::Inputs;
@@ -122,7 +122,7 @@ impl Mechanism {
         parts.collect()
     }
 
-    fn no_worst(&self, status: Status) -> Worst {
+    pub(crate) fn no_worst(&self, status: Status) -> Worst {
         Worst {
             position: f64::NAN,
             position_first_order: f64::NAN,
@@ -275,7 +275,7 @@ impl Mechanism {
             *blocked = true;
             built.clone()
         });
-        let Some(summit) = solver.climb(Objective::Error(task.measure), nominal, start) else {
+        let Some(summit) = solver.climb(task.measure, nominal, start) else {
             *blocked = true;
             return None;
         };

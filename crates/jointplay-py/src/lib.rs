@@ -4,6 +4,7 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+mod cones;
 
 use jointplay_core::hyperstatic::StrainTable;
 use jointplay_core::loaded::Table as LoadTable;
@@ -339,11 +340,14 @@ impl Mechanism {
         starts: usize,
         lanes: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let results = py.detach(|| if lanes { core.worst(&cases, starts) } else { core.worst_plainly(&cases, starts) });
+        let results = py.detach(|| match (core.is_isostatic(), lanes) {
+            (false, _) => core.worst_together(&cases, starts),
+            (true, true) => core.worst(&cases, starts),
+            (true, false) => core.worst_plainly(&cases, starts),
+        });
         let (n, size, ne) = (cases.len(), core.size(), core.n_extremes());
         Ok(Table::new(py)
             .array("position", &[n], results.iter().map(|r| r.position).collect())?
@@ -532,5 +536,6 @@ fn simd(limit: Option<&str>) -> PyResult<&'static str> {
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("STATUSES", Status::ALL.map(Status::name).to_vec())?;
     module.add_function(wrap_pyfunction!(simd, module)?)?;
+    module.add_function(wrap_pyfunction!(cones::cone_programs, module)?)?;
     module.add_class::<Mechanism>()
 }

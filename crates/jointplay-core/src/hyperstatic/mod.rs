@@ -13,6 +13,7 @@ mod settle;
 mod system;
 mod trace;
 mod units;
+mod worst;
 
 pub use basis::Basis;
 pub use given::Forced;
