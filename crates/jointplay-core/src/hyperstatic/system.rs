@@ -143,7 +143,7 @@ impl<'m> System<'m> {
         if answer.outcome == Outcome::Infeasible {
             return None;
         }
-        if ask != Ask::Factor && Self::is_slack(&program) {
+        if !matches!(ask, Ask::Factor) && Self::is_slack(&program) {
             // What a program has for these forces is rounding, which would decide where every clearance goes.
             answer.multipliers.fill(0.0);
         }

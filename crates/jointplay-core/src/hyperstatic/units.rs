@@ -76,14 +76,15 @@ impl Mechanism {
     }
 
     fn unit_at(&self, system: &System<'_>, solver: &Solver<'_>, case: &Case<'_>, nominal: &State) -> Unit {
-        let built = Inputs { drives: case.drives.to_vec(), parameters: self.displacements(&self.centre) };
+        let known = self.displacements(&self.centre);
+        let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
         let Ok(start) = solver.follow(nominal, &built) else { return self.no_unit(Status::NotAssembled, f64::NAN) };
-        let factor = match system.settle(solver, start.clone(), Ask::Factor) {
+        let factor = match system.settle(solver, start.clone(), &known, |_, _| Ask::Factor) {
             Ok(assembled) => assembled.balance.factor,
             Err(Failure::Singular) => return self.no_unit(Status::Singular, f64::NAN),
             Err(Failure::Incompatible | Failure::Unreachable) => f64::INFINITY,
         };
-        let settled = match system.settle(solver, start, Ask::Load) {
+        let settled = match system.settle(solver, start, &known, |_, _| Ask::Load) {
             Ok(settled) => settled,
             Err(failure) => return self.no_unit(failure.status(), factor),
         };
