@@ -20,7 +20,7 @@ from jointplay.result import Result
 
 from .forces import Members
 from .part import Floats, Part
-from .report import Place, report
+from .report import Place, each, finished, report
 from .state import ENDS, SERIOUS, Held
 from .steps import Step, steps
 from .units import solve
@@ -35,13 +35,9 @@ ROUNDS = 6
 
 def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result:
     """The largest errors, forces and clearance factors after every step."""
-    taken, members = list(steps(m, at.poses)), Members(m)
-    found: list[_Extremes] = []
-    for k, step in enumerate(taken):
-        found.append(_Extremes(step, members))
-        if progress is not None:
-            progress(k + 1, len(taken))
-    builder = report(m, taken, at, "worst")
+    every, members = list(steps(m, at.poses)), Members(m)
+    found = each(every, lambda step: _Extremes(step, members), progress)
+    builder = report(m, every[: len(found)], at, "worst")
     for k, (end, body) in enumerate((("shaft", "first"), ("bearing", "second"))):
         words = f"largest position error of the centre on the {body} body of the joint"
         builder.add(f"worst_{end}", ("step", "joint"), np.stack([f.centres[k] for f in found]), words, "length")
@@ -53,7 +49,7 @@ def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result
     words = "largest factor on the clearances that rigid bodies can need to go together"
     builder.add("worst_clearance_factor", "step", np.array([f.factor for f in found]), words)
     builder.add("status", "step", np.array([f.status for f in found], dtype=str), "outcome")
-    return builder.result()
+    return finished(builder, len(every))
 
 
 class _Extremes:
