@@ -93,8 +93,10 @@ class _Extremes:
 def _centred(part: Part, u: Floats) -> list[dict[str, Any]]:
     """The sources of a part with other known deviations."""
     ends = np.cumsum([len(source["centre"]) for source in part.spec["sources"]])
-    parts = np.split(u, ends[:-1])
-    return [source | {"centre": own.tolist()} for source, own in zip(part.spec["sources"], parts, strict=True)]
+    return [
+        source | {"centre": u[end - len(source["centre"]) : end].tolist()}
+        for source, end in zip(part.spec["sources"], ends, strict=True)
+    ]
 
 
 def corners(held: Held, members: Members) -> Floats:
