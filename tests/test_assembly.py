@@ -164,6 +164,26 @@ def centres_of(m: jp.Mechanism) -> np.ndarray:
     return np.array([poses.place(placed[p["body"]], p["at"])[:2] for p in points]) / m.units.length
 
 
+@pytest.mark.parametrize("seed", range(16))
+def test_whatever_the_order_every_step_has_an_outcome(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    m = example(str(rng.choice(jp.examples.names())))
+    names = ["ground", *(m.bodies[k] for k in range(len(m.bodies)) if is_whole(m, k))]
+    base = str(rng.choice(names))
+    rest = [name for name in names if name != base]
+    rng.shuffle(rest)
+    cuts = np.flatnonzero(rng.random(len(rest) - 1) < 0.6) + 1
+    steps = [rest[a:b] for a, b in zip([0, *cuts], [*cuts, len(rest)], strict=True)]
+    result = jp.assemble(m.with_({"assembly": {"base": base, "steps": steps}}))
+    fine = {"ok", "undetermined", "underconstrained", "strained"}
+    assert set(result.status.values.tolist()) <= fine
+    # Held is what is free, and in the end nothing is.
+    assert ((result.held != "") == (result.mobility > 0)).all()
+    assert result.mobility[-1] == 0
+    there = result.error_shaft.isel(component=0).notnull().sum(dim="joint")
+    assert (there.diff("step") >= 0).all()
+
+
 # --- what the steps are ----------------------------------------------------------------------------------------------
 
 

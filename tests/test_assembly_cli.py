@@ -102,6 +102,26 @@ def test_bad_input_is_one_line_and_exit_code_2(
     assert error.count("\n") == 1
 
 
+@pytest.mark.parametrize("question", ["unit", "worst", "random"])
+def test_after_ctrl_c_the_steps_that_are_done_are_told(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, question: str
+) -> None:
+    from jointplay.analyses.assemble import state
+
+    made = state.Held.__init__
+
+    def third_time(self: state.Held, step: object) -> None:
+        if getattr(step, "members", None) == ("DF",):
+            raise KeyboardInterrupt
+        made(self, step)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(state.Held, "__init__", third_time)
+    assert run(["assemble", "antenna-support.toml", "-q", question, "--samples", "10"]) == 130
+    out = capsys.readouterr().out
+    assert "Interrupted after 2 of 5 steps." in out
+    assert "BD, ED" in out
+
+
 # --- the best order --------------------------------------------------------------------------------------------------
 
 

@@ -198,3 +198,14 @@ def test_the_last_step_of_the_antenna_support_is_the_finished_structure() -> Non
     np.testing.assert_allclose(last.error, finished.error, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(last.member_force.sel(member=["DF", "DI"]), finished.member_force, rtol=1e-6, atol=1e-6)
     assert last.clearance_factor.item() == pytest.approx(finished.clearance_factor.item(), rel=1e-6)
+
+
+@pytest.mark.parametrize("question", ["unit", "worst", "random"])
+def test_perfect_parts_without_play_go_together_without_anything(question: str) -> None:
+    m = example("antenna-support")
+    nothing = {f"joints.{name}.{key}": None for name in m.data.joints for key in ("clearance", "angle")}
+    result = jp.assemble(m.with_({"dimensions": None, "loads": None} | nothing), question, samples=5)
+    assert set(result.status.values.tolist()) == {"ok"}
+    for name in ("error_shaft", "worst_shaft", "quantile_shaft", "member_force", "worst_force", "quantile_force"):
+        if name in result:
+            np.testing.assert_allclose(result[name].fillna(0.0), 0.0, atol=1e-6)

@@ -85,7 +85,8 @@ def test_contact_forces_are_the_transposed_jacobians_and_in_equilibrium(study: a
     for joint in "BE":
         np.testing.assert_allclose(first[joint], study.contact[1][joint], atol=6e-4)
     np.testing.assert_allclose(first["B"] + first["E"], first["D"], atol=1e-9)
-    assert np.linalg.norm(np.abs(second["B"] + second["E"]) - np.abs(second["D"])) > 0.5
+    # DF is upright and takes nothing of x; the digits printed leave 0.01 at most.
+    assert abs(second["B"][0] + second["E"][0]) - abs(second["D"][0]) > 0.05
 
 
 def test_the_play_of_a_joint_does_the_work_of_its_force(study: asked.Study) -> None:

@@ -10,7 +10,6 @@ __all__ = ["STATUSES", "Mechanism", "cone_programs", "simd"]
 STATUSES: list[str]
 
 def simd(limit: str | None = None) -> str: ...
-
 def cone_programs(
     question: str,
     blocks: str,
@@ -19,6 +18,7 @@ def cone_programs(
     rights: NDArray[np.float64],
     alone: bool = False,
 ) -> dict[str, NDArray[Any]]: ...
+
 @final
 class Mechanism:
     """A checked, immutable mechanism."""

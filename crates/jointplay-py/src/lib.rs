@@ -410,7 +410,8 @@ impl Mechanism {
         let core = &self.core;
         let (limit_position, limit_rotation) = (f64::NAN, f64::NAN);
         let law = named(law)?;
-        let request = Request { samples, seed, probabilities: vec![], limit_position, limit_rotation, law, keep: false };
+        let request =
+            Request { samples, seed, probabilities: vec![], limit_position, limit_rotation, law, keep: false };
         let units = py.detach(|| core.units(&request));
         let array = numpy::ndarray::Array2::from_shape_vec((samples, core.n_parameters()), units)
             .map_err(|e| PyValueError::new_err(e.to_string()))?;

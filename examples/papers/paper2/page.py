@@ -95,7 +95,7 @@ def contact(study: Study) -> str:
         ]
         total = [printed["B"] + printed["E"], study.contact[force]["B"] + study.contact[force]["E"]]
         body.append([f"B and E together, force along {words}", *map(pair, total)])
-    return table(["", "printed", "jointplay"], body)
+    return table(["", "printed", "jointplay, the dyad alone"], body)
 
 
 def endpoints(study: Study) -> str:

@@ -220,7 +220,7 @@ def _adjustment(result: Result) -> Table:
 
 
 def _notes(result: Result) -> list[str]:
-    said = []
+    said = [f"{str(result.attrs['incomplete']).capitalize()}."] if "incomplete" in result.attrs else []
     for step, held in zip(result.labels("step"), result.get("held").tolist(), strict=True):
         if held:
             said.append(f"Step {step} leaves something free: held at its nominal place: {held}.")

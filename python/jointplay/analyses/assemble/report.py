@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
-from jointplay.analyses.nominal import nominal
+from jointplay.analyses.nominal import Interrupted, Progress, nominal
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result
@@ -16,6 +17,7 @@ from .part import Floats
 from .spans import spans
 from .steps import Step, index, name, order
 
+T = TypeVar("T")
 LENGTHS_OF_LINKS = {
     "nominal": "length with perfect parts",
     "actual": "length with the known deviations and every clearance in its middle",
@@ -56,9 +58,39 @@ def place(m: Mechanism, configuration: int) -> Place:
     return Place(configuration, at.poses[configuration], at.output[configuration])
 
 
-def begun(m: Mechanism, at: Place, which: str) -> Builder:
-    """A result over the steps of an assembly, with the members that each of them adds."""
-    base, added = order(m)
+def each(taken: Sequence[Step], work: Callable[[Step], T], progress: Progress | None) -> list[T]:
+    """What there is to find out about every step; after Ctrl-C about those that are done, never none."""
+    found: list[T] = []
+    try:
+        for step in taken:
+            found.append(work(step))
+            if progress is not None:
+                progress(len(found), len(taken))
+    except KeyboardInterrupt:
+        if not found:
+            raise
+    return found
+
+
+def finished(builder: Builder, count: int) -> Result:
+    """The result over the steps that are done.
+
+    Raises
+    ------
+    Interrupted
+        When those are fewer than `count`.
+    """
+    done = len(builder.coords["step"].values)
+    if done < count:
+        builder.attrs["incomplete"] = f"interrupted after {done} of {count} steps"
+        raise Interrupted(builder.result())
+    return builder.result()
+
+
+def begun(m: Mechanism, at: Place, which: str, count: int | None = None) -> Builder:
+    """A result over the (first) steps of an assembly, with the members that each of them adds."""
+    base, every = order(m)
+    added = every[:count]
     builder = Builder(m, "assemble", assemble=which, base=name(m, base), at_configuration=at.configuration)
     builder.attrs["length"] = m.length / builder.units.length
     builder.add("nominal", "component", at.output, "nominal pose of the output", "component")
@@ -78,7 +110,7 @@ def unassembled(m: Mechanism, at: Place, which: str) -> Result:
 
 def report(m: Mechanism, taken: Sequence[Step], at: Place, which: str) -> Builder:
     """The same with what each of the steps is."""
-    builder = begun(m, at, which)
+    builder = begun(m, at, which, len(taken))
 
     def words(key: str, cells: list[str], long_name: str) -> None:
         builder.add(key, "step", np.array(cells, dtype=str), long_name)

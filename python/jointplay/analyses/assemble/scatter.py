@@ -19,10 +19,10 @@ from jointplay.result import Result
 
 from .forces import Members
 from .part import Floats
-from .report import Place, report
+from .report import Place, each, finished, report
 from .state import Held
 from .steps import steps
-from .units import Units, solve
+from .units import solve
 
 
 def compute(
@@ -36,13 +36,10 @@ def compute(
 ) -> Result:
     """Quantiles over random units after every step."""
     levels = checked(samples, seed, law, probabilities)
-    taken, members = list(steps(m, at.poses)), Members(m)
+    every, members = list(steps(m, at.poses)), Members(m)
     u = m.core.units(samples, seed, law)
-    solved: list[Units] = []
-    for k, step in enumerate(taken):
-        solved.append(solve(Held(step), members, u))
-        if progress is not None:
-            progress(k + 1, len(taken))
+    solved = each(every, lambda step: solve(Held(step), members, u), progress)
+    taken = every[: len(solved)]
 
     builder = report(m, taken, at, "random")
     builder.attrs |= {"samples": samples, "seed": seed, "law": law or "as in the file"}
@@ -78,7 +75,7 @@ def compute(
     builder.add("failures", ("step", "outcome"), np.array(outcomes, dtype=np.int64), "units by outcome")
     held = np.array(["underconstrained" if step.freedom.mobility else "ok" for step in taken], dtype=str)
     builder.add("status", "step", held, "outcome")
-    return builder.result()
+    return finished(builder, len(every))
 
 
 def _quantiles(values: Floats, levels: Floats) -> Floats:

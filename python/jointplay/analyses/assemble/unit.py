@@ -10,8 +10,8 @@ from jointplay.result import Result, axes_of
 
 from .forces import Members
 from .part import Floats
-from .report import Place, report
-from .state import Held, State, contact, state
+from .report import Place, each, finished, report
+from .state import Held, contact, state
 from .steps import Step, steps
 from .units import solve
 
@@ -22,13 +22,9 @@ CENTRES = ("step", "joint", "component")
 
 def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result:
     """The state of the unit after every step."""
-    taken = list(steps(m, at.poses))
-    members = Members(m)
-    states: list[State] = []
-    for k, step in enumerate(taken):
-        states.append(state(step, members))
-        if progress is not None:
-            progress(k + 1, len(taken))
+    every, members = list(steps(m, at.poses)), Members(m)
+    states = each(every, lambda step: state(step, members), progress)
+    taken = every[: len(states)]
 
     def over(name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
         return np.array([getattr(found, name) for found in states])
@@ -57,7 +53,7 @@ def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result
     factor = "smallest factor on the clearances with which rigid bodies go together"
     builder.add("clearance_factor", "step", over("clearance_factor"), factor)
     builder.add("status", "step", np.array([found.status for found in states], dtype=str), "outcome")
-    return builder.result()
+    return finished(builder, len(every))
 
 
 def slopes(step: Step, members: Members) -> Floats:

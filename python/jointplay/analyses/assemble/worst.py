@@ -20,11 +20,13 @@ from jointplay.result import Result
 
 from .forces import Members
 from .part import Floats, Part
-from .report import Place, report
+from .report import Place, each, finished, report
 from .state import ENDS, SERIOUS, Held
 from .steps import Step, steps
 from .units import solve
 
+#: places from which the worst of the output, and that of every other centre, is climbed
+STARTS, FEWER_STARTS = 24, 8
 #: tolerances up to which every corner of their box is tried
 EVERY_CORNER = 8
 #: rounds of the search among more corners
@@ -33,13 +35,9 @@ ROUNDS = 6
 
 def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result:
     """The largest errors, forces and clearance factors after every step."""
-    taken, members = list(steps(m, at.poses)), Members(m)
-    found: list[_Extremes] = []
-    for k, step in enumerate(taken):
-        found.append(_Extremes(step, members))
-        if progress is not None:
-            progress(k + 1, len(taken))
-    builder = report(m, taken, at, "worst")
+    every, members = list(steps(m, at.poses)), Members(m)
+    found = each(every, lambda step: _Extremes(step, members), progress)
+    builder = report(m, every[: len(found)], at, "worst")
     for k, (end, body) in enumerate((("shaft", "first"), ("bearing", "second"))):
         words = f"largest position error of the centre on the {body} body of the joint"
         builder.add(f"worst_{end}", ("step", "joint"), np.stack([f.centres[k] for f in found]), words, "length")
@@ -51,7 +49,7 @@ def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result
     words = "largest factor on the clearances that rigid bodies can need to go together"
     builder.add("worst_clearance_factor", "step", np.array([f.factor for f in found]), words)
     builder.add("status", "step", np.array([f.status for f in found], dtype=str), "outcome")
-    return builder.result()
+    return finished(builder, len(every))
 
 
 class _Extremes:
@@ -78,7 +76,8 @@ class _Extremes:
     def _exact(self, point: int) -> float:
         """Largest position error of a point of a determinate part."""
         core = self.held.core(point, joints=self.held.rigid_joints)
-        return float(core.worst(self.held.drives, self.held.poses)["position"][0])
+        starts = STARTS if point == self.held.output else FEWER_STARTS
+        return float(core.worst(self.held.drives, self.held.poses, starts)["position"][0])
 
     def _over_corners(self, point: int) -> float:
         """Largest position error of a point at the corners, at the far end of what is left open there."""
@@ -94,8 +93,10 @@ class _Extremes:
 def _centred(part: Part, u: Floats) -> list[dict[str, Any]]:
     """The sources of a part with other known deviations."""
     ends = np.cumsum([len(source["centre"]) for source in part.spec["sources"]])
-    parts = np.split(u, ends[:-1])
-    return [source | {"centre": own.tolist()} for source, own in zip(part.spec["sources"], parts, strict=True)]
+    return [
+        source | {"centre": u[end - len(source["centre"]) : end].tolist()}
+        for source, end in zip(part.spec["sources"], ends, strict=True)
+    ]
 
 
 def corners(held: Held, members: Members) -> Floats:
