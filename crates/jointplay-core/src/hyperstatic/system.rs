@@ -100,25 +100,35 @@ impl<'m> System<'m> {
 
     /// The program of the tied gives under forces; `right` is what their displacements add up to.
     fn program(&self, c: &Compatibility, right: &DVector<f64>, forces: &DVector<f64>) -> Program {
-        let block = |give: &Give| Block {
-            kind: give.kind.clone(),
-            map: Self::map(give, c),
-            force: give.columns.iter().map(|&column| forces[column]).collect(),
-        };
+        let block =
+            |give: &Give| Block { kind: give.kind.clone(), map: Self::map(give, c), force: Self::along(give, forces) };
         let tied = self.gives.iter().filter(|give| Self::is_tied(give, c));
-        // What rounding leaves of a closed loop is no misfit.
+        Program { right: self.cleaned(right), blocks: tied.map(block).collect() }
+    }
+
+    /// Right sides without what rounding leaves of a closed loop: that is no misfit.
+    fn cleaned(&self, right: &DVector<f64>) -> Vec<f64> {
         let clean = |(&row, b): (&usize, &f64)| if b.abs() <= FITS * self.basis.unit(row) { 0.0 } else { *b };
-        let right = self.basis.redundant.iter().zip(right.iter()).map(clean).collect();
-        Program { right, blocks: tied.map(block).collect() }
+        self.basis.redundant.iter().zip(right.iter()).map(clean).collect()
+    }
+
+    /// What is asked, as forces on all displacements that the basis alone bears.
+    fn forces(c: &Compatibility, ask: &Ask) -> DVector<f64> {
+        match ask {
+            Ask::Load => c.load.clone(),
+            Ask::Stress | Ask::Factor => DVector::zeros(c.load.len()),
+            Ask::Along(direction) => c.output.parameters.tr_mul(&DVector::from_column_slice(direction)),
+        }
+    }
+
+    /// The part of forces that works on a give.
+    fn along(give: &Give, forces: &DVector<f64>) -> Vec<f64> {
+        give.columns.iter().map(|&column| forces[column]).collect()
     }
 
     /// Answers what is asked; `None` where no displacements are compatible.
     pub fn balance(&self, c: &Compatibility, right: &DVector<f64>, ask: &Ask) -> Option<Balance> {
-        let forces = match ask {
-            Ask::Load => c.load.clone(),
-            Ask::Stress | Ask::Factor => DVector::zeros(c.load.len()),
-            Ask::Along(direction) => c.output.parameters.tr_mul(&DVector::from_column_slice(direction)),
-        };
+        let forces = Self::forces(c, ask);
         let program = self.program(c, right, &forces);
         let none = |factor| Balance {
             given: self.gives.iter().map(|give| vec![0.0; give.columns.len()]).collect(),
@@ -158,6 +168,59 @@ impl<'m> System<'m> {
         self.fill(c, &mut balance, middle.as_ref().unwrap_or(&answer.displacements));
         balance.answer = Some(answer);
         Some(balance)
+    }
+
+    /// The same with every offset drawn to where it is by a spring of the given stiffness, in energy per
+    /// characteristic length and radian squared: a step that is long only where much is gained.
+    pub fn balance_near(
+        &self,
+        c: &Compatibility,
+        right: &DVector<f64>,
+        ask: &Ask,
+        at: &[Vec<f64>],
+        stiffness: f64,
+    ) -> Option<Balance> {
+        let forces = Self::forces(c, ask);
+        let offsets = || self.gives.iter().zip(at).filter(|(give, _)| give.source.is_some());
+        let ties: usize = offsets().map(|(give, _)| give.columns.len()).sum();
+        let n = c.equations.nrows();
+        let mut right: Vec<f64> = self.cleaned(right);
+        let (mut blocks, mut springs) = (Vec::new(), Vec::new());
+        for (give, at) in self.gives.iter().zip(at) {
+            let (size, first) = (give.columns.len(), right.len() - n);
+            let mut map = Self::map(give, c);
+            map.resize(size * (n + ties), 0.0);
+            if give.source.is_some() {
+                // Offset minus elongation of its spring: where it is.
+                let mut elongation = vec![0.0; map.len()];
+                let mut compliance = vec![0.0; size * size];
+                for (k, &column) in give.columns.iter().enumerate() {
+                    let entry = size * (n + first + k) + k;
+                    (map[entry], elongation[entry]) = (1.0, -1.0);
+                    compliance[k * (size + 1)] = self.basis.unit(column).powi(2) / stiffness;
+                }
+                right.extend(at);
+                springs.push(Block { kind: Kind::Spring(compliance), map: elongation, force: vec![0.0; size] });
+            }
+            blocks.push(Block { kind: give.kind.clone(), map, force: Self::along(give, &forces) });
+        }
+        blocks.extend(springs);
+        let mut answer = Program { right, blocks }.pose();
+        if answer.outcome == Outcome::Infeasible {
+            return None;
+        }
+        answer.multipliers.truncate(n);
+        let given = answer.displacements[..self.gives.len()].to_vec();
+        let tied = given.iter().zip(&self.gives).filter(|(_, give)| Self::is_tied(give, c));
+        answer.displacements = tied.map(|(given, _)| given.clone()).collect();
+        Some(Balance {
+            given,
+            forces: c.with_stress(&forces, &answer.multipliers),
+            factor: 1.0,
+            gap: answer.gap,
+            solved: answer.outcome == Outcome::Solved,
+            answer: Some(answer),
+        })
     }
 
     /// The middle of what is open among the tied gives; `None` where nothing is.
