@@ -127,7 +127,7 @@ impl System<'_> {
 fn step(solver: &Solver<'_>, from: &State, target: &[f64]) -> Result<(State, f64), Failure> {
     let mut part = 1.0;
     while part >= SHORTEST {
-        let mix = |(a, b): (&f64, &f64)| if part == 1.0 { *b } else { a + part * (b - a) };
+        let mix = |(a, b): (&f64, &f64)| if part >= 1.0 { *b } else { a + part * (b - a) };
         let parameters = from.inputs.parameters.iter().zip(target).map(mix).collect();
         let inputs = Inputs { drives: from.inputs.drives.clone(), parameters };
         if let Ok(state) = solver.follow(from, &inputs) {
