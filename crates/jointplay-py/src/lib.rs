@@ -362,7 +362,7 @@ impl Mechanism {
     }
 
     #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method
-    #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0, keep = false))]
+    #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0, keep = false, loaded = false))]
     fn random<'py>(
         &self,
         py: Python<'py>,
@@ -376,8 +376,8 @@ impl Mechanism {
         law: Option<&str>,
         threads: usize,
         keep: bool,
+        loaded: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let law = match law {
             None => None,
@@ -388,16 +388,27 @@ impl Mechanism {
         };
         let probabilities = probabilities.as_array().to_vec();
         let np = probabilities.len();
-        let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law, keep };
+        let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law, loaded, keep };
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
             .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-        let results = py.detach(|| pool.install(|| core.random(&cases, &request)));
         let (n, size, nq) = (cases.len(), core.size(), core.n_quantities());
         let mut table = Table::new(py);
+        // Without load and redundant rows nothing is elastically deformed.
+        let results = if core.n_rows() == core.n_unknowns() && !loaded {
+            py.detach(|| pool.install(|| core.random(&cases, &request)))
+        } else {
+            let found = py.detach(|| pool.install(|| core.random_units(&cases, &request)));
+            let forces = core.elastic_rows().count();
+            table = table
+                .array("clearance_factor", &[n, np], flat(found.iter().map(|r| &r.clearance_factor)))?
+                .array("force", &[n, np, forces], flat(found.iter().map(|r| &r.force)))?
+                .array("contribution_elastic", &[n, core.n_joints(), size], flat(found.iter().map(|r| &r.elastic)))?;
+            found.into_iter().map(|r| r.scatter).collect()
+        };
         if keep {
             let kept = || results.iter().filter_map(|r| r.kept.as_ref());
             // A configuration that is not assembled has no samples.

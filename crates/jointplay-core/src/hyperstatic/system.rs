@@ -88,12 +88,13 @@ impl<'m> System<'m> {
     }
 
     /// Coefficients of a give in the equations, row-major.
-    fn map(give: &Give, c: &Compatibility) -> Vec<f64> {
+    pub fn map(give: &Give, c: &Compatibility) -> Vec<f64> {
         let equations = 0..c.equations.nrows();
         equations.flat_map(|k| give.rows.iter().map(move |&row| c.equations[(k, row)])).collect()
     }
 
-    fn is_tied(give: &Give, c: &Compatibility) -> bool {
+    /// Whether an equation asks for it.
+    pub fn is_tied(give: &Give, c: &Compatibility) -> bool {
         give.rows.iter().any(|&row| c.equations.column(row).iter().any(|a| *a != 0.0))
     }
 

@@ -1,0 +1,202 @@
+//! Scatter from unit to unit of over-constrained and elastic mechanisms.
+//!
+//! Deviations are drawn by their laws. Where the clearances take up the misfit that they cause, offsets scatter
+//! by their laws as far as compatibility allows ([`section`]); where they do not, rigid bodies do not go
+//! together, and elastic ones go to the pose of least energy. If the load is asked for, it decides every
+//! clearance. The pose is exact; first order is the linear map of the nominal pose on the same displacements.
+
+mod chunk;
+mod dice;
+mod moments;
+mod section;
+mod unit;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::compatibility::Compatibility;
+use super::system::{Ask, System};
+use crate::closure::Inputs;
+use crate::loaded::Case;
+use crate::mechanism::Mechanism;
+use crate::sampling::tally::Ranges;
+use crate::sampling::{BLOCK, CHUNK, Request, Scatter};
+use crate::solver::{Solver, State};
+use crate::spec::Law;
+use crate::status::Status;
+use chunk::{Count, Linear};
+use unit::Job;
+
+/// Scatter of an over-constrained or elastic mechanism.
+#[derive(Clone, Debug)]
+pub struct UnitScatter {
+    /// What every mechanism tells.
+    pub scatter: Scatter,
+    /// Quantiles of the smallest factor on the clearances with which a unit goes together rigidly.
+    pub clearance_factor: Vec<f64>,
+    /// Quantiles of the force on every row of the elastic joints, probability by probability.
+    pub force: Vec<f64>,
+    /// Part of every joint's deformation in the first-order variance, joint by joint, per component.
+    pub elastic: Vec<f64>,
+}
+
+impl Mechanism {
+    /// The rows of all elastic joints.
+    pub fn elastic_rows(&self) -> impl Iterator<Item = usize> + '_ {
+        self.elastic.iter().flat_map(|e| e.rows.clone())
+    }
+
+    /// Scatter of every case, whatever ties the displacements of its joints or pushes them.
+    #[must_use]
+    pub fn random_units(&self, cases: &[Case<'_>], request: &Request) -> Vec<UnitScatter> {
+        self.each_on_basis(
+            cases,
+            |system, solver, _, case, nominal| {
+                self.scatter_units(system, solver, case, &nominal, request)
+                    .unwrap_or_else(|status| self.no_units(request, status))
+            },
+            |status| self.no_units(request, status),
+        )
+    }
+
+    fn no_units(&self, request: &Request, status: Status) -> UnitScatter {
+        let nan = |n: usize| vec![f64::NAN; n];
+        let probabilities = request.probabilities.len();
+        UnitScatter {
+            scatter: self.no_scatter(request, status),
+            clearance_factor: nan(probabilities),
+            force: nan(probabilities * self.elastic_rows().count()),
+            elastic: nan(self.n_joints() * self.size()),
+        }
+    }
+
+    fn scatter_units(
+        &self,
+        system: &System<'_>,
+        solver: &Solver<'_>,
+        case: &Case<'_>,
+        nominal: &State,
+        request: &Request,
+    ) -> Result<UnitScatter, Status> {
+        let at_nominal = Compatibility::at(system.basis, solver, nominal).ok_or(Status::Singular)?;
+        let known = Inputs { drives: case.drives.to_vec(), parameters: self.displacements(&self.centre) };
+        let built = solver.follow(nominal, &known)?;
+        let at_built = Compatibility::at(system.basis, solver, &built).ok_or(Status::Singular)?;
+        let job = Job::new(system, solver, request, nominal, &built, &at_built);
+        let shift = &self.drive_shift(&at_nominal.output, case, nominal);
+        let linear = Linear::new(self, &at_nominal, shift);
+        let ranges = self.ranges_of_units(system, &at_nominal, &known.parameters, &linear, request);
+        let mut count = Count::new(self, &ranges);
+        let chunks = request.samples.div_ceil(CHUNK);
+        for block in 0..chunks.div_ceil(BLOCK) {
+            let parts: Vec<Count> = (block * BLOCK..((block + 1) * BLOCK).min(chunks))
+                .into_par_iter()
+                .map(|chunk| {
+                    let samples = CHUNK.min(request.samples - chunk * CHUNK);
+                    chunk::draw(&job, &linear, &ranges, chunk as u64, samples)
+                })
+                .collect();
+            for part in &parts {
+                count.merge(part);
+            }
+        }
+        Ok(self.table(&count, &ranges, request, self.nominal_status(nominal)))
+    }
+
+    fn table(&self, count: &Count, ranges: &Ranges, request: &Request, status: Status) -> UnitScatter {
+        let (n, sources) = (self.size(), self.sources.len());
+        let (tally, moments) = (&count.tally, &count.first_order);
+        let covariances = |range: std::ops::Range<usize>| range.map(|k| moments.covariance(k));
+        // Every part varies with the component that it is a part of.
+        let parts = |range: std::ops::Range<usize>| range.map(|k| moments.covariance(k)[(k - n) % n]).collect();
+        let first = n + sources * n;
+        let quantiles = |sketch: &crate::sampling::sketch::Sketch| -> Vec<f64> {
+            request.probabilities.iter().map(|&p| sketch.quantile(p)).collect()
+        };
+        let solved = tally.count > 0;
+        let or_nan = |values: Vec<f64>| if solved { values } else { vec![f64::NAN; values.len()] };
+        let limits = !(request.limit_position.is_nan() && request.limit_rotation.is_nan());
+        UnitScatter {
+            scatter: Scatter {
+                mean: or_nan(tally.mean.clone()),
+                covariance: tally.covariance(),
+                mean_first_order: moments.mean()[..n].to_vec(),
+                covariance_first_order: covariances(0..n).flatten().collect(),
+                contribution: parts(n..first),
+                quantile: request.probabilities.iter().flat_map(|&p| tally.quantiles(ranges, p)).collect(),
+                quantile_resolution: ranges.resolution(),
+                histogram: tally.histogram(),
+                edges: ranges.edges(),
+                outside: if limits { tally.outside as f64 / tally.count as f64 } else { f64::NAN },
+                largest: or_nan(tally.largest.clone()),
+                failures: tally.statuses,
+                fallbacks: tally.fallbacks,
+                kept: tally.kept.clone(),
+                status,
+            },
+            clearance_factor: quantiles(&count.factor),
+            force: {
+                let by_row: Vec<Vec<f64>> = count.forces.iter().map(quantiles).collect();
+                (0..request.probabilities.len()).flat_map(|p| by_row.iter().map(move |row| row[p])).collect()
+            },
+            elastic: parts(first..first + self.n_joints() * n),
+        }
+    }
+
+    /// Ranges of the histograms: what sets and springs can do to first order.
+    fn ranges_of_units(
+        &self,
+        system: &System<'_>,
+        c: &Compatibility,
+        known: &[f64],
+        linear: &Linear<'_>,
+        request: &Request,
+    ) -> Ranges {
+        let n = self.size();
+        let reach = |row: &dyn Fn(usize) -> f64| -> f64 {
+            let of = |source: &crate::mechanism::Source| {
+                let row: Vec<f64> = source.range().map(|p| row(self.place_of(p))).collect();
+                let opposite: Vec<f64> = row.iter().map(|r| -r).collect();
+                let factor = if Self::law(source, request) == Law::Gauss { 2.0 } else { 1.0 };
+                factor * 0.5 * (source.set.support(&row) + source.set.support(&opposite))
+            };
+            self.sources.iter().map(of).sum()
+        };
+        let mean = linear.error(known);
+        let mut half: Vec<f64> = (0..n).map(|i| reach(&|place| c.output.parameters[(i, place)])).collect();
+        for (row, size) in self.deformations_within(system, c, &reach).into_iter().enumerate() {
+            half.iter_mut().enumerate().for_each(|(i, h)| *h += c.output.parameters[(i, row)].abs() * size);
+        }
+        Ranges::new(&mean, &half, self.n_translations())
+    }
+
+    /// How far every row may deform: by the largest misfit without any clearance, and by the load.
+    fn deformations_within(
+        &self,
+        system: &System<'_>,
+        c: &Compatibility,
+        reach: &dyn Fn(&dyn Fn(usize) -> f64) -> f64,
+    ) -> Vec<f64> {
+        let (s, rows) = (c.equations.nrows(), self.n_rows());
+        let mut compliance = DMatrix::zeros(rows, rows);
+        for e in &self.elastic {
+            let size = e.rows.len();
+            let block = DMatrix::from_row_slice(size, size, &e.compliance);
+            compliance.view_mut((e.rows.start, e.rows.start), (size, size)).copy_from(&block);
+        }
+        let lack = DVector::from_fn(s, |k, _| c.misfit[k].abs() + reach(&|place| c.equations[(k, place)]));
+        let along = &compliance * c.of_rows().transpose();
+        let mut flexibility = c.of_rows() * &along;
+        let scale = flexibility.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
+        flexibility.component_mul_assign(&(&scale * scale.transpose()));
+        let inverse = flexibility.pseudo_inverse(1e-12).unwrap_or_else(|_| DMatrix::zeros(s, s));
+        let inverse = inverse.component_mul(&(&scale * scale.transpose()));
+        let by_misfit = (along * inverse).map(f64::abs) * lack;
+        let own = system.balance(c, &c.misfit, Ask::Load).map(|balance| system.displacements(&balance));
+        let by_load = own.unwrap_or_else(|| vec![0.0; rows]);
+        self.elastic_rows().fold(vec![0.0; rows], |mut most, row| {
+            most[row] = by_misfit[row] + 2.0 * by_load[row].abs();
+            most
+        })
+    }
+}

@@ -1,0 +1,278 @@
+//! One unit: whether it goes together, and where.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::dice::Dice;
+use super::section::{Member, Section};
+use crate::closure::Inputs;
+use crate::cone::Kind;
+use crate::hyperstatic::compatibility::{Compatibility, FITS};
+use crate::hyperstatic::system::{Ask, Balance, Give, System};
+use crate::mechanism::Mechanism;
+use crate::sampling::Request;
+use crate::solver::{Solver, State};
+use crate::status::Status;
+
+/// Rounding of the factor on the clearances.
+const FACTOR: f64 = 1e-9;
+/// A clearance is loose when its force does less than this part of the largest one.
+const LOOSE: f64 = 1e-7;
+/// Corrections that make linearly compatible displacements exactly so: each leaves a part of the misfit that is
+/// of the order of the displacements over the dimensions.
+const CORRECTIONS: usize = 12;
+
+/// What all units of one configuration share.
+pub struct Job<'a> {
+    /// What gives way together: clearances that scatter by themselves are left out, unless the load decides.
+    pub system: System<'a>,
+    pub solver: &'a Solver<'a>,
+    pub request: &'a Request,
+    pub nominal: &'a State,
+    /// The basis, closed for the known deviations.
+    pub built: &'a State,
+    /// The linearisation there.
+    pub compatibility: &'a Compatibility,
+    /// What changes a misfit with the least displacements: length-scaled, of everything that gives way.
+    pub correction: DMatrix<f64>,
+    /// The clearances that compatibility ties, by the numbers of their gives.
+    pub tied: Vec<usize>,
+    pub section: Section,
+}
+
+/// What became of a unit.
+pub struct Unit {
+    pub status: Status,
+    /// The smallest factor on the clearances with which it goes together rigidly.
+    pub factor: f64,
+    /// Offsets and deviations.
+    pub parameters: Vec<f64>,
+    /// Displacements of the rows and values of the parameters before they are corrected, as the basis takes them.
+    pub displacements: Vec<f64>,
+    /// The closed basis.
+    pub state: Option<State>,
+    /// Forces on the rows.
+    pub forces: DVector<f64>,
+}
+
+impl<'a> Job<'a> {
+    pub fn new(
+        whole: &System<'a>,
+        solver: &'a Solver<'a>,
+        request: &'a Request,
+        nominal: &'a State,
+        built: &'a State,
+        compatibility: &'a Compatibility,
+    ) -> Self {
+        let takes_part = |give: &&Give| request.loaded || give.source.is_none() || System::is_tied(give, compatibility);
+        let gives = whole.gives.iter().filter(takes_part).cloned().collect();
+        let system = System { gives, ..whole.clone() };
+        let is_tied =
+            |g: &usize| system.gives[*g].source.is_some() && System::is_tied(&system.gives[*g], compatibility);
+        let tied: Vec<usize> = (0..system.gives.len()).filter(is_tied).collect();
+        let section = section(&system, compatibility, &tied, request);
+        let correction = least_displacements(&system, compatibility);
+        Self { system, solver, request, nominal, built, compatibility, correction, tied, section }
+    }
+
+    const fn mechanism(&self) -> &Mechanism {
+        self.system.mechanism
+    }
+
+    /// Solves the unit with the given number, whose parameters have been drawn by their laws one by one.
+    pub fn solve(&self, number: u64, drawn: &[f64]) -> Unit {
+        let m = self.mechanism();
+        let mut parameters = drawn.to_vec();
+        for source in self.system.gives.iter().filter_map(|give| give.source) {
+            m.sources[source].range().for_each(|p| parameters[p] = m.centre[p]);
+        }
+        let known = m.displacements(&parameters);
+        let mut unit = Unit {
+            status: Status::Ok,
+            factor: f64::NAN,
+            parameters,
+            displacements: known.clone(),
+            state: None,
+            forces: DVector::zeros(m.n_rows()),
+        };
+        let start = match self.close(self.built, known) {
+            Ok(start) => start,
+            Err(status) => return Unit { status, ..unit },
+        };
+        let misfit = self.system.basis.misfit(&start);
+        let (factor, loosest) = self.factor(&misfit);
+        unit.factor = factor;
+        let mut dice = Dice::new(self.request.seed, number);
+        let rigid = self.system.gives.iter().all(|give| give.source.is_some());
+        let found = if rigid && factor > 1.0 + FACTOR {
+            Err(Status::NotAssemblable)
+        } else if self.request.loaded || factor > 1.0 + FACTOR {
+            self.settle(start, &mut unit, &mut dice)
+        } else {
+            self.scatter(start, &misfit, loosest, &mut unit, &mut dice)
+        };
+        match found {
+            Ok(state) if state.negative == self.built.negative => unit.state = Some(state),
+            Ok(_) => unit.status = Status::Singular,
+            Err(status) => unit.status = status,
+        }
+        unit
+    }
+
+    /// Notes the offset of a clearance.
+    fn put(&self, give: usize, offset: &[f64], unit: &mut Unit) {
+        let m = self.mechanism();
+        let Some(source) = self.system.gives[give].source else { return };
+        m.sources[source].range().zip(offset).for_each(|(p, d)| unit.parameters[p] = m.centre[p] + d);
+    }
+
+    fn close(&self, from: &State, parameters: Vec<f64>) -> Result<State, Status> {
+        let inputs = Inputs { drives: self.built.inputs.drives.clone(), parameters };
+        self.solver.close(from, &inputs).map_or_else(|| self.solver.follow(from, &inputs), Ok)
+    }
+
+    /// The smallest factor on the clearances, and the offsets at it.
+    fn factor(&self, misfit: &DVector<f64>) -> (f64, Option<Balance>) {
+        let basis = self.system.basis;
+        let fits = |(b, &row): (&f64, &usize)| b.abs() <= FITS * basis.unit(row);
+        if misfit.iter().zip(&basis.redundant).all(fits) {
+            return (0.0, None);
+        }
+        if let [b] = misfit.as_slice() {
+            // The only self-stress, and what it does on the misfit and in the clearances.
+            let support = |&g: &usize| {
+                let Give { kind, rows, .. } = &self.system.gives[g];
+                let stress: Vec<f64> =
+                    rows.iter().map(|&row| b.signum() * self.compatibility.equations[(0, row)]).collect();
+                if let Kind::Clearance(set) = kind { set.support(&stress) } else { 0.0 }
+            };
+            let reach: f64 = self.tied.iter().map(support).sum();
+            return (if reach > 0.0 { b.abs() / reach } else { f64::INFINITY }, None);
+        }
+        let balance = self.system.balance(self.compatibility, misfit, Ask::Factor);
+        (balance.as_ref().map_or(f64::INFINITY, |b| b.factor), balance)
+    }
+
+    /// Where the clearances take up the misfit: anywhere that is compatible, by the laws.
+    fn scatter(
+        &self,
+        start: State,
+        misfit: &DVector<f64>,
+        loosest: Option<Balance>,
+        unit: &mut Unit,
+        dice: &mut Dice,
+    ) -> Result<State, Status> {
+        if self.tied.is_empty() {
+            return Ok(start);
+        }
+        let interior = || {
+            let balance = loosest.or_else(|| self.system.balance(self.compatibility, misfit, Ask::Factor))?;
+            Some(self.tied.iter().map(|&g| balance.given[g].clone()).collect())
+        };
+        let offsets = self.section.draw(misfit, dice, interior).ok_or(Status::NotAssemblable)?;
+        for (&g, offset) in self.tied.iter().zip(&offsets) {
+            self.put(g, offset, unit);
+            self.system.gives[g].rows.iter().zip(offset).for_each(|(&row, d)| unit.displacements[row] += d);
+        }
+        self.correct(&start, unit.displacements.clone(), &self.correction)
+    }
+
+    /// Where load or misfit strain what is elastic, or push rigid bodies; clearances that carry nothing scatter.
+    fn settle(&self, start: State, unit: &mut Unit, dice: &mut Dice) -> Result<State, Status> {
+        let known = start.inputs.parameters.clone();
+        let ask = if self.request.loaded { Ask::Load } else { Ask::Stress };
+        let settled =
+            self.system.settle(self.solver, start, ask).map_err(crate::hyperstatic::settle::Failure::status)?;
+        if unit.factor > 1.0 + FACTOR {
+            unit.status = Status::Strained;
+        }
+        let (c, balance) = (&settled.compatibility, &settled.balance);
+        unit.forces.copy_from(&balance.forces);
+        unit.displacements.clone_from(&settled.state.inputs.parameters);
+        balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, unit));
+        if self.request.loaded {
+            return Ok(settled.state);
+        }
+        let loose = self.loose(balance);
+        if loose.is_empty() {
+            return Ok(settled.state);
+        }
+        let mut rest = c.right(&settled.state) - c.of_rows() * DVector::from_column_slice(&known[..unit.forces.len()]);
+        for (g, (give, given)) in self.system.gives.iter().zip(&balance.given).enumerate() {
+            if !loose.contains(&g) {
+                give.rows.iter().zip(given).for_each(|(&row, d)| rest -= c.of_rows().column(row) * *d);
+            }
+        }
+        let section = section(&self.system, c, &loose, self.request);
+        let interior = || Some(loose.iter().map(|&g| balance.given[g].clone()).collect());
+        let Some(offsets) = section.draw(&rest, dice, interior) else { return Ok(settled.state) };
+        for (&g, offset) in loose.iter().zip(&offsets) {
+            let give = &self.system.gives[g];
+            self.put(g, offset, unit);
+            for ((&row, d), before) in give.rows.iter().zip(offset).zip(&balance.given[g]) {
+                unit.displacements[row] += d - before;
+            }
+        }
+        let correction = least_displacements(&self.system, c);
+        self.correct(&settled.state, unit.displacements.clone(), &correction)
+    }
+
+    /// The tied clearances that no force holds.
+    fn loose(&self, balance: &Balance) -> Vec<usize> {
+        let reach = |&g: &usize| {
+            let give = &self.system.gives[g];
+            let force: Vec<f64> = give.rows.iter().map(|&row| balance.forces[row]).collect();
+            if let Kind::Clearance(set) = &give.kind { set.reach(&force) } else { 0.0 }
+        };
+        let most = self.tied.iter().map(reach).fold(0.0, f64::max);
+        self.tied.iter().copied().filter(|g| reach(g) <= LOOSE * most).collect()
+    }
+
+    /// Closes the mechanism for displacements that are compatible to first order, changing them by what is left.
+    fn correct(&self, from: &State, mut parameters: Vec<f64>, correction: &DMatrix<f64>) -> Result<State, Status> {
+        let basis = self.system.basis;
+        let mut state = self.close(from, parameters.clone())?;
+        for _ in 0..CORRECTIONS {
+            let left = basis.misfit(&state);
+            if basis.scaled_misfit(&left) <= FITS {
+                return Ok(state);
+            }
+            let change = correction * left;
+            parameters.iter_mut().zip(change.iter()).for_each(|(p, d)| *p += d);
+            state = self.close(&state, parameters.clone())?;
+        }
+        Err(Status::NotAssembled)
+    }
+}
+
+/// The section of some clearances.
+fn section(system: &System<'_>, c: &Compatibility, numbers: &[usize], request: &Request) -> Section {
+    let member = |&g: &usize| {
+        let give = &system.gives[g];
+        let (Kind::Clearance(set), Some(source)) = (&give.kind, give.source) else { return None };
+        let law = Mechanism::law(&system.mechanism.sources[source], request);
+        Some(Member { set: *set, law, map: System::map(give, c) })
+    };
+    Section::new(numbers.iter().filter_map(member).collect(), c.equations.nrows())
+}
+
+/// Displacements of all rows, of least length-scaled size, that make up for a misfit: of the rows that give way.
+fn least_displacements(system: &System<'_>, c: &Compatibility) -> DMatrix<f64> {
+    let rows = system.mechanism.n_rows();
+    let mut scaled = DMatrix::zeros(c.equations.nrows(), rows);
+    for give in &system.gives {
+        for (k, &row) in give.rows.iter().enumerate() {
+            let size = match &give.kind {
+                Kind::Clearance(set) | Kind::Fixed(set) => set.half_width(k),
+                Kind::Spring(compliance) => compliance[k * (give.rows.len() + 1)].sqrt(),
+            };
+            if size > 0.0 {
+                scaled.set_column(row, &(c.equations.column(row) * system.basis.unit(row)));
+            }
+        }
+    }
+    let mut inverse = scaled.clone().pseudo_inverse(LOOSE * scaled.norm()).unwrap_or_else(|_| scaled.transpose());
+    for row in 0..rows {
+        inverse.row_mut(row).scale_mut(system.basis.unit(row));
+    }
+    inverse
+}
