@@ -72,6 +72,13 @@ impl Mechanism {
         self.core.deformations().collect()
     }
 
+    /// Joint and component of every row of the elastic joints.
+    #[getter]
+    fn elastic_rows(&self) -> Vec<(usize, &'static str)> {
+        let names: Vec<_> = self.core.row_names().collect();
+        self.core.elastic_rows().map(|row| names[row]).collect()
+    }
+
     /// Whether statics and closure decide everything: no row is redundant and no joint elastic.
     #[getter]
     fn isostatic(&self) -> bool {
@@ -359,6 +366,18 @@ impl Mechanism {
             .array("contribution", &[n, ne, core.sources().len()], flat(results.iter().flat_map(|r| &r.contribution)))?
             .status(results.iter().map(|r| r.status))?
             .finish())
+    }
+
+    /// The clearances that compatibility ties to others in any of the configurations.
+    fn tied(
+        &self,
+        py: Python<'_>,
+        drives: PyReadonlyArray2<'_, f64>,
+        poses: PyReadonlyArray3<'_, f64>,
+    ) -> PyResult<Vec<usize>> {
+        let configurations = Configurations::new(&self.core, &drives, &poses)?;
+        let cases = configurations.cases();
+        Ok(py.detach(|| self.core.tied(&cases)))
     }
 
     #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method

@@ -11,6 +11,7 @@ import typer
 from . import DONE, NOT_OK, answer, arguments
 from .options import (
     Compared,
+    Contact,
     Correctable,
     File,
     Mapped,
@@ -23,6 +24,7 @@ from .options import (
     Seed,
     Settings,
     Swept,
+    Touching,
 )
 
 if TYPE_CHECKING:
@@ -146,6 +148,7 @@ def error(
     samples: Samples = 100_000,
     seed: Seed = 0,
     law: Scatter = None,
+    contact: Touching = Contact.scattered,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -172,7 +175,7 @@ def error(
         return found["worst"]
 
     def ask_random(m: Mechanism, progress: Any) -> Result:
-        return random.compute(m, samples, seed, law.value if law else None, progress=progress)
+        return random.compute(m, samples, seed, law.value if law else None, contact=contact.value, progress=progress)
 
     def ask_given(m: Mechanism, progress: Any) -> Result:
         if put:

@@ -46,6 +46,21 @@ impl Mechanism {
         self.elastic.iter().flat_map(|e| e.rows.clone())
     }
 
+    /// The clearances that compatibility ties to others in any case.
+    #[must_use]
+    pub fn tied(&self, cases: &[Case<'_>]) -> Vec<usize> {
+        let tied = self.each_on_basis(
+            cases,
+            |system, solver, _, _, nominal| {
+                let Some(c) = Compatibility::at(system.basis, solver, &nominal) else { return Vec::new() };
+                let tied = system.gives.iter().filter(|give| System::is_tied(give, &c));
+                tied.filter_map(|give| give.source).collect()
+            },
+            |_| Vec::new(),
+        );
+        (0..self.sources.len()).filter(|s| tied.iter().any(|tied| tied.contains(s))).collect()
+    }
+
     /// Scatter of every case, whatever ties the displacements of its joints or pushes them.
     #[must_use]
     pub fn random_units(&self, cases: &[Case<'_>], request: &Request) -> Vec<UnitScatter> {
