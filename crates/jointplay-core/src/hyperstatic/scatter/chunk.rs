@@ -92,12 +92,13 @@ impl<'a> Linear<'a> {
 }
 
 /// Draws, solves and counts a chunk.
-pub fn draw(job: &Job<'_>, linear: &Linear<'_>, ranges: &Ranges, number: u64, samples: usize) -> Count {
+///
+/// Products are summed about `shift`, an error near the mean.
+pub fn draw(job: &Job<'_>, linear: &Linear<'_>, ranges: &Ranges, shift: &[f64], number: u64, samples: usize) -> Count {
     let m = job.system.mechanism;
     let n = m.size();
     let mut count = Count::new(m, ranges);
     count.tally.kept = job.request.keep.then(Kept::default);
-    let shift = linear.error(&job.built.inputs.parameters);
     let mut sums = Sums::new(n, n + 2);
     let mut stream = Stream::new(job.request.seed, number);
     let mut drawn = vec![Block::splat(0.0); m.n_parameters()];
@@ -124,10 +125,10 @@ pub fn draw(job: &Job<'_>, linear: &Linear<'_>, ranges: &Ranges, number: u64, sa
                 count.tally.outside += u64::from(out);
             }
         }
-        sums.add(&quantities, &good, &shift);
+        sums.add(&quantities, &good, shift);
         count.tally.count_block(ranges, &quantities, &good);
     }
-    count.tally.absorb(&sums, &shift);
+    count.tally.absorb(&sums, shift);
     count
 }
 

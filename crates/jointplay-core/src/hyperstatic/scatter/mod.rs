@@ -98,8 +98,10 @@ impl Mechanism {
         let built = solver.follow(nominal, &known)?;
         let at_built = Compatibility::at(system.basis, solver, &built).ok_or(Status::Singular)?;
         let job = Job::new(system, solver, request, nominal, &built, &at_built);
-        let shift = &self.drive_shift(&at_nominal.output, case, nominal);
-        let linear = Linear::new(self, &at_nominal, shift);
+        let linear = Linear::new(self, &at_nominal, &self.drive_shift(&at_nominal.output, case, nominal));
+        // The unit with nothing but known deviations.
+        let middle = job.solve(u64::MAX, &self.centre).state.map(|state| system.basis.kept.error(&state, nominal));
+        let shift = middle.unwrap_or_else(|| linear.error(&known.parameters));
         let ranges = self.ranges_of_units(system, &at_nominal, &known.parameters, &linear, request);
         let mut count = Count::new(self, &ranges);
         let chunks = request.samples.div_ceil(CHUNK);
@@ -108,7 +110,7 @@ impl Mechanism {
                 .into_par_iter()
                 .map(|chunk| {
                     let samples = CHUNK.min(request.samples - chunk * CHUNK);
-                    chunk::draw(&job, &linear, &ranges, chunk as u64, samples)
+                    chunk::draw(&job, &linear, &ranges, &shift, chunk as u64, samples)
                 })
                 .collect();
             for part in &parts {
@@ -200,6 +202,13 @@ impl Mechanism {
             compliance.view_mut((e.rows.start, e.rows.start), (size, size)).copy_from(&block);
         }
         let lack = DVector::from_fn(s, |k, _| c.misfit[k].abs() + reach(&|place| c.equations[(k, place)]));
+        let by_load = system.balance(c, &c.misfit, Ask::Load).map(|balance| system.displacements(&balance));
+        let mut most = by_load.unwrap_or_else(|| vec![0.0; rows]);
+        // The load of the file acts anywhere in the clearances.
+        most.iter_mut().for_each(|size| *size = 2.0 * size.abs());
+        if s == 0 {
+            return most;
+        }
         let along = &compliance * c.of_rows().transpose();
         let mut flexibility = c.of_rows() * &along;
         let scale = flexibility.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
@@ -207,11 +216,7 @@ impl Mechanism {
         let inverse = flexibility.pseudo_inverse(1e-12).unwrap_or_else(|_| DMatrix::zeros(s, s));
         let inverse = inverse.component_mul(&(&scale * scale.transpose()));
         let by_misfit = (along * inverse).map(f64::abs) * lack;
-        let own = system.balance(c, &c.misfit, Ask::Load).map(|balance| system.displacements(&balance));
-        let by_load = own.unwrap_or_else(|| vec![0.0; rows]);
-        self.elastic_rows().fold(vec![0.0; rows], |mut most, row| {
-            most[row] = by_misfit[row] + 2.0 * by_load[row].abs();
-            most
-        })
+        most.iter_mut().zip(by_misfit.iter()).for_each(|(size, more)| *size += more);
+        most
     }
 }

@@ -258,6 +258,9 @@ fn section(system: &System<'_>, c: &Compatibility, numbers: &[usize], request: &
 /// Displacements of all rows, of least length-scaled size, that make up for a misfit: of the rows that give way.
 fn least_displacements(system: &System<'_>, c: &Compatibility) -> DMatrix<f64> {
     let rows = system.mechanism.n_rows();
+    if c.equations.nrows() == 0 {
+        return DMatrix::zeros(rows, 0);
+    }
     let mut scaled = DMatrix::zeros(c.equations.nrows(), rows);
     for give in &system.gives {
         for (k, &row) in give.rows.iter().enumerate() {
