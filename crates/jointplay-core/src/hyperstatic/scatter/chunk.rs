@@ -2,12 +2,15 @@
 
 use nalgebra::DVector;
 
+use super::lanes::Lanes;
 use super::moments::Moments;
 use super::unit::{Job, Unit};
+use crate::batch::Bound;
 use crate::batch::draw::Stream;
 use crate::batch::lanes::{Block, LANES, Mask};
 use crate::hyperstatic::compatibility::Compatibility;
 use crate::mechanism::Mechanism;
+use crate::sampling::CHUNK;
 use crate::sampling::sketch::Sketch;
 use crate::sampling::tally::{Kept, Ranges, Sums, Tally};
 use crate::space::norm;
@@ -94,12 +97,21 @@ impl<'a> Linear<'a> {
 /// Draws, solves and counts a chunk.
 ///
 /// Products are summed about `shift`, an error near the mean.
-pub fn draw(job: &Job<'_>, linear: &Linear<'_>, ranges: &Ranges, shift: &[f64], number: u64, samples: usize) -> Count {
+pub fn draw(
+    job: &Job<'_>,
+    bound: Option<Bound<'_>>,
+    linear: &Linear<'_>,
+    ranges: &Ranges,
+    shift: &[f64],
+    number: u64,
+    samples: usize,
+) -> Count {
     let m = job.system.mechanism;
     let n = m.size();
     let mut count = Count::new(m, ranges);
     count.tally.kept = job.request.keep.then(Kept::default);
     let mut sums = Sums::new(n, n + 2);
+    let mut solver = Lanes { job, bound, fallbacks: 0 };
     let mut stream = Stream::new(job.request.seed, number);
     let mut drawn = vec![Block::splat(0.0); m.n_parameters()];
     let mut quantities = vec![Block::splat(0.0); n + 2];
@@ -111,11 +123,9 @@ pub fn draw(job: &Job<'_>, linear: &Linear<'_>, ranges: &Ranges, shift: &[f64], 
             }
         }
         let mut good = Mask::NONE;
-        for lane in 0..LANES.min(samples - first) {
-            let parameters: Vec<f64> = drawn.iter().map(|block| block.0[lane]).collect();
-            let unit = job.solve(number * crate::sampling::CHUNK as u64 + (first + lane) as u64, &parameters);
-            let error = count.unit(job, linear, unit);
-            if let Some(error) = error {
+        let units = solver.solve(&drawn, number * CHUNK as u64 + first as u64, LANES.min(samples - first));
+        for (lane, unit) in units.into_iter().enumerate() {
+            if let Some(error) = count.unit(m, linear, unit) {
                 good.0[lane] = u64::MAX;
                 quantities.iter_mut().zip(&error).for_each(|(block, e)| block.0[lane] = *e);
                 let (translations, rotations) = error.split_at(m.n_translations());
@@ -129,29 +139,28 @@ pub fn draw(job: &Job<'_>, linear: &Linear<'_>, ranges: &Ranges, shift: &[f64], 
         count.tally.count_block(ranges, &quantities, &good);
     }
     count.tally.absorb(&sums, shift);
+    count.tally.fallbacks = solver.fallbacks;
     count
 }
 
 impl Count {
     /// Counts a unit; gives its error where it has one.
-    fn unit(&mut self, job: &Job<'_>, linear: &Linear<'_>, unit: Unit) -> Option<Vec<f64>> {
-        let m = job.system.mechanism;
+    fn unit(&mut self, m: &Mechanism, linear: &Linear<'_>, unit: Unit) -> Option<Vec<f64>> {
         self.tally.statuses[unit.status as usize] += 1;
         if !unit.factor.is_nan() {
             self.factor.add(unit.factor);
         }
-        let error = unit.state.as_ref().map(|state| job.system.basis.kept.error(state, job.nominal));
         if let Some(kept) = &mut self.tally.kept {
             kept.parameters.extend(&unit.parameters);
-            kept.errors.extend(error.clone().unwrap_or_else(|| vec![f64::NAN; m.size()]));
+            kept.errors.extend(unit.error.clone().unwrap_or_else(|| vec![f64::NAN; m.size()]));
             kept.statuses.push(unit.status);
         }
-        if error.is_some() {
+        if unit.error.is_some() {
             self.first_order.add(&linear.parts(&unit.displacements, &unit.parameters));
             for (sketch, row) in self.forces.iter_mut().zip(m.elastic_rows()) {
                 sketch.add(unit.forces[row]);
             }
         }
-        error
+        unit.error
     }
 }

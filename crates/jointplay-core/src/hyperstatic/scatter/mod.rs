@@ -7,6 +7,7 @@
 
 mod chunk;
 mod dice;
+mod lanes;
 mod moments;
 mod section;
 mod unit;
@@ -16,6 +17,7 @@ use rayon::prelude::*;
 
 use super::compatibility::Compatibility;
 use super::system::{Ask, System};
+use crate::batch::Newton;
 use crate::closure::Inputs;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
@@ -100,8 +102,11 @@ impl Mechanism {
         let job = Job::new(system, solver, request, nominal, &built, &at_built);
         let linear = Linear::new(self, &at_nominal, &self.drive_shift(&at_nominal.output, case, nominal));
         // The unit with nothing but known deviations.
-        let middle = job.solve(u64::MAX, &self.centre).state.map(|state| system.basis.kept.error(&state, nominal));
+        let middle = job.solve(u64::MAX, &self.centre).error;
         let shift = middle.unwrap_or_else(|| linear.error(&known.parameters));
+        let beside = Some((&system.basis.all, system.basis.redundant.as_slice()));
+        let newton = Newton::record_beside(solver, self.largest_angle(), beside);
+        let lanes = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal, case.drives));
         let ranges = self.ranges_of_units(system, &at_nominal, &known.parameters, &linear, request);
         let mut count = Count::new(self, &ranges);
         let chunks = request.samples.div_ceil(CHUNK);
@@ -110,7 +115,7 @@ impl Mechanism {
                 .into_par_iter()
                 .map(|chunk| {
                     let samples = CHUNK.min(request.samples - chunk * CHUNK);
-                    chunk::draw(&job, &linear, &ranges, &shift, chunk as u64, samples)
+                    chunk::draw(&job, lanes.clone(), &linear, &ranges, &shift, chunk as u64, samples)
                 })
                 .collect();
             for part in &parts {

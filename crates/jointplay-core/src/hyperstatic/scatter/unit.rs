@@ -19,7 +19,7 @@ const FACTOR: f64 = 1e-9;
 const LOOSE: f64 = 1e-7;
 /// Corrections that make linearly compatible displacements exactly so: each leaves a part of the misfit that is
 /// of the order of the displacements over the dimensions.
-const CORRECTIONS: usize = 12;
+pub const CORRECTIONS: usize = 12;
 
 /// What all units of one configuration share.
 pub struct Job<'a> {
@@ -37,6 +37,19 @@ pub struct Job<'a> {
     /// The clearances that compatibility ties, by the numbers of their gives.
     pub tied: Vec<usize>,
     pub section: Section,
+    /// Whether nothing is elastic.
+    rigid: bool,
+}
+
+/// How a unit goes together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fit {
+    /// Rigidly, within the clearances.
+    Loose,
+    /// By what is elastic, or where the load pushes it.
+    Forced,
+    /// Not at all.
+    Apart,
 }
 
 /// What became of a unit.
@@ -48,8 +61,8 @@ pub struct Unit {
     pub parameters: Vec<f64>,
     /// Displacements of the rows and values of the parameters before they are corrected, as the basis takes them.
     pub displacements: Vec<f64>,
-    /// The closed basis.
-    pub state: Option<State>,
+    /// Error of the output, where there is one.
+    pub error: Option<Vec<f64>>,
     /// Forces on the rows.
     pub forces: DVector<f64>,
 }
@@ -71,47 +84,49 @@ impl<'a> Job<'a> {
         let tied: Vec<usize> = (0..system.gives.len()).filter(is_tied).collect();
         let section = section(&system, compatibility, &tied, request);
         let correction = least_displacements(&system, compatibility);
-        Self { system, solver, request, nominal, built, compatibility, correction, tied, section }
+        let rigid = system.gives.iter().all(|give| give.source.is_some());
+        Self { system, solver, request, nominal, built, compatibility, correction, tied, section, rigid }
     }
 
     const fn mechanism(&self) -> &Mechanism {
         self.system.mechanism
     }
 
-    /// Solves the unit with the given number, whose parameters have been drawn by their laws one by one.
-    pub fn solve(&self, number: u64, drawn: &[f64]) -> Unit {
+    /// A unit with what has been drawn for it, as far as its parts scatter one by one.
+    pub fn drawn(&self, drawn: &[f64]) -> Unit {
         let m = self.mechanism();
         let mut parameters = drawn.to_vec();
         for source in self.system.gives.iter().filter_map(|give| give.source) {
             m.sources[source].range().for_each(|p| parameters[p] = m.centre[p]);
         }
-        let known = m.displacements(&parameters);
-        let mut unit = Unit {
+        Unit {
             status: Status::Ok,
             factor: f64::NAN,
+            displacements: m.displacements(&parameters),
             parameters,
-            displacements: known.clone(),
-            state: None,
+            error: None,
             forces: DVector::zeros(m.n_rows()),
-        };
-        let start = match self.close(self.built, known) {
+        }
+    }
+
+    /// Solves the unit with the given number, whose parameters have been drawn by their laws one by one.
+    pub fn solve(&self, number: u64, drawn: &[f64]) -> Unit {
+        let mut unit = self.drawn(drawn);
+        let start = match self.close(self.built, unit.displacements.clone()) {
             Ok(start) => start,
             Err(status) => return Unit { status, ..unit },
         };
         let misfit = self.system.basis.misfit(&start);
-        let (factor, loosest) = self.factor(&misfit);
-        unit.factor = factor;
         let mut dice = Dice::new(self.request.seed, number);
-        let rigid = self.system.gives.iter().all(|give| give.source.is_some());
-        let found = if rigid && factor > 1.0 + FACTOR {
-            Err(Status::NotAssemblable)
-        } else if self.request.loaded || factor > 1.0 + FACTOR {
-            self.settle(start, &mut unit, &mut dice)
-        } else {
-            self.scatter(start, &misfit, loosest, &mut unit, &mut dice)
+        let found = match self.fit(&misfit, &mut unit, &mut dice) {
+            Fit::Apart => Err(Status::NotAssemblable),
+            Fit::Forced => self.settle(start, &mut unit, &mut dice),
+            Fit::Loose => self.correct(&start, unit.displacements.clone(), &self.correction),
         };
         match found {
-            Ok(state) if state.negative == self.built.negative => unit.state = Some(state),
+            Ok(state) if state.negative == self.built.negative => {
+                unit.error = Some(self.system.basis.kept.error(&state, self.nominal))
+            }
             Ok(_) => unit.status = Status::Singular,
             Err(status) => unit.status = status,
         }
@@ -152,28 +167,27 @@ impl<'a> Job<'a> {
         (balance.as_ref().map_or(f64::INFINITY, |b| b.factor), balance)
     }
 
-    /// Where the clearances take up the misfit: anywhere that is compatible, by the laws.
-    fn scatter(
-        &self,
-        start: State,
-        misfit: &DVector<f64>,
-        loosest: Option<Balance>,
-        unit: &mut Unit,
-        dice: &mut Dice,
-    ) -> Result<State, Status> {
-        if self.tied.is_empty() {
-            return Ok(start);
+    /// How the unit fits; where the clearances take up the misfit, offsets are drawn that do.
+    pub fn fit(&self, misfit: &DVector<f64>, unit: &mut Unit, dice: &mut Dice) -> Fit {
+        let (factor, loosest) = self.factor(misfit);
+        unit.factor = factor;
+        let apart = factor > 1.0 + FACTOR;
+        if apart && self.rigid {
+            return Fit::Apart;
+        }
+        if apart || self.request.loaded {
+            return Fit::Forced;
         }
         let interior = || {
             let balance = loosest.or_else(|| self.system.balance(self.compatibility, misfit, Ask::Factor))?;
             Some(self.tied.iter().map(|&g| balance.given[g].clone()).collect())
         };
-        let offsets = self.section.draw(misfit, dice, interior).ok_or(Status::NotAssemblable)?;
+        let Some(offsets) = self.section.draw(misfit, dice, interior) else { return Fit::Apart };
         for (&g, offset) in self.tied.iter().zip(&offsets) {
             self.put(g, offset, unit);
             self.system.gives[g].rows.iter().zip(offset).for_each(|(&row, d)| unit.displacements[row] += d);
         }
-        self.correct(&start, unit.displacements.clone(), &self.correction)
+        Fit::Loose
     }
 
     /// Where load or misfit strain what is elastic, or push rigid bodies; clearances that carry nothing scatter.
