@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize, root
 
 import jointplay as jp
 from oracles.truss import Truss, square
@@ -139,3 +141,43 @@ def test_offsets_of_the_pose_close_the_mechanism_and_others_do_not() -> None:
     apart = jp.given(m)
     assert apart.status[0].item() == "not_assemblable"
     assert np.isnan(apart.error.values).all()
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("size", [1.0, 20.0])
+def test_the_exact_pose_has_the_least_energy(seed: int, size: float) -> None:
+    """Bars as springs with a dead band between the nodes: their energy needs neither joints nor small displacements."""
+    radial = {node: size * r for node, r in RADIAL.items()}
+    stiffness = {name: 400.0 + 300.0 * k for k, name in enumerate(square().names)}
+    truss = random_square(seed, radial=radial, stiffness=stiffness)
+    truss = replace(truss, deviation={name: size * d for name, d in truss.deviation.items()})
+    names = truss.free
+
+    k, drawn = np.array(list(stiffness.values())), np.linalg.norm([truss.vector(bar) for bar in truss.bars], axis=1)
+
+    # How much every bar is stretched beyond its dead band, and the forces that are left on the nodes.
+    def bars(moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        at = {node: np.array(place) for node, place in truss.nodes.items()}
+        at |= {node: at[node] + moved[2 * i : 2 * i + 2] for i, node in enumerate(names)}
+        apart = np.array([at[b] - at[a] for a, b in truss.bars])
+        beyond = np.linalg.norm(apart, axis=1) - drawn - truss.gaps()
+        stretched = np.sign(beyond) * np.maximum(0.0, np.abs(beyond) - truss.loose())
+        pull = (k * stretched / np.linalg.norm(apart, axis=1))[:, None] * apart
+        left = -truss.forces()
+        for i, node in enumerate(names):
+            ends = np.array([(node == b) - (node == a) for a, b in truss.bars], dtype=float)
+            left[2 * i : 2 * i + 2] += ends @ pull
+        return stretched, left
+
+    def energy(moved: np.ndarray) -> float:
+        return float(0.5 * k @ bars(moved)[0] ** 2 - truss.forces() @ moved)
+
+    found = jp.loaded(mechanism(truss))
+    assert found.status[0].item() in ("ok", "undetermined", "strained")
+    best = minimize(energy, np.zeros(4), jac=lambda moved: bars(moved)[1], method="BFGS", options={"gtol": 1e-6})
+    sharp = root(lambda moved: bars(moved)[1], best.x, tol=1e-14).x
+    np.testing.assert_allclose(sharp, best.x, atol=1e-5 * size)
+    assert np.abs(bars(sharp)[1]).max() < 1e-9
+    at = 2 * names.index("C")
+    np.testing.assert_allclose(found.error[0, :2], sharp[at : at + 2], atol=1e-9 * size)
+    np.testing.assert_allclose(found.member_elongation[0], bars(sharp)[0], atol=1e-9 * size)

@@ -41,6 +41,14 @@ def test_it_takes_the_examples(name: str) -> None:
         (("outptu",), {}),
         (("dimensions", "l2", "tolerance"), "H7"),
         (("drives", "theta1", "count"), 1),
+        (("joints", "J1", "stiffness"), 5),
+        (("joints", "J1", "stiffness"), {}),
+        (("joints", "J1", "stiffness"), {"radail": 5}),
+        (("joints", "J1", "stiffness"), {"axial": 5}),
+        (("bodies",), {"coupler": {"stiffness": 0}}),
+        (("bodies",), {"coupler": {"stiffness": 1, "E": 1, "area": 1}}),
+        (("bodies",), {"coupler": {"area": 1}}),
+        (("bodies",), {"coupler": {"torsion": 1}}),
     ],
 )
 def test_it_refuses_what_the_program_refuses(path: tuple[str, ...], value: Any) -> None:
@@ -63,6 +71,9 @@ def test_it_refuses_what_the_program_refuses(path: tuple[str, ...], value: Any) 
         (("path", "angle"), [0]),
         (("output", "at"), [0, 0]),
         (("loads", 0, "moment"), 1),
+        (("joints", "leg1", "stiffness"), {"tilt": [1, 2, 3]}),
+        (("bodies",), {"lower1": {"torsion": 1}}),
+        (("bodies",), {"lower1": {"E": 1, "inertia": [1]}}),
     ],
 )
 def test_it_refuses_what_there_is_not_in_space(path: tuple[str | int, ...], value: Any) -> None:

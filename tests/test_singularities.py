@@ -12,6 +12,7 @@ from scipy.linalg import null_space
 from scipy.optimize import brentq
 
 import jointplay as jp
+from answers import EXAMPLES
 from jointplay import examples, poses
 from jointplay.analyses import solve
 from jointplay.analyses.nominal import Interrupted, Nominal, nominal
@@ -28,7 +29,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples" / "paper
 import make_upu_singularities as picture
 
 Array = NDArray[np.float64]
-DETERMINATE = [name for name in examples.names() if name != "sarrus"]
 #: where two bars stand that lean against each other, metres
 FEET = {"left": -0.3, "right": 0.3}
 #: chords of the steps along the path stand for its arc: STEP^2 / 24 of it
@@ -52,7 +52,7 @@ def scaled_jacobian(m: jp.Mechanism, pose: Array, length: float) -> tuple[Array,
 # --- what defines them -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", DETERMINATE)
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_the_determinant_is_that_of_the_joints_times_that_of_the_drives(name: str) -> None:
     m = example(name)
     at, result = nominal(m), jp.singularities(m, path=False)
@@ -70,7 +70,7 @@ def test_the_determinant_is_that_of_the_joints_times_that_of_the_drives(name: st
         assert int(one.determinant_sign) == np.sign(np.linalg.det(jacobian))
 
 
-@pytest.mark.parametrize("name", DETERMINATE)
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_motions_are_those_of_the_values(name: str) -> None:
     m = example(name)
     at, result = nominal(m), jp.singularities(m, path=False)

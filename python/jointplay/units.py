@@ -77,3 +77,13 @@ class Units:
     def stiffness_name(self) -> str:
         """Name of the unit of stiffness."""
         return f"{self.force_name}/{self.length_name}"
+
+    @property
+    def turning_stiffness(self) -> float:
+        """Newton metres per radian per unit of stiffness against turning, which is moment over angle."""
+        return self.moment / self.angle
+
+    @property
+    def turning_stiffness_name(self) -> str:
+        """Name of the unit of stiffness against turning."""
+        return f"{self.moment_name}/{self.angle_name}"

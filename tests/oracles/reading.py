@@ -82,7 +82,7 @@ def read(text: str) -> Linkage:
 
     names = [j.name for j in joints]
     drives, angular = [], []
-    for name, d in data["drives"].items():
+    for name, d in data.get("drives", {}).items():
         joint = names.index(d["joint"])
         angle = joints[joint].kind == "revolute"
         unit = to_rad if angle else 1.0

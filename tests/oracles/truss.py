@@ -6,7 +6,7 @@ A bar from a to b has the unit vector n and, when it is e longer than the drawin
 
     stiffness      N = k (n . (u_b - u_a) - g)  for a bar made too long by g;  sum of the forces on a node = -load
     self-stress    S with  sum over the bars at a free node  S n = 0
-    assembly       rigid bars on pins with radial clearance r go together when |sum S g| <= sum over the loose ends r |S|
+    assembly       rigid bars on pins with radial clearance r go together when |sum S g| <= sum of r |S| over loose ends
 
 One bar at every free node carries its pin and the ground those of the fixed ones; all others ride on them with the
 clearance. A bar that rides is a two-force member, so that only the clearance along it counts.
@@ -68,7 +68,9 @@ class Truss:
                 lines.append(f"clearance = {{ radial = {float(self.radial[node])!r} }}")
         lines.append("[start]")
         for name, bar in self._named():
-            lines.append(f"{name} = {{ angle = {math.degrees(math.atan2(*self.vector(bar)[::-1]))!r} }}")
+            x, y = self.nodes[bar[0]]
+            angle = math.degrees(math.atan2(*self.vector(bar)[::-1]))
+            lines.append(f"{name} = {{ x = {x!r}, y = {y!r}, angle = {angle!r} }}")
         for name, bar in self._named():
             if name in self.deviation:
                 lines.append(f'[dimensions.long_{name}]\nbody = "{name}"\nbetween = ["{bar[0]}", "{bar[1]}"]')

@@ -154,14 +154,14 @@ fn attach(
     match *target {
         Target::Clearance { joint } => {
             let Some(j) = joints.get(joint) else { return fail("there is no such joint") };
-            if !j.has_play {
+            if j.loosened == 0 {
                 return fail("a joint of this kind has no clearance");
             }
             let start = rows.iter().position(|r| r.joint == joint).unwrap_or(0);
-            for k in 0..j.locked.len() {
+            for k in 0..j.loosened {
                 rows[start + k].parameter = Some(first + k);
             }
-            Ok(j.locked.iter().map(|&component| j.name_of(component)).collect())
+            Ok(j.locked[..j.loosened].iter().map(|&component| j.name_of(component)).collect())
         }
         Target::Angle { joint } => {
             let roll = joints.get(joint).filter(|j| j.coordinate.is_none()).map(Joint::roll);

@@ -45,8 +45,8 @@ pub struct Joint {
     pub axes_second: Mat3<f64>,
     /// Components that the joint holds.
     pub locked: Vec<Component>,
-    /// Whether a clearance can loosen them.
-    pub has_play: bool,
+    /// How many of them, from the first on, a clearance can loosen.
+    pub loosened: usize,
     /// The component that a drive commands.
     pub coordinate: Option<Component>,
 }
@@ -96,6 +96,12 @@ impl Joint {
         };
         let (axes_first, axes_second) =
             (axes(spec.axis_first, spec.side_first)?, axes(spec.axis_second, spec.side_second)?);
+        let loosened = match (space, spec.kind) {
+            // The pin of a locked hinge keeps its play, its angle is held.
+            (Space::Planar, Kind::Fixed) => 2,
+            (_, Kind::Fixed | Kind::Target | Kind::Orientation) => 0,
+            _ => locked.len(),
+        };
         Ok(Self {
             space,
             first: spec.first,
@@ -104,7 +110,7 @@ impl Joint {
             axes_first,
             axes_second,
             locked,
-            has_play: !matches!(spec.kind, Kind::Fixed | Kind::Target | Kind::Orientation),
+            loosened,
             coordinate,
         })
     }

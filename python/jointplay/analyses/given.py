@@ -47,6 +47,10 @@ def given(
         error), `offset` (all parameters), `admissible` (whether the offset of a source lies within its clearance or
         tolerance; outside it counts all the same), `pose` of every body, `nominal`, `status`.
 
+        Of an over-constrained or elastic mechanism as well: `lack_of_fit` (by how much redundant constraints miss each
+        other with these offsets; rigid bodies that do not fit are ``not_assemblable``), `prestress` and `deformation`
+        (elastic ones take up the misfit with the least energy and are ``strained``).
+
     Raises
     ------
     InputError
@@ -99,6 +103,14 @@ def compute(
         "pose of the body's axes",
         "component",
     )
+    if not m.core.isostatic:
+        words = "reaction to the elastic deformations"
+        builder.add("prestress", ("configuration", "joint", "wrench"), found["prestress"], words, "wrench")
+        words = "largest misfit of redundant constraints, angles at the mechanism's length"
+        builder.add("lack_of_fit", "configuration", found["lack_of_fit"], words, "length")
+        if m.core.deformations:
+            words = "elastic deformation of the joint"
+            builder.add("deformation", ("configuration", "elastic"), found["deformation"], words, "elastic")
     builder.status(at.worse(found["status"]))
     return builder.result()
 

@@ -143,8 +143,10 @@ def _unit(m: Mechanism, key: str) -> str:
     words = [part for part in parts if not part.isdigit()]
     if parts[0] == "gravity":
         return "m/s^2"
+    if "stiffness" in parts:
+        return m.units.turning_stiffness_name if words[-1] in ("roll", "tilt") else m.units.stiffness_name
     if parts[0] == "bodies":
-        return "kg" if words[-1] == "mass" else m.units.length_name
+        return _unit_of_body(m, words[-1])
     if parts[0] == "loads":
         return {"force": m.units.force_name, "moment": m.units.moment_name}.get(words[-1], m.units.length_name)
     if parts[0] == "dimensions" and words[-1] not in ("law", "body", "between"):
@@ -157,3 +159,10 @@ def _unit(m: Mechanism, key: str) -> str:
     if words[-1] in ANGLES or (parts[0] == "joints" and "angle" in parts):
         return m.units.angle_name if words[-1] != "law" else ""
     return m.units.length_name if words[-1] in LENGTHS else ""
+
+
+def _unit_of_body(m: Mechanism, word: str) -> str:
+    length = m.units.length_name
+    modulus = f"{m.units.force_name}/{length}^2"
+    powers = {"area": f"{length}^2", "inertia": f"{length}^4", "torsion": f"{length}^4"}
+    return {"mass": "kg", "E": modulus, "G": modulus, "side": "", **powers}.get(word, length)

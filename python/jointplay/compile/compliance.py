@@ -56,7 +56,7 @@ def compliance_of(joint: JointTable, units: Units) -> tuple[float, ...] | None:
         value = getattr(given, key)
         if isinstance(value, tuple):
             value = value[keys[:k].count(key)]
-        unit = units.moment / units.angle if key in TURNING else units.stiffness
+        unit = units.turning_stiffness if key in TURNING else units.stiffness
         diagonal.append(0.0 if value is None else 1.0 / (value * unit))
     return flat(np.diag(diagonal))
 

@@ -18,12 +18,12 @@ LENGTHS = ("x", "y", "z")
 #: names of variables and dimensions of results, beside which the drives appear as coordinates
 RESERVED = frozenset(
     {
-        *("across", "admissible", "at_limit", "bin", "body", "component", "configuration", "contact_change"),
-        *("contribution", "coordinate", "correction", "covariance", "direction", "drive", "edge", "error"),
-        *("extreme", "failures", "guess", "histogram", "iterations", "joint", "largest", "mean", "member"),
-        *("mismatch", "nominal", "number", "offset", "outside", "owner", "parameter", "pose", "probability"),
-        *("quantile", "quantity", "question", "reaction", "residual", "rotation", "samples", "settled", "side"),
-        *("size", "source", "status", "std", "target", "undetermined", "within_limits"),
+        *("across", "contact_change"),
+        *("admissible", "at_limit", "bin", "body", "component", "configuration", "contribution", "coordinate"),
+        *("correction", "covariance", "direction", "drive", "edge", "error", "extreme", "failures", "guess"),
+        *("histogram", "iterations", "joint", "largest", "mean", "member", "mismatch", "nominal", "offset", "outside"),
+        *("parameter", "pose", "probability", "quantile", "quantity", "question", "reaction", "residual", "rotation"),
+        *("samples", "settled", "side", "source", "status", "std", "target", "undetermined", "within_limits"),
     }
 )
 #: and how the longer ones of them begin
@@ -34,7 +34,6 @@ RESERVED_BEGINNINGS = (
     "mean_",
     "quantile_",
     "residual_",
-    "self_stress",
     "singular_",
     "std_",
     "worst_",

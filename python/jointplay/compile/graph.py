@@ -71,6 +71,7 @@ class Graph:
         self.joints: list[CompiledJoint] = []
         #: point of every joint of the file on each of its bodies
         self.places: dict[tuple[str, str], int] = {}
+        self._joint_points: dict[Point, int] = {}
         #: bodies that are described in one assembled reference configuration
         self.drawn_assembled: set[int] = {GROUND_INDEX}
         #: bodies that are the cross of a universal joint, with its axes in the drawing where it has one
@@ -127,7 +128,7 @@ class Graph:
             raise self.refuse("'output' has its own meaning in dimensions; rename the joint", f"joints.{name}")
         for body, place in joint.placements.items():
             index = self._body(body)
-            self.places[body, name] = self.add_point(index, place.at)
+            self.places[body, name] = self._joint_place(index, place.at)
             if joint.is_drawn_assembled:
                 self.drawn_assembled.add(index)
             if isinstance(joint, Universal) and body == joint.names[0]:
@@ -148,6 +149,13 @@ class Graph:
             self.joints.append(
                 CompiledJoint(own, name, joint.kind, *ends, first[0], second[0], first[1], second[1], gives)
             )
+
+    def _joint_place(self, body: int, at: tuple[float, ...]) -> int:
+        """The point of a joint; joints at one place of a body share it, so that a dimension moves them together."""
+        point = Point(body, vector(at, self.units.length))
+        if point not in self._joint_points:
+            self._joint_points[point] = self.add_point(body, at)
+        return self._joint_points[point]
 
     def _body(self, name: str) -> int:
         if name == GROUND:

@@ -140,7 +140,10 @@ class _Axis:
 
     def __init__(self, graph: Graph, name: str, labels: Mapping[int, str]) -> None:
         index = graph.bodies.index(name)
-        joints = {point: joint for (body, joint), point in graph.places.items() if body == name}
+        joints: dict[int, str] = {}
+        for (body, joint), point in graph.places.items():
+            if body == name:
+                joints.setdefault(point, joint)
         others = [k for k, point in enumerate(graph.points) if point.body == index and k not in joints]
         points = {k: graph.points[k].at for k in (*joints, *others)}
         #: the point of the first joint of the file
@@ -155,7 +158,12 @@ class _Axis:
         if span <= NEAR * graph.units.length:
             problem = "an elastic body reaches from a joint to another joint, a load or the output; this has no length"
             raise graph.refuse(problem, f"bodies.{name}")
-        self.direction: Vector = unit([b - a for a, b in zip(self.origin, points[end], strict=True)])
+        self.direction: Vector = unit(_difference(points[end], self.origin))
+        order = list(joints)
+        low, high = (choose(order, key=lambda k: self.along(points[k])) for choose in (min, max))
+        if end in joints and order.index(high) < order.index(low):
+            # A member begins at the one of its outermost joints that the file has first.
+            self.direction = unit(_difference(self.origin, points[end]))
         off = [joints[k] for k in joints if self._distance(points[k]) > NEAR * span]
         if off:
             between = f"'{joints[self.first]}' and '{joints.get(end, labels.get(end, ''))}'"

@@ -65,9 +65,7 @@ def compile_sources(data: MechanismFile, graph: Graph, commands: Commands, outpu
     """All sources of a mechanism, in SI."""
     sources: list[Source] = []
     for index, joint in enumerate(graph.joints):
-        source = _of_joint(data, graph, index, joint, length)
-        if source is not None:
-            sources.append(source)
+        sources.extend(_of_joint(data, graph, index, joint, length))
     sources.extend(_of_dimension(data, graph, name, output, length) for name in data.dimensions)
     taken = {source.name for source in sources} | {joint.name for joint in graph.joints}
     for index, (name, drive) in enumerate(data.drives.items()):
@@ -79,19 +77,24 @@ def compile_sources(data: MechanismFile, graph: Graph, commands: Commands, outpu
     return sources
 
 
-def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoint, length: float) -> Source | None:
+def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoint, length: float) -> list[Source]:
     # Pieces of an elastic body are joined without the file saying so.
     entry, units = data.joints.get(joint.pin), graph.units
     locked, play = getattr(entry, "angle", None), getattr(entry, "clearance", None)
+    sources: list[Source] = []
+    if play is not None:
+        components, shape = _set(play, units, length)
+        if joint.kind == "fixed":
+            # The pin of a locked hinge is told in the joint's own axes, as its angle is.
+            components = ("along", "normal")
+        factors = tuple(units.angle if component in TURNS else units.length for component in components)
+        spec = {"joint": index, "set": shape, "law": play.law}
+        sources.append(Source(joint.name, "clearance", components, factors, (0.0,) * len(components), spec))
     if isinstance(locked, LockedAngle):
         spec = {"joint": index, **_interval(locked.tolerance, locked.law or "normal", units.angle)}
-        return Source(joint.name, "angle", ("angle",), (units.angle,), (locked.deviation * units.angle,), spec)
-    if play is None:
-        return None
-    components, shape = _set(play, units, length)
-    factors = tuple(units.angle if component in TURNS else units.length for component in components)
-    spec = {"joint": index, "set": shape, "law": play.law}
-    return Source(joint.name, "clearance", components, factors, (0.0,) * len(components), spec)
+        name = f"{joint.name}.lock" if sources else joint.name
+        sources.append(Source(name, "angle", ("angle",), (units.angle,), (locked.deviation * units.angle,), spec))
+    return sources
 
 
 def _set(play: object, units: Units, length: float) -> tuple[tuple[str, ...], dict[str, Any]]:

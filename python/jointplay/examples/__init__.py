@@ -16,15 +16,20 @@ from jointplay.model import loads
 from jointplay.schema import SpatialFile
 from jointplay.schema.keys import assign, expand
 
+from .antenna_support import AntennaSupport
 from .delta import Delta
 from .stewart_gough import StewartGough
 from .template import Template
 from .three_upu import ThreeUpu
 
 _PLANAR = ("four-bar", "p3r", "slider-crank", "five-bar", "3-rrr", "six-bar", "serial-2r")
-_TEMPLATES: Mapping[str, type[Template]] = {template.name: template for template in (ThreeUpu, StewartGough, Delta)}
-_SPATIAL = ("serial-6r", "rssr", "3-upu", "stewart-gough", "delta", "3-rrr-spherical", "sarrus")
-_NAMES = (*_PLANAR, *_SPATIAL)
+_PLANAR_OVER_CONSTRAINED = ("redundant-bar", "x-braced-square", "antenna-support")
+_TEMPLATES: Mapping[str, type[Template]] = {
+    template.name: template for template in (AntennaSupport, ThreeUpu, StewartGough, Delta)
+}
+_SPATIAL = ("serial-6r", "rssr", "3-upu", "stewart-gough", "delta", "3-rrr-spherical")
+_SPATIAL_OVER_CONSTRAINED = ("sarrus", "bennett", "four-legged-platform")
+_NAMES = (*_PLANAR, *_PLANAR_OVER_CONSTRAINED, *_SPATIAL, *_SPATIAL_OVER_CONSTRAINED)
 
 
 def names() -> tuple[str, ...]:

@@ -27,6 +27,8 @@ class Template:
     words: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     #: fields whose value may be zero
     may_vanish: ClassVar[tuple[str, ...]] = ("radial", "axial", "gap")
+    #: fields whose value may be negative as well
+    signed: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def sizes(cls) -> tuple[str, ...]:
@@ -55,10 +57,18 @@ class Template:
             if value not in cls.words[key]:
                 raise InputError(not_known(str(value), "known here", cls.words[key]), file=cls.name, key=key)
             return value
-        lowest = "0 or more" if key in cls.may_vanish else "more than 0"
+        if isinstance(field.default, bool):
+            if not isinstance(value, bool):
+                raise InputError(f"true or false is needed, not {shown(value)}", file=cls.name, key=key)
+            return value
+        bound = ", 0 or more," if key in cls.may_vanish else ", more than 0,"
         is_number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-        if not is_number or value < 0 or (value == 0 and key not in cls.may_vanish):
-            raise InputError(f"a number, {lowest}, is needed, not {shown(value)}", file=cls.name, key=key)
+        if key in cls.signed:
+            bound = ""
+        elif is_number and (value < 0 or (value == 0 and key not in cls.may_vanish)):
+            is_number = False
+        if not is_number:
+            raise InputError(f"a number{bound} is needed, not {shown(value)}", file=cls.name, key=key)
         return value
 
     def refuse(self, key: str, problem: str) -> InputError:
@@ -67,7 +77,8 @@ class Template:
 
     def command(self) -> str:
         """Comment lines with the command that writes this file."""
-        words = [f"--set {key}={getattr(self, key)}" for key in self.sizes()]
+        values = {key: getattr(self, key) for key in self.sizes()}
+        words = [f"--set {key}={str(v).lower() if isinstance(v, bool) else v}" for key, v in values.items()]
         lines = [f"#   jointplay new {self.name}"]
         for word in words:
             if len(lines[-1]) + len(word) > 108:

@@ -22,7 +22,19 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Sample:
-    """The length-scaled Jacobian at one configuration: of the joints, and of all coordinates that could be driven."""
+    """The length-scaled Jacobian at one configuration: of the joints, and of all coordinates that could be driven.
+
+    Parameters
+    ----------
+    joints, coordinates : ndarray
+        Its rows, over the twists of all bodies.
+    unscaled : ndarray
+        All rows, in SI.
+    poses : ndarray
+        Where the bodies are.
+    assembled : bool
+        Whether the joints could be brought together.
+    """
 
     joints: Floats
     coordinates: Floats
@@ -64,6 +76,7 @@ class Probe:
 
 
 def rank(matrix: Floats) -> int:
+    """Number of singular values that are not rounding."""
     if not matrix.size:
         return 0
     values = np.linalg.svd(matrix, compute_uv=False)
@@ -78,4 +91,5 @@ def null(matrix: Floats) -> Floats:
 
 
 def takes_part(space: Floats, row: int) -> bool:
+    """Whether a row of a null space is more than rounding."""
     return bool(space.size and np.abs(space[row]).max() > TAKES_PART)

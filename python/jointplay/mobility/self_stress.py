@@ -50,8 +50,9 @@ class SelfStress:
     @property
     def words(self) -> str:
         """The same as a phrase."""
-        gives = f"{joined(self.elastic)} {'gives' if len(self.elastic) == 1 else 'give'}"
-        return f"{joined(self.bodies)} ({gives if self.elastic else 'all rigid'})"
+        verb = "gives" if len(self.elastic) == 1 else "give"
+        gives = f"{joined(self.elastic)} {verb}" if self.elastic else "all rigid"
+        return f"{joined(self.bodies)} ({gives if set(self.elastic) != set(self.bodies) else 'all elastic'})"
 
 
 def self_stresses(probe: Probe, sample: Sample) -> list[SelfStress]:
@@ -138,7 +139,8 @@ def _told(probe: Probe, sample: Sample, stress: Floats) -> SelfStress:
         if compliance is not None and w @ np.reshape(compliance, (len(w), len(w))) @ w > 0.0:
             gives.append(inner.get(k, m.joints[k]))
     return SelfStress(
-        bodies=tuple(body for body in dict.fromkeys(m.owners) if body in ends),
+        # Names of the file have no dot: that is the cross of a universal joint.
+        bodies=tuple(body for body in dict.fromkeys(m.owners) if body in ends and "." not in body),
         joints=tuple(m.joints[k] for k in part if k not in inner),
         elastic=tuple(dict.fromkeys(gives)),
         reactions=reactions * scale + 0.0,

@@ -107,11 +107,14 @@ class _Drawing:
     def bodies(self) -> None:
         """Every body as the line or the plate through its points."""
         for b, name in enumerate(self.m.bodies):
+            owner = self.m.owners[b]
             used = {joint[end] for joint in self.spec["joints"] for end in ("first", "second")}
             used.add(self.spec["output"]["point"])
             points = [self.place(k) for k in sorted(used) if self.spec["points"][k]["body"] == b]
             outline = _hull(points)
-            colour = COLOURS[b % len(COLOURS)]
+            colour = COLOURS[self.m.bodies.index(owner) % len(COLOURS)]
+            # A piece of an elastic body is drawn as that body, which has its own entry in the legend.
+            label = name if name == owner else None
             if len(outline) > 2:
                 self.axes.add_patch(
                     Polygon(outline, closed=True, facecolor=colour, edgecolor=colour, alpha=0.25, zorder=2)
@@ -119,14 +122,17 @@ class _Drawing:
                 self.axes.add_patch(
                     Polygon(outline, closed=True, fill=False, edgecolor=colour, linewidth=1.6, zorder=3)
                 )
-                self.axes.plot([], [], color=colour, linewidth=2.0, label=name)
+                self.axes.plot([], [], color=colour, linewidth=2.0, label=label)
             else:
                 marker = "s" if len(outline) == 1 else ""
-                self.axes.plot(*np.array(outline).T, color=colour, linewidth=2.4, marker=marker, label=name, zorder=3)
+                self.axes.plot(*np.array(outline).T, color=colour, linewidth=2.4, marker=marker, label=label, zorder=3)
 
     def joints(self, names: bool) -> None:
         """Pins as small circles, guides as lines with their slider, supports under what is fixed to the ground."""
-        for joint, kind in zip(self.spec["joints"], self.m.joint_kinds, strict=True):
+        inner = {member.joint for member in self.m.members}
+        for k, (joint, kind) in enumerate(zip(self.spec["joints"], self.m.joint_kinds, strict=True)):
+            if k in inner:
+                continue
             first, second = self.place(joint["first"]), self.place(joint["second"])
             grounded = self.spec["points"][joint["first"]]["body"] == -1
             if kind in ("prismatic", "pin_in_slot"):
@@ -149,7 +155,10 @@ class _Drawing:
     def _names(self) -> None:
         """Names of the joints; those at one place in a row."""
         at: dict[tuple[float, float], list[str]] = {}
-        for name, joint in zip(self.m.joints, self.spec["joints"], strict=True):
+        inner = {member.joint for member in self.m.members}
+        for k, (name, joint) in enumerate(zip(self.m.joints, self.spec["joints"], strict=True)):
+            if k in inner:
+                continue
             x, y = np.round(self.place(joint["second"]) / self.extent, 3) * self.extent
             at.setdefault((float(x), float(y)), []).append(name)
         centre = np.array(list(at)).mean(axis=0)
@@ -190,7 +199,7 @@ class _Drawing:
 
     def _colour(self, point: int) -> str:
         body = self.spec["points"][point]["body"]
-        return GREY if body == -1 else COLOURS[body % len(COLOURS)]
+        return GREY if body == -1 else COLOURS[self.m.bodies.index(self.m.owners[body]) % len(COLOURS)]
 
     def frame(self) -> None:
         """Equal scales along both axes, and their names."""
@@ -212,8 +221,7 @@ class _Drawing:
                 Circle((x, y), radius, facecolor=COLOURS[1], edgecolor=COLOURS[3], alpha=0.35, zorder=5, label=label)
             )
             if result is not None and "offset" in result.data:
-                name = self.m.joints[source["joint"]]
-                offset = [result.get("offset", parameter=f"{name}.{c}")[self.configuration] for c in ("x", "y")]
+                offset = self._offset(source["joint"], result)
                 self.axes.plot(
                     x + exaggerate * offset[0], y + exaggerate * offset[1], marker="o", markersize=4, color=COLOURS[3],
                     linestyle="", label="pin in its clearance", zorder=8,
@@ -226,6 +234,17 @@ class _Drawing:
             self.axes.annotate("", xy=(head[0], head[1]), xytext=(tail[0], tail[1]), arrowprops=arrow, zorder=9)
             self.axes.plot([], [], color=COLOURS[3], label=f"error, {exaggerate:g} times")
             self.axes.update_datalim([head])
+
+    def _offset(self, index: int, result: Result) -> Points:
+        """Where a pin lies in its disc, ground axes; a locked one is told in the axes of its joint."""
+        name, joint = self.m.joints[index], self.spec["joints"][index]
+        along = ("x", "y") if joint["kind"] == "revolute" else ("along", "normal")
+        offset = np.array([result.get("offset", parameter=f"{name}.{c}")[self.configuration] for c in along])
+        if joint["kind"] == "revolute":
+            return offset
+        c, s, _ = poses.matrix(self.poses[self.spec["points"][joint["first"]]["body"]]) @ joint["axis_first"]
+        turned: Points = np.array([[c, -s], [s, c]]) @ offset
+        return turned
 
 
 def _hull(points: list[Points]) -> Points:

@@ -57,9 +57,10 @@ class Sketch:
             if self.spec["points"][output]["body"] == body and len(points) < 3:
                 points.append(self.places[output])
             outline = _outline(np.array(points), self.extent)
-            colour = GREY if body == -1 else COLOURS[body % len(COLOURS)]
-            # A cross has no size of its own.
-            label = name if len(outline) > 1 else None
+            owner = name if body == -1 else self.m.owners[body]
+            colour = GREY if body == -1 else COLOURS[self.m.bodies.index(owner) % len(COLOURS)]
+            # A cross has no size of its own; a piece of an elastic body is drawn as that body.
+            label = name if len(outline) > 1 and name == owner else None
             style = "--" if body == -1 else "-"
             closed = np.vstack([outline, outline[:1]]) if len(outline) > 2 else outline
             self.axes.plot(*closed.T, color=colour, linewidth=1.8, linestyle=style, label=label)
@@ -69,7 +70,10 @@ class Sketch:
     def joints(self, names: bool) -> None:
         """Axes of joints as short lines, those of guides dotted; balls and locked joints as marks."""
         at: dict[tuple[float, ...], list[str]] = {}
-        for name, joint in zip(self.m.joints, self.spec["joints"], strict=True):
+        inner = {member.joint for member in self.m.members}
+        for k, (name, joint) in enumerate(zip(self.m.joints, self.spec["joints"], strict=True)):
+            if k in inner:
+                continue
             place = self.places[joint["second"]]
             if joint["kind"] in MARKERS:
                 marker = MARKERS[joint["kind"]]

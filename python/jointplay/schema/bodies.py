@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, JsonValue, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from .values import IN_SPACE, Direction, NonNegative, Pair, Positive, Table, Triple, one_or_two, problem
@@ -21,8 +21,16 @@ Inertias = Annotated[
 ]
 
 
+#: keys that mean nothing without another one
+NEEDS: dict[str, JsonValue] = {"area": ["E"], "inertia": ["E"], "G": ["torsion"], "torsion": ["G"], "side": ["inertia"]}
+
+
 class BodyTable(Table):
     """Mass of a body, for its weight, and what makes it elastic."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"not": {"required": ["stiffness", "area"]}, "dependentRequired": NEEDS}
+    )
 
     mass: NonNegative = Field(0.0, description="mass in kg")
     centre: tuple[float, ...]

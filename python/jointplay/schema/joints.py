@@ -157,6 +157,9 @@ class Fixed(PlanarJoint):
     may_turn: ClassVar[bool] = True
 
     type: Literal["fixed"] = Field(description="kind of joint")
+    clearance: RevoluteClearance | SkipJsonSchema[None] = Field(
+        None, description="play of a pin whose angle is locked: a hinge that latches"
+    )
     angle: LockedAngle | SkipJsonSchema[None] = Field(None, description="error of the mounting angle")
     stiffness: ClampStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
 

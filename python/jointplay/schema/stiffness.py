@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from .values import IN_SPACE, Positive, Table, one_or_two, problem
@@ -32,12 +32,12 @@ TILTS = f"against tilting, {MOMENT}; two of them for tilting about `side` and ab
 class Stiffness(Table):
     """Stiffness of what a joint holds."""
 
+    model_config = ConfigDict(json_schema_extra={"minProperties": 1})
+
     @model_validator(mode="after")
     def _something(self) -> Self:
         if not self.model_fields_set:
-            raise problem(
-                f"which direction is elastic is not said; known: {', '.join(sorted(type(self).model_fields))}"
-            )
+            raise problem(f"say what gives: one or more of {', '.join(type(self).model_fields)}")
         return self
 
 

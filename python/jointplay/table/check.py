@@ -36,7 +36,12 @@ def _joints(result: Result) -> Table:
     ]
     if drives:
         columns.append(words("driven by", [drives.get(name, "") for name in names]))
-    return Table(f"{len(_bodies(result))} bodies, {len(names)} joints", tuple(columns))
+    title = f"{_count(len(_bodies(result)), 'body', 'bodies')}, {_count(len(names), 'joint', 'joints')}"
+    return Table(title, tuple(columns))
+
+
+def _count(number: int, one: str, more: str) -> str:
+    return f"{number} {one if number == 1 else more}"
 
 
 def _bodies(result: Result) -> list[int]:
@@ -47,13 +52,13 @@ def _bodies(result: Result) -> list[int]:
 
 def _members(result: Result) -> Table:
     stiffness, length = result.get("member_stiffness"), result.get("member_length")
-    axially = tuple("rigid" if value == float("inf") else f"{value:.4g}" for value in stiffness.tolist())
+    axially = tuple("rigid" if value == float("inf") else f"{value:.6g}" for value in stiffness.tolist())
     columns = (
         words("member", result.labels("member")),
         Column("length", result.unit("member_length"), tuple(f"{value:.4g}" for value in length.tolist())),
         Column("stiffness along it", result.unit("member_stiffness"), axially),
     )
-    return Table(f"{len(stiffness)} elastic member{'s' * (len(stiffness) != 1)}", columns)
+    return Table(_count(len(stiffness), "elastic member", "elastic members"), columns)
 
 
 def _sources(result: Result) -> Table:
@@ -66,7 +71,7 @@ def _sources(result: Result) -> Table:
         Column("up to", "", sizes),
         words("unit", units),
     )
-    return Table(f"{len(names)} sources of error", columns)
+    return Table(_count(len(names), "source of error", "sources of error"), columns)
 
 
 def _mobility(result: Result) -> Table:
@@ -85,5 +90,10 @@ def _mobility(result: Result) -> Table:
     count = int(result.attrs["configurations"])
     stresses = result.get("self_stress_members").tolist() if "number" in result.coords else []
     told = [f"Self-stress {k} runs through {through}." for k, through in enumerate(stresses, 1)]
-    notes = (f"{words_[0].upper()}{words_[1:]}.", *told, assembled, f"{count} configuration{'s' * (count != 1)}.")
+    notes = (
+        f"{words_[0].upper()}{words_[1:]}.",
+        *told,
+        assembled,
+        _count(count, "configuration", "configurations") + ".",
+    )
     return Table("Start, from which it is assembled", tuple(columns), notes)

@@ -10,7 +10,7 @@
 //! | where does the load hold it? | minimise `1/2 v' F^+ v - sum_j w_j . (delta_j or v_j)` |
 //! | can it be assembled? | minimise `t` with `delta_j` in `t C_j` |
 //!
-//! Every `C_j` is the intersection of half spaces and of cones of second order (`sets`), so both are
+//! Every `C_j` is the intersection of half spaces and of cones of second order (`own`), so both are
 //! second-order cone programs. The multipliers y of the equations are the self-stresses: `w_j + A_j' y`
 //! are the reactions, in equilibrium with the load whatever y is, and the dual value
 //! `b . y - sum_j h_j(w_j + A_j' y) - 1/2 sum_j (w_j + A_j' y)' F_j (w_j + A_j' y)`, with the support
@@ -21,6 +21,9 @@
 
 mod answer;
 mod face;
+pub mod lanes;
+mod line;
+mod own;
 mod sets;
 mod single;
 mod springs;
@@ -40,6 +43,26 @@ pub enum Kind {
     /// Elastic: the displacement is this compliance times the force; row-major, symmetric, positive
     /// semidefinite.
     Spring(Vec<f64>),
+}
+
+impl Kind {
+    /// Number of components.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        match self {
+            Self::Clearance(set) | Self::Fixed(set) => set.size(),
+            Self::Spring(compliance) => compliance.len().isqrt(),
+        }
+    }
+
+    /// The set of offsets, where there is one.
+    #[must_use]
+    pub const fn set(&self) -> Option<&Set> {
+        match self {
+            Self::Clearance(set) | Self::Fixed(set) => Some(set),
+            Self::Spring(_) => None,
+        }
+    }
 }
 
 /// Displacements of one joint, or of one elastic part.

@@ -1,15 +1,11 @@
-//! Sets of offsets as products of cones, the one place where they become such.
+//! Sets of offsets and their faces, described by conditions on coordinates.
 //!
-//! Every component is measured in the largest value it can have, so that the cones have sizes near one
-//! whatever the units are; components that cannot move at all are left out. What remains is
-//! `offset = unit basis u`, with half spaces and cones of second order as conditions on u. A face of the set
-//! is the same around its middle.
+//! Coordinates u displace `offset = unit basis u`, with half spaces and cones of second order as
+//! conditions on u. A face of the set is the same around its middle.
 
+use super::own::{Atom, Form, Own};
 use crate::clearance::{MAX_SIZE, Set};
 use crate::space::norm;
-
-/// Coefficients of a linear form.
-pub(super) type Form = [f64; MAX_SIZE];
 
 /// Tight, or no longer there: to rounding, as a part of one.
 const TIGHT: f64 = 1e-9;
@@ -43,46 +39,22 @@ fn form(terms: &[(usize, f64)]) -> Form {
     form
 }
 
-/// `sum |terms| <= bound`: one half space for every choice of signs.
-fn sum(terms: &[(usize, f64)], bound: f64) -> impl Iterator<Item = Condition> {
-    (0..1 << terms.len()).map(move |code| {
-        let signed = terms.iter().enumerate().map(|(k, (at, f))| (*at, if code >> k & 1 == 0 { *f } else { -f }));
-        Condition::Half { form: form(&signed.collect::<Vec<_>>()), bound }
-    })
-}
-
-/// Both ends of a pin, at `+-half_length` along its axis, in a circle each; its first component across
-/// the axis is `at`.
-fn ends(at: usize, radius: f64, half_length: f64) -> impl Iterator<Item = Condition> {
-    [half_length, -half_length].into_iter().map(move |arm| Condition::Length {
-        forms: vec![form(&[(at, 1.0), (at + 3, arm)]), form(&[(at + 1, 1.0), (at + 2, -arm)])],
-        shift: vec![0.0; 2],
-        bound: radius,
-    })
-}
-
-/// The set's definition.
-fn definition(set: &Set) -> Vec<Condition> {
-    match *set {
-        Set::Disc { radius } | Set::Ball { radius } => {
-            let forms: Vec<Form> = (0..set.size()).map(|k| form(&[(k, 1.0)])).collect();
-            vec![Condition::Length { shift: vec![0.0; forms.len()], forms, bound: radius }]
+/// The conditions of a body with the given first coordinate.
+fn conditions(first: usize, atom: Atom) -> Vec<Condition> {
+    let half = |terms: &[(usize, f64)], bound| Condition::Half { form: form(terms), bound };
+    match atom {
+        Atom::Interval { low, high } => vec![half(&[(first, 1.0)], high), half(&[(first, -1.0)], -low)],
+        Atom::Round { size } => {
+            let forms = (first..first + size).map(|k| form(&[(k, 1.0)])).collect();
+            vec![Condition::Length { forms, shift: vec![0.0; size], bound: 1.0 }]
         }
-        Set::Diamond { gap, half_length } => sum(&[(0, 1.0), (1, half_length)], gap).collect(),
-        Set::Interval { low, high } => vec![
-            Condition::Half { form: form(&[(0, 1.0)]), bound: high },
-            Condition::Half { form: form(&[(0, -1.0)]), bound: -low },
-        ],
-        Set::Journal { radius, half_length, axial } => {
-            sum(&[(0, 1.0)], axial).chain(ends(1, radius, half_length)).collect()
+        Atom::Tapered { arms, tapers } => {
+            let signs = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+            let sides = move |arm: usize| {
+                signs.map(|[own, axis]| half(&[(first + 1 + arm, own), (first, axis * tapers[arm])], 1.0))
+            };
+            (0..arms).flat_map(sides).collect()
         }
-        Set::Sleeve { radius, half_length } => ends(0, radius, half_length).collect(),
-        Set::Guide { gap, half_length, half_width, half_height } => {
-            sum(&[(0, 1.0), (4, half_length), (2, half_height)], gap)
-                .chain(sum(&[(1, 1.0), (3, half_length), (2, half_width)], gap))
-                .collect()
-        }
-        Set::Plate { gap, half_normal, half_side } => sum(&[(0, 1.0), (1, half_normal), (2, half_side)], gap).collect(),
     }
 }
 
@@ -117,36 +89,12 @@ fn complement(forms: &[Form], n: usize) -> Vec<Form> {
 impl Region {
     /// The whole set.
     pub fn of(set: &Set) -> Self {
+        let own = Own::of(set);
         let mut unit = [0.0; MAX_SIZE];
         (0..set.size()).for_each(|k| unit[k] = set.half_width(k));
-        let basis: Vec<Form> = (0..set.size()).filter(|k| unit[*k] > 0.0).map(|k| form(&[(k, 1.0)])).collect();
-        // In coordinates of the moving components; conditions that bind none of them are met by zero.
-        let own = |f: &Form| {
-            let mut own = [0.0; MAX_SIZE];
-            own.iter_mut().zip(&basis).for_each(|(o, b)| {
-                *o = f.iter().zip(b).zip(&unit).map(|((f, b), unit)| f * b * unit).sum();
-            });
-            own
-        };
-        let binds = |f: &Form| f.iter().any(|f| *f != 0.0);
-        let conditions = definition(set)
-            .into_iter()
-            .filter_map(|condition| match condition {
-                Condition::Half { form, bound } => {
-                    let form = own(&form);
-                    let size = form.iter().fold(0.0_f64, |size, f| size.max(f.abs()));
-                    binds(&form).then(|| Condition::Half { form: form.map(|f| f / size), bound: bound / size })
-                }
-                Condition::Length { forms, shift, bound } => {
-                    let forms: Vec<Form> = forms.iter().map(&own).collect();
-                    forms.iter().any(binds).then(|| Condition::Length {
-                        forms: forms.iter().map(|form| form.map(|f| f / bound)).collect(),
-                        shift,
-                        bound: 1.0,
-                    })
-                }
-            })
-            .collect();
+        let part = |column: &Form| std::array::from_fn(|k| if unit[k] > 0.0 { column[k] / unit[k] } else { 0.0 });
+        let basis = own.columns().iter().map(part).collect();
+        let conditions = own.atoms().flat_map(|(first, atom)| conditions(first, atom)).collect();
         Self { unit, basis, conditions }
     }
 
@@ -207,12 +155,13 @@ impl Region {
         std::array::from_fn(|k| self.unit[k] * self.basis.iter().zip(u).map(|(b, u)| b[k] * u).sum::<f64>())
     }
 
-    /// The coordinates of an offset of the set, of which every coordinate is a component.
+    /// The coordinates of an offset of the whole set, whose basis is orthogonal.
     pub fn coordinates(&self, offset: &[f64]) -> Vec<f64> {
-        self.basis
-            .iter()
-            .map(|b| (0..MAX_SIZE).map(|k| if b[k] == 0.0 { 0.0 } else { offset[k] / self.unit[k] }).sum())
-            .collect()
+        let along = |b: &Form| -> f64 {
+            let parts = b.iter().zip(&self.unit).zip(offset);
+            parts.map(|((b, unit), d)| if *b == 0.0 { 0.0 } else { b * d / unit }).sum()
+        };
+        self.basis.iter().map(|b| along(b) / b.iter().map(|b| b * b).sum::<f64>()).collect()
     }
 
     /// How far the coordinates are outside of `t` times the set, as a part of it.

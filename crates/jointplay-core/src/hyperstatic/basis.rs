@@ -132,7 +132,7 @@ impl Mechanism {
                 let before = span.columns(0, chosen.len());
                 // Twice is enough: the second pass takes away what rounding left.
                 for _ in 0..2 {
-                    rest -= &before * (before.transpose() * &rest);
+                    rest -= before * (before.transpose() * &rest);
                 }
                 let left = rest.norm();
                 if left > threshold * size {

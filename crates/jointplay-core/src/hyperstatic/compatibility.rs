@@ -7,8 +7,8 @@
 //! A d = b,   A = [-J_R J_B^-1, 1],   b = A d_0 + r_R(d_0)
 //! ```
 //!
-//! for the displacements d of all rows, linearised at d_0. `A J = 0`: the rows of A are the self-stresses, and
-//! every system of forces on the rows in equilibrium with the load is `W = W_0 + A^T y` with the statics W_0 of
+//! for the displacements d of all rows, linearised at `d_0`. `A J = 0`: the rows of A are the self-stresses, and
+//! every system of forces on the rows in equilibrium with the load is `W = W_0 + A^T y` with the statics `W_0` of
 //! the basis. Dimensions and drives enter as their part of `-dr/du` says.
 //!
 //! What a displacement does to the output depends on what the others do to keep compatible; of all maps that

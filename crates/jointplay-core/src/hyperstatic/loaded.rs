@@ -81,7 +81,9 @@ impl Mechanism {
             |status| self.no_strain(status),
         );
         let mut table = StrainTable::default();
-        found.into_iter().for_each(|row| table.push(row));
+        for row in found {
+            table.push(row);
+        }
         table
     }
 

@@ -69,26 +69,8 @@ impl System<'_> {
                 part = (0.5_f64 * part).max(SHORTEST);
             }
             last = change;
-            state = self.step(solver, &state, &target, &mut part)?;
+            state = step(solver, &state, &target, &mut part)?;
             steps += 1;
-        }
-    }
-
-    /// Closes the basis a part of the way to the target, a smaller one where it cannot be reached.
-    fn step(&self, solver: &Solver<'_>, from: &State, target: &[f64], part: &mut f64) -> Result<State, Failure> {
-        loop {
-            let mix = |(a, b): (&f64, &f64)| a + *part * (b - a);
-            let parameters = if *part < 1.0 {
-                from.inputs.parameters.iter().zip(target).map(mix).collect()
-            } else {
-                target.to_vec()
-            };
-            let inputs = Inputs { drives: from.inputs.drives.clone(), parameters };
-            match solver.follow(from, &inputs) {
-                Ok(state) => return Ok(state),
-                Err(_) if *part > SHORTEST => *part *= 0.5,
-                Err(_) => return Err(Failure::Unreachable),
-            }
         }
     }
 
@@ -96,5 +78,20 @@ impl System<'_> {
     fn difference(&self, a: &[f64], b: &[f64]) -> f64 {
         let rows = 0..self.mechanism.n_rows();
         rows.map(|row| (a[row] - b[row]).abs() / self.basis.unit(row)).fold(0.0, f64::max)
+    }
+}
+
+/// Closes the basis a part of the way to the target, a smaller one where it cannot be reached.
+fn step(solver: &Solver<'_>, from: &State, target: &[f64], part: &mut f64) -> Result<State, Failure> {
+    loop {
+        let mix = |(a, b): (&f64, &f64)| a + *part * (b - a);
+        let parameters =
+            if *part < 1.0 { from.inputs.parameters.iter().zip(target).map(mix).collect() } else { target.to_vec() };
+        let inputs = Inputs { drives: from.inputs.drives.clone(), parameters };
+        match solver.follow(from, &inputs) {
+            Ok(state) => return Ok(state),
+            Err(_) if *part > SHORTEST => *part *= 0.5,
+            Err(_) => return Err(Failure::Unreachable),
+        }
     }
 }

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use super::basis::Basis;
 use super::compatibility::{Compatibility, FITS};
 use crate::ascent::UNDECIDED;
-use crate::clearance::Face;
+use crate::clearance::{Face, inner};
 use crate::cone::{Answer, Block, Kind, Outcome, Program, Springs};
 use crate::mechanism::Mechanism;
 use crate::space::Component;
@@ -134,7 +134,8 @@ impl<'m> System<'m> {
         }
         let answer = match ask {
             Ask::Factor => program.assembly(Springs::Rigid),
-            Ask::Load | Ask::Stress => program.pose(),
+            Ask::Load => program.pose(),
+            Ask::Stress => program.unloaded(),
         };
         if answer.outcome == Outcome::Infeasible {
             return None;
@@ -216,7 +217,7 @@ impl<'m> System<'m> {
     }
 
     /// Widens what every source leaves open in the output, source by source, tells which sources the load does
-    /// not decide, and gives the half-widths of all together; `map` is the output by displacements.
+    /// not decide, and gives how far all together reach from where they are; `map` is the output by displacements.
     pub fn leave_open(
         &self,
         c: &Compatibility,
@@ -249,39 +250,44 @@ impl<'m> System<'m> {
         widths
     }
 
-    /// What the tied clearances leave open: together in the half-widths, each by itself in `open`.
+    /// What the tied clearances leave open: how far they reach from where they are, together in `widths`, each
+    /// by itself in `open`.
     fn widen(&self, c: &Compatibility, right: &DVector<f64>, balance: &Balance, open: &mut [f64], widths: &mut [f64]) {
         let Some(answer) = &balance.answer else { return };
         let size = widths.len();
         let program = self.program(c, right, true);
-        let tied: Vec<&Give> = self.gives.iter().filter(|give| Self::is_tied(give, c)).collect();
-        let face = |give: &&Give| self.face(give, c, &balance.forces).filter(|face| !face.is_point());
+        let all = self.gives.iter().zip(&balance.given);
+        let tied: Vec<(&Give, &Vec<f64>)> = all.filter(|(give, _)| Self::is_tied(give, c)).collect();
+        let face = |give: &Give| self.face(give, c, &balance.forces).filter(|face| !face.is_point());
         for k in 0..size {
             let row = |give: &Give| -> Vec<f64> { give.rows.iter().map(|&r| c.output.parameters[(k, r)]).collect() };
-            // Half of what the output moves when only some of them count, the others giving way as they must.
-            let half = |counts: &dyn Fn(usize) -> bool| {
+            // How far the output moves from where it is when only some of them count, the others giving way.
+            let reach = |counts: &dyn Fn(usize) -> bool| {
                 let end = |sign: f64| {
-                    let direction = tied
-                        .iter()
-                        .enumerate()
-                        .map(|(g, give)| row(give).iter().map(|m| if counts(g) { sign * m } else { 0.0 }).collect());
+                    let direction = tied.iter().enumerate().map(|(g, (give, _))| {
+                        row(give).iter().map(|m| if counts(g) { sign * m } else { 0.0 }).collect()
+                    });
                     program.extreme(answer, &direction.collect::<Vec<Vec<f64>>>(), UNDECIDED_TOGETHER)
                 };
                 let (high, low) = (end(1.0), end(-1.0));
                 if high.outcome == Outcome::Solved && low.outcome == Outcome::Solved {
-                    return (0.5 * (high.value + low.value)).max(0.0);
+                    let at = |(g, (give, given)): (usize, &(&Give, &Vec<f64>))| {
+                        if counts(g) { inner(&row(give), given) } else { 0.0 }
+                    };
+                    let at: f64 = tied.iter().enumerate().map(at).sum();
+                    return (high.value - at).max(low.value + at).max(0.0);
                 }
-                // Each face by itself leaves at least as much open.
-                let alone = |(g, give): (usize, &&Give)| {
-                    if counts(g) { face(give).map_or(0.0, |face| face.half_width(&row(give))) } else { 0.0 }
+                // Each face by itself leaves at least half as much open, to both sides.
+                let alone = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| {
+                    if counts(g) { face(give).map_or(0.0, |face| 2.0 * face.half_width(&row(give))) } else { 0.0 }
                 };
                 tied.iter().enumerate().map(alone).sum()
             };
-            widths[k] += half(&|_| true);
-            for (g, give) in tied.iter().enumerate() {
+            widths[k] += reach(&|_| true);
+            for (g, (give, _)) in tied.iter().enumerate() {
                 let (Some(source), Some(_)) = (give.source, face(give)) else { continue };
                 let slot = &mut open[source * size + k];
-                *slot = slot.max(half(&|other| other == g));
+                *slot = slot.max(reach(&|other| other == g));
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::batch::draw::Stream;
 use crate::batch::lanes::{Block, LANES};
+use crate::batch::simd::{Kernel, dispatch};
 use crate::clearance::Set;
 use crate::spec::Law;
 
@@ -15,6 +16,22 @@ pub struct Dice {
     normal: (Block, usize),
 }
 
+struct Draw<'a> {
+    stream: &'a mut Stream,
+    set: &'a Set,
+    law: Law,
+    out: &'a mut [Block],
+}
+
+impl Kernel for Draw<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.stream.draw(self.set, self.law, self.out);
+    }
+}
+
 impl Dice {
     pub fn new(seed: u64, unit: u64) -> Self {
         let none = || (Block::splat(0.0), LANES);
@@ -23,7 +40,7 @@ impl Dice {
 
     /// Offsets of a set by its law, one per lane.
     pub fn draw(&mut self, set: &Set, law: Law, out: &mut [Block]) {
-        self.stream.draw(set, law, out);
+        dispatch(Draw { stream: &mut self.stream, set, law, out });
     }
 
     /// Uniform from 0 to 1.

@@ -1,4 +1,5 @@
-//! Streaming covariances (Welford; Chan, Golub and LeVeque, Amer. Statist. 37, 1983, 242).
+//! Streaming covariances by Welford's update, merged by that of Chan, Golub and
+//! `LeVeque` (Amer. Statist. 37, 1983, 242).
 
 /// Means of numbers, and their covariances with the first few of them.
 #[derive(Clone, Debug)]

@@ -1,0 +1,493 @@
+//! Nesterov-Todd scaling of the bodies that sets are made of, eight programs at a time.
+//!
+//! A body's conditions are `s = h tau - G p` in a cone K, with the factor tau = 1 or the variable factor
+//! on the clearances, and multipliers l in K. The scaling W of Nesterov and Todd (Math. Oper. Res. 22,
+//! 1997, 1) takes both to the same point, `W l = W^-1 s`; for half spaces `W^2 = s / l`, for cones of
+//! second order `W^-2 = (2 (J w)(J w)' - J) / eta^2` with `w' J w = 1`. Each body's part of the Newton
+//! equations, `H = G' W^-2 G`, is inverted in closed form: one number for an interval, the unit matrix
+//! and a dyad for a disc or a ball, an arrow for a body that tapers.
+
+use super::vector::{V, dot};
+use crate::cone::own::Atom;
+
+/// Signs of an arm and of the axis in the four half spaces of an arm.
+const SIDES: [[f64; 2]; 4] = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+
+/// Numbers that keep a quotient finite; everything here is near one.
+const TINY: V = V::splat(1e-200);
+
+/// A body of all eight programs: where its numbers are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cone {
+    /// Its kind; the numbers in it are those of `sizes`.
+    pub atom: Atom,
+    /// First of its coordinates.
+    pub first: usize,
+    /// First of its conditions.
+    pub slot: usize,
+    /// First of its scaling's numbers.
+    pub data: usize,
+    /// First of its sizes.
+    pub size: usize,
+    /// Whether the factor on the clearances scales it.
+    pub scaled: bool,
+}
+
+/// Numbers that give a body's size: high and -low; the radius; the length of the arms, and their tapers.
+pub(super) const fn n_sizes(atom: Atom) -> usize {
+    match atom {
+        Atom::Interval { .. } => 2,
+        Atom::Round { .. } => 1,
+        Atom::Tapered { arms, .. } => 1 + arms,
+    }
+}
+
+/// One of these numbers.
+pub(super) const fn size_of(atom: Atom, at: usize) -> f64 {
+    match atom {
+        Atom::Interval { low, high } => {
+            if at == 0 {
+                high
+            } else {
+                -low
+            }
+        }
+        Atom::Round { .. } => 1.0,
+        Atom::Tapered { tapers, .. } => {
+            if at == 0 {
+                1.0
+            } else {
+                tapers[at - 1]
+            }
+        }
+    }
+}
+
+impl Cone {
+    /// Number of coordinates.
+    #[inline(always)]
+    pub const fn dimension(&self) -> usize {
+        self.atom.size()
+    }
+
+    /// Number of conditions.
+    pub const fn slots(&self) -> usize {
+        match self.atom {
+            Atom::Interval { .. } => 2,
+            Atom::Round { size } => 1 + size,
+            Atom::Tapered { arms, .. } => 4 * arms,
+        }
+    }
+
+    /// Numbers of the scaling.
+    pub const fn data_size(&self) -> usize {
+        match self.atom {
+            Atom::Interval { .. } => 3,
+            Atom::Round { size } => size + 5,
+            Atom::Tapered { arms, .. } => 6 * arms + 1,
+        }
+    }
+
+    /// Numbers that give the size.
+    pub const fn sizes(&self) -> usize {
+        n_sizes(self.atom)
+    }
+
+    /// The first of them, which are lengths; the others are proportions.
+    pub const fn lengths(&self) -> usize {
+        match self.atom {
+            Atom::Interval { .. } => 2,
+            Atom::Round { .. } | Atom::Tapered { .. } => 1,
+        }
+    }
+
+    /// Number of inequalities or cones of second order.
+    pub const fn degree(&self) -> usize {
+        match self.atom {
+            Atom::Round { .. } => 1,
+            Atom::Interval { .. } | Atom::Tapered { .. } => self.slots(),
+        }
+    }
+
+    /// What the conditions become per unit of the factor.
+    #[inline(always)]
+    pub fn bound(&self, sizes: &[V], slot: usize) -> V {
+        match self.atom {
+            Atom::Interval { .. } => sizes[slot],
+            Atom::Round { .. } => {
+                if slot == 0 {
+                    sizes[0]
+                } else {
+                    V::ZERO
+                }
+            }
+            Atom::Tapered { .. } => sizes[0],
+        }
+    }
+
+    /// A point inside.
+    #[inline(always)]
+    pub fn start(&self, sizes: &[V], factor: V, p: &mut [V]) {
+        p.fill(V::ZERO);
+        if let Atom::Interval { .. } = self.atom {
+            p[0] = V::splat(0.5) * (sizes[0] - sizes[1]) * factor;
+        }
+    }
+
+    /// `h dtau - G dp`.
+    #[inline(always)]
+    pub fn slack(&self, sizes: &[V], p: &[V], factor: V, s: &mut [V]) {
+        match self.atom {
+            Atom::Interval { .. } => {
+                s[0] = sizes[0].times_plus(factor, -p[0]);
+                s[1] = sizes[1].times_plus(factor, p[0]);
+            }
+            Atom::Round { .. } => {
+                s[0] = sizes[0] * factor;
+                s[1..].copy_from_slice(p);
+            }
+            Atom::Tapered { arms, .. } => {
+                let end = sizes[0] * factor;
+                for arm in 0..arms {
+                    let shrunk = sizes[1 + arm] * p[0];
+                    for (k, [own, axis]) in SIDES.into_iter().enumerate() {
+                        s[4 * arm + k] = end - V::splat(own) * p[1 + arm] - V::splat(axis) * shrunk;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Support function.
+    #[inline(always)]
+    pub fn support(&self, sizes: &[V], force: &[V]) -> V {
+        match self.atom {
+            Atom::Interval { .. } => (sizes[0] * force[0]).max(-sizes[1] * force[0]),
+            Atom::Round { .. } => sizes[0] * dot(force, force).sqrt(),
+            Atom::Tapered { arms, .. } => {
+                let (mut across, mut ends) = (V::ZERO, force[0].abs());
+                for arm in 0..arms {
+                    let size = force[1 + arm].abs();
+                    across = across + size;
+                    ends = (V::ONE - sizes[1 + arm]).times_plus(size, ends);
+                }
+                sizes[0] * across.max(ends)
+            }
+        }
+    }
+
+    /// `G' l`.
+    #[inline(always)]
+    pub fn pull(&self, sizes: &[V], l: &[V], out: &mut [V]) {
+        match self.atom {
+            Atom::Interval { .. } => out[0] = l[0] - l[1],
+            Atom::Round { size } => {
+                for k in 0..size {
+                    out[k] = -l[1 + k];
+                }
+            }
+            Atom::Tapered { arms, .. } => {
+                let mut along = V::ZERO;
+                for arm in 0..arms {
+                    let l = &l[4 * arm..4 * arm + 4];
+                    out[1 + arm] = (l[0] + l[1]) - (l[2] + l[3]);
+                    along = sizes[1 + arm].times_plus((l[0] + l[2]) - (l[1] + l[3]), along);
+                }
+                out[0] = along;
+            }
+        }
+    }
+
+    /// The scaling at slacks and multipliers.
+    #[inline(always)]
+    pub fn scale(&self, sizes: &[V], s: &[V], l: &[V], data: &mut [V]) {
+        match self.atom {
+            Atom::Interval { .. } => {
+                data[0] = l[0] / s[0];
+                data[1] = l[1] / s[1];
+                data[2] = V::ONE / (data[0] + data[1]);
+            }
+            Atom::Round { size: 2 } => scale_round::<2>(s, l, data),
+            Atom::Round { .. } => scale_round::<3>(s, l, data),
+            Atom::Tapered { arms, .. } => {
+                let mut axis = V::ZERO;
+                for arm in 0..arms {
+                    let mut d = [V::ZERO; 4];
+                    for k in 0..4 {
+                        d[k] = l[4 * arm + k] / s[4 * arm + k];
+                        data[4 * arm + k] = d[k];
+                    }
+                    let (same, opposite, taper) = (d[0] + d[3], d[1] + d[2], sizes[1 + arm]);
+                    let inverse = V::ONE / (same + opposite);
+                    data[4 * arms + arm] = inverse;
+                    data[5 * arms + arm] = taper * (same - opposite);
+                    // What the arm leaves of the axis' diagonal element, without cancellation.
+                    axis = (taper * taper).times_plus(V::splat(4.0) * same * opposite * inverse, axis);
+                }
+                data[6 * arms] = V::ONE / axis;
+            }
+        }
+    }
+
+    /// `H^-1 x`.
+    #[inline(always)]
+    pub fn inverse(&self, data: &[V], x: &[V], out: &mut [V]) {
+        match self.atom {
+            Atom::Interval { .. } => out[0] = data[2] * x[0],
+            Atom::Round { size: 2 } => inverse_round::<2>(data, x, out),
+            Atom::Round { .. } => inverse_round::<3>(data, x, out),
+            Atom::Tapered { arms, .. } => {
+                let (inverse, coupling) = (&data[4 * arms..5 * arms], &data[5 * arms..6 * arms]);
+                let mut along = x[0];
+                for arm in 0..arms {
+                    along = (coupling[arm] * inverse[arm]).times_from(x[1 + arm], along);
+                }
+                out[0] = data[6 * arms] * along;
+                for arm in 0..arms {
+                    out[1 + arm] = inverse[arm] * coupling[arm].times_from(out[0], x[1 + arm]);
+                }
+            }
+        }
+    }
+
+    /// What a change of the factor adds to the Newton equations: `x = H^-1 G' W^-2 h` and
+    /// `h' W^-2 h - x' H x`.
+    #[inline(always)]
+    pub fn follow(&self, sizes: &[V], data: &[V], x: &mut [V]) -> V {
+        if let Atom::Round { size } = self.atom {
+            // Of a radius of one: W^-2 h = (2 w0^2 - 1, -2 w0 w1) / eta^2.
+            towards(size, data, x);
+            return data[size + 1] * data[size + 3];
+        }
+        let n = self.slots();
+        let mut weighed = [V::ZERO; 16];
+        let mut right = [V::ZERO; 5];
+        for slot in 0..n {
+            weighed[slot] = data[slot] * self.bound(sizes, slot);
+        }
+        self.pull(sizes, &weighed[..n], &mut right[..self.dimension()]);
+        self.inverse(data, &right[..self.dimension()], x);
+        // The smallest sum of squares of what is left, so that nothing cancels.
+        let mut left = [V::ZERO; 16];
+        self.slack(sizes, x, V::ONE, &mut left[..n]);
+        let mut sum = V::ZERO;
+        for slot in 0..n {
+            sum = (data[slot] * left[slot]).times_plus(left[slot], sum);
+        }
+        sum
+    }
+
+    /// `W (W l \ (sigma mu e - (W^-1 ds) o (W dl))) - s`, where the slacks would go without a change of
+    /// the multipliers, for the step `ds` towards the boundary and the `dl` that belongs to it.
+    #[inline(always)]
+    pub fn target(&self, data: &[V], [s, l, ds, dl]: [&[V]; 4], centre: V, u: &mut [V]) {
+        match self.atom {
+            Atom::Round { size: 2 } => target_round::<2>(data, s, l, ds, centre, u),
+            Atom::Round { .. } => target_round::<3>(data, s, l, ds, centre, u),
+            Atom::Interval { .. } | Atom::Tapered { .. } => {
+                for k in 0..self.slots() {
+                    u[k] = ds[k].times_from(dl[k], centre) / l[k] - s[k];
+                }
+            }
+        }
+    }
+
+    /// What the coordinates do on the way to that target while their forces stay: `-H^-1 G' W^-2 u`.
+    #[inline(always)]
+    pub fn approach(&self, sizes: &[V], data: &[V], u: &[V], out: &mut [V]) {
+        if let Atom::Round { size } = self.atom {
+            towards(size, data, out);
+            for k in 0..size {
+                out[k] = out[k].times_from(u[0], u[1 + k]);
+            }
+            return;
+        }
+        let n = self.slots();
+        let mut weighed = [V::ZERO; 16];
+        let mut right = [V::ZERO; 5];
+        for slot in 0..n {
+            weighed[slot] = -data[slot] * u[slot];
+        }
+        self.pull(sizes, &weighed[..n], &mut right[..self.dimension()]);
+        self.inverse(data, &right[..self.dimension()], out);
+    }
+
+    /// What the factor's multipliers do then: `(h - G x)' W^-2 u`.
+    #[inline(always)]
+    pub fn approach_factor(&self, sizes: &[V], data: &[V], x: &[V], u: &[V]) -> V {
+        if let Atom::Round { size } = self.atom {
+            return data[size + 1] * data[size + 3] * u[0];
+        }
+        let n = self.slots();
+        let mut left = [V::ZERO; 16];
+        self.slack(sizes, x, V::ONE, &mut left[..n]);
+        let mut sum = V::ZERO;
+        for slot in 0..n {
+            sum = (data[slot] * left[slot]).times_plus(u[slot], sum);
+        }
+        sum
+    }
+
+    /// The multipliers' step `W^-2 (u - ds)`, which fulfils `G' dl = force`.
+    ///
+    /// Where a body is round this equation gives it directly: `W^-2 ds` would be the difference of large
+    /// numbers near the boundary, whose rounding would be left in the equation.
+    #[inline(always)]
+    pub fn multipliers(&self, sizes: &[V], data: &[V], [u, ds, force]: [&[V]; 3], dl: &mut [V]) {
+        if let Atom::Round { size } = self.atom {
+            let mut along = [V::ZERO; 3];
+            towards(size, data, &mut along[..size]);
+            dl[0] = (data[size + 1] * data[size + 3]).times_plus(u[0] - ds[0], dot(&along[..size], force));
+            for k in 0..size {
+                dl[1 + k] = -force[k];
+            }
+            return;
+        }
+        let n = self.slots();
+        for slot in 0..n {
+            dl[slot] = data[slot] * (u[slot] - ds[slot]);
+        }
+        if let Atom::Tapered { .. } = self.atom {
+            // The same rounding, taken out by one step of refinement.
+            let mut left = [V::ZERO; 5];
+            let mut move_back = [V::ZERO; 5];
+            let mut slack = [V::ZERO; 16];
+            let dimension = self.dimension();
+            self.pull(sizes, dl, &mut left[..dimension]);
+            for (left, force) in left.iter_mut().zip(force) {
+                *left = *force - *left;
+            }
+            self.inverse(data, &left[..dimension], &mut move_back[..dimension]);
+            self.slack(sizes, &move_back[..dimension], V::ZERO, &mut slack[..n]);
+            for slot in 0..n {
+                dl[slot] = data[slot].times_from(slack[slot], dl[slot]);
+            }
+        }
+    }
+
+    /// The larger of `most` and the inverse of the longest step inside the cone.
+    #[inline(always)]
+    pub fn limit(&self, x: &[V], dx: &[V], most: V) -> V {
+        match self.atom {
+            Atom::Round { size: 2 } => limit_round::<2>(x, dx).max(most),
+            Atom::Round { .. } => limit_round::<3>(x, dx).max(most),
+            Atom::Interval { .. } | Atom::Tapered { .. } => {
+                let mut most = most;
+                for k in 0..self.slots() {
+                    most = (-dx[k] / x[k]).max(most);
+                }
+                most
+            }
+        }
+    }
+}
+
+/// `x0^2 - |x1|^2`, by its factors.
+#[inline(always)]
+fn hyperbolic<const K: usize>(x: &[V]) -> V {
+    let size = dot(&x[1..=K], &x[1..=K]).sqrt();
+    ((x[0] - size) * (x[0] + size)).max(TINY)
+}
+
+/// Data: w, 1/eta^2, eta^2, 1/(2 w0^2 - 1), and `x0^2 - |x1|^2` of `x = W l`.
+#[inline(always)]
+fn scale_round<const K: usize>(s: &[V], l: &[V], data: &mut [V]) {
+    let (size_s, size_l) = (hyperbolic::<K>(s).sqrt(), hyperbolic::<K>(l).sqrt());
+    let (per_s, per_l) = (V::ONE / size_s, V::ONE / size_l);
+    let along = dot(&s[..=K], &l[..=K]) * per_s * per_l;
+    let half = V::splat(0.5);
+    let per_twice = half / (half * (V::ONE + along)).sqrt();
+    data[0] = per_twice * s[0].times_plus(per_s, l[0] * per_l);
+    let mut square = V::ZERO;
+    for k in 1..=K {
+        data[k] = per_twice * s[k].times_plus(per_s, -(l[k] * per_l));
+        square = data[k].times_plus(data[k], square);
+    }
+    // On the hyperboloid, whatever rounding did.
+    data[0] = (V::ONE + square).sqrt();
+    data[K + 1] = size_l * per_s;
+    data[K + 2] = size_s * per_l;
+    data[K + 3] = V::ONE / (V::ONE + square + square);
+    data[K + 4] = size_s * size_l;
+}
+
+/// `eta^2 (1 - 2 w1 w1' / (1 + 2 |w1|^2)) x`.
+#[inline(always)]
+fn inverse_round<const K: usize>(data: &[V], x: &[V], out: &mut [V]) {
+    let along = dot(&data[1..=K], &x[..K]);
+    let part = (along + along) * data[K + 3];
+    for k in 0..K {
+        out[k] = data[K + 2] * data[1 + k].times_from(part, x[k]);
+    }
+}
+
+/// `2 w0 w1 / (2 w0^2 - 1)`: where the coordinates go with the first slack.
+#[inline(always)]
+fn towards(size: usize, data: &[V], out: &mut [V]) {
+    let along = (data[0] + data[0]) * data[size + 3];
+    for k in 0..size {
+        out[k] = along * data[1 + k];
+    }
+}
+
+#[inline(always)]
+fn target_round<const K: usize>(data: &[V], s: &[V], l: &[V], ds: &[V], centre: V, u: &mut [V]) {
+    let eta = data[K + 2].sqrt();
+    let per_eta = V::ONE / eta;
+    let per_one = V::ONE / (V::ONE + data[0]);
+    // W l and W^-1 ds.
+    let mut scaled = [V::ZERO; 4];
+    let mut step = [V::ZERO; 4];
+    let (along_l, along_s) = (dot(&data[1..=K], &l[1..=K]), dot(&data[1..=K], &ds[1..=K]));
+    scaled[0] = eta * data[0].times_plus(l[0], along_l);
+    step[0] = per_eta * data[0].times_plus(ds[0], -along_s);
+    let (part_l, part_s) = (along_l.times_plus(per_one, l[0]), along_s.times_plus(per_one, -ds[0]));
+    for k in 1..=K {
+        scaled[k] = eta * data[k].times_plus(part_l, l[k]);
+        step[k] = per_eta * data[k].times_plus(part_s, ds[k]);
+    }
+    // sigma mu e + (W^-1 ds) o (W l + W^-1 ds), since W dl = -W l - W^-1 ds.
+    let mut other = [V::ZERO; 4];
+    for k in 0..=K {
+        other[k] = scaled[k] + step[k];
+    }
+    let mut right = [V::ZERO; 4];
+    right[0] = centre + dot(&step[..=K], &other[..=K]);
+    for k in 1..=K {
+        right[k] = step[0].times_plus(other[k], other[0] * step[k]);
+    }
+    // Divided by W l.
+    let along = dot(&scaled[1..=K], &right[1..=K]);
+    let first = scaled[0].times_plus(right[0], -along) / data[K + 4];
+    let per = V::ONE / scaled[0];
+    let mut quotient = [V::ZERO; 4];
+    quotient[0] = first;
+    for k in 1..=K {
+        quotient[k] = per * first.times_from(scaled[k], right[k]);
+    }
+    // W of it, less s.
+    let along = dot(&data[1..=K], &quotient[1..=K]);
+    u[0] = eta.times_plus(data[0].times_plus(first, along), -s[0]);
+    let part = along.times_plus(per_one, first);
+    for k in 1..=K {
+        u[k] = eta.times_plus(data[k].times_plus(part, quotient[k]), -s[k]);
+    }
+}
+
+#[inline(always)]
+fn limit_round<const K: usize>(x: &[V], dx: &[V]) -> V {
+    let per = V::ONE / hyperbolic::<K>(x).sqrt();
+    let first = per * x[0];
+    let mut along = V::ZERO;
+    for k in 1..=K {
+        along = (per * x[k]).times_plus(dx[k], along);
+    }
+    let product = first.times_plus(dx[0], -along);
+    let part = (product + dx[0]) / (first + V::ONE);
+    let mut square = V::ZERO;
+    for k in 1..=K {
+        let rest = per * part.times_from(per * x[k], dx[k]);
+        square = rest.times_plus(rest, square);
+    }
+    per.times_from(product, square.sqrt())
+}

@@ -1,0 +1,143 @@
+//! One number of each of eight programs.
+//!
+//! Plain arithmetic on a fixed array, inlined into functions that are compiled for several widths of
+//! vector registers; the operations and their order do not depend on the width.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// Programs at a time.
+pub(super) const LANES: usize = 8;
+
+/// One number for every program.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(super) struct V(pub [f64; LANES]);
+
+/// A choice of programs: all bits or none.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(super) struct Choice(pub [u64; LANES]);
+
+macro_rules! each {
+    ($i:ident, $value:expr) => {{
+        let mut out = [0.0; LANES];
+        let mut $i = 0;
+        while $i < LANES {
+            out[$i] = $value;
+            $i += 1;
+        }
+        V(out)
+    }};
+}
+
+macro_rules! choose {
+    ($i:ident, $value:expr) => {{
+        let mut out = [0; LANES];
+        let mut $i = 0;
+        while $i < LANES {
+            out[$i] = ($value as u64).wrapping_neg();
+            $i += 1;
+        }
+        Choice(out)
+    }};
+}
+
+impl V {
+    pub const ZERO: Self = Self([0.0; LANES]);
+    pub const ONE: Self = Self([1.0; LANES]);
+
+    #[inline(always)]
+    pub const fn splat(value: f64) -> Self {
+        Self([value; LANES])
+    }
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        each!(i, self.0[i].abs())
+    }
+    #[inline(always)]
+    pub fn sqrt(self) -> Self {
+        each!(i, self.0[i].sqrt())
+    }
+    /// The larger; the other one where one is not a number.
+    #[inline(always)]
+    pub fn max(self, o: Self) -> Self {
+        each!(i, if self.0[i] > o.0[i] { self.0[i] } else { o.0[i] })
+    }
+    /// `self o + c` with one rounding.
+    #[inline(always)]
+    pub fn times_plus(self, o: Self, c: Self) -> Self {
+        each!(i, self.0[i].mul_add(o.0[i], c.0[i]))
+    }
+    /// `c - self o` with one rounding.
+    #[inline(always)]
+    pub fn times_from(self, o: Self, c: Self) -> Self {
+        each!(i, (-self.0[i]).mul_add(o.0[i], c.0[i]))
+    }
+    #[inline(always)]
+    pub fn below(self, o: Self) -> Choice {
+        choose!(i, self.0[i] < o.0[i])
+    }
+    /// `self` where chosen, else `o`.
+    #[inline(always)]
+    pub fn where_else(self, choice: Choice, o: Self) -> Self {
+        each!(i, f64::from_bits(self.0[i].to_bits() & choice.0[i] | o.0[i].to_bits() & !choice.0[i]))
+    }
+}
+
+impl Choice {
+    pub const ALL: Self = Self([u64::MAX; LANES]);
+
+    #[inline(always)]
+    pub fn and(self, o: Self) -> Self {
+        choose!(i, self.0[i] & o.0[i] != 0)
+    }
+    #[inline(always)]
+    pub fn not(self) -> Self {
+        choose!(i, self.0[i] == 0)
+    }
+    #[inline(always)]
+    pub fn any(self) -> bool {
+        let mut any = 0;
+        let mut i = 0;
+        while i < LANES {
+            any |= self.0[i];
+            i += 1;
+        }
+        any != 0
+    }
+}
+
+macro_rules! operator {
+    ($trait:ident, $name:ident, $op:tt) => {
+        impl $trait for V {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, o: Self) -> Self {
+                each!(i, self.0[i] $op o.0[i])
+            }
+        }
+    };
+}
+
+operator!(Add, add, +);
+operator!(Sub, sub, -);
+operator!(Mul, mul, *);
+operator!(Div, div, /);
+
+impl Neg for V {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        each!(i, -self.0[i])
+    }
+}
+
+/// `sum a b`.
+#[inline(always)]
+pub(super) fn dot(a: &[V], b: &[V]) -> V {
+    let mut sum = V::ZERO;
+    for (a, b) in a.iter().zip(b) {
+        sum = a.times_plus(*b, sum);
+    }
+    sum
+}
