@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import jointplay as jp
+from jointplay.cli import main
+from jointplay.result import STATUSES
 from oracles.truss import Truss, square
 
 R1, R2 = 0.03, 0.05
@@ -171,7 +175,9 @@ def test_an_elastic_bar_has_no_force_in_its_dead_band() -> None:
         short = tolerance * (2 * p - 1)
         tension = stiffness * math.copysign(max(0.0, abs(short) - R1 - R2), short)
         force = found.member_force_quantile.sel(probability=p, member="AB").item()
-        assert force == pytest.approx(tension, rel=2e-3, abs=2 * tolerance * stiffness * binomial(p, n) * (tension != 0))
+        assert force == pytest.approx(
+            tension, rel=2e-3, abs=2 * tolerance * stiffness * binomial(p, n) * (tension != 0)
+        )
 
 
 def test_units_of_one_loop_do_not_feel_the_strain_of_another() -> None:
@@ -245,7 +251,51 @@ def test_a_load_leaves_a_determinate_mechanism_no_play() -> None:
 
 
 def test_a_clearance_cannot_be_at_its_boundary_and_compatible() -> None:
-    with pytest.raises(jp.InputError, match=r"bar.toml: law: law 'boundary' leaves the clearances of A.*uniform, normal"):
+    with pytest.raises(
+        jp.InputError, match=r"bar.toml: law: law 'boundary' leaves the clearances of A.*uniform, normal"
+    ):
         jp.random(bar(), samples=10, law="boundary")
     with pytest.raises(jp.InputError, match="contact"):
         jp.random(bar(), samples=10, contact="pushed")
+
+
+@pytest.mark.parametrize("name", ["x-braced-square", "four-legged-platform", "bennett"])
+def test_every_unit_closes_for_the_offsets_that_it_is_said_to_have(name: str) -> None:
+    """Its offsets and deviations, given to the closure of all constraints."""
+    m = jp.loads(jp.examples.text(name))
+    assert m.drive_values is not None
+    drives, poses = m.drive_values[:1], m.core.solve(m.drive_values)["poses"][:1]
+    found = m.core.random(drives, poses, 300, 0, np.array([0.5]), np.nan, np.nan, "uniform", 1, keep=True)
+    status = found["kept_status"]
+    ok, strained = (status == STATUSES.tolist().index(name) for name in ("ok", "strained"))
+    assert ok.sum() > 30
+    assert (np.bincount(status, minlength=len(STATUSES)) == found["failures"][0]).all()
+    posed = ok | strained
+    u = found["kept_parameters"][posed]
+    given = m.core.given(np.repeat(drives, len(u), axis=0), np.repeat(poses, len(u), axis=0), u)
+    assert (given["status"] == status[posed]).all()
+    np.testing.assert_allclose(found["kept_errors"][posed], given["error"], rtol=0, atol=1e-10)
+    assert np.isnan(found["kept_errors"][~posed]).all()
+    # The clearances are not left: corrections are of the second order.
+    for s, source in enumerate(m.core_spec["sources"]):
+        ((shape, size),) = source["set"].items()
+        if shape == "disc":
+            places = np.flatnonzero(m.parameter_source == s)
+            assert np.hypot(*u[:, places].T).max() < 1.01 * size["radius"]
+
+
+def test_the_command_line_tells_what_becomes_of_the_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "bar.toml"
+    truss = Truss(
+        {"A": (0.0, 0.0), "B": (100.0, 0.0)}, ("A", "B"), (("A", "B"),), {"A": R1, "B": R2}, load=(5.0, 0.0), loaded="A"
+    )
+    path.write_text(with_tolerances(truss, 0.16, "uniform"))
+    assert main(["error", str(path), "-q", "random", "--samples", "2000"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "not assemblable" in told
+    assert re.search(r"\d+ were not assemblable, up to 5\d % of a configuration; they are not in the figures", told)
+    assert "99.9 % of the units go together with the clearances multiplied by 2" in told
+    assert main(["error", str(path), "-q", "random", "--samples", "200", "--contact", "loaded"]) == 0
+    assert "clearances where the load pushes them" in " ".join(capsys.readouterr().out.split())
+    assert main(["error", str(path), "-q", "random", "--law", "boundary"]) == 2
+    assert "uniform, normal" in " ".join(capsys.readouterr().err.split())

@@ -245,6 +245,7 @@ def sweep(
     samples: Samples = 100_000,
     seed: Seed = 0,
     law: Scatter = None,
+    contact: Touching = Contact.scattered,
     output: Output = None,
     plot: Plot = None,
 ) -> int:
@@ -255,7 +256,7 @@ def sweep(
     m = answer.mechanism(file, fixed)
     options: dict[str, Any] = {}
     if question is Swept.random:
-        options = {"samples": samples, "seed": seed, "law": law.value if law else None}
+        options = {"samples": samples, "seed": seed, "law": law.value if law else None, "contact": contact.value}
     if question is Swept.given:
         options = {"offsets": answer.offsets(offset)}
 
@@ -285,6 +286,7 @@ def map_(
     samples: Samples = 1_000,
     seed: Seed = 0,
     law: Scatter = None,
+    contact: Touching = Contact.scattered,
     settings: Settings = None,
     output: Annotated[
         Path | None,
@@ -308,7 +310,7 @@ def map_(
 
     options: dict[str, Any] = {"exact": False} if first_order and question is Mapped.loaded else {}
     if question is Mapped.random:
-        options = {"samples": samples, "seed": seed, "law": law.value if law else None}
+        options = {"samples": samples, "seed": seed, "law": law.value if law else None, "contact": contact.value}
     if question is Mapped.given:
         options = {"offsets": answer.offsets(offset)}
     ranges = arguments.gridded(arguments.assignments(grid, "--grid")) if grid else None
@@ -333,6 +335,7 @@ def compare(
     samples: Samples = 100_000,
     seed: Seed = 0,
     law: Scatter = None,
+    contact: Touching = Contact.scattered,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -343,7 +346,7 @@ def compare(
     a, b = answer.mechanism(first, settings), answer.mechanism(second, settings)
     options: dict[str, Any] = {}
     if question is Compared.random:
-        options = {"samples": samples, "seed": seed, "law": law.value if law else None}
+        options = {"samples": samples, "seed": seed, "law": law.value if law else None, "contact": contact.value}
     followed = arguments.words(components)
 
     def ask(m: Mechanism) -> Result:

@@ -116,7 +116,9 @@ def _factor(result: Result) -> Iterable[str]:
     if np.isinf(most[share]):
         yield "Some units do not go together rigidly with any clearance: what holds them more than once has none."
     elif most[share] > 0:
-        words = f"{100 * levels[share]:g} % of the units go together with the clearances multiplied by {most[share]:.3g}"
+        words = (
+            f"{100 * levels[share]:g} % of the units go together with the clearances multiplied by {most[share]:.3g}"
+        )
         yield f"Rigid, {words}."
 
 

@@ -106,6 +106,7 @@ fn together(job: &Job<'_>, bound: &mut Bound<'_>, units: &mut [Unit], first: u64
             } else {
                 let change = &job.correction * misfit;
                 corrected[lane].iter_mut().zip(change.iter()).for_each(|(d, c)| *d += c);
+                job.move_offsets(&mut units[lane], &change);
             }
         }
     }

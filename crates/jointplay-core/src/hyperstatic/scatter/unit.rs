@@ -21,6 +21,9 @@ const LOOSE: f64 = 1e-7;
 /// of the order of the displacements over the dimensions.
 pub const CORRECTIONS: usize = 12;
 
+/// What is elastic takes part in a correction by the square of this, beside clearances.
+const DEFORMS: f64 = 1e-3;
+
 /// What all units of one configuration share.
 pub struct Job<'a> {
     /// What gives way together: clearances that scatter by themselves are left out, unless the load decides.
@@ -57,7 +60,7 @@ pub struct Unit {
     pub status: Status,
     /// The smallest factor on the clearances with which it goes together rigidly.
     pub factor: f64,
-    /// Offsets and deviations.
+    /// Offsets and deviations, corrected to keep the closed mechanism compatible.
     pub parameters: Vec<f64>,
     /// Displacements of the rows and values of the parameters before they are corrected, as the basis takes them.
     pub displacements: Vec<f64>,
@@ -83,7 +86,7 @@ impl<'a> Job<'a> {
             |g: &usize| system.gives[*g].source.is_some() && System::is_tied(&system.gives[*g], compatibility);
         let tied: Vec<usize> = (0..system.gives.len()).filter(is_tied).collect();
         let section = section(&system, compatibility, &tied, request);
-        let correction = least_displacements(&system, compatibility);
+        let correction = least_displacements(&system, compatibility, &tied);
         let rigid = system.gives.iter().all(|give| give.source.is_some());
         Self { system, solver, request, nominal, built, compatibility, correction, tied, section, rigid }
     }
@@ -121,7 +124,7 @@ impl<'a> Job<'a> {
         let found = match self.fit(&misfit, &mut unit, &mut dice) {
             Fit::Apart => Err(Status::NotAssemblable),
             Fit::Forced => self.settle(start, &mut unit, &mut dice),
-            Fit::Loose => self.correct(&start, unit.displacements.clone(), &self.correction),
+            Fit::Loose => self.correct(&start, &mut unit, &self.correction),
         };
         match found {
             Ok(state) if state.negative == self.built.negative => {
@@ -226,8 +229,8 @@ impl<'a> Job<'a> {
                 unit.displacements[row] += d - before;
             }
         }
-        let correction = least_displacements(&self.system, c);
-        self.correct(&settled.state, unit.displacements.clone(), &correction)
+        let correction = least_displacements(&self.system, c, &loose);
+        self.correct(&settled.state, unit, &correction)
     }
 
     /// The tied clearances that no force holds.
@@ -242,8 +245,9 @@ impl<'a> Job<'a> {
     }
 
     /// Closes the mechanism for displacements that are compatible to first order, changing them by what is left.
-    fn correct(&self, from: &State, mut parameters: Vec<f64>, correction: &DMatrix<f64>) -> Result<State, Status> {
+    fn correct(&self, from: &State, unit: &mut Unit, correction: &DMatrix<f64>) -> Result<State, Status> {
         let basis = self.system.basis;
+        let mut parameters = unit.displacements.clone();
         let mut state = self.close(from, parameters.clone())?;
         for _ in 0..CORRECTIONS {
             let left = basis.misfit(&state);
@@ -252,9 +256,19 @@ impl<'a> Job<'a> {
             }
             let change = correction * left;
             parameters.iter_mut().zip(change.iter()).for_each(|(p, d)| *p += d);
+            self.move_offsets(unit, &change);
             state = self.close(&state, parameters.clone())?;
         }
         Err(Status::NotAssembled)
+    }
+
+    /// Notes a change of the rows' displacements in the offsets of the clearances.
+    pub fn move_offsets(&self, unit: &mut Unit, change: &DVector<f64>) {
+        for give in &self.system.gives {
+            let Some(source) = give.source else { continue };
+            let places = self.mechanism().sources[source].range().zip(&give.rows);
+            places.for_each(|(p, &row)| unit.parameters[p] += change[row]);
+        }
     }
 }
 
@@ -269,27 +283,32 @@ fn section(system: &System<'_>, c: &Compatibility, numbers: &[usize], request: &
     Section::new(numbers.iter().filter_map(member).collect(), c.equations.nrows())
 }
 
-/// Displacements of all rows, of least length-scaled size, that make up for a misfit: of the rows that give way.
-fn least_displacements(system: &System<'_>, c: &Compatibility) -> DMatrix<f64> {
+/// Displacements of all rows, of least length-scaled size, that make up for a misfit: offsets of the given
+/// clearances, and deformations where these cannot.
+fn least_displacements(system: &System<'_>, c: &Compatibility, clearances: &[usize]) -> DMatrix<f64> {
     let rows = system.mechanism.n_rows();
     if c.equations.nrows() == 0 {
         return DMatrix::zeros(rows, 0);
     }
-    let mut scaled = DMatrix::zeros(c.equations.nrows(), rows);
-    for give in &system.gives {
+    let mut weights = vec![0.0; rows];
+    for (g, give) in system.gives.iter().enumerate() {
         for (k, &row) in give.rows.iter().enumerate() {
-            let size = match &give.kind {
-                Kind::Clearance(set) | Kind::Fixed(set) => set.half_width(k),
-                Kind::Spring(compliance) => compliance[k * (give.rows.len() + 1)].sqrt(),
+            let (moves, weight) = match &give.kind {
+                Kind::Clearance(set) | Kind::Fixed(set) => (clearances.contains(&g) && set.half_width(k) > 0.0, 1.0),
+                Kind::Spring(compliance) => (compliance[k * (give.rows.len() + 1)] > 0.0, DEFORMS),
             };
-            if size > 0.0 {
-                scaled.set_column(row, &(c.equations.column(row) * system.basis.unit(row)));
+            if moves {
+                weights[row] = weight * system.basis.unit(row);
             }
         }
     }
+    let mut scaled = c.of_rows().into_owned();
+    for (row, weight) in weights.iter().enumerate() {
+        scaled.column_mut(row).scale_mut(*weight);
+    }
     let mut inverse = scaled.clone().pseudo_inverse(LOOSE * scaled.norm()).unwrap_or_else(|_| scaled.transpose());
     for row in 0..rows {
-        inverse.row_mut(row).scale_mut(system.basis.unit(row));
+        inverse.row_mut(row).scale_mut(weights[row]);
     }
     inverse
 }
