@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
-from jointplay.cli import main
+from jointplay.cli import run
 from jointplay.result import STATUSES
 from oracles.truss import Truss, square
 
@@ -289,13 +289,13 @@ def test_the_command_line_tells_what_becomes_of_the_units(tmp_path: Path, capsys
     truss = Truss(
         {"A": (0.0, 0.0), "B": (100.0, 0.0)}, ("A", "B"), (("A", "B"),), {"A": R1, "B": R2}, load=(5.0, 0.0), loaded="A"
     )
-    path.write_text(with_tolerances(truss, 0.16, "uniform"))
-    assert main(["error", str(path), "-q", "random", "--samples", "2000"]) == 0
+    path.write_text(with_tolerances(truss, 0.18, "uniform"))
+    assert run(["error", str(path), "-q", "random", "--samples", "2000"]) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert "not assemblable" in told
     assert re.search(r"\d+ were not assemblable, up to 5\d % of a configuration; they are not in the figures", told)
-    assert "99.9 % of the units go together with the clearances multiplied by 2" in told
-    assert main(["error", str(path), "-q", "random", "--samples", "200", "--contact", "loaded"]) == 0
+    assert "99.9 % of the units go together with the clearances multiplied by 2.2" in told
+    assert run(["error", str(path), "-q", "random", "--samples", "200", "--contact", "loaded"]) == 0
     assert "clearances where the load pushes them" in " ".join(capsys.readouterr().out.split())
-    assert main(["error", str(path), "-q", "random", "--law", "boundary"]) == 2
+    assert run(["error", str(path), "-q", "random", "--law", "boundary"]) == 2
     assert "uniform, normal" in " ".join(capsys.readouterr().err.split())
