@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 import jointplay as jp
 from jointplay import _core
 from jointplay.analyses.check import compute
+from jointplay.analyses.singularities import compute as compute_singularities
 from jointplay.errors import InputError
 from jointplay.table import tables
 from oracles.beam import INERTIA, MEMBER, TORSION, E, G, beam
@@ -324,6 +325,14 @@ def test_people_see_their_own_names() -> None:
     ]
     assert members.title == "3 elastic members"
     assert start.columns[0].cells == ("crank", "coupler", "rocker")
+    assert "3 bodies, 4 joints" in repr(jp.loads(elastic))
+    told = jp.solve(jp.loads(elastic))
+    assert told.owner.values.tolist() == ["crank", "coupler", "rocker", "coupler", "coupler", "coupler"]
+    # The crank and the coupler in line with each other; of the coupler all pieces move.
+    stretched = jp.loads(elastic.replace("values = [70, 80]", "values = [100]"))
+    said = str([table.notes for table in tables(compute_singularities(stretched))])
+    assert "move together" in said
+    assert "coupler." not in said
 
 
 def test_a_member_stays_what_it_is_in_a_copy() -> None:

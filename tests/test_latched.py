@@ -171,3 +171,13 @@ def test_its_file_says_how_it_was_written() -> None:
     text = jp.examples.text("antenna-support", {"locked": "false", "angle_f": "-0.2"})
     assert "--set locked=false --set elastic=redundant" in text
     assert "--set angle_f=-0.2" in text
+
+
+def test_the_latches_alone_carry_a_load_that_the_play_of_the_links_lets_through() -> None:
+    """Both pins are pushed along the load; panels, deviations and latched angles add up as in a chain."""
+    found = jp.loaded(jp.loads(jp.examples.text("antenna-support")))
+    np.testing.assert_allclose(found.member_force, 0, atol=1e-6)
+    push = 0.5 * np.array([2, -10]) / np.hypot(2, 10)
+    along = [np.array([np.cos(turn), np.sin(turn)]) for turn in np.deg2rad([0.05, 0.05 - 0.05])]
+    tip = 2 * push + (212 + 1.10) * along[0] + (210 - 1.26) * along[1]
+    np.testing.assert_allclose(found.error.values[0, :2], tip - NOMINAL["I"], atol=1e-6)

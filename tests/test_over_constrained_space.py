@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
+from typing import Any
+
 import numpy as np
 import pytest
 
 import jointplay as jp
 from answers import example
+from jointplay import _core
 from jointplay.analyses.nominal import nominal
 from oracles.cones import Linearised
+from oracles.loops import Builder
 
 LOADS = [([8.0, -5.0, -100.0], [300.0, 900.0, -400.0]), ([-20.0, 35.0, 60.0], [-500.0, 200.0, 900.0])]
 
@@ -64,3 +69,55 @@ def test_lengths_of_links_are_not_what_is_redundant() -> None:
     """Either chain stands where the other wants it, whatever its links measure: the redundant constraint is a turn."""
     deviation = {"body": "lower_b", "between": ["b1", "b2"], "deviation": 0.05}
     assert (jp.loaded(sarrus(0, dimensions={"long": deviation})).clearance_factor < 1e-9).all()
+
+
+def stack(seed: int, clearance: float = 1e-5) -> dict[str, Any]:
+    """Two bodies, the second on the first, each held by more joints of random kinds than it needs; none moves."""
+    rng = np.random.default_rng(seed)
+    builder = Builder(2, rng)
+    for first, second in ((-1, 0), (0, 1)):
+        for kind in rng.choice(["revolute", "cylindrical", "prismatic", "spherical", "planar"], 4):
+            builder.joint(str(kind), first, second, 0.2 * rng.uniform(-1, 1, 3), clearance)
+    return builder.spec(1, np.array([0.1, 0.05, 0.2]), (100 * rng.normal(size=3), 10 * rng.normal(size=3)))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_bodies_held_by_joints_of_all_kinds(seed: int) -> None:
+    spec = stack(seed)
+    core = _core.Mechanism(json.dumps(spec))
+    assert len(core.rows) > 15
+    solved = core.solve(np.zeros((1, 0)))
+    assert _core.STATUSES[solved["status"][0]] == "ok"
+    closure = Linearised(spec, solved["poses"][0])
+    best = closure.maximise(closure.load())
+    found = core.loaded(np.zeros((1, 0)), solved["poses"], False)
+    assert _core.STATUSES[found["status"][0]] in ("ok", "undetermined")
+    load = np.concatenate([spec["loads"][0]["force"], spec["loads"][0]["moment"]])
+    error = found["error"][0]
+    assert error @ load == pytest.approx(best.work, rel=1e-8)
+    want = closure.output() @ best.twists.ravel()
+    size = np.repeat([np.abs(want[:3]).max(), np.abs(want[3:]).max()], 3)
+    assert (np.abs(error - want) <= found["undetermined"][0] + 1e-5 * size).all()
+    # Whatever the joints share: they carry the load.
+    ends = [closure.place(joint["second"])[1] for joint in spec["joints"]]
+    force, moment = found["reaction"][0, 4:, :3], found["reaction"][0, 4:, 3:]
+    at = closure.place(spec["output"]["point"])[1]
+    np.testing.assert_allclose(force.sum(axis=0), np.negative(load[:3]), rtol=1e-9)
+    lever = np.cross(np.array(ends[4:]) - at, force).sum(axis=0)
+    np.testing.assert_allclose(lever + moment.sum(axis=0), np.negative(load[3:]), rtol=1e-7, atol=1e-7)
+    # On the exact closure, of play so small, nothing changes.
+    exact = core.loaded(np.zeros((1, 0)), solved["poses"], True)
+    assert (np.abs(exact["error"][0] - error) <= found["undetermined"][0] + 2e-3 * size).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_worst_of_bodies_held_by_joints_of_all_kinds(seed: int) -> None:
+    spec = stack(seed)
+    core = _core.Mechanism(json.dumps(spec))
+    poses = core.solve(np.zeros((1, 0)))["poses"]
+    found = core.worst(np.zeros((1, 0)), poses, 6)
+    closure = Linearised(spec, poses[0])
+    for k, weights in enumerate(closure.output()):
+        wanted = closure.maximise(weights).work
+        np.testing.assert_allclose(found["component_first_order"][0, k], [-wanted, wanted], rtol=1e-7)
+    np.testing.assert_allclose(found["component"], found["component_first_order"], rtol=5e-3)

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 import jointplay as jp
 from answers import OVER_CONSTRAINED, example
 from jointplay import _core, poses
+from jointplay.analyses.check import compute
 from jointplay.mobility import SelfStress, examine
 from jointplay.mobility.self_stress import sparse_basis
+from jointplay.table import tables
 
 Array = NDArray[np.float64]
 
@@ -99,6 +101,16 @@ def test_an_elastic_bearing_takes_part_only_where_it_gives() -> None:
     text += 'on = { ground = { at = [50, 0], axis = [0, 1] }, bar = [50, 0] }\n[output]\nbody = "bar"\n'
     (stress,) = examine(jp.loads(text)).self_stresses
     assert stress.words == "bar (all rigid)"
+
+
+def test_those_through_the_same_members_are_told_together() -> None:
+    *_, start = tables(compute(example("bennett")))
+    assert "Self-stresses 1, 2, 3 run through crank, coupler and rocker (all rigid)." in start.notes
+    *_, start = tables(compute(example("antenna-support")))
+    assert start.notes[1:3] == (
+        "Self-stress 1 runs through AF, BD, ED and DF (DF gives).",
+        "Self-stress 2 runs through AF, BD, ED, FI and DI (DI gives).",
+    )
 
 
 # -- the antenna ------------------------------------------------------------------------------------------------------

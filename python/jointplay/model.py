@@ -146,7 +146,9 @@ class Mechanism(Compiled):
         return (Mechanism, (dict(self.raw), self.file))
 
     def __repr__(self) -> str:
-        bodies, joints, drives = len(self.bodies), len(self.joints), len(self.drives)
+        # Pieces of an elastic body are that body.
+        bodies, joints = len(set(self.owners)), len(self.joints) - len(self.members)
+        drives = len(self.drives)
         values = self.drive_values if self.drive_values is not None else self.targets
         count = 0 if values is None else len(values)
         what = self.title or self.file

@@ -55,7 +55,7 @@ class Linearised:
         self.locked = [(j, name) for j, joint in enumerate(spec["joints"]) for name in LOCKED[joint["kind"]]]
         self.rows = np.array([self._row(j, name) for j, name in self.locked])
         self.drives = [(d["joint"], d.get("component") or COORDINATES[self._kind(d["joint"])]) for d in spec["drives"]]
-        self.driven = np.array([self._row(j, name) for j, name in self.drives])
+        self.driven = np.array([self._row(j, name) for j, name in self.drives]).reshape(-1, self.rows.shape[1])
 
     def _kind(self, joint: int) -> str:
         return str(self.spec["joints"][joint]["kind"])

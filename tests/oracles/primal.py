@@ -100,10 +100,11 @@ class Primal:
         force = np.abs(self.cost).max() or 1.0
         curve = quadratic * self.unit / force
         cost = -self.cost / force - curve * rest
-        if weights is not None:
+        if at_least is not None:
             a.append(-self.cost[None] / force)
-            b.append(np.array([-(at_least or 0.0) / force / self.unit]))
+            b.append(np.array([-at_least / force / self.unit]))
             cones.append(clarabel.NonnegativeConeT(1))
+        if weights is not None:
             cost, curve = -weights, np.zeros(n)
         settings = clarabel.DefaultSettings()
         settings.verbose = False
@@ -123,7 +124,7 @@ class Primal:
             solved=status in ("Solved", "AlmostSolved", "InsufficientProgress"),
         )
 
-    def extremes(self, component: int, work: float) -> tuple[float, float]:
-        """Lowest and highest value of a component of the output over all poses of (nearly) that much work."""
+    def extremes(self, component: int, work: float | None = None) -> tuple[float, float]:
+        """Lowest and highest value of a component of the output over all poses, or those of at least that much work."""
         ends = [self.solve(sign * self.output[component], work).error[component] for sign in (-1.0, 1.0)]
         return float(ends[0]), float(ends[1])

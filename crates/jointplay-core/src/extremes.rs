@@ -122,7 +122,7 @@ impl Mechanism {
         parts.collect()
     }
 
-    fn no_worst(&self, status: Status) -> Worst {
+    pub(crate) fn no_worst(&self, status: Status) -> Worst {
         Worst {
             position: f64::NAN,
             position_first_order: f64::NAN,

@@ -81,6 +81,15 @@ fn a_determinate_mechanism_is_none_the_wiser() {
         assert_near(&strained.loaded.contribution, &plain.contribution, 1e-9);
         assert!(strained.clearance_factor.iter().chain(&strained.prestress).all(|f| *f == 0.0));
     }
+    for (plain, together) in m.worst(&cases, 24).iter().zip(m.worst_together(&cases, 24)) {
+        assert_near(&together.component.concat(), &plain.component.concat(), 1e-9);
+        assert_near(&together.component_first_order.concat(), &plain.component_first_order.concat(), 1e-12);
+        let sizes = |w: &jointplay_core::extremes::Worst| [w.position, w.rotation];
+        assert_near(&sizes(&together), &sizes(plain), 1e-9);
+        let linear = |w: &jointplay_core::extremes::Worst| [w.position_first_order, w.rotation_first_order];
+        assert_near(&linear(&together), &linear(plain), 1e-9);
+        assert!(together.position_bound >= plain.position_first_order * (1.0 - 1e-12));
+    }
     let u = plain_offsets(&m);
     let parameters = vec![u; cases.len()];
     for (plain, forced) in m.given(&cases, &parameters).iter().zip(m.forced(&cases, &parameters)) {

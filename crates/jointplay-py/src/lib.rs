@@ -340,11 +340,14 @@ impl Mechanism {
         starts: usize,
         lanes: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let results = py.detach(|| if lanes { core.worst(&cases, starts) } else { core.worst_plainly(&cases, starts) });
+        let results = py.detach(|| match (core.is_isostatic(), lanes) {
+            (false, _) => core.worst_together(&cases, starts),
+            (true, true) => core.worst(&cases, starts),
+            (true, false) => core.worst_plainly(&cases, starts),
+        });
         let (n, size, ne) = (cases.len(), core.size(), core.n_extremes());
         Ok(Table::new(py)
             .array("position", &[n], results.iter().map(|r| r.position).collect())?
@@ -461,19 +464,6 @@ impl Mechanism {
             .array("fallbacks", &[n], results.iter().map(|r| r.fallbacks).collect())?
             .status(results.iter().map(|r| r.status))?
             .finish())
-    }
-}
-
-impl Mechanism {
-    fn require_square(&self) -> PyResult<()> {
-        if self.core.n_rows() == self.core.n_unknowns() {
-            return Ok(());
-        }
-        Err(PyValueError::new_err(format!(
-            "{} closure rows for {} unknowns: too few or too many joints and drives",
-            self.core.n_rows(),
-            self.core.n_unknowns()
-        )))
     }
 }
 

@@ -35,7 +35,7 @@ def check(m: Mechanism) -> xr.Dataset:
     -------
     xarray.Dataset
         Over `joint` its kind and bodies (`joint_kind`, `first_body`, `second_body`); over `body` where the file says it
-        is (`guess`) and the body of the file of which it is a piece (`owner`); over `source` its `size`; over `drive`
+        is (`guess`); over `source` its `size`; over `drive`
         its `driven_joint`. Where bodies are elastic, over `member`: `member_joint`, `member_length`, `member_stiffness`
         (along it). Where constraints are redundant, over `number`: `self_stress` (reactions that need no load, the
         largest force 1) and `self_stress_members` (what they run through). Attributes: `degrees_of_freedom`,
@@ -72,7 +72,6 @@ def compute(m: Mechanism) -> Result:
     builder.add("first_body", "joint", np.array(ends[0], dtype=str), "body that carries the joint")
     builder.add("second_body", "joint", np.array(ends[1], dtype=str), "body that rides on it")
     guess = poses.components(np.array(spec["guess"]).reshape(len(m.bodies), -1))
-    builder.add("owner", "body", np.array(m.owners, dtype=str), "body of the file that it is, or is a piece of")
     builder.add("guess", ("body", "component"), guess, "pose of the body at the start", "component")
     driven = np.array([m.joints[joint] for joint in m.drive_joints], dtype=str)
     builder.add("driven_joint", "drive", driven, "joint that the drive commands")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
 
-from .nominal import Nominal, Progress, batched, finished, nominal, report, require_isostatic
+from .nominal import Nominal, Progress, batched, finished, nominal, report
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,7 +51,6 @@ def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
 def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progress: Progress | None = None) -> Result:
     """The light form of `worst`."""
     at = at or nominal(m)
-    require_isostatic(m, "worst")
     drives, poses = at.drives, at.poses
     found, done = batched(len(at), BATCH, lambda part: m.core.worst(drives[part], poses[part], starts), progress)
     at = at.first(done)

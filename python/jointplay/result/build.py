@@ -212,6 +212,9 @@ class Builder:
         if axis.kinds:
             units = np.array([self.name(kind) for kind in axis.kinds], dtype=str)
             self.coords[f"{dim}_unit"] = Variable((dim,), units, "", f"unit along {dim}")
+        if dim == "body" and self.m.members:
+            owners = np.array(self.m.owners, dtype=str)
+            self.coords["owner"] = Variable((dim,), owners, "", "body of the file that it is, or is a piece of")
         if dim == "source":
             kinds = np.array(self.m.source_kinds, dtype=str)
             self.coords["source_kind"] = Variable((dim,), kinds, "", "what the source is")

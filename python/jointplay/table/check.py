@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from jointplay.compile import LENGTHS
 from jointplay.result import Result
 
-from .layout import Column, Table, fixed, words
+from .layout import Column, Table, fixed, owners, words
 
 WORDS = {"pin_in_slot": "pin in slot"}
 
@@ -46,8 +48,8 @@ def _count(number: int, one: str, more: str) -> str:
 
 def _bodies(result: Result) -> list[int]:
     """Places of the bodies of the file among all, those of further pieces of an elastic one left out."""
-    owners = result.get("owner").tolist()
-    return [owners.index(owner) for owner in dict.fromkeys(owners)]
+    names = owners(result)
+    return [names.index(owner) for owner in dict.fromkeys(names)]
 
 
 def _members(result: Result) -> Table:
@@ -88,12 +90,19 @@ def _mobility(result: Result) -> Table:
     )
     words_ = str(result.attrs["mobility"])
     count = int(result.attrs["configurations"])
-    stresses = result.get("self_stress_members").tolist() if "number" in result.coords else []
-    told = [f"Self-stress {k} runs through {through}." for k, through in enumerate(stresses, 1)]
     notes = (
         f"{words_[0].upper()}{words_[1:]}.",
-        *told,
+        *_stresses(result),
         assembled,
         _count(count, "configuration", "configurations") + ".",
     )
     return Table("Start, from which it is assembled", tuple(columns), notes)
+
+
+def _stresses(result: Result) -> Iterator[str]:
+    """What every self-stress runs through; those that run through the same are told together."""
+    through = result.get("self_stress_members").tolist() if "number" in result.coords else []
+    for members in dict.fromkeys(through):
+        numbers = [str(k) for k, other in enumerate(through, 1) if other == members]
+        many = len(numbers) > 1
+        yield f"Self-stress{'es' * many} {', '.join(numbers)} run{'s' * (not many)} through {members}."

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.result import Result
+
 #: significant digits of the largest number of a column
 DIGITS = 4
 MOST_DECIMALS = 12
@@ -80,6 +82,11 @@ def decimals(values: Sequence[float] | np.ndarray[Any, Any], digits: int = DIGIT
     if largest == 0.0:
         return 0
     return min(MOST_DECIMALS, max(0, digits - 1 - math.floor(math.log10(largest))))
+
+
+def owners(result: Result) -> list[str]:
+    """For every body the one of the file: pieces of an elastic one are called as it is."""
+    return result.labels("owner" if "owner" in result.coords else "body")
 
 
 def fixed(value: float, places: int) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from jointplay.compile import LENGTHS
 from jointplay.result import Result, size, unit_of
 
+from .layout import owners
 from .singularities import remarks
 
 OUTCOMES = {
@@ -78,7 +79,7 @@ def _motion(result: Result, outcome: str, bad: np.ndarray[tuple[int, ...], np.dt
     shift = motion[..., lengths].max(axis=-1) / float(result.attrs["length"])
     parts = np.maximum(shift, motion[..., ~lengths].max(axis=-1))
     moving = (parts > TAKES_PART * parts.max(axis=1, keepdims=True)).any(axis=0)
-    names = [name for name, moves in zip(result.labels("body"), moving.tolist(), strict=True) if moves]
+    names = dict.fromkeys(name for name, moves in zip(owners(result), moving.tolist(), strict=True) if moves)
     return f" (what moves: {', '.join(names)})" if names else ""
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from jointplay.compile import LENGTHS
 from jointplay.result import Result
 
-from .layout import Column, commands, numbers, words
+from .layout import Column, commands, numbers, owners, words
 
 #: what is said of each kind of singularity
 KINDS = {
@@ -66,17 +66,14 @@ def remarks(result: Result) -> Iterable[str]:
 def _motion(result: Result, name: str, configuration: int) -> str:
     bodies = _parts(result, result.get(f"{name}_motion")[configuration])
     largest = float(bodies.max())
-    moving = [
-        body
-        for body, part in zip(result.labels("body"), bodies.max(axis=1).tolist(), strict=True)
-        if part > NAMED * largest
-    ]
+    those = [k for k, part in enumerate(bodies.max(axis=1).tolist()) if part > NAMED * largest]
+    moving = list(dict.fromkeys(owners(result)[k] for k in those))
     named = moving if len(moving) <= FEW else [*moving[: FEW - 1], f"{len(moving) - FEW + 1} more"]
     turns, shifts = _parts(result, result.get(f"{name}_twist")[configuration][None])[0][::-1]
     does = {(False, False): "stands still", (True, False): "turns", (False, True): "moves"}
     output = does.get((turns > NAMED * largest, shifts > NAMED * largest), "moves and turns")
     if len(moving) == 1:
-        shift, turn = bodies[result.labels("body").index(moving[0])]
+        shift, turn = bodies[those[0]]
         return f"{moving[0]} {'turns' if turn > NAMED * shift else 'slides'}, the output {output}"
     return f"{', '.join(named[:-1])} and {named[-1]} move together, the output {output}"
 

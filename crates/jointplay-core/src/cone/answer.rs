@@ -40,9 +40,11 @@ pub struct Answer {
     pub value: f64,
     /// Value of the multipliers: no displacements reach less.
     pub dual_value: f64,
-    /// Difference of the two, as a part of the larger one or, where they vanish, of what the load can do
-    /// or of the lack of fit.
+    /// Difference of the two, as a part of `unit`.
     pub gap: f64,
+    /// The larger one of the two or, where they are small beside it, what the load can do within the sets;
+    /// of a factor, one or the lack of fit as a part of what the clearances reach.
+    pub unit: f64,
     /// The largest violation of an equation or of a set, as a part of what the clearances reach.
     pub residual: f64,
 }
@@ -78,6 +80,7 @@ impl<'a> Judge<'a> {
             value: f64::INFINITY,
             dual_value: f64::INFINITY,
             gap: f64::INFINITY,
+            unit: f64::INFINITY,
             residual: f64::INFINITY,
         }
     }
@@ -165,8 +168,8 @@ impl<'a> Judge<'a> {
         [value, dual_value]: [f64; 2],
         unit: f64,
     ) -> Answer {
-        let size = value.abs().max(dual_value.abs()).max(unit);
-        let gap = if size > 0.0 { (value - dual_value).abs() / size } else { 0.0 };
+        let unit = value.abs().max(dual_value.abs()).max(unit);
+        let gap = if unit > 0.0 { (value - dual_value).abs() / unit } else { 0.0 };
         let residual = self.residual(x, factor);
         Answer {
             outcome: Outcome::judged(gap, residual),
@@ -176,6 +179,7 @@ impl<'a> Judge<'a> {
             value,
             dual_value,
             gap,
+            unit,
             residual,
         }
     }

@@ -54,6 +54,7 @@ impl Program {
             value,
             dual_value: value,
             gap: 0.0,
+            unit: value,
             residual: 0.0,
         }
     }

@@ -12,7 +12,7 @@ const DEPENDENT: f64 = 1e-10;
 /// Residual of an implied equation, as a part of its reach, up to which it is consistent.
 const CONSISTENT: f64 = 1e-9;
 /// Displacement (metres, radians) that rounding leaves when a mechanism is closed.
-const ROUNDING: f64 = 1e-13;
+pub(super) const ROUNDING: f64 = 1e-13;
 
 /// What the coordinates of a block are.
 #[derive(Clone, Debug)]

@@ -201,8 +201,8 @@ impl Basis {
         Solver::new(&self.kept, coordinates)
     }
 
-    /// The unit of a row's displacement.
-    pub(crate) fn unit(&self, row: usize) -> f64 {
-        self.all.unit(self.all.rows[row].component)
+    /// The unit of a displacement; those that no row has are dimensions.
+    pub(crate) fn unit(&self, displacement: usize) -> f64 {
+        self.all.rows.get(displacement).map_or(self.all.length, |row| self.all.unit(row.component))
     }
 }

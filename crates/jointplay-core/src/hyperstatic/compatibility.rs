@@ -37,8 +37,8 @@ pub(crate) struct Compatibility {
     pub drives: DMatrix<f64>,
     /// What the redundant rows lack at the state.
     pub misfit: DVector<f64>,
-    /// The load's forces on the displacements, as the basis alone would bear them.
-    pub force: DVector<f64>,
+    /// The load's forces on all displacements, as the basis alone would bear them.
+    pub load: DVector<f64>,
     /// What displacements and drives do to the output, the first as shared out.
     pub output: Output,
     /// What the misfit itself does to the output when it is shared out.
@@ -54,31 +54,24 @@ impl Compatibility {
         let (equations, drives) = equations(basis, &linearised, state);
         let kept = &basis.kept;
         let load = kept.gradient(&linearised, kept.load_cost(&linearised.poses, &state.inputs.parameters));
-        let mut force = DVector::zeros(basis.all.n_rows());
-        basis.rows.iter().zip(&load.multipliers).for_each(|(&row, l)| force[row] = *l);
+        let load = DVector::from_vec(load.inputs.parameters);
         let mut output = kept.output_sensitivity(&linearised, state);
         let shared = share(basis, &equations, &output.parameters);
         output.parameters += &shared * &equations;
         output.drives += &shared * &drives;
         let misfit = basis.misfit(state);
-        Some(Self { equations, drives, misfit, force, output, shared, poses: linearised.poses })
+        Some(Self { equations, drives, misfit, load, output, shared, poses: linearised.poses })
     }
 
-    /// The part of the equations that belongs to the rows.
-    pub fn of_rows(&self) -> nalgebra::DMatrixView<'_, f64> {
-        self.equations.columns(0, self.force.len())
+    /// What displacements beside the known ones must add up to, the state being closed for its own.
+    pub fn right(&self, state: &State, known: &[f64]) -> DVector<f64> {
+        let own = state.inputs.parameters.iter().zip(known).map(|(own, known)| own - known);
+        &self.misfit + &self.equations * DVector::from_iterator(known.len(), own)
     }
 
-    /// What the rows' displacements must add up to, the state being closed for some of them already.
-    pub fn right(&self, state: &State) -> DVector<f64> {
-        let displaced = DVector::from_column_slice(&state.inputs.parameters[..self.force.len()]);
-        &self.misfit + self.of_rows() * displaced
-    }
-
-    /// Forces on all rows with a self-stress.
-    pub fn forces(&self, multipliers: &[f64], loaded: bool) -> DVector<f64> {
-        let stress = self.of_rows().tr_mul(&DVector::from_column_slice(multipliers));
-        if loaded { &self.force + stress } else { stress }
+    /// Forces on all displacements with a self-stress.
+    pub fn with_stress(&self, forces: &DVector<f64>, multipliers: &[f64]) -> DVector<f64> {
+        forces + self.equations.tr_mul(&DVector::from_column_slice(multipliers))
     }
 }
 

@@ -56,13 +56,13 @@ impl Mechanism {
                 let mut found = missing(Status::NotAssembled);
                 // First order at the nominal pose.
                 let right = self.first_order_right(&c, &u, case, &nominal);
-                if let Some(balance) = system.balance(&c, &right, Ask::Stress) {
+                if let Some(balance) = system.balance(&c, &right, &Ask::Stress) {
                     found.given.error_first_order = self.first_order_error(&system, &c, &u, case, &nominal, &balance);
                 }
-                let start = Inputs { drives: case.drives.to_vec(), parameters: u };
+                let start = Inputs { drives: case.drives.to_vec(), parameters: u.clone() };
                 let Ok(start) = solver.follow(&nominal, &start) else { return found };
                 found.lack_of_fit = self.length * system.basis.scaled_misfit(&system.basis.misfit(&start));
-                let settled = match system.settle(solver, start, Ask::Stress) {
+                let settled = match system.settle(solver, start, &u, |_, _| Ask::Stress) {
                     Ok(settled) => settled,
                     Err(failure) => {
                         found.given.status = failure.status();

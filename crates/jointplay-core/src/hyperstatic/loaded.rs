@@ -152,9 +152,9 @@ impl Mechanism {
         let lack_of_fit = self.length * basis.scaled_misfit(&c.misfit);
         let known = self.displacements(&self.centre);
         let right = self.first_order_right(&c, &known, case, nominal);
-        let factor = system.balance(&c, &right, Ask::Factor).map_or(f64::INFINITY, |b| b.factor);
+        let factor = system.balance(&c, &right, &Ask::Factor).map_or(f64::INFINITY, |b| b.factor);
         let apart = |status, clearance_factor| Strain { clearance_factor, lack_of_fit, ..self.no_strain(status) };
-        let Some(balance) = system.balance(&c, &right, Ask::Load) else {
+        let Some(balance) = system.balance(&c, &right, &Ask::Load) else {
             return apart(Status::NotAssemblable, factor);
         };
         let unknown = system.unknown_reactions(&c);
@@ -192,7 +192,7 @@ impl Mechanism {
                 Err(failure) => return apart(failure.status(), found.clearance_factor),
             };
             let (c, balance) = (&settled.compatibility, &settled.balance);
-            let right = self.exact_right(c, &settled.state);
+            let right = c.right(&settled.state, &known);
             let wider = system.leave_open(c, &right, balance, &mut open, &mut decided);
             felt |= self.is_felt(c, &wider);
             widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
@@ -205,7 +205,7 @@ impl Mechanism {
             found.gap = balance.gap;
             settled_all = settled.still && balance.solved;
         } else if factor > 1.0 + FACTOR
-            && let Some(stress) = system.balance(&c, &right, Ask::Stress)
+            && let Some(stress) = system.balance(&c, &right, &Ask::Stress)
         {
             found.prestress = self.bearable(&c, &stress.forces, &unknown);
         }
@@ -228,20 +228,21 @@ impl Mechanism {
         nominal: &State,
         found: &mut Strain,
     ) -> Result<Settled, Failure> {
-        let built = Inputs { drives: case.drives.to_vec(), parameters: self.displacements(&self.centre) };
+        let known = self.displacements(&self.centre);
+        let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
         let start = solver.follow(nominal, &built).map_err(|_| Failure::Unreachable)?;
-        let assembled = system.settle(solver, start.clone(), Ask::Factor);
+        let assembled = system.settle(solver, start.clone(), &known, |_, _| Ask::Factor);
         found.clearance_factor = match assembled {
             Ok(assembled) => assembled.balance.factor,
             Err(Failure::Incompatible | Failure::Unreachable) => f64::INFINITY,
             Err(Failure::Singular) => return Err(Failure::Singular),
         };
         if found.clearance_factor > 1.0 + FACTOR {
-            let stressed = system.settle(solver, start.clone(), Ask::Stress)?;
+            let stressed = system.settle(solver, start.clone(), &known, |_, _| Ask::Stress)?;
             let unknown = system.unknown_reactions(&stressed.compatibility);
             found.prestress = self.bearable(&stressed.compatibility, &stressed.balance.forces, &unknown);
         }
-        system.settle(solver, start, Ask::Load)
+        system.settle(solver, start, &known, |_, _| Ask::Load)
     }
 
     /// What displacements must add up to at the nominal pose beside the known ones, with drive values near the
@@ -259,12 +260,6 @@ impl Mechanism {
             - &c.drives * DVector::from_iterator(self.n_drives, drives)
     }
 
-    /// The same at a state of the basis that is closed for some of them.
-    fn exact_right(&self, c: &Compatibility, state: &State) -> DVector<f64> {
-        let known = DVector::from_column_slice(&self.displacements(&self.centre)[..self.n_rows()]);
-        c.right(state) - c.of_rows() * known
-    }
-
     /// The error to first order at the nominal pose, for known displacements and those that the balance gives.
     pub(crate) fn first_order_error(
         &self,
@@ -276,9 +271,7 @@ impl Mechanism {
         balance: &Balance,
     ) -> Vec<f64> {
         let mut displacements = DVector::from_column_slice(known);
-        for (row, d) in system.displacements(balance).into_iter().enumerate() {
-            displacements[row] += d;
-        }
+        displacements += DVector::from_vec(system.displacements(balance));
         let moved = &c.output.parameters * displacements - &c.shared * &c.misfit;
         self.drive_shift(&c.output, case, nominal).iter().zip(moved.iter()).map(|(a, b)| a + b).collect()
     }
@@ -294,10 +287,10 @@ impl Mechanism {
                 contribution[s * size + i] = source.range().map(|p| map[(i, self.place_of(p))] * self.centre[p]).sum();
             }
             for (give, given) in system.gives.iter().zip(&balance.given) {
-                let part: f64 = give.rows.iter().zip(given).map(|(&row, d)| map[(i, row)] * d).sum();
+                let part: f64 = give.columns.iter().zip(given).map(|(&row, d)| map[(i, row)] * d).sum();
                 match give.source {
                     Some(s) => contribution[s * size + i] += part,
-                    None => elastic[self.rows[give.rows[0]].joint * size + i] += part,
+                    None => elastic[self.rows[give.columns[0]].joint * size + i] += part,
                 }
             }
         }
@@ -353,7 +346,7 @@ impl Mechanism {
     pub(crate) fn deformation(&self, system: &System<'_>, balance: &Balance) -> Vec<f64> {
         let mut by_row = vec![0.0; self.n_rows()];
         for (give, given) in system.gives.iter().zip(&balance.given).filter(|(give, _)| give.source.is_none()) {
-            give.rows.iter().zip(given).for_each(|(&row, v)| by_row[row] = *v);
+            give.columns.iter().zip(given).for_each(|(&row, v)| by_row[row] = *v);
         }
         self.elastic.iter().flat_map(Elastic::yielding).map(|row| by_row[row]).collect()
     }

@@ -13,6 +13,7 @@ mod scatter;
 mod settle;
 mod system;
 mod trace;
+mod worst;
 
 pub use basis::Basis;
 pub use given::Forced;

@@ -12,8 +12,10 @@ use crate::solver::{Solver, State};
 
 /// Programs in a row.
 const MOST_STEPS: usize = 60;
-/// A step that does not shrink the next one to this part of itself is shortened.
-const SHRINKS: f64 = 0.7;
+/// Steps that take away less than this part of what they could are shortened.
+const LITTLE: f64 = 0.3;
+/// Steps that take away more than this part of what they could are lengthened.
+const MUCH: f64 = 0.6;
 /// The shortest part of a step.
 const SHORTEST: f64 = 1.0 / 256.0;
 /// Changes below this part of all displacements that do not shrink any more are the programs' rounding.
@@ -46,27 +48,41 @@ pub(crate) enum Failure {
 }
 
 impl System<'_> {
-    /// Goes from a state closed for the known displacements to where what is asked stands still.
-    pub fn settle(&self, solver: &Solver<'_>, start: State, ask: Ask) -> Result<Settled, Failure> {
-        let n = self.mechanism.n_rows();
-        let known = start.inputs.parameters.clone();
+    /// Goes from a state closed for the known displacements to where what is asked at every state stands
+    /// still.
+    pub fn settle(
+        &self,
+        solver: &Solver<'_>,
+        start: State,
+        known: &[f64],
+        mut ask: impl FnMut(&State, &Compatibility) -> Ask,
+    ) -> Result<Settled, Failure> {
         let mut state = start;
-        let (mut part, mut last) = (1.0, f64::INFINITY);
+        let (mut part, mut last) = (1.0_f64, f64::INFINITY);
+        let (mut longest, mut lengthened) = (1.0_f64, false);
         let mut steps = 0;
         loop {
             let c = Compatibility::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
-            let right = c.right(&state) - c.of_rows() * nalgebra::DVector::from_column_slice(&known[..n]);
-            let balance = self.balance(&c, &right, ask).ok_or(Failure::Incompatible)?;
-            let mut target = known.clone();
+            let balance = self.balance(&c, &c.right(&state, known), &ask(&state, &c)).ok_or(Failure::Incompatible)?;
+            let mut target = known.to_vec();
             target.iter_mut().zip(self.displacements(&balance)).for_each(|(t, d)| *t += d);
-            let change = self.difference(&state.inputs.parameters, &target);
-            let size = self.difference(&known, &target).max(self.difference(&known, &state.inputs.parameters));
+            let own = &state.inputs.parameters;
+            let change = self.difference(own, &target);
+            let size = self.difference(known, &target).max(self.difference(known, own));
             let still = change <= self.mechanism.still() * size || change <= NOISE * size && change > 0.5 * last;
             if still || steps == MOST_STEPS {
                 return Ok(Settled { state, compatibility: c, balance, steps, still });
             }
-            if change > SHRINKS * last {
-                part = (0.5_f64 * part).max(SHORTEST);
+            // A part of a step can take away that part of the change.
+            if change > (1.0 - LITTLE * part) * last {
+                if lengthened {
+                    longest = 0.5 * part;
+                }
+                part = (0.5 * part).max(SHORTEST);
+                lengthened = false;
+            } else {
+                lengthened = change < (1.0 - MUCH * part) * last && part < longest;
+                part = if lengthened { 2.0 * part } else { part };
             }
             last = change;
             state = step(solver, &state, &target, &mut part)?;
@@ -76,8 +92,7 @@ impl System<'_> {
 
     /// The largest difference of two sets of displacements, in characteristic lengths and radians.
     fn difference(&self, a: &[f64], b: &[f64]) -> f64 {
-        let rows = 0..self.mechanism.n_rows();
-        rows.map(|row| (a[row] - b[row]).abs() / self.basis.unit(row)).fold(0.0, f64::max)
+        a.iter().zip(b).enumerate().map(|(k, (a, b))| (a - b).abs() / self.basis.unit(k)).fold(0.0, f64::max)
     }
 }
 

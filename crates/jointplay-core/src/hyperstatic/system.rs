@@ -21,8 +21,8 @@ const UNDECIDED_TOGETHER: f64 = 1e-7;
 #[derive(Clone, Debug)]
 pub(crate) struct Give {
     pub kind: Kind,
-    /// Their rows.
-    pub rows: Vec<usize>,
+    /// Where a basis keeps them.
+    pub columns: Vec<usize>,
     /// The source whose clearance it is.
     pub source: Option<usize>,
 }
@@ -40,7 +40,7 @@ pub(crate) struct System<'m> {
 pub(crate) struct Balance {
     /// Displacement of every give, clearances and deformations apart from each other.
     pub given: Vec<Vec<f64>>,
-    /// Force on every row.
+    /// Force on every displacement.
     pub forces: DVector<f64>,
     /// Factor on the clearances, where that was asked.
     pub factor: f64,
@@ -53,7 +53,7 @@ pub(crate) struct Balance {
 }
 
 /// What is asked of the displacements.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub(crate) enum Ask {
     /// Where the load holds them.
     Load,
@@ -61,22 +61,23 @@ pub(crate) enum Ask {
     Stress,
     /// The smallest factor on the clearances with which rigid bodies go together.
     Factor,
+    /// Where they take the output farthest along a direction of its components.
+    Along(Vec<f64>),
 }
 
 impl<'m> System<'m> {
     pub fn new(mechanism: &'m Mechanism, basis: &'m Basis) -> Self {
-        let row_of = |p: usize| mechanism.rows.iter().position(|row| row.parameter == Some(p));
         let clearances = mechanism.sources.iter().enumerate().filter(|(_, s)| s.is_clearance && !s.set.is_zero());
         let mut gives: Vec<Give> = clearances
             .map(|(number, source)| Give {
                 kind: Kind::Clearance(source.set),
-                rows: source.range().filter_map(row_of).collect(),
+                columns: source.range().map(|p| mechanism.place_of(p)).collect(),
                 source: Some(number),
             })
             .collect();
         gives.extend(mechanism.elastic.iter().map(|e| Give {
             kind: Kind::Spring(e.compliance.clone()),
-            rows: e.rows.clone().collect(),
+            columns: e.rows.clone().collect(),
             source: None,
         }));
         Self { mechanism, basis, gives }
@@ -90,20 +91,20 @@ impl<'m> System<'m> {
     /// Coefficients of a give in the equations, row-major.
     pub fn map(give: &Give, c: &Compatibility) -> Vec<f64> {
         let equations = 0..c.equations.nrows();
-        equations.flat_map(|k| give.rows.iter().map(move |&row| c.equations[(k, row)])).collect()
+        equations.flat_map(|k| give.columns.iter().map(move |&row| c.equations[(k, row)])).collect()
     }
 
     /// Whether an equation asks for it.
     pub fn is_tied(give: &Give, c: &Compatibility) -> bool {
-        give.rows.iter().any(|&row| c.equations.column(row).iter().any(|a| *a != 0.0))
+        give.columns.iter().any(|&row| c.equations.column(row).iter().any(|a| *a != 0.0))
     }
 
-    /// The program of the tied gives; `right` is what their displacements add up to.
-    fn program(&self, c: &Compatibility, right: &DVector<f64>, loaded: bool) -> Program {
+    /// The program of the tied gives under forces; `right` is what their displacements add up to.
+    fn program(&self, c: &Compatibility, right: &DVector<f64>, forces: &DVector<f64>) -> Program {
         let block = |give: &Give| Block {
             kind: give.kind.clone(),
             map: Self::map(give, c),
-            force: give.rows.iter().map(|&row| if loaded { c.force[row] } else { 0.0 }).collect(),
+            force: give.columns.iter().map(|&column| forces[column]).collect(),
         };
         let tied = self.gives.iter().filter(|give| Self::is_tied(give, c));
         // What rounding leaves of a closed loop is no misfit.
@@ -113,18 +114,22 @@ impl<'m> System<'m> {
     }
 
     /// Answers what is asked; `None` where no displacements are compatible.
-    pub fn balance(&self, c: &Compatibility, right: &DVector<f64>, ask: Ask) -> Option<Balance> {
-        let loaded = ask == Ask::Load;
-        let program = self.program(c, right, loaded);
+    pub fn balance(&self, c: &Compatibility, right: &DVector<f64>, ask: &Ask) -> Option<Balance> {
+        let forces = match ask {
+            Ask::Load => c.load.clone(),
+            Ask::Stress | Ask::Factor => DVector::zeros(c.load.len()),
+            Ask::Along(direction) => c.output.parameters.tr_mul(&DVector::from_column_slice(direction)),
+        };
+        let program = self.program(c, right, &forces);
         let none = |factor| Balance {
-            given: self.gives.iter().map(|give| vec![0.0; give.rows.len()]).collect(),
-            forces: c.forces(&vec![0.0; program.n_equations()], loaded),
+            given: self.gives.iter().map(|give| vec![0.0; give.columns.len()]).collect(),
+            forces: forces.clone(),
             factor,
             gap: 0.0,
             solved: true,
             answer: None,
         };
-        if !loaded && program.right.iter().all(|b| *b == 0.0) {
+        if matches!(ask, Ask::Stress | Ask::Factor) && program.right.iter().all(|b| *b == 0.0) {
             return Some(none(0.0));
         }
         if program.n_equations() == 0 {
@@ -134,21 +139,24 @@ impl<'m> System<'m> {
         }
         let answer = match ask {
             Ask::Factor => program.assembly(Springs::Rigid),
-            Ask::Load => program.pose(),
+            Ask::Load | Ask::Along(_) => program.pose(),
             Ask::Stress => program.unloaded(),
         };
         if answer.outcome == Outcome::Infeasible {
             return None;
         }
         let mut balance = Balance {
-            forces: c.forces(&answer.multipliers, loaded),
+            forces: c.with_stress(&forces, &answer.multipliers),
             factor: answer.factor,
             gap: answer.gap,
             solved: answer.outcome == Outcome::Solved,
             ..none(1.0)
         };
-        // What the load leaves open is put in the middle.
-        let middle = if ask == Ask::Factor { None } else { self.middle(c, &program, &balance.forces, &answer) };
+        // What the forces leave open is put in the middle.
+        let middle = match ask {
+            Ask::Load | Ask::Along(_) => self.middle(c, &program, &balance.forces, &answer),
+            Ask::Stress | Ask::Factor => None,
+        };
         self.fill(c, &mut balance, middle.as_ref().unwrap_or(&answer.displacements));
         balance.answer = Some(answer);
         Some(balance)
@@ -176,7 +184,7 @@ impl<'m> System<'m> {
                 *slot = tied.next().cloned().unwrap_or_default();
                 continue;
             }
-            let force: Vec<f64> = give.rows.iter().map(|&row| balance.forces[row]).collect();
+            let force: Vec<f64> = give.columns.iter().map(|&column| balance.forces[column]).collect();
             *slot = match &give.kind {
                 Kind::Clearance(set) | Kind::Fixed(set) => set.face(&force, tolerance).centre[..force.len()].to_vec(),
                 Kind::Spring(compliance) => compliance
@@ -187,11 +195,11 @@ impl<'m> System<'m> {
         }
     }
 
-    /// Displacement of every row: offset and deformation.
+    /// All displacements as the basis keeps them, offset and deformation together, beside the known ones.
     pub fn displacements(&self, balance: &Balance) -> Vec<f64> {
-        let mut displacements = vec![0.0; self.mechanism.n_rows()];
+        let mut displacements = vec![0.0; self.basis.all.n_parameters()];
         for (give, given) in self.gives.iter().zip(&balance.given) {
-            give.rows.iter().zip(given).for_each(|(&row, d)| displacements[row] += d);
+            give.columns.iter().zip(given).for_each(|(&row, d)| displacements[row] += d);
         }
         displacements
     }
@@ -209,8 +217,8 @@ impl<'m> System<'m> {
 
     /// The face of a clearance that the forces expose.
     fn face(&self, give: &Give, c: &Compatibility, forces: &DVector<f64>) -> Option<Face> {
-        let (Kind::Clearance(set), Some(number)) = (&give.kind, give.source) else { return None };
-        let force: Vec<f64> = give.rows.iter().map(|&row| forces[row]).collect();
+        let (Kind::Clearance(set) | Kind::Fixed(set), Some(number)) = (&give.kind, give.source) else { return None };
+        let force: Vec<f64> = give.columns.iter().map(|&row| forces[row]).collect();
         let part = if Self::is_tied(give, c) { UNDECIDED_TOGETHER } else { UNDECIDED };
         let source = &self.mechanism.sources[number];
         Some(set.face(&force, self.mechanism.undecided(source, part * self.force_scale(forces))))
@@ -228,7 +236,7 @@ impl<'m> System<'m> {
     ) -> Vec<f64> {
         let size = self.mechanism.size();
         let map = &c.output.parameters;
-        let row_of = |give: &Give, k: usize| -> Vec<f64> { give.rows.iter().map(|&row| map[(k, row)]).collect() };
+        let row_of = |give: &Give, k: usize| -> Vec<f64> { give.columns.iter().map(|&row| map[(k, row)]).collect() };
         let mut widths = vec![0.0; size];
         let mut together = false;
         for give in &self.gives {
@@ -255,12 +263,12 @@ impl<'m> System<'m> {
     fn widen(&self, c: &Compatibility, right: &DVector<f64>, balance: &Balance, open: &mut [f64], widths: &mut [f64]) {
         let Some(answer) = &balance.answer else { return };
         let size = widths.len();
-        let program = self.program(c, right, true);
+        let program = self.program(c, right, &c.load);
         let all = self.gives.iter().zip(&balance.given);
         let tied: Vec<(&Give, &Vec<f64>)> = all.filter(|(give, _)| Self::is_tied(give, c)).collect();
         let face = |give: &Give| self.face(give, c, &balance.forces).filter(|face| !face.is_point());
         for k in 0..size {
-            let row = |give: &Give| -> Vec<f64> { give.rows.iter().map(|&r| c.output.parameters[(k, r)]).collect() };
+            let row = |give: &Give| -> Vec<f64> { give.columns.iter().map(|&r| c.output.parameters[(k, r)]).collect() };
             // How far the output moves from where it is when only some of them count, the others giving way.
             let reach = |counts: &dyn Fn(usize) -> bool| {
                 let end = |sign: f64| {
@@ -304,10 +312,10 @@ impl<'m> System<'m> {
         // What every give can do in the equations, both in units of the redundant rows.
         let mut felt = DMatrix::<f64>::zeros(s, m.n_rows());
         for give in &self.gives {
-            for (k, &row) in give.rows.iter().enumerate() {
+            for (k, &row) in give.columns.iter().enumerate() {
                 let moves = match &give.kind {
                     Kind::Clearance(set) | Kind::Fixed(set) => set.half_width(k) > 0.0,
-                    Kind::Spring(compliance) => compliance[k * (give.rows.len() + 1)] > 0.0,
+                    Kind::Spring(compliance) => compliance[k * (give.columns.len() + 1)] > 0.0,
                 };
                 if moves {
                     for equation in 0..s {

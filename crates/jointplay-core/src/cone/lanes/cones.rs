@@ -83,7 +83,7 @@ impl Cone {
     pub const fn data_size(&self) -> usize {
         match self.atom {
             Atom::Interval { .. } => 3,
-            Atom::Round { size } => size + 5,
+            Atom::Round { size } => size + 8,
             Atom::Tapered { arms, .. } => 6 * arms + 1,
         }
     }
@@ -198,25 +198,25 @@ impl Cone {
         }
     }
 
-    /// The scaling at slacks and multipliers.
+    /// The scaling at slacks and multipliers, and what [`Self::limit`] needs of both.
     #[inline(always)]
-    pub fn scale(&self, sizes: &[V], s: &[V], l: &[V], data: &mut [V]) {
+    pub fn scale(&self, sizes: &[V], [s, l]: [&[V]; 2], [per_s, per_l]: [&mut [V]; 2], data: &mut [V]) {
+        if let Atom::Round { size } = self.atom {
+            return if size == 2 {
+                scale_round::<2>([s, l], [per_s, per_l], data)
+            } else {
+                scale_round::<3>([s, l], [per_s, per_l], data)
+            };
+        }
+        for k in 0..self.slots() {
+            (per_s[k], per_l[k]) = (V::ONE / s[k], V::ONE / l[k]);
+            data[k] = l[k] * per_s[k];
+        }
         match self.atom {
-            Atom::Interval { .. } => {
-                data[0] = l[0] / s[0];
-                data[1] = l[1] / s[1];
-                data[2] = V::ONE / (data[0] + data[1]);
-            }
-            Atom::Round { size: 2 } => scale_round::<2>(s, l, data),
-            Atom::Round { .. } => scale_round::<3>(s, l, data),
             Atom::Tapered { arms, .. } => {
                 let mut axis = V::ZERO;
                 for arm in 0..arms {
-                    let mut d = [V::ZERO; 4];
-                    for k in 0..4 {
-                        d[k] = l[4 * arm + k] / s[4 * arm + k];
-                        data[4 * arm + k] = d[k];
-                    }
+                    let d = &data[4 * arm..4 * arm + 4];
                     let (same, opposite, taper) = (d[0] + d[3], d[1] + d[2], sizes[1 + arm]);
                     let inverse = V::ONE / (same + opposite);
                     data[4 * arms + arm] = inverse;
@@ -226,6 +226,7 @@ impl Cone {
                 }
                 data[6 * arms] = V::ONE / axis;
             }
+            Atom::Interval { .. } | Atom::Round { .. } => data[2] = V::ONE / (data[0] + data[1]),
         }
     }
 
@@ -280,13 +281,13 @@ impl Cone {
     /// `W (W l \ (sigma mu e - (W^-1 ds) o (W dl))) - s`, where the slacks would go without a change of
     /// the multipliers, for the step `ds` towards the boundary and the `dl` that belongs to it.
     #[inline(always)]
-    pub fn target(&self, data: &[V], [s, l, ds, dl]: [&[V]; 4], centre: V, u: &mut [V]) {
+    pub fn target(&self, data: &[V], [s, l, per_l, ds, dl]: [&[V]; 5], centre: V, u: &mut [V]) {
         match self.atom {
             Atom::Round { size: 2 } => target_round::<2>(data, s, l, ds, centre, u),
             Atom::Round { .. } => target_round::<3>(data, s, l, ds, centre, u),
             Atom::Interval { .. } | Atom::Tapered { .. } => {
                 for k in 0..self.slots() {
-                    u[k] = ds[k].times_from(dl[k], centre) / l[k] - s[k];
+                    u[k] = ds[k].times_from(dl[k], centre).times_plus(per_l[k], -s[k]);
                 }
             }
         }
@@ -367,14 +368,14 @@ impl Cone {
 
     /// The larger of `most` and the inverse of the longest step inside the cone.
     #[inline(always)]
-    pub fn limit(&self, x: &[V], dx: &[V], most: V) -> V {
+    pub fn limit(&self, [x, per, dx]: [&[V]; 3], most: V) -> V {
         match self.atom {
-            Atom::Round { size: 2 } => limit_round::<2>(x, dx).max(most),
-            Atom::Round { .. } => limit_round::<3>(x, dx).max(most),
+            Atom::Round { size: 2 } => limit_round::<2>(x, per, dx).max(most),
+            Atom::Round { .. } => limit_round::<3>(x, per, dx).max(most),
             Atom::Interval { .. } | Atom::Tapered { .. } => {
                 let mut most = most;
                 for k in 0..self.slots() {
-                    most = (-dx[k] / x[k]).max(most);
+                    most = (-dx[k] * per[k]).max(most);
                 }
                 most
             }
@@ -382,25 +383,27 @@ impl Cone {
     }
 }
 
-/// `x0^2 - |x1|^2`, by its factors.
+/// The inverse root of `x0^2 - |x1|^2`, the root, and what [`limit_round`] needs.
 #[inline(always)]
-fn hyperbolic<const K: usize>(x: &[V]) -> V {
-    let size = dot(&x[1..=K], &x[1..=K]).sqrt();
-    ((x[0] - size) * (x[0] + size)).max(TINY)
+fn hyperbolic<const K: usize>(x: &[V], per: &mut [V]) -> (V, V) {
+    let square = x[0].times_plus(x[0], -dot(&x[1..=K], &x[1..=K]));
+    let size = square.max(TINY).sqrt();
+    per[0] = V::ONE / size;
+    per[1] = V::ONE / per[0].times_plus(x[0], V::ONE);
+    (per[0], size)
 }
 
-/// Data: w, 1/eta^2, eta^2, 1/(2 w0^2 - 1), and `x0^2 - |x1|^2` of `x = W l`.
+/// Data: w, 1/eta^2, eta^2, 1/(2 w0^2 - 1), eta, 1/eta, 1/(1 + w0), and `1/(x0^2 - |x1|^2)` of `x = W l`.
 #[inline(always)]
-fn scale_round<const K: usize>(s: &[V], l: &[V], data: &mut [V]) {
-    let (size_s, size_l) = (hyperbolic::<K>(s).sqrt(), hyperbolic::<K>(l).sqrt());
-    let (per_s, per_l) = (V::ONE / size_s, V::ONE / size_l);
-    let along = dot(&s[..=K], &l[..=K]) * per_s * per_l;
+fn scale_round<const K: usize>([s, l]: [&[V]; 2], [for_s, for_l]: [&mut [V]; 2], data: &mut [V]) {
+    let ((per_s, size_s), (per_l, size_l)) = (hyperbolic::<K>(s, for_s), hyperbolic::<K>(l, for_l));
+    let along = dot(&s[..=K], &l[..=K]) * (per_s * per_l);
     let half = V::splat(0.5);
-    let per_twice = half / (half * (V::ONE + along)).sqrt();
-    data[0] = per_twice * s[0].times_plus(per_s, l[0] * per_l);
+    let per_twice = half / half.times_plus(along, half).sqrt();
+    let (part_s, part_l) = (per_twice * per_s, per_twice * per_l);
     let mut square = V::ZERO;
     for k in 1..=K {
-        data[k] = per_twice * s[k].times_plus(per_s, -(l[k] * per_l));
+        data[k] = s[k].times_plus(part_s, -(l[k] * part_l));
         square = data[k].times_plus(data[k], square);
     }
     // On the hyperboloid, whatever rounding did.
@@ -408,7 +411,10 @@ fn scale_round<const K: usize>(s: &[V], l: &[V], data: &mut [V]) {
     data[K + 1] = size_l * per_s;
     data[K + 2] = size_s * per_l;
     data[K + 3] = V::ONE / (V::ONE + square + square);
-    data[K + 4] = size_s * size_l;
+    data[K + 4] = data[K + 2].sqrt();
+    data[K + 5] = data[K + 4] * data[K + 1];
+    data[K + 6] = V::ONE / (V::ONE + data[0]);
+    data[K + 7] = per_s * per_l;
 }
 
 /// `eta^2 (1 - 2 w1 w1' / (1 + 2 |w1|^2)) x`.
@@ -432,9 +438,7 @@ fn towards(size: usize, data: &[V], out: &mut [V]) {
 
 #[inline(always)]
 fn target_round<const K: usize>(data: &[V], s: &[V], l: &[V], ds: &[V], centre: V, u: &mut [V]) {
-    let eta = data[K + 2].sqrt();
-    let per_eta = V::ONE / eta;
-    let per_one = V::ONE / (V::ONE + data[0]);
+    let (eta, per_eta, per_one) = (data[K + 4], data[K + 5], data[K + 6]);
     // W l and W^-1 ds.
     let mut scaled = [V::ZERO; 4];
     let mut step = [V::ZERO; 4];
@@ -458,7 +462,7 @@ fn target_round<const K: usize>(data: &[V], s: &[V], l: &[V], ds: &[V], centre: 
     }
     // Divided by W l.
     let along = dot(&scaled[1..=K], &right[1..=K]);
-    let first = scaled[0].times_plus(right[0], -along) / data[K + 4];
+    let first = scaled[0].times_plus(right[0], -along) * data[K + 7];
     let per = V::ONE / scaled[0];
     let mut quotient = [V::ZERO; 4];
     quotient[0] = first;
@@ -475,19 +479,14 @@ fn target_round<const K: usize>(data: &[V], s: &[V], l: &[V], ds: &[V], centre: 
 }
 
 #[inline(always)]
-fn limit_round<const K: usize>(x: &[V], dx: &[V]) -> V {
-    let per = V::ONE / hyperbolic::<K>(x).sqrt();
-    let first = per * x[0];
-    let mut along = V::ZERO;
-    for k in 1..=K {
-        along = (per * x[k]).times_plus(dx[k], along);
-    }
-    let product = first.times_plus(dx[0], -along);
-    let part = (product + dx[0]) / (first + V::ONE);
+fn limit_round<const K: usize>(x: &[V], per: &[V], dx: &[V]) -> V {
+    let (per, per_more) = (per[0], per[1]);
+    let product = x[0].times_plus(dx[0], -dot(&x[1..=K], &dx[1..=K])) * per;
+    let part = (product + dx[0]) * per_more * per;
     let mut square = V::ZERO;
     for k in 1..=K {
-        let rest = per * part.times_from(per * x[k], dx[k]);
+        let rest = part.times_from(x[k], dx[k]);
         square = rest.times_plus(rest, square);
     }
-    per.times_from(product, square.sqrt())
+    per * (square.sqrt() - product)
 }

@@ -22,11 +22,12 @@ use crate::batch::simd::Kernel;
 
 /// Iterations at most: eight programs are rarely done after more than 16.
 const ITERATIONS: usize = 32;
-/// Gap, in units of energy or of the factor, at which a program has come to an end.
-const GAP: V = V::splat(1e-12);
+/// Gap, in units of energy or of the factor, at which a program has come to an end: below it rounding
+/// decides how far a point is from the boundary of a round set.
+const GAP: V = V::splat(1e-11);
 /// Largest residual at the end, in the same units and in those of the equations.
 const RESIDUAL: V = V::splat(1e-11);
-/// A gap that is no number any more, or on its way there.
+/// A step that is no number any more, or on its way there.
 const LOST: V = V::splat(1e30);
 /// Part of the way to the boundary that a step goes.
 const STEP: V = V::splat(0.99);
@@ -59,6 +60,9 @@ pub(super) struct State {
     per_stiffness: V,
     s: Vec<V>,
     l: Vec<V>,
+    /// What the longest step inside the cones needs of both.
+    per_s: Vec<V>,
+    per_l: Vec<V>,
     ds: Vec<V>,
     dl: Vec<V>,
     /// Where the slacks would go.
@@ -121,6 +125,7 @@ impl Kernel for Solve<'_> {
                 }
                 (limit, step) = self.step(target);
             }
+            open = open.and(self.is_finite());
             self.advance(STEP / limit.max(STEP), step, target, open);
         }
         ITERATIONS
@@ -156,6 +161,8 @@ impl Solve<'_> {
             (&mut st.y, s),
             (&mut st.s, slots),
             (&mut st.l, slots),
+            (&mut st.per_s, slots),
+            (&mut st.per_l, slots),
             (&mut st.ds, slots),
             (&mut st.dl, slots),
             (&mut st.target, slots),
@@ -244,7 +251,7 @@ impl Solve<'_> {
         let size = if self.variable { self.state.factor } else { dot(&data.cost, &self.state.p).abs() };
         let gap = self.gap();
         let done = gap.below(GAP * (V::ONE + size)).and(worst.below(RESIDUAL * (V::ONE + size)));
-        done.not().and(gap.below(LOST))
+        done.not()
     }
 
     /// Scaling, and the factored normal equations.
@@ -256,7 +263,9 @@ impl Solve<'_> {
         for cone in self.cones {
             let sizes = &of!(cone, data.sizes, sizes);
             let scaling = &mut of!(cone, st.scaling, scaling);
-            cone.scale(sizes, &of!(cone, st.s, slots), &of!(cone, st.l, slots), scaling);
+            let at = cone.slot..cone.slot + cone.slots();
+            let numbers = [&st.s[at.clone()], &st.l[at.clone()]];
+            cone.scale(sizes, numbers, [&mut st.per_s[at.clone()], &mut st.per_l[at]], scaling);
             for i in 0..s {
                 let at = i * n + cone.first..i * n + cone.first + cone.dimension();
                 cone.inverse(scaling, &data.e[at.clone()], &mut st.g[at]);
@@ -301,7 +310,7 @@ impl Solve<'_> {
             let at = cone.slot..cone.slot + cone.slots();
             cone.target(
                 &of!(cone, st.scaling, scaling),
-                [&st.s[at.clone()], &st.l[at.clone()], &st.ds[at.clone()], &st.dl[at.clone()]],
+                [&st.s[at.clone()], &st.l[at.clone()], &st.per_l[at.clone()], &st.ds[at.clone()], &st.dl[at.clone()]],
                 centre,
                 &mut st.target[at],
             );
@@ -368,8 +377,8 @@ impl Solve<'_> {
             let (ds, dl) = (&mut of!(cone, st.ds, slots), &mut of!(cone, st.dl, slots));
             cone.slack(sizes, dp, factor, ds);
             cone.multipliers(sizes, scaling, [&of!(cone, st.target, slots), ds, force], dl);
-            limit = cone.limit(&of!(cone, st.s, slots), ds, limit);
-            limit = cone.limit(&of!(cone, st.l, slots), dl, limit);
+            limit = cone.limit([&of!(cone, st.s, slots), &of!(cone, st.per_s, slots), ds], limit);
+            limit = cone.limit([&of!(cone, st.l, slots), &of!(cone, st.per_l, slots), dl], limit);
         }
         if self.variable {
             let multiplier_step = self.multiplier_step(factor_step, factor_target);
@@ -383,6 +392,15 @@ impl Solve<'_> {
     #[inline(always)]
     fn multiplier_step(&self, factor_step: V, factor_target: V) -> V {
         self.state.factor_multiplier / self.state.factor * (factor_target - factor_step)
+    }
+
+    /// The programs whose step consists of numbers. The others keep what they have, which is as near to
+    /// an optimum as rounding allows, or proves nothing.
+    #[inline(always)]
+    fn is_finite(&self) -> Choice {
+        let st = &*self.state;
+        let size = dot(&st.dy, &st.dy) + dot(&st.ds, &st.ds) + dot(&st.dl, &st.dl);
+        size.below(LOST)
     }
 
     /// Goes on in the open programs.

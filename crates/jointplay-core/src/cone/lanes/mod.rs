@@ -19,6 +19,7 @@ mod vector;
 use rayon::prelude::*;
 
 use super::own::Own;
+use super::standard::ROUNDING;
 use super::{Answer, Block, Kind, Outcome, Program, Springs};
 use crate::batch::simd::dispatch;
 use group::{Group, Memory};
@@ -154,7 +155,9 @@ impl Programs {
         all
     }
 
-    fn alone(&self, question: Question, number: usize) -> Answer {
+    /// Solves one of the programs by itself.
+    #[must_use]
+    pub fn alone(&self, question: Question, number: usize) -> Answer {
         let program = self.program(number);
         match question {
             Question::Pose => program.pose(),
@@ -208,25 +211,18 @@ impl Programs {
     /// Whether primal and dual value prove the answer of a lane, the implied equations included.
     fn proved(&self, layout: &Layout, number: usize, lane: usize, memory: &Memory) -> bool {
         // Written so that what is no number proves nothing.
-        if std::env::var("DBG").is_ok() && !(memory.gap.0[lane] <= PROVED && memory.residual.0[lane] <= PROVED) {
-            println!(
-                "gap {:e} residual {:e} value {:e} {:e}",
-                memory.gap.0[lane], memory.residual.0[lane], memory.value.0[lane], memory.dual_value.0[lane]
-            );
-        }
         if !(memory.gap.0[lane] <= PROVED && memory.residual.0[lane] <= PROVED) {
             return false;
         }
         layout.implied.iter().all(|i| {
             let at = number * self.n_equations + i;
             let row = &self.maps[at * layout.width..(at + 1) * layout.width];
-            let moved = row.iter().zip(&memory.displacements).map(|(a, d)| a * d.0[lane]);
-            let (mut sum, mut size) = (-self.rights[at], self.rights[at].abs());
-            for part in moved {
-                sum += part;
-                size += part.abs();
+            let (mut left, mut allowed) = (-self.rights[at], PROVED * self.rights[at].abs());
+            for (a, d) in row.iter().zip(&memory.displacements) {
+                left += a * d.0[lane];
+                allowed += a.abs() * (PROVED * d.0[lane].abs() + ROUNDING);
             }
-            sum.abs() <= PROVED * size
+            left.abs() <= allowed
         })
     }
 
@@ -235,10 +231,8 @@ impl Programs {
         let sample: Vec<usize> = (0..self.n).step_by(SAMPLED).collect();
         let differences = sample.par_iter().map(|number| {
             let alone = self.alone(question, *number);
-            let (a, b) = (alone.value, answers.values[*number]);
-            let size = (a - alone.dual_value).abs() / alone.gap.max(f64::MIN_POSITIVE);
-            let size = size.max(a.abs()).max(b.abs());
-            if alone.outcome == Outcome::Solved && size > 0.0 { (a - b).abs() / size } else { 0.0 }
+            let difference = (alone.value - answers.values[*number]).abs();
+            if alone.outcome == Outcome::Solved && alone.unit > 0.0 { difference / alone.unit } else { 0.0 }
         });
         answers.difference = differences.collect::<Vec<_>>().into_iter().fold(0.0, f64::max);
         answers.compared = sample.len();

@@ -18,8 +18,21 @@ pub(super) struct V(pub [f64; LANES]);
 #[repr(align(64))]
 pub(super) struct Choice(pub [u64; LANES]);
 
+/// Nothing, at no cost, that the compiler must not repeat: loops over numbers of eight programs would
+/// otherwise be turned around, into vectors of one program's numbers, gathered one by one.
+#[inline(always)]
+#[allow(unsafe_code)]
+fn together() {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: there is no instruction.
+    unsafe {
+        std::arch::asm!("", options(nomem, nostack, preserves_flags));
+    }
+}
+
 macro_rules! each {
     ($i:ident, $value:expr) => {{
+        together();
         let mut out = [0.0; LANES];
         let mut $i = 0;
         while $i < LANES {

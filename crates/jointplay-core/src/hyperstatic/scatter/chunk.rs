@@ -1,19 +1,23 @@
 //! One chunk of units: drawn block by block, solved one by one, counted.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::lanes::Lanes;
 use super::moments::Moments;
-use super::unit::{Job, Unit};
+use super::unit::{Job, Unit, least_displacements};
 use crate::batch::Bound;
 use crate::batch::draw::Stream;
 use crate::batch::lanes::{Block, LANES, Mask};
 use crate::hyperstatic::compatibility::Compatibility;
+use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::sampling::CHUNK;
 use crate::sampling::sketch::Sketch;
 use crate::sampling::tally::{Kept, Ranges, Sums, Tally};
 use crate::space::norm;
+
+/// A sum of terms below this part of their sizes is zero.
+const ROUNDING: f64 = 1e-13;
 
 /// What is kept of a set of units.
 #[derive(Clone)]
@@ -49,46 +53,75 @@ impl Count {
 pub struct Linear<'a> {
     mechanism: &'a Mechanism,
     compatibility: &'a Compatibility,
-    /// What drive values and the nominal misfit do.
+    /// What drive values and the nominal misfit do to the output.
     constant: Vec<f64>,
+    /// What displacements must add up to.
+    right: DVector<f64>,
+    /// What makes displacements that are compatible elsewhere so at the nominal pose.
+    correction: DMatrix<f64>,
     /// Place of every parameter among the displacements.
     places: Vec<usize>,
 }
 
 impl<'a> Linear<'a> {
-    pub fn new(mechanism: &'a Mechanism, c: &'a Compatibility, drive_shift: &[f64]) -> Self {
+    pub fn new(job: &Job<'a>, c: &'a Compatibility, case: &Case<'_>) -> Self {
+        let m = job.system.mechanism;
         let misfit = &c.shared * &c.misfit;
-        let constant = drive_shift.iter().zip(misfit.iter()).map(|(d, m)| d - m).collect();
-        let places = (0..mechanism.n_parameters()).map(|p| mechanism.place_of(p)).collect();
-        Self { mechanism, compatibility: c, constant, places }
+        let shift = m.drive_shift(&c.output, case, job.nominal);
+        Self {
+            mechanism: m,
+            compatibility: c,
+            constant: shift.iter().zip(misfit.iter()).map(|(d, m)| d - m).collect(),
+            right: m.first_order_right(c, &vec![0.0; c.load.len()], case, job.nominal),
+            correction: least_displacements(&job.system, c, &job.tied),
+            places: (0..m.n_parameters()).map(|p| m.place_of(p)).collect(),
+        }
     }
 
-    /// For displacements of the rows and parameters.
+    /// For compatible displacements.
     pub fn error(&self, displacements: &[f64]) -> Vec<f64> {
-        let moved = &self.compatibility.output.parameters * DVector::from_column_slice(displacements);
-        self.constant.iter().zip(moved.iter()).map(|(a, b)| a + b).collect()
+        let map = &self.compatibility.output.parameters;
+        let of = |(i, constant): (usize, &f64)| {
+            let (mut sum, mut size) = (*constant, constant.abs());
+            for (m, d) in map.row(i).iter().zip(displacements) {
+                sum += m * d;
+                size += (m * d).abs();
+            }
+            // What rounding leaves of terms that cancel each other is no error.
+            if sum.abs() <= ROUNDING * size { 0.0 } else { sum }
+        };
+        self.constant.iter().enumerate().map(of).collect()
     }
 
     /// The error, the parts of the sources with the given parameters, and what is left of every joint's.
     fn parts(&self, displacements: &[f64], parameters: &[f64]) -> Vec<f64> {
         let m = self.mechanism;
         let n = m.size();
+        let mut own = displacements.to_vec();
+        let mut offsets = parameters.to_vec();
+        let off = &self.right - &self.compatibility.equations * DVector::from_column_slice(displacements);
+        for (row, d) in (&self.correction * off).iter().enumerate() {
+            own[row] += d;
+        }
+        for source in m.sources().iter().filter(|source| source.is_clearance) {
+            source.range().for_each(|p| offsets[p] += own[self.places[p]] - displacements[self.places[p]]);
+        }
         let map = &self.compatibility.output.parameters;
-        let mut parts = self.error(displacements);
+        let mut parts = self.error(&own);
         let add = |parts: &mut [f64], place: usize, d: f64| {
             (0..n).for_each(|i| parts[i] += map[(i, place)] * d);
         };
         for source in m.sources() {
             let mut part = vec![0.0; n];
-            source.range().for_each(|p| add(&mut part, self.places[p], parameters[p]));
+            source.range().for_each(|p| add(&mut part, self.places[p], offsets[p]));
             parts.extend(part);
         }
         let first = parts.len();
         parts.resize(first + n * m.n_joints(), 0.0);
         for row in m.elastic_rows() {
-            let offset = m.rows[row].parameter.map_or(0.0, |p| parameters[p]);
+            let offset = m.rows[row].parameter.map_or(0.0, |p| offsets[p]);
             let joint = first + n * m.rows[row].joint;
-            add(&mut parts[joint..joint + n], row, displacements[row] - offset);
+            add(&mut parts[joint..joint + n], row, own[row] - offset);
         }
         parts
     }

@@ -3,11 +3,14 @@
 use nalgebra::DVector;
 
 use super::dice::Dice;
-use super::unit::{CORRECTIONS, Fit, Job, Unit};
+use super::unit::{CORRECTIONS, Fit, Job, Loosest, Unit};
 use crate::batch::Bound;
 use crate::batch::lanes::{Block, LANES, Mask};
 use crate::batch::simd::{Kernel, dispatch};
+use crate::cone::Outcome;
+use crate::cone::lanes::{Programs, Question};
 use crate::hyperstatic::compatibility::FITS;
+use crate::hyperstatic::system::Give;
 use crate::status::Status;
 
 /// Solves blocks of units.
@@ -76,9 +79,12 @@ fn together(job: &Job<'_>, bound: &mut Bound<'_>, units: &mut [Unit], first: u64
         DVector::from_iterator(basis.redundancy(), (0..basis.redundancy()).map(|k| bound.left(k).0[lane]))
     };
     let mut lanes = vec![Lane::Doubt; units.len()];
-    for (lane, unit) in units.iter_mut().enumerate().filter(|(lane, _)| good.has(*lane)) {
+    let misfits: Vec<DVector<f64>> = (0..units.len()).map(|lane| left(bound, lane)).collect();
+    let loosest = factors(job, &misfits);
+    for (lane, loosest) in loosest.into_iter().enumerate().filter(|(lane, _)| good.has(*lane)) {
         let mut dice = Dice::new(job.request.seed, first + lane as u64);
-        lanes[lane] = match job.fit(&left(bound, lane), unit, &mut dice) {
+        let unit = &mut units[lane];
+        lanes[lane] = match job.fit(&misfits[lane], loosest, unit, &mut dice) {
             Fit::Loose => Lane::Open,
             Fit::Forced => Lane::Forced,
             Fit::Apart => {
@@ -111,4 +117,51 @@ fn together(job: &Job<'_>, bound: &mut Bound<'_>, units: &mut [Unit], first: u64
         }
     }
     lanes
+}
+
+/// The smallest factors on the clearances; where several equations decide them, by programs of one structure.
+fn factors(job: &Job<'_>, misfits: &[DVector<f64>]) -> Vec<Loosest> {
+    let basis = job.system.basis;
+    if basis.redundancy() < 2 || job.tied.is_empty() {
+        return misfits.iter().map(|misfit| job.factor(misfit)).collect();
+    }
+    let gives: Vec<&Give> = job.tied.iter().map(|&g| &job.system.gives[g]).collect();
+    let width: usize = gives.iter().map(|give| give.columns.len()).sum();
+    let equations = 0..basis.redundancy();
+    let row = |e: usize| gives.iter().flat_map(move |give| give.columns.iter().map(move |&c| (e, c)));
+    let map: Vec<f64> = equations.flat_map(row).map(|at| job.compatibility.equations[at]).collect();
+    // A lane in doubt may hold anything.
+    let clean = |b: f64| if b.is_finite() { b } else { 0.0 };
+    let programs = Programs {
+        n: misfits.len(),
+        n_equations: basis.redundancy(),
+        n_blocks: gives.len(),
+        kinds: gives.iter().map(|give| give.kind.clone()).collect(),
+        maps: map.repeat(misfits.len()),
+        forces: vec![0.0; width * misfits.len()],
+        rights: misfits.iter().flat_map(|misfit| misfit.iter().map(|b| clean(*b))).collect(),
+    };
+    let answers = programs.solve(Question::Assembly);
+    let offsets = |number: usize| {
+        let mut first = number * width;
+        let mut offsets = Vec::with_capacity(gives.len());
+        for give in &gives {
+            let last = first + give.columns.len();
+            offsets.push(answers.displacements[first..last].to_vec());
+            first = last;
+        }
+        offsets
+    };
+    let of = |(number, misfit): (usize, &DVector<f64>)| {
+        if job.fits(misfit) {
+            return Loosest { factor: 0.0, offsets: None };
+        }
+        let factor = answers.factors[number];
+        let possible = answers.outcomes[number] != Outcome::Infeasible;
+        Loosest {
+            factor: if possible { factor } else { f64::INFINITY },
+            offsets: if possible { Some(offsets(number)) } else { None },
+        }
+    };
+    misfits.iter().enumerate().map(of).collect()
 }

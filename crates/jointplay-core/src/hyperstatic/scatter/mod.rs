@@ -103,7 +103,7 @@ impl Mechanism {
         let built = solver.follow(nominal, &known)?;
         let at_built = Compatibility::at(system.basis, solver, &built).ok_or(Status::Singular)?;
         let job = Job::new(system, solver, request, nominal, &built, &at_built);
-        let linear = Linear::new(self, &at_nominal, &self.drive_shift(&at_nominal.output, case, nominal));
+        let linear = Linear::new(&job, &at_nominal, case);
         // The unit with nothing but known deviations.
         let middle = job.solve(u64::MAX, &self.centre).error;
         let shift = middle.unwrap_or_else(|| linear.error(&known.parameters));
@@ -210,15 +210,17 @@ impl Mechanism {
             compliance.view_mut((e.rows.start, e.rows.start), (size, size)).copy_from(&block);
         }
         let lack = DVector::from_fn(s, |k, _| c.misfit[k].abs() + reach(&|place| c.equations[(k, place)]));
-        let by_load = system.balance(c, &c.misfit, Ask::Load).map(|balance| system.displacements(&balance));
+        let by_load = system.balance(c, &c.misfit, &Ask::Load).map(|balance| system.displacements(&balance));
         let mut most = by_load.unwrap_or_else(|| vec![0.0; rows]);
+        most.truncate(rows);
         // The load of the file acts anywhere in the clearances.
         most.iter_mut().for_each(|size| *size = 2.0 * size.abs());
         if s == 0 {
             return most;
         }
-        let along = &compliance * c.of_rows().transpose();
-        let mut flexibility = c.of_rows() * &along;
+        let of_rows = c.equations.columns(0, rows);
+        let along = &compliance * of_rows.transpose();
+        let mut flexibility = of_rows * &along;
         let scale = flexibility.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
         flexibility.component_mul_assign(&(&scale * scale.transpose()));
         let inverse = flexibility.pseudo_inverse(1e-12).unwrap_or_else(|_| DMatrix::zeros(s, s));

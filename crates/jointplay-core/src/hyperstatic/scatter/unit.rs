@@ -7,6 +7,7 @@ use super::section::{Member, Section};
 use crate::closure::Inputs;
 use crate::cone::Kind;
 use crate::hyperstatic::compatibility::{Compatibility, FITS};
+use crate::hyperstatic::settle::Failure;
 use crate::hyperstatic::system::{Ask, Balance, Give, System};
 use crate::mechanism::Mechanism;
 use crate::sampling::Request;
@@ -42,6 +43,15 @@ pub struct Job<'a> {
     pub section: Section,
     /// Whether nothing is elastic.
     rigid: bool,
+}
+
+/// With how little clearance a unit goes together rigidly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loosest {
+    /// The smallest factor on all clearances.
+    pub factor: f64,
+    /// Offsets of the tied clearances at it, where they are known.
+    pub offsets: Option<Vec<Vec<f64>>>,
 }
 
 /// How a unit goes together.
@@ -108,7 +118,7 @@ impl<'a> Job<'a> {
             displacements: m.displacements(&parameters),
             parameters,
             error: None,
-            forces: DVector::zeros(m.n_rows()),
+            forces: DVector::zeros(self.compatibility.load.len()),
         }
     }
 
@@ -121,7 +131,7 @@ impl<'a> Job<'a> {
         };
         let misfit = self.system.basis.misfit(&start);
         let mut dice = Dice::new(self.request.seed, number);
-        let found = match self.fit(&misfit, &mut unit, &mut dice) {
+        let found = match self.fit(&misfit, self.factor(&misfit), &mut unit, &mut dice) {
             Fit::Apart => Err(Status::NotAssemblable),
             Fit::Forced => self.settle(start, &mut unit, &mut dice),
             Fit::Loose => self.correct(&start, &mut unit, &self.correction),
@@ -148,47 +158,53 @@ impl<'a> Job<'a> {
         self.solver.close(from, &inputs).map_or_else(|| self.solver.follow(from, &inputs), Ok)
     }
 
-    /// The smallest factor on the clearances, and the offsets at it.
-    fn factor(&self, misfit: &DVector<f64>) -> (f64, Option<Balance>) {
+    /// The smallest factor on the clearances.
+    pub fn factor(&self, misfit: &DVector<f64>) -> Loosest {
+        let none = |factor| Loosest { factor, offsets: None };
+        if self.fits(misfit) {
+            return none(0.0);
+        }
+        let [b] = misfit.as_slice() else { return self.loosest(misfit) };
+        // The only self-stress, and what it does on the misfit and in the clearances.
+        let support = |&g: &usize| {
+            let Give { kind, columns, .. } = &self.system.gives[g];
+            let stress: Vec<f64> = columns.iter().map(|&c| b.signum() * self.compatibility.equations[(0, c)]).collect();
+            if let Kind::Clearance(set) = kind { set.support(&stress) } else { 0.0 }
+        };
+        let reach: f64 = self.tied.iter().map(support).sum();
+        none(if reach > 0.0 { b.abs() / reach } else { f64::INFINITY })
+    }
+
+    /// Whether a misfit is none.
+    pub fn fits(&self, misfit: &DVector<f64>) -> bool {
         let basis = self.system.basis;
-        let fits = |(b, &row): (&f64, &usize)| b.abs() <= FITS * basis.unit(row);
-        if misfit.iter().zip(&basis.redundant).all(fits) {
-            return (0.0, None);
-        }
-        if let [b] = misfit.as_slice() {
-            // The only self-stress, and what it does on the misfit and in the clearances.
-            let support = |&g: &usize| {
-                let Give { kind, rows, .. } = &self.system.gives[g];
-                let stress: Vec<f64> =
-                    rows.iter().map(|&row| b.signum() * self.compatibility.equations[(0, row)]).collect();
-                if let Kind::Clearance(set) = kind { set.support(&stress) } else { 0.0 }
-            };
-            let reach: f64 = self.tied.iter().map(support).sum();
-            return (if reach > 0.0 { b.abs() / reach } else { f64::INFINITY }, None);
-        }
-        let balance = self.system.balance(self.compatibility, misfit, Ask::Factor);
-        (balance.as_ref().map_or(f64::INFINITY, |b| b.factor), balance)
+        misfit.iter().zip(&basis.redundant).all(|(b, &row)| b.abs() <= FITS * basis.unit(row))
+    }
+
+    /// The factor by a program, with the offsets at it.
+    fn loosest(&self, misfit: &DVector<f64>) -> Loosest {
+        let balance = self.system.balance(self.compatibility, misfit, &Ask::Factor);
+        balance.map_or(Loosest { factor: f64::INFINITY, offsets: None }, |balance| Loosest {
+            factor: balance.factor,
+            offsets: Some(self.tied.iter().map(|&g| balance.given[g].clone()).collect()),
+        })
     }
 
     /// How the unit fits; where the clearances take up the misfit, offsets are drawn that do.
-    pub fn fit(&self, misfit: &DVector<f64>, unit: &mut Unit, dice: &mut Dice) -> Fit {
-        let (factor, loosest) = self.factor(misfit);
-        unit.factor = factor;
-        let apart = factor > 1.0 + FACTOR;
+    pub fn fit(&self, misfit: &DVector<f64>, loosest: Loosest, unit: &mut Unit, dice: &mut Dice) -> Fit {
+        unit.factor = loosest.factor;
+        let apart = loosest.factor > 1.0 + FACTOR;
         if apart && self.rigid {
             return Fit::Apart;
         }
         if apart || self.request.loaded {
             return Fit::Forced;
         }
-        let interior = || {
-            let balance = loosest.or_else(|| self.system.balance(self.compatibility, misfit, Ask::Factor))?;
-            Some(self.tied.iter().map(|&g| balance.given[g].clone()).collect())
-        };
+        let interior = || loosest.offsets.or_else(|| self.loosest(misfit).offsets);
         let Some(offsets) = self.section.draw(misfit, dice, interior) else { return Fit::Apart };
         for (&g, offset) in self.tied.iter().zip(&offsets) {
             self.put(g, offset, unit);
-            self.system.gives[g].rows.iter().zip(offset).for_each(|(&row, d)| unit.displacements[row] += d);
+            self.system.gives[g].columns.iter().zip(offset).for_each(|(&row, d)| unit.displacements[row] += d);
         }
         Fit::Loose
     }
@@ -197,13 +213,12 @@ impl<'a> Job<'a> {
     fn settle(&self, start: State, unit: &mut Unit, dice: &mut Dice) -> Result<State, Status> {
         let known = start.inputs.parameters.clone();
         let ask = if self.request.loaded { Ask::Load } else { Ask::Stress };
-        let settled =
-            self.system.settle(self.solver, start, ask).map_err(crate::hyperstatic::settle::Failure::status)?;
+        let settled = self.system.settle(self.solver, start, &known, |_, _| ask.clone()).map_err(Failure::status)?;
         if unit.factor > 1.0 + FACTOR {
             unit.status = Status::Strained;
         }
         let (c, balance) = (&settled.compatibility, &settled.balance);
-        unit.forces.copy_from(&balance.forces);
+        unit.forces.clone_from(&balance.forces);
         unit.displacements.clone_from(&settled.state.inputs.parameters);
         balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, unit));
         if self.request.loaded {
@@ -213,10 +228,10 @@ impl<'a> Job<'a> {
         if loose.is_empty() {
             return Ok(settled.state);
         }
-        let mut rest = c.right(&settled.state) - c.of_rows() * DVector::from_column_slice(&known[..unit.forces.len()]);
+        let mut rest = c.right(&settled.state, &known);
         for (g, (give, given)) in self.system.gives.iter().zip(&balance.given).enumerate() {
             if !loose.contains(&g) {
-                give.rows.iter().zip(given).for_each(|(&row, d)| rest -= c.of_rows().column(row) * *d);
+                give.columns.iter().zip(given).for_each(|(&row, d)| rest -= c.equations.column(row) * *d);
             }
         }
         let section = section(&self.system, c, &loose, self.request);
@@ -225,7 +240,7 @@ impl<'a> Job<'a> {
         for (&g, offset) in loose.iter().zip(&offsets) {
             let give = &self.system.gives[g];
             self.put(g, offset, unit);
-            for ((&row, d), before) in give.rows.iter().zip(offset).zip(&balance.given[g]) {
+            for ((&row, d), before) in give.columns.iter().zip(offset).zip(&balance.given[g]) {
                 unit.displacements[row] += d - before;
             }
         }
@@ -237,7 +252,7 @@ impl<'a> Job<'a> {
     fn loose(&self, balance: &Balance) -> Vec<usize> {
         let reach = |&g: &usize| {
             let give = &self.system.gives[g];
-            let force: Vec<f64> = give.rows.iter().map(|&row| balance.forces[row]).collect();
+            let force: Vec<f64> = give.columns.iter().map(|&row| balance.forces[row]).collect();
             if let Kind::Clearance(set) = &give.kind { set.reach(&force) } else { 0.0 }
         };
         let most = self.tied.iter().map(reach).fold(0.0, f64::max);
@@ -266,7 +281,7 @@ impl<'a> Job<'a> {
     pub fn move_offsets(&self, unit: &mut Unit, change: &DVector<f64>) {
         for give in &self.system.gives {
             let Some(source) = give.source else { continue };
-            let places = self.mechanism().sources[source].range().zip(&give.rows);
+            let places = self.mechanism().sources[source].range().zip(&give.columns);
             places.for_each(|(p, &row)| unit.parameters[p] += change[row]);
         }
     }
@@ -285,24 +300,24 @@ fn section(system: &System<'_>, c: &Compatibility, numbers: &[usize], request: &
 
 /// Displacements of all rows, of least length-scaled size, that make up for a misfit: offsets of the given
 /// clearances, and deformations where these cannot.
-fn least_displacements(system: &System<'_>, c: &Compatibility, clearances: &[usize]) -> DMatrix<f64> {
+pub fn least_displacements(system: &System<'_>, c: &Compatibility, clearances: &[usize]) -> DMatrix<f64> {
     let rows = system.mechanism.n_rows();
     if c.equations.nrows() == 0 {
         return DMatrix::zeros(rows, 0);
     }
     let mut weights = vec![0.0; rows];
     for (g, give) in system.gives.iter().enumerate() {
-        for (k, &row) in give.rows.iter().enumerate() {
+        for (k, &row) in give.columns.iter().enumerate() {
             let (moves, weight) = match &give.kind {
                 Kind::Clearance(set) | Kind::Fixed(set) => (clearances.contains(&g) && set.half_width(k) > 0.0, 1.0),
-                Kind::Spring(compliance) => (compliance[k * (give.rows.len() + 1)] > 0.0, DEFORMS),
+                Kind::Spring(compliance) => (compliance[k * (give.columns.len() + 1)] > 0.0, DEFORMS),
             };
             if moves {
                 weights[row] = weight * system.basis.unit(row);
             }
         }
     }
-    let mut scaled = c.of_rows().into_owned();
+    let mut scaled = c.equations.columns(0, rows).into_owned();
     for (row, weight) in weights.iter().enumerate() {
         scaled.column_mut(row).scale_mut(*weight);
     }
