@@ -8,6 +8,7 @@
 // Kernels must be inlined into callers compiled for a width of vector registers.
 #![allow(clippy::inline_always)]
 
+mod chain;
 mod chunk;
 mod dice;
 mod lanes;

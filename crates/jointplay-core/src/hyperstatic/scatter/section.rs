@@ -4,7 +4,7 @@
 //! the sets the equations `M u = b` are solved for as many of the coordinates as they have rank, the ones
 //! that reach farthest; the others are drawn, and the whole is accepted when every offset is in its set
 //! (von Neumann's rejection). Where hardly anything is accepted, a chain of hit-and-run steps does it
-//! (Smith, Oper. Res. 32, 1984, 1296), started where the clearances are used the least.
+//! ([`chain`](super::chain)), started where the clearances are used the least.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -15,8 +15,6 @@ use crate::spec::Law;
 
 /// Blocks of proposals before a chain is started.
 const BLOCKS: usize = 8;
-/// Steps of a chain, for every dimension of the section.
-const STEPS_PER_DIMENSION: usize = 40;
 /// A direction of the equations in which the sets reach less than this part of the farthest one is not there.
 const REACHES: f64 = 1e-9;
 
@@ -31,17 +29,17 @@ pub struct Member {
 
 /// One own coordinate that moves.
 #[derive(Clone, Copy, Debug)]
-struct Place {
-    member: usize,
-    k: usize,
-    precision: f64,
+pub(super) struct Place {
+    pub member: usize,
+    pub k: usize,
+    pub precision: f64,
 }
 
 /// The section, for any right side.
 #[derive(Clone, Debug)]
 pub struct Section {
-    members: Vec<Member>,
-    places: Vec<Place>,
+    pub(super) members: Vec<Member>,
+    pub(super) places: Vec<Place>,
     /// Coefficients of the coordinates, one column each.
     matrix: DMatrix<f64>,
     /// What the middles of the sets are in the equations.
@@ -53,7 +51,7 @@ pub struct Section {
     from_right: DMatrix<f64>,
     from_free: DMatrix<f64>,
     /// Orthonormal directions within the section, one per column.
-    directions: DMatrix<f64>,
+    pub(super) directions: DMatrix<f64>,
     /// Which members have a bound coordinate.
     is_bound: Vec<bool>,
 }
@@ -221,7 +219,7 @@ impl Section {
     }
 
     /// Own coordinates member by member.
-    fn each_member<'a>(&'a self, u: &'a [f64]) -> impl Iterator<Item = (usize, [f64; MAX_SIZE])> + 'a {
+    pub(super) fn each_member<'a>(&'a self, u: &'a [f64]) -> impl Iterator<Item = (usize, [f64; MAX_SIZE])> + 'a {
         let mut next = 0;
         (0..self.members.len()).map(move |m| {
             let mut unit = [0.0; MAX_SIZE];
@@ -239,52 +237,6 @@ impl Section {
             set.of_unit(&unit)[..set.size()].to_vec()
         };
         self.each_member(u).map(offset).collect()
-    }
-
-    /// A chain of hit-and-run steps from offsets within the section.
-    pub(super) fn walk(&self, start: &[Vec<f64>], dice: &mut Dice) -> Option<Vec<f64>> {
-        let units: Vec<_> = self.members.iter().zip(start).map(|(member, d)| member.set.to_unit(d)).collect();
-        let mut u: Vec<f64> = self.places.iter().map(|place| units[place.member][place.k]).collect();
-        let dimensions = self.directions.ncols();
-        for _ in 0..STEPS_PER_DIMENSION * dimensions {
-            let mut along = vec![0.0; u.len()];
-            for column in self.directions.column_iter() {
-                let part = dice.next_normal();
-                along.iter_mut().zip(column.iter()).for_each(|(a, d)| *a += part * d);
-            }
-            let mut chord = [f64::NEG_INFINITY, f64::INFINITY];
-            for ((m, at), (_, by)) in self.each_member(&u).zip(self.each_member(&along)) {
-                let set = &self.members[m].set;
-                let [low, high] = set.chord(&at[..set.size()], &by[..set.size()]);
-                chord = [chord[0].max(low), chord[1].min(high)];
-            }
-            // Rounding may leave a point on the boundary just outside of it.
-            let [low, high] = [chord[0].min(0.0), chord[1].max(0.0)];
-            if !(high - low).is_finite() {
-                return None;
-            }
-            let step = self.along_chord(&u, &along, low, high, dice);
-            u.iter_mut().zip(&along).for_each(|(u, a)| *u += step * a);
-        }
-        Some(u)
-    }
-
-    /// How far a step goes: the law's density along the line is normal, or uniform.
-    fn along_chord(&self, u: &[f64], along: &[f64], low: f64, high: f64, dice: &mut Dice) -> f64 {
-        let (mut curve, mut slope) = (0.0, 0.0);
-        for ((place, u), a) in self.places.iter().zip(u).zip(along) {
-            curve += place.precision * a * a;
-            slope += place.precision * a * u;
-        }
-        let exponent = |t: f64| -t * (slope + 0.5 * curve * t);
-        let top = exponent(if curve > 0.0 { (-slope / curve).clamp(low, high) } else { 0.0 });
-        loop {
-            let step = low + (high - low) * dice.next_unit();
-            // Within the sets the exponent varies by a few dozen at most, and most chords are short.
-            if dice.next_unit() < (exponent(step) - top).exp() {
-                return step;
-            }
-        }
     }
 }
 

@@ -138,7 +138,7 @@ impl<'a> Job<'a> {
         };
         match found {
             Ok(state) if state.negative == self.built.negative => {
-                unit.error = Some(self.system.basis.kept.error(&state, self.nominal))
+                unit.error = Some(self.system.basis.kept.error(&state, self.nominal));
             }
             Ok(_) => unit.status = Status::Singular,
             Err(status) => unit.status = status,
