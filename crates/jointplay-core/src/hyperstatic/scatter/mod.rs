@@ -13,14 +13,14 @@ mod chunk;
 mod dice;
 mod lanes;
 mod moments;
+mod ranges;
 mod section;
 mod unit;
 
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::compatibility::Compatibility;
-use super::system::{Ask, System};
+use super::system::System;
 use crate::batch::Newton;
 use crate::closure::Inputs;
 use crate::loaded::Case;
@@ -28,9 +28,9 @@ use crate::mechanism::Mechanism;
 use crate::sampling::tally::Ranges;
 use crate::sampling::{BLOCK, CHUNK, Request, Scatter};
 use crate::solver::{Solver, State};
-use crate::spec::Law;
 use crate::status::Status;
 use chunk::{Count, Linear};
+use ranges::Reach;
 use unit::Job;
 
 /// Scatter of an over-constrained or elastic mechanism.
@@ -111,7 +111,7 @@ impl Mechanism {
         let beside = Some((&system.basis.all, system.basis.redundant.as_slice()));
         let newton = Newton::record_beside(solver, self.largest_angle(), beside);
         let lanes = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal, case.drives));
-        let ranges = self.ranges_of_units(system, &at_nominal, &known.parameters, &linear, request);
+        let ranges = Reach { system, c: &at_nominal, request }.ranges(&linear.error(&known.parameters));
         let mut count = Count::new(self, &ranges);
         let chunks = request.samples.div_ceil(CHUNK);
         for block in 0..chunks.div_ceil(BLOCK) {
@@ -167,67 +167,5 @@ impl Mechanism {
             },
             elastic: parts(first..first + self.n_joints() * n),
         }
-    }
-
-    /// Ranges of the histograms: what sets and springs can do to first order.
-    fn ranges_of_units(
-        &self,
-        system: &System<'_>,
-        c: &Compatibility,
-        known: &[f64],
-        linear: &Linear<'_>,
-        request: &Request,
-    ) -> Ranges {
-        let n = self.size();
-        let reach = |row: &dyn Fn(usize) -> f64| -> f64 {
-            let of = |source: &crate::mechanism::Source| {
-                let row: Vec<f64> = source.range().map(|p| row(self.place_of(p))).collect();
-                let opposite: Vec<f64> = row.iter().map(|r| -r).collect();
-                let factor = if Self::law(source, request) == Law::Gauss { 2.0 } else { 1.0 };
-                factor * 0.5 * (source.set.support(&row) + source.set.support(&opposite))
-            };
-            self.sources.iter().map(of).sum()
-        };
-        let mean = linear.error(known);
-        let mut half: Vec<f64> = (0..n).map(|i| reach(&|place| c.output.parameters[(i, place)])).collect();
-        for (row, size) in self.deformations_within(system, c, &reach).into_iter().enumerate() {
-            half.iter_mut().enumerate().for_each(|(i, h)| *h += c.output.parameters[(i, row)].abs() * size);
-        }
-        Ranges::new(&mean, &half, self.n_translations())
-    }
-
-    /// How far every row may deform: by the largest misfit without any clearance, and by the load.
-    fn deformations_within(
-        &self,
-        system: &System<'_>,
-        c: &Compatibility,
-        reach: &dyn Fn(&dyn Fn(usize) -> f64) -> f64,
-    ) -> Vec<f64> {
-        let (s, rows) = (c.equations.nrows(), self.n_rows());
-        let mut compliance = DMatrix::zeros(rows, rows);
-        for e in &self.elastic {
-            let size = e.rows.len();
-            let block = DMatrix::from_row_slice(size, size, &e.compliance);
-            compliance.view_mut((e.rows.start, e.rows.start), (size, size)).copy_from(&block);
-        }
-        let lack = DVector::from_fn(s, |k, _| c.misfit[k].abs() + reach(&|place| c.equations[(k, place)]));
-        let by_load = system.balance(c, &c.misfit, &Ask::Load).map(|balance| system.displacements(&balance));
-        let mut most = by_load.unwrap_or_else(|| vec![0.0; rows]);
-        most.truncate(rows);
-        // The load of the file acts anywhere in the clearances.
-        most.iter_mut().for_each(|size| *size = 2.0 * size.abs());
-        if s == 0 {
-            return most;
-        }
-        let of_rows = c.equations.columns(0, rows);
-        let along = &compliance * of_rows.transpose();
-        let mut flexibility = of_rows * &along;
-        let scale = flexibility.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
-        flexibility.component_mul_assign(&(&scale * scale.transpose()));
-        let inverse = flexibility.pseudo_inverse(1e-12).unwrap_or_else(|_| DMatrix::zeros(s, s));
-        let inverse = inverse.component_mul(&(&scale * scale.transpose()));
-        let by_misfit = (along * inverse).map(f64::abs) * lack;
-        most.iter_mut().zip(by_misfit.iter()).for_each(|(size, more)| *size += more);
-        most
     }
 }
