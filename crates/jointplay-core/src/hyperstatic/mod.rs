@@ -9,6 +9,7 @@ mod basis;
 mod compatibility;
 mod given;
 mod loaded;
+mod open;
 mod scatter;
 mod settle;
 mod system;
