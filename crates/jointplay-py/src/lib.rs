@@ -75,6 +75,13 @@ impl Mechanism {
         self.core.deformations().collect()
     }
 
+    /// Joint and component of every row of the elastic joints.
+    #[getter]
+    fn elastic_rows(&self) -> Vec<(usize, &'static str)> {
+        let names: Vec<_> = self.core.row_names().collect();
+        self.core.elastic_rows().map(|row| names[row]).collect()
+    }
+
     /// Whether statics and closure decide everything: no row is redundant and no joint elastic.
     #[getter]
     fn isostatic(&self) -> bool {
@@ -406,16 +413,36 @@ impl Mechanism {
         let core = &self.core;
         let (limit_position, limit_rotation) = (f64::NAN, f64::NAN);
         let law = named(law)?;
-        let request =
-            Request { samples, seed, probabilities: vec![], limit_position, limit_rotation, law, keep: false };
+        let request = Request {
+            samples,
+            seed,
+            probabilities: vec![],
+            limit_position,
+            limit_rotation,
+            law,
+            loaded: false,
+            keep: false,
+        };
         let units = py.detach(|| core.units(&request));
         let array = numpy::ndarray::Array2::from_shape_vec((samples, core.n_parameters()), units)
             .map_err(|e| PyValueError::new_err(e.to_string()))?;
         Ok(numpy::IntoPyArray::into_pyarray(array, py))
     }
 
+    /// The clearances that compatibility ties to others in any of the configurations.
+    fn tied(
+        &self,
+        py: Python<'_>,
+        drives: PyReadonlyArray2<'_, f64>,
+        poses: PyReadonlyArray3<'_, f64>,
+    ) -> PyResult<Vec<usize>> {
+        let configurations = Configurations::new(&self.core, &drives, &poses)?;
+        let cases = configurations.cases();
+        Ok(py.detach(|| self.core.tied(&cases)))
+    }
+
     #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method
-    #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0, keep = false))]
+    #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0, keep = false, loaded = false))]
     fn random<'py>(
         &self,
         py: Python<'py>,
@@ -429,22 +456,33 @@ impl Mechanism {
         law: Option<&str>,
         threads: usize,
         keep: bool,
+        loaded: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.require_square()?;
         let core = &self.core;
         let law = named(law)?;
         let probabilities = probabilities.as_array().to_vec();
         let np = probabilities.len();
-        let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law, keep };
+        let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law, loaded, keep };
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
             .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-        let results = py.detach(|| pool.install(|| core.random(&cases, &request)));
         let (n, size, nq) = (cases.len(), core.size(), core.n_quantities());
         let mut table = Table::new(py);
+        // Without load and redundant rows nothing is elastically deformed.
+        let results = if core.n_rows() == core.n_unknowns() && !loaded {
+            py.detach(|| pool.install(|| core.random(&cases, &request)))
+        } else {
+            let found = py.detach(|| pool.install(|| core.random_units(&cases, &request)));
+            let forces = core.elastic_rows().count();
+            table = table
+                .array("clearance_factor", &[n, np], flat(found.iter().map(|r| &r.clearance_factor)))?
+                .array("force", &[n, np, forces], flat(found.iter().map(|r| &r.force)))?
+                .array("contribution_elastic", &[n, core.n_joints(), size], flat(found.iter().map(|r| &r.elastic)))?;
+            found.into_iter().map(|r| r.scatter).collect()
+        };
         if keep {
             let kept = || results.iter().filter_map(|r| r.kept.as_ref());
             // A configuration that is not assembled has no samples.
@@ -478,19 +516,6 @@ impl Mechanism {
             .array("fallbacks", &[n], results.iter().map(|r| r.fallbacks).collect())?
             .status(results.iter().map(|r| r.status))?
             .finish())
-    }
-}
-
-impl Mechanism {
-    fn require_square(&self) -> PyResult<()> {
-        if self.core.n_rows() == self.core.n_unknowns() {
-            return Ok(());
-        }
-        Err(PyValueError::new_err(format!(
-            "{} closure rows for {} unknowns: too few or too many joints and drives",
-            self.core.n_rows(),
-            self.core.n_unknowns()
-        )))
     }
 }
 

@@ -97,20 +97,6 @@ def nominal(m: Mechanism) -> Nominal:
     return follow(m, m.targets, m.target_components)
 
 
-def require_isostatic(m: Mechanism, question: str) -> None:
-    """Refuse a mechanism that is held more than once, or elastic, for a question that goes by closure alone.
-
-    Raises
-    ------
-    InputError
-        Naming the questions that such a mechanism answers.
-    """
-    if not m.core.isostatic:
-        what = "elastic" if m.core.deformations else "over-constrained"
-        problem = f"the mechanism is {what}, and `{question}` is not for such; `loaded`, `given` and `solve` are"
-        raise InputError(problem, file=m.file, key="joints")
-
-
 def follow(m: Mechanism, targets: Floats, components: tuple[str, ...]) -> Nominal:
     """Solve the drives for target poses of the output, least squares over some components.
 

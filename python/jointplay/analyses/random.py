@@ -1,7 +1,8 @@
 """`random`: how the error scatters from unit to unit.
 
 First order: covariance = sum over sources of A_s Sigma_s A_s'. Beside it a seeded Monte Carlo on the non-linear
-closure.
+closure. Where joints hold the bodies more than once, offsets scatter as far as compatibility lets them, A delta = b of
+the unit; units whose clearances cannot fulfil that are strained, or do not go together.
 """
 
 from __future__ import annotations
@@ -12,17 +13,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.errors import InputError, not_known, shown
+from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.model import Mechanism
-from jointplay.result import Builder, Result, to_dataset
+from jointplay.result import STATUSES, Builder, Result, to_dataset
 
-from .nominal import Nominal, Progress, batched, finished, nominal, report, require_isostatic
+from .loaded import require_loads
+from .nominal import Nominal, Progress, batched, finished, nominal, report
 
 if TYPE_CHECKING:
     import xarray as xr
 
 PROBABILITIES = (0.5, 0.9, 0.95, 0.99, 0.999)
 LAWS = ("uniform", "boundary", "normal")
+CONTACTS = ("scattered", "loaded")
 MOST_SAMPLES = 10**12
 
 
@@ -32,6 +35,7 @@ def random(
     seed: int = 0,
     law: str | None = None,
     *,
+    contact: str = "scattered",
     probabilities: Sequence[float] = PROBABILITIES,
     threads: int = 0,
 ) -> xr.Dataset:
@@ -48,6 +52,9 @@ def random(
     law : {"uniform", "boundary", "normal"}, optional
         How every clearance scatters, in place of its own law in the file: uniform in its set, on its boundary, or
         normal with three sigma to the boundary.
+    contact : {"scattered", "loaded"}
+        Whether clearances scatter by their laws, or are where the load of the file pushes them in every unit, so that
+        only tolerances and drive errors scatter.
     probabilities : sequence of float
         Of the quantiles.
     threads : int
@@ -61,6 +68,18 @@ def random(
         `outside` (share beyond the limits of the file), `failures` (samples by outcome; no sample is dropped
         silently), `contribution` (variance per source; they add up to the first-order one), `nominal`, `status`.
 
+        An over-constrained mechanism, or an elastic one under load, has as well: `clearance_factor_quantile` (of the
+        smallest factor on all clearances with which a unit goes together rigidly), `not_assemblable` (share of the
+        units that do not go together), `strained` (share of those that do so by force alone),
+        `contribution_elastic` (of the deformation of every joint), and of elastic bodies `member_force_quantile`
+        (tension positive). A source may make the scatter smaller: then its contribution is negative.
+
+    Raises
+    ------
+    InputError
+        When nothing loads a mechanism whose contact is to be loaded, or clearances that compatibility ties to others
+        shall be at their boundary, where they have no room to be compatible.
+
     Examples
     --------
     >>> import jointplay as jp
@@ -68,7 +87,7 @@ def random(
     >>> result["std"].sel(component="angle")[4].item()  # doctest: +ELLIPSIS
     0.38...
     """
-    return to_dataset(compute(m, samples, seed, law, probabilities=probabilities, threads=threads))
+    return to_dataset(compute(m, samples, seed, law, contact=contact, probabilities=probabilities, threads=threads))
 
 
 def compute(
@@ -77,6 +96,7 @@ def compute(
     seed: int = 0,
     law: str | None = None,
     *,
+    contact: str = "scattered",
     probabilities: Sequence[float] = PROBABILITIES,
     threads: int = 0,
     at: Nominal | None = None,
@@ -84,21 +104,36 @@ def compute(
 ) -> Result:
     """The light form of `random`."""
     levels = checked(samples, seed, law, probabilities)
+    is_loaded = _is_loaded(m, contact)
     at = at or nominal(m)
-    require_isostatic(m, "random")
+    if not is_loaded:
+        _require_room(m, law, at)
     drives, poses, limits = at.drives, at.poses, m.limits
 
     def run(part: slice) -> dict[str, NDArray[Any]]:
         # One configuration a call, so that the bar moves and Ctrl-C keeps what is done.
         return m.core.random(
-            drives[part], poses[part], samples, seed, levels, limits.position, limits.rotation, law, threads
+            drives[part],
+            poses[part],
+            samples,
+            seed,
+            levels,
+            limits.position,
+            limits.rotation,
+            law,
+            threads,
+            loaded=is_loaded,
         )
 
     found, done = batched(len(at), 1, run, progress)
     at = at.first(done)
     builder = report(m, "random", at, samples=samples, seed=seed, law=law or "as in the file")
+    if is_loaded:
+        builder.attrs["contact"] = contact
     _moments(builder, found)
     _distribution(builder, found, levels, m)
+    if "clearance_factor" in found:
+        _assembly(builder, found, samples, m)
     builder.status(at.worse(found["status"]))
     return finished(builder, done, len(drives))
 
@@ -115,6 +150,30 @@ def checked(samples: int, seed: int, law: str | None, probabilities: Sequence[fl
     if levels.ndim != 1 or not ((levels > 0) & (levels < 1)).all():
         raise InputError(f"probabilities lie between 0 and 1, not {shown(list(probabilities))}", key="probabilities")
     return levels
+
+
+def _is_loaded(m: Mechanism, contact: str) -> bool:
+    if contact not in CONTACTS:
+        raise InputError(not_known(contact, "a contact", CONTACTS), key="contact")
+    if contact == "loaded":
+        require_loads(m)
+    return contact == "loaded"
+
+
+def _require_room(m: Mechanism, law: str | None, at: Nominal) -> None:
+    """Refuse clearances at their boundary where they must be compatible with others."""
+    laws = [law or source["law"] for source in m.core_spec["sources"]]
+    kinds = zip(laws, m.source_kinds, strict=True)
+    if not any(law == "boundary" and kind == "clearance" for law, kind in kinds):
+        return
+    tied = [s for s in m.core.tied(at.drives, at.poses) if laws[s] == "boundary"]
+    if tied:
+        names = listed(m.sources[s] for s in tied)
+        problem = (
+            f"law 'boundary' leaves the clearances of {names} no room to be compatible where they hold bodies more than"
+            " once; valid there: uniform, normal"
+        )
+        raise InputError(problem, file=m.file, key="law")
 
 
 def _moments(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
@@ -148,3 +207,22 @@ def _distribution(builder: Builder, found: dict[str, NDArray[Any]], levels: NDAr
         builder.attrs["limit_position"] = m.limits.position / builder.units.length
     if not np.isnan(m.limits.rotation):
         builder.attrs["limit_rotation"] = m.limits.rotation / builder.units.angle
+
+
+def _assembly(builder: Builder, found: dict[str, NDArray[Any]], samples: int, m: Mechanism) -> None:
+    """What over-constrained and elastic mechanisms tell beside."""
+    words = "smallest factor on the clearances with which a unit goes together rigidly, quantile"
+    builder.add("clearance_factor_quantile", ("configuration", "probability"), found["clearance_factor"], words)
+    for outcome, words in (("not_assemblable", "do not go together"), ("strained", "are strained without any load")):
+        share = found["failures"][:, STATUSES.tolist().index(outcome)] / samples
+        builder.add(outcome, "configuration", share, f"share of the units that {words}")
+    if not m.core.deformations:
+        return
+    words = "part of the joint's deformation in the first-order variance"
+    parts = ("configuration", "joint", "component")
+    builder.add("contribution_elastic", parts, found["contribution_elastic"], words, "component", power=2)
+    if m.members:
+        along = [m.core.elastic_rows.index((member.joint, "along")) for member in m.members]
+        words = "force of the member, tension positive, quantile"
+        forces = ("configuration", "probability", "member")
+        builder.add("member_force_quantile", forces, found["force"][..., along], words, "force")

@@ -11,6 +11,7 @@ import typer
 from . import DONE, NOT_OK, answer, arguments, assembling
 from .options import (
     Compared,
+    Contact,
     Correctable,
     File,
     Mapped,
@@ -23,6 +24,7 @@ from .options import (
     Seed,
     Settings,
     Swept,
+    Touching,
 )
 
 if TYPE_CHECKING:
@@ -146,6 +148,7 @@ def error(
     samples: Samples = 100_000,
     seed: Seed = 0,
     law: Scatter = None,
+    contact: Touching = Contact.scattered,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -172,7 +175,7 @@ def error(
         return found["worst"]
 
     def ask_random(m: Mechanism, progress: Any) -> Result:
-        return random.compute(m, samples, seed, law.value if law else None, progress=progress)
+        return random.compute(m, samples, seed, law.value if law else None, contact=contact.value, progress=progress)
 
     def ask_given(m: Mechanism, progress: Any) -> Result:
         if put:
@@ -242,6 +245,7 @@ def sweep(
     samples: Samples = 100_000,
     seed: Seed = 0,
     law: Scatter = None,
+    contact: Touching = Contact.scattered,
     output: Output = None,
     plot: Plot = None,
 ) -> int:
@@ -252,7 +256,7 @@ def sweep(
     m = answer.mechanism(file, fixed)
     options: dict[str, Any] = {}
     if question is Swept.random:
-        options = {"samples": samples, "seed": seed, "law": law.value if law else None}
+        options = {"samples": samples, "seed": seed, "law": law.value if law else None, "contact": contact.value}
     if question is Swept.given:
         options = {"offsets": answer.offsets(offset)}
 
@@ -282,6 +286,7 @@ def map_(
     samples: Samples = 1_000,
     seed: Seed = 0,
     law: Scatter = None,
+    contact: Touching = Contact.scattered,
     settings: Settings = None,
     output: Annotated[
         Path | None,
@@ -305,7 +310,7 @@ def map_(
 
     options: dict[str, Any] = {"exact": False} if first_order and question is Mapped.loaded else {}
     if question is Mapped.random:
-        options = {"samples": samples, "seed": seed, "law": law.value if law else None}
+        options = {"samples": samples, "seed": seed, "law": law.value if law else None, "contact": contact.value}
     if question is Mapped.given:
         options = {"offsets": answer.offsets(offset)}
     ranges = arguments.gridded(arguments.assignments(grid, "--grid")) if grid else None
@@ -330,6 +335,7 @@ def compare(
     samples: Samples = 100_000,
     seed: Seed = 0,
     law: Scatter = None,
+    contact: Touching = Contact.scattered,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -340,7 +346,7 @@ def compare(
     a, b = answer.mechanism(first, settings), answer.mechanism(second, settings)
     options: dict[str, Any] = {}
     if question is Compared.random:
-        options = {"samples": samples, "seed": seed, "law": law.value if law else None}
+        options = {"samples": samples, "seed": seed, "law": law.value if law else None, "contact": contact.value}
     followed = arguments.words(components)
 
     def ask(m: Mechanism) -> Result:

@@ -52,6 +52,13 @@ class Law(StrEnum):
     normal = "normal"
 
 
+class Contact(StrEnum):
+    """Where clearances are in every unit."""
+
+    scattered = "scattered"
+    loaded = "loaded"
+
+
 class Mapped(StrEnum):
     """What `map` can ask."""
 
@@ -97,4 +104,7 @@ Samples = Annotated[int, typer.Option("--samples", metavar="N", help="Random uni
 Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the random numbers.")]
 Scatter = Annotated[
     Law | None, typer.Option("--law", help="How every clearance scatters, in place of the file's laws.")
+]
+Touching = Annotated[
+    Contact, typer.Option("--contact", help="random: clearances scatter, or are where the load pushes them.")
 ]

@@ -20,6 +20,8 @@ OUTCOMES = {
     "strained": "members must be strained to go together",
     "not_assemblable": "the clearances cannot absorb the deviations",
 }
+#: outcomes of units that have a pose
+COUNTED = ("ok", "strained")
 #: parts of a motion below this share of its largest part do not take part in it
 TAKES_PART = 0.01
 #: as many configurations are named one by one
@@ -85,6 +87,8 @@ def _samples(result: Result) -> Iterable[str]:
     samples = int(result.attrs["samples"])
     law = result.attrs.get("law")
     how = "" if law == "as in the file" else f", clearances {law}"
+    if result.attrs.get("contact") == "loaded":
+        how = ", clearances where the load pushes them"
     yield f"{samples} units per configuration, seed {result.attrs['seed']}{how}; std: standard deviation."
     limits = [
         (key, f"{key} {result.attrs[f'limit_{key}']:g}")
@@ -99,7 +103,24 @@ def _samples(result: Result) -> Iterable[str]:
         if outcome != "ok" and counts.any():
             share = 100 * counts.max() / samples
             words = f"{int(counts.sum())} were {outcome.replace('_', ' ')}, up to {share:.2g} % of a configuration"
-            yield f"{words}; they are not in the figures."
+            counted = "they are in the figures" if outcome in COUNTED else "they are not in the figures"
+            yield f"{words}; {counted}."
+    if "clearance_factor_quantile" in result.data:
+        yield from _factor(result)
+
+
+def _factor(result: Result) -> Iterable[str]:
+    """What the clearances would have to be."""
+    levels = result.labels("probability")
+    most = result.get("clearance_factor_quantile").max(axis=0)
+    share = levels.index(max(levels))
+    if np.isinf(most[share]):
+        yield "Some units do not go together rigidly with any clearance: what holds them more than once has none."
+    elif most[share] > 0:
+        words = (
+            f"{100 * levels[share]:g} % of the units go together with the clearances multiplied by {most[share]:.3g}"
+        )
+        yield f"Rigid, {words}."
 
 
 def _outside(result: Result) -> Iterable[str]:

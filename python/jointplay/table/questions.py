@@ -195,6 +195,9 @@ def _random(result: Result) -> list[Column]:
     outside = result.get("outside")
     if np.isfinite(outside).any():
         columns.append(numbers("outside", "%", 100 * outside, digits=3))
+    for outcome, header in (("strained", "strained"), ("not_assemblable", "not assemblable")):
+        if outcome in result.data and result.get(outcome).any():
+            columns.append(numbers(header, "%", 100 * result.get(outcome), digits=3))
     return columns
 
 

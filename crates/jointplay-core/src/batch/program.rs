@@ -125,12 +125,21 @@ impl Newton {
     /// Records the iteration of a solver's mechanism; `None` when it has no plan or is too large.
     #[must_use]
     pub fn record(solver: &Solver<'_>) -> Option<Self> {
+        Self::record_beside(solver, solver.mechanism.largest_angle(), None)
+    }
+
+    /// Records it for parameters with angles up to one given, and beside it what is left of some rows of
+    /// another mechanism with the same bodies and parameters.
+    pub(crate) fn record_beside(
+        solver: &Solver<'_>,
+        given: f64,
+        beside: Option<(&Mechanism, &[usize])>,
+    ) -> Option<Self> {
         let m = solver.mechanism;
         let layout = Layout::new(m);
         let (n_u, n_pose) = (m.n_parameters(), layout.n_pose());
         let n_state = layout.n_state();
         // Angles among the parameters go through the same series as the steps.
-        let given = m.largest_angle();
         if given > SMALL_ANGLE {
             return None;
         }
@@ -171,6 +180,10 @@ impl Newton {
         let mut outputs = m.pose_components(place, &m.turned(&turn, &any.numbers));
         for (k, error) in outputs.iter_mut().enumerate().take(m.n_translations()) {
             *error = *error - layout.reference(&recorder, k);
+        }
+        if let Some((other, rows)) = beside {
+            let [residual, _] = evaluate(other, &any);
+            outputs.extend(rows.iter().map(|&row| residual[row]));
         }
         let finish = Program::after(&step, &recorder, &outputs)?;
         Some(Self { first, step, finish, n_parameters: n_u, n_state, n_outputs: m.size() })
@@ -257,6 +270,12 @@ impl Bound<'_> {
     #[must_use]
     pub fn error(&self, component: usize) -> &Block {
         self.newton.finish.output(&self.memory, component)
+    }
+
+    /// What is left of a row recorded beside.
+    #[inline(always)]
+    pub(crate) fn left(&self, row: usize) -> &Block {
+        self.newton.finish.output(&self.memory, self.newton.n_outputs + row)
     }
 
     /// Number of output components.

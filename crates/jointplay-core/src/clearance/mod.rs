@@ -19,6 +19,7 @@
 #![allow(clippy::inline_always)]
 
 mod check;
+mod chord;
 mod convex;
 mod face;
 mod mute;

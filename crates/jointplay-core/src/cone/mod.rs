@@ -22,6 +22,7 @@
 mod answer;
 mod face;
 pub mod lanes;
+mod line;
 mod own;
 mod sets;
 mod single;

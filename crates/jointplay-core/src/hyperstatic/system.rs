@@ -89,12 +89,13 @@ impl<'m> System<'m> {
     }
 
     /// Coefficients of a give in the equations, row-major.
-    fn map(give: &Give, c: &Compatibility) -> Vec<f64> {
+    pub fn map(give: &Give, c: &Compatibility) -> Vec<f64> {
         let equations = 0..c.equations.nrows();
         equations.flat_map(|k| give.columns.iter().map(move |&row| c.equations[(k, row)])).collect()
     }
 
-    pub(super) fn is_tied(give: &Give, c: &Compatibility) -> bool {
+    /// Whether an equation asks for it.
+    pub fn is_tied(give: &Give, c: &Compatibility) -> bool {
         give.columns.iter().any(|&row| c.equations.column(row).iter().any(|a| *a != 0.0))
     }
 
@@ -148,7 +149,8 @@ impl<'m> System<'m> {
         }
         let mut answer = match ask {
             Ask::Factor => program.assembly(Springs::Rigid),
-            Ask::Load | Ask::Stress | Ask::Along(_) => program.pose(),
+            Ask::Load | Ask::Along(_) => program.pose(),
+            Ask::Stress => program.unloaded(),
         };
         if answer.outcome == Outcome::Infeasible {
             return None;

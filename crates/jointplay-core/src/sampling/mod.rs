@@ -8,7 +8,8 @@
 
 mod chunk;
 pub mod law;
-mod tally;
+pub mod sketch;
+pub(crate) mod tally;
 mod units;
 
 use nalgebra::DMatrix;
@@ -25,9 +26,9 @@ pub use tally::{BINS, Kept};
 use tally::{Ranges, Tally};
 
 /// Samples per random stream.
-const CHUNK: usize = 8192;
+pub(crate) const CHUNK: usize = 8192;
 /// Chunks in memory at once.
-const BLOCK: usize = 64;
+pub(crate) const BLOCK: usize = 64;
 
 /// What to draw.
 #[derive(Clone, Debug)]
@@ -44,6 +45,8 @@ pub struct Request {
     pub limit_rotation: f64,
     /// A law for all clearances instead of their own.
     pub law: Option<Law>,
+    /// Whether the load pushes every unit, instead of the clearances scattering by their laws.
+    pub loaded: bool,
     /// Whether the samples themselves are wanted; memory then grows with them.
     pub keep: bool,
 }
@@ -106,7 +109,7 @@ impl Mechanism {
         )
     }
 
-    fn no_scatter(&self, request: &Request, status: Status) -> Scatter {
+    pub(crate) fn no_scatter(&self, request: &Request, status: Status) -> Scatter {
         let n = self.size();
         let nan = |n: usize| vec![f64::NAN; n];
         let mut failures = [0; Status::ALL.len()];

@@ -62,6 +62,7 @@ pub struct Kept {
 }
 
 /// What is kept of a set of samples.
+#[derive(Clone)]
 pub struct Tally {
     /// Solved samples.
     pub count: u64,

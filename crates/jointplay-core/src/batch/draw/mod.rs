@@ -61,7 +61,7 @@ impl Stream {
 
     /// Uniform from 0 to 1, 1 excluded, in steps of 2^-52.
     #[inline(always)]
-    fn unit(&mut self) -> Block {
+    pub(crate) fn unit(&mut self) -> Block {
         let bits = self.bits();
         let mut out = [0.0; LANES];
         let mut i = 0;
@@ -74,7 +74,7 @@ impl Stream {
 
     /// Uniform from -1 to 1.
     #[inline(always)]
-    fn symmetric(&mut self) -> Block {
+    pub(crate) fn symmetric(&mut self) -> Block {
         self.unit().mul_add(&Block::splat(2.0), &Block::splat(-1.0))
     }
 
@@ -128,7 +128,7 @@ impl Stream {
 
     /// A standard normal number.
     #[inline(always)]
-    fn normal(&mut self) -> Block {
+    pub(crate) fn normal(&mut self) -> Block {
         if let Some(spare) = self.spare.take() {
             return spare;
         }
