@@ -25,6 +25,7 @@ WORKLOADS = {
     "W4": "w4_upu",
     "W5": "w5_chain",
     "W6": "w6_start",
+    "W7": "w7_cones",
     "phases": "phases",  # after `make bench-core`
 }
 #: set before anything numerical is imported

@@ -12,7 +12,7 @@ from pathlib import Path
 from harness import CORES, Report, number
 
 PAGE = Path(__file__).parent.parent / "docs" / "benchmarks.md"
-PEERS = ("jointplay", "numpy", "scipy", "numba", "jax", "casadi", "pylinkage", "pin")
+PEERS = ("jointplay", "numpy", "scipy", "numba", "jax", "casadi", "pylinkage", "pin", "cvxpy")
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

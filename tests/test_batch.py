@@ -9,7 +9,7 @@ from jointplay import _core
 from jointplay.analyses.nominal import nominal
 
 WIDTHS = ["plain", "avx2", "avx512"]
-#: examples with pins whose axial play nothing decides to first order
+#: examples with pins whose axial play moves the output to second order only
 FLOATING = ("rssr", "3-upu", "stewart-gough", "delta", "3-rrr-spherical")
 #: square of that play (30 um) over the length of an arm (30 mm), in characteristic lengths, a few times
 SECOND_ORDER = 2e-7
@@ -85,13 +85,14 @@ def test_loaded_equals_the_plain_solver_on_every_width(name):
 
     for key in ("error_first_order", "contribution", "status"):
         assert difference(key).max() < 1e-12, key
-    # Where a rod is held by a ball, no force goes along the second pin of its universal joint, and what goes there in
-    # the displaced pose, of second order, may hold the pin in the middle as well as at either end.
-    settled = difference("offset") < 1e-12
-    assert settled.all() or name in FLOATING
-    for key in ("error", "undetermined", "reaction"):
-        assert difference(key)[settled].max(initial=0.0) < 1e-12, key
-    assert difference("error").max() < SECOND_ORDER
+    for key in ("error", "undetermined", "reaction", "undetermined_contribution", "decided"):
+        assert difference(key).max() < 1e-12, key
+    # A pin that hangs between its shoulders is held there by forces of second order, which rounding is part of.
+    decided = np.repeat(results[0]["decided"], np.bincount([source for source, _ in core.parameters]), axis=1)
+    plain = np.concatenate([part["offset"] for part in parts])
+    apart = np.abs(plain - results[0]["offset"]) / np.abs(plain).max()
+    assert apart[decided].max(initial=0.0) < 1e-12
+    assert apart.max() < 1e-6
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

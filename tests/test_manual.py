@@ -126,14 +126,20 @@ RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "compare": lambda m: jp.compare(m, jp.loads(examples.text("p3r"))),
     "sweep": lambda m: jp.sweep(m, "joints.*.clearance.radial", [0.1, 0.2]),
     "map": lambda m: jp.map(m, grid={"theta1": [30.0, 40.0]}),
+    "assemble": jp.assemble,
+    "assemble worst": lambda m: jp.assemble(m, "worst"),
+    "assemble random": lambda m: jp.assemble(m, "random", samples=20),
 }
+#: what is explained on a page of its own
+ELSEWHERE = {"assemble": "assembly.md"}
+ORDER = {"assembly.steps": [["crank"], ["coupler", "rocker"]]}
 
 
 @pytest.mark.parametrize("question", RESULTS)
 def test_every_variable_dimension_and_attribute_of_a_result_is_explained(question: str) -> None:
-    result = RESULTS[question](jp.loads(examples.text("four-bar", {"limits.position": "1"})).with_(SHORT))
+    result = RESULTS[question](jp.loads(examples.text("four-bar", {"limits.position": "1"})).with_(SHORT | ORDER))
     named = {str(name) for name in (*result.data_vars, *result.dims, *result.attrs)}
-    missing = sorted(named - code_words("questions.md"))
+    missing = sorted(named - code_words(ELSEWHERE.get(question.split()[0], "questions.md")))
     assert not missing
 
 
@@ -157,7 +163,7 @@ def test_every_public_name_is_in_the_manual(name: str) -> None:
     assert re.search(rf"^::: {re.escape(home)}\.{name}$", page("api.md"), re.MULTILINE)
 
 
-@pytest.mark.parametrize("name", ["error", "blame", "sweep", "histogram", "map", "mechanism"])
+@pytest.mark.parametrize("name", ["error", "blame", "sweep", "histogram", "map", "mechanism", "assembly"])
 def test_every_figure_is_in_the_manual(name: str) -> None:
     assert name in jp.plot.__all__
     assert f"::: {getattr(jp.plot, name).__module__}.{name}\n" in page("api.md")

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from . import examples, plot
+    from .analyses.assemble import assemble, best_order
     from .analyses.check import check
     from .analyses.compare import compare
     from .analyses.compensate import compensate
@@ -38,6 +39,8 @@ __all__ = [
     "JointplayError",
     "Mechanism",
     "__version__",
+    "assemble",
+    "best_order",
     "check",
     "compare",
     "compensate",
@@ -57,6 +60,7 @@ __all__ = [
 ]
 
 _QUESTIONS = (
+    "assemble",
     "check",
     "compare",
     "compensate",
@@ -73,6 +77,7 @@ _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "InputError": "errors",
     "JointplayError": "errors",
     "Mechanism": "model",
+    "best_order": "analyses.assemble.order",
     "load": "model",
     "loads": "model",
     "save": "write",

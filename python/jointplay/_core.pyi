@@ -5,12 +5,20 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["STATUSES", "Mechanism", "simd"]
+__all__ = ["STATUSES", "Mechanism", "cone_programs", "simd"]
 
 STATUSES: list[str]
 
 def simd(limit: str | None = None) -> str: ...
 
+def cone_programs(
+    question: str,
+    blocks: str,
+    maps: NDArray[np.float64],
+    forces: NDArray[np.float64],
+    rights: NDArray[np.float64],
+    alone: bool = False,
+) -> dict[str, NDArray[Any]]: ...
 @final
 class Mechanism:
     """A checked, immutable mechanism."""
@@ -49,9 +57,13 @@ class Mechanism:
     def loaded(
         self, drives: NDArray[np.float64], poses: NDArray[np.float64], exact: bool = True
     ) -> dict[str, NDArray[Any]]: ...
+    def loaded_units(
+        self, drives: NDArray[np.float64], poses: NDArray[np.float64], u: NDArray[np.float64]
+    ) -> dict[str, NDArray[Any]]: ...
     def worst(
         self, drives: NDArray[np.float64], poses: NDArray[np.float64], starts: int = 24, lanes: bool = True
     ) -> dict[str, NDArray[Any]]: ...
+    def units(self, samples: int, seed: int, law: str | None = None) -> NDArray[np.float64]: ...
     def random(
         self,
         drives: NDArray[np.float64],

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: dimensions that make rows of a table, the rest makes columns
-ROWS = ("mechanism", "configuration")
+ROWS = ("mechanism", "configuration", "step")
 #: dimensions too long for columns
 LEFT_OUT = ("bin", "bin_edge")
 

@@ -14,7 +14,7 @@ use jointplay_core::cone::{Block, Kind, Program};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-const PROGRAMS: usize = 256;
+const PROGRAMS: usize = 1024;
 const ALONE: usize = 8;
 const PINS: usize = 20;
 

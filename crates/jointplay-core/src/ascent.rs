@@ -1,12 +1,11 @@
-//! Ascent of a cost over the admissible offsets on the exact closure.
+//! Ascent of a measure of the output's error over the admissible offsets on the exact closure.
 //!
-//! The gradient of the cost along the offsets is one transposed solve; the support point of every set
+//! The gradient of the measure along the offsets is one transposed solve; the support point of every set
 //! along it is the best admissible offset of the linearised mechanism (Frank and Wolfe). Whole steps to
-//! it nearly always settle at once. Where they do not (a guide hesitates between two corners, a
-//! reaction passes through zero and the pin floats, an offset acts in second order only) a projected
-//! gradient ascent ([`crate::projected`]) takes over. A fixed point is where contact, reactions and pose agree.
+//! it nearly always settle at once. Where they do not (a guide hesitates between two corners, an offset
+//! acts in second order only) a projected gradient ascent ([`crate::projected`]) takes over.
 
-use crate::clearance::{Face, inner};
+use crate::clearance::Mute;
 use crate::closure::Inputs;
 use crate::mechanism::{Mechanism, Source};
 use crate::projected::Projected;
@@ -14,7 +13,6 @@ use crate::rotation::inverse_left_jacobian;
 use crate::sensitivity::{Cost, Gradient};
 use crate::solver::{Linearised, Solver, State};
 use crate::space::{Component, Space, Vec3, norm, scale};
-use crate::spec::LoadSpec;
 
 /// Whole steps to the support points.
 const WHOLE_STEPS: usize = 25;
@@ -22,15 +20,6 @@ const WHOLE_STEPS: usize = 25;
 const MOST_WALLS: usize = 12;
 /// A reaction below this part of the largest one decides nothing.
 pub const UNDECIDED: f64 = 1e-9;
-
-/// What is maximised.
-#[derive(Clone, Copy, Debug)]
-pub enum Objective {
-    /// The work of the dead loads; only clearances give way.
-    Load,
-    /// A measure of the output's error; everything may vary.
-    Error(Measure),
-}
 
 /// A number that measures an error of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,9 +96,9 @@ fn towards(components: &[f64]) -> Vec3<f64> {
 pub struct Summit {
     /// The state with its inputs.
     pub state: State,
-    /// Value of the objective.
+    /// Value of the measure.
     pub value: f64,
-    /// Gradient of the objective along the inputs, and the multipliers of the closure rows.
+    /// Gradient of the measure along the inputs, and the multipliers of the closure rows.
     pub gradient: Gradient,
     /// Steps taken.
     pub steps: usize,
@@ -120,59 +109,16 @@ pub struct Summit {
 }
 
 impl Mechanism {
-    fn objective_value(&self, objective: Objective, nominal: &State, state: &State) -> f64 {
-        match objective {
-            Objective::Load => self.loads.iter().map(|load| self.work(load, nominal, state)).sum(),
-            Objective::Error(measure) => measure.value(&self.error(state, nominal), self.n_translations()),
-        }
+    fn measured(&self, measure: Measure, nominal: &State, state: &State) -> f64 {
+        measure.value(&self.error(state, nominal), self.n_translations())
     }
 
-    /// Work of a dead load; a moment's by the rotation vector from the nominal attitude, which is exact in
-    /// the plane and to second order in space.
-    fn work(&self, load: &LoadSpec, nominal: &State, state: &State) -> f64 {
-        let at = self.place(load.point, &self.poses(&state.coordinates), &state.inputs.parameters).position;
-        let turned = self.points[load.point].body.map_or(0.0, |b| {
-            let body = b * self.n_body_coordinates()..(b + 1) * self.n_body_coordinates();
-            let turned = self.space.turn_of_body(&nominal.coordinates[body.clone()], &state.coordinates[body]);
-            let moments = self.space.components().iter().filter_map(|c| match c {
-                Component::About(i) => Some(load.moment[*i]),
-                Component::Along(_) => None,
-            });
-            moments.zip(turned).map(|(m, t)| m * t).sum::<f64>()
-        });
-        inner(&load.force, &at) + turned
-    }
-
-    pub(crate) fn objective_cost(
-        &self,
-        objective: Objective,
-        nominal: &State,
-        linearised: &Linearised<'_>,
-        state: &State,
-    ) -> Cost<f64> {
-        match objective {
-            Objective::Load => self.load_cost(&linearised.poses, &state.inputs.parameters),
-            Objective::Error(measure) => {
-                let [force, moment] = measure.wrench(self.space, &self.error(state, nominal));
-                let mut cost = self.no_cost();
-                let parameters = &state.inputs.parameters;
-                self.add_wrench(self.output, force, moment, &linearised.poses, parameters, &mut cost);
-                cost
-            }
-        }
-    }
-
-    /// Whether a source gives way to an objective.
-    #[must_use]
-    pub fn gives_way(&self, objective: Objective, source: &Source) -> bool {
-        source.is_clearance || !matches!(objective, Objective::Load)
-    }
-
-    /// The face of a source's set that a gradient exposes.
-    #[must_use]
-    pub fn exposed(&self, source: &Source, gradient: &Gradient, tolerance: f64) -> Face {
-        let w = &gradient.inputs.parameters[source.range()];
-        source.set.face(w, self.undecided(source, tolerance))
+    fn measure_cost(&self, measure: Measure, nominal: &State, linearised: &Linearised<'_>, state: &State) -> Cost<f64> {
+        let [force, moment] = measure.wrench(self.space, &self.error(state, nominal));
+        let mut cost = self.no_cost();
+        let parameters = &state.inputs.parameters;
+        self.add_wrench(self.output, force, moment, &linearised.poses, parameters, &mut cost);
+        cost
     }
 
     /// A tolerance for forces as one for what is conjugate to a source's first component: an angle's
@@ -193,14 +139,22 @@ impl Mechanism {
         })
     }
 
-    /// The inputs with every source that gives way moved to the nearest point of the face it is pushed
-    /// to: what nothing pushes stays where it is.
-    pub(crate) fn pushed(&self, objective: Objective, gradient: &Gradient, inputs: &Inputs<f64>) -> Inputs<f64> {
-        let tolerance = UNDECIDED * self.force_scale(gradient);
+    /// The inputs with every source that gives way moved to the nearest point of the face it is pushed to:
+    /// what nothing pushes stays where it is. `mute` tells what a source that gives way does not listen to.
+    pub(crate) fn pushed(
+        &self,
+        gradient: &Gradient,
+        inputs: &Inputs<f64>,
+        mute: impl Fn(usize, &Source) -> Option<Mute>,
+    ) -> Inputs<f64> {
+        let scale = self.force_scale(gradient);
         let mut pushed = inputs.clone();
-        for source in self.sources.iter().filter(|s| self.gives_way(objective, s)) {
+        for (s, source) in self.sources.iter().enumerate() {
+            let Some(mute) = mute(s, source) else { continue };
             let offset: Vec<f64> = source.range().map(|p| inputs.parameters[p] - self.centre[p]).collect();
-            let nearest = self.exposed(source, gradient, tolerance).nearest(&offset);
+            let force = source.set.heard(&gradient.inputs.parameters[source.range()], mute);
+            let tolerance = self.undecided(source, UNDECIDED * scale);
+            let nearest = source.set.face(&force[..offset.len()], tolerance).nearest(&offset);
             for (k, p) in source.range().enumerate() {
                 pushed.parameters[p] = self.centre[p] + nearest[k];
             }
@@ -209,7 +163,7 @@ impl Mechanism {
     }
 
     /// Largest change of an offset, as a part of its set.
-    fn change(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
+    pub(crate) fn change(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
         self.sources.iter().filter(|s| !s.set.is_zero()).fold(0.0, |largest: f64, source| {
             source.range().enumerate().fold(largest, |largest, (k, p)| {
                 largest.max((to.parameters[p] - from.parameters[p]).abs() / source.set.half_width(k))
@@ -219,44 +173,43 @@ impl Mechanism {
 }
 
 impl Solver<'_> {
-    fn slope(&self, objective: Objective, nominal: &State, state: &State) -> Option<Gradient> {
+    fn slope(&self, measure: Measure, nominal: &State, state: &State) -> Option<Gradient> {
         let linearised = self.linearise(state)?;
-        let cost = self.mechanism.objective_cost(objective, nominal, &linearised, state);
+        let cost = self.mechanism.measure_cost(measure, nominal, &linearised, state);
         Some(self.mechanism.gradient(&linearised, cost))
     }
 
-    /// Climbs from a state to where the objective stands still on the admissible offsets; `None` where
+    /// Climbs from a state to where a measure stands still on the admissible offsets; `None` where
     /// the closure is singular. Errors are told from the nominal state.
     #[must_use]
-    pub fn climb(&self, objective: Objective, nominal: &State, from: State) -> Option<Summit> {
+    pub fn climb(&self, measure: Measure, nominal: &State, from: State) -> Option<Summit> {
         let m = self.mechanism;
-        let value = m.objective_value(objective, nominal, &from);
-        let gradient = self.slope(objective, nominal, &from)?;
+        let value = m.measured(measure, nominal, &from);
+        let gradient = self.slope(measure, nominal, &from)?;
         let mut at = Summit { state: from, value, gradient, steps: 0, settled: false, blocked: false };
         for _ in 0..WHOLE_STEPS {
-            let pushed = m.pushed(objective, &at.gradient, &at.state.inputs);
+            let pushed = m.pushed(&at.gradient, &at.state.inputs, |_, _| Some(Mute::default()));
             if m.change(&at.state.inputs, &pushed) <= m.still() {
                 at.settled = true;
                 return Some(at);
             }
             let Ok(next) = self.follow(&at.state, &pushed) else { break };
-            let value = m.objective_value(objective, nominal, &next);
-            // A guide that hesitates between two corners, or a pin that floats: the projected ascent
-            // settles it.
+            let value = m.measured(measure, nominal, &next);
+            // A guide that hesitates between two corners: the projected ascent settles it.
             if value < at.value - m.noise(&at) {
                 break;
             }
-            let gradient = self.slope(objective, nominal, &next)?;
+            let gradient = self.slope(measure, nominal, &next)?;
             at = Summit { state: next, value, gradient, steps: at.steps + 1, ..at };
         }
-        self.climb_slowly(objective, nominal, at)
+        self.climb_slowly(measure, nominal, at)
     }
 
     /// Goes on by projected gradient steps.
-    fn climb_slowly(&self, objective: Objective, nominal: &State, mut at: Summit) -> Option<Summit> {
+    fn climb_slowly(&self, measure: Measure, nominal: &State, mut at: Summit) -> Option<Summit> {
         let m = self.mechanism;
         let (parameters, slope) = (at.state.inputs.parameters.clone(), &at.gradient.inputs.parameters);
-        let mut ascent = Projected::new(m, objective, parameters, at.value, m.noise(&at), slope);
+        let mut ascent = Projected::new(m, parameters, at.value, m.noise(&at), slope);
         let mut proposed = ascent.propose();
         let mut walls = 0;
         while let Some(parameters) = proposed {
@@ -269,12 +222,12 @@ impl Solver<'_> {
                 proposed = if walls < MOST_WALLS { ascent.shorten() } else { None };
                 continue;
             };
-            let value = m.objective_value(objective, nominal, &state);
+            let value = m.measured(measure, nominal, &state);
             if !ascent.accepts(value) {
                 proposed = ascent.shorten();
                 continue;
             }
-            let gradient = self.slope(objective, nominal, &state)?;
+            let gradient = self.slope(measure, nominal, &state)?;
             at = Summit { state, value, gradient, ..at };
             ascent.accept(value, m.noise(&at), &at.gradient.inputs.parameters);
             proposed = ascent.propose();
@@ -295,7 +248,7 @@ impl Mechanism {
         self.rounding(self.force_scale(&at.gradient), at.value)
     }
 
-    /// Rounding of an objective's value: poses are good to some units of the last place of the length,
+    /// Rounding of a measure's value: poses are good to some units of the last place of the length,
     /// and the largest force among the multipliers tells what a shift of a joint makes of the value.
     #[inline]
     pub(crate) fn rounding(&self, force: f64, value: f64) -> f64 {

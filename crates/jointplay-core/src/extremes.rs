@@ -9,7 +9,7 @@
 
 use rayon::prelude::*;
 
-use crate::ascent::{Measure, Objective};
+use crate::ascent::Measure;
 use crate::batch::simd::{Kernel, dispatch};
 use crate::batch::{Climb, Height, Site, Task};
 use crate::closure::Inputs;
@@ -284,7 +284,7 @@ impl Mechanism {
             *blocked = true;
             built.clone()
         });
-        let Some(summit) = solver.climb(Objective::Error(task.measure), nominal, start) else {
+        let Some(summit) = solver.climb(task.measure, nominal, start) else {
             *blocked = true;
             return None;
         };

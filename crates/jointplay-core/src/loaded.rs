@@ -12,13 +12,13 @@
 
 use rayon::prelude::*;
 
-use crate::ascent::{Objective, UNDECIDED};
+use crate::ascent::UNDECIDED;
 use crate::batch::Contact;
 use crate::batch::lanes::LANES;
 use crate::batch::simd::{Kernel, dispatch};
-use crate::clearance::MAX_SIZE;
+use crate::clearance::{MAX_SIZE, Mute};
 use crate::closure::Inputs;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, Source};
 use crate::real::Real;
 use crate::sensitivity::{Gradient, Output};
 use crate::solver::{Linearised, Solver, State};
@@ -274,8 +274,9 @@ impl Mechanism {
         let Some(at_nominal) = solver.linearise(nominal) else { return self.no_load_result(Status::Singular) };
         let status = self.status_of(&at_nominal, nominal);
         // First order, at the nominal pose. Drive values that differ from the nominal ones count too.
-        let gradient = self.gradient(&at_nominal, self.objective_cost(Objective::Load, nominal, &at_nominal, nominal));
-        let offsets = self.pushed(Objective::Load, &gradient, &self.built(case.drives));
+        let gradient = self.load_gradient(&at_nominal, nominal);
+        let mutes = self.mutes(&gradient);
+        let offsets = self.pressed(&gradient, &self.built(case.drives), &mutes);
         let map = self.output_sensitivity(&at_nominal, nominal);
         let mut contribution = vec![0.0; self.sources.len() * size];
         let mut error_first_order = self.drive_shift(&map, case, nominal);
@@ -291,10 +292,15 @@ impl Mechanism {
         // falls to one side.
         let mut open = vec![0.0; self.sources.len() * size];
         let mut decided = vec![true; self.sources.len()];
+        let first_order = &map;
         let leave_open = |gradient: &Gradient, map: &Output, open: &mut [f64], decided: &mut [bool]| {
-            let force = |p: usize| gradient.inputs.parameters[p];
-            let map = |k: usize, p: usize| map.parameters[(k, p)];
-            self.leave_open(force, self.force_scale(gradient), map, open, decided)
+            let load = Pressing {
+                force: |p: usize| gradient.inputs.parameters[p],
+                scale: self.force_scale(gradient),
+                mute: |s: usize| mutes[s],
+            };
+            let first_order = |k: usize, p: usize| first_order.parameters[(k, p)];
+            self.leave_open(&load, first_order, |k, p| map.parameters[(k, p)], open, decided)
         };
         let mut felt = leave_open(&gradient, &map, &mut open, &mut decided);
         let sum = |open: &[f64]| (0..size).map(|i| open.iter().skip(i).step_by(size).sum()).collect();
@@ -316,58 +322,84 @@ impl Mechanism {
             Ok(state) => state,
             Err(status) => return self.no_load_result(status),
         };
-        let Some(summit) = solver.climb(Objective::Load, nominal, start) else {
+        let Some(contact) = solver.settle(start, &mutes) else {
             return self.no_load_result(Status::Singular);
         };
-        let Some(at_summit) = solver.linearise(&summit.state) else { return self.no_load_result(Status::Singular) };
-        let map = self.output_sensitivity(&at_summit, &summit.state);
-        felt |= leave_open(&summit.gradient, &map, &mut open, &mut decided);
+        let Some(displaced) = solver.linearise(&contact.state) else { return self.no_load_result(Status::Singular) };
+        let map = self.output_sensitivity(&displaced, &contact.state);
+        felt |= leave_open(&contact.gradient, &map, &mut open, &mut decided);
         Loaded {
-            error: self.error(&summit.state, nominal),
+            error: self.error(&contact.state, nominal),
             error_first_order,
             undetermined: sum(&open),
             open,
             decided,
-            reaction: self.reactions(&at_summit.poses, &summit.gradient.multipliers),
-            offset: summit.state.inputs.parameters,
+            reaction: self.reactions(&displaced.poses, &contact.gradient.multipliers),
+            offset: contact.state.inputs.parameters,
             contribution,
-            steps: summit.steps,
+            steps: contact.steps,
             status: match status {
-                Status::Ok if summit.blocked => Status::Singular,
-                Status::Ok if felt || !summit.settled => Status::Undetermined,
+                Status::Ok if contact.blocked && !contact.settled => Status::Singular,
+                Status::Ok if felt || !contact.settled => Status::Undetermined,
                 other => other,
             },
         }
     }
 
     /// Widens what every source leaves open in the output, tells which sources the load does not decide, and
-    /// whether the output feels it. `force` is conjugate to a parameter, `scale` the size of all forces, and
-    /// `map` takes a component of the output and a parameter.
-    pub(crate) fn leave_open(
+    /// whether the output feels it.
+    ///
+    /// What is left open is felt where it moves the output to first order, both at the nominal pose, by the
+    /// map `first_order`, and at the pose in question, by `map`, which tells the half-width; where one of
+    /// them is zero the output moves in proportion to the square of the play. The maps take a component of
+    /// the output and a parameter.
+    pub(crate) fn leave_open<F: Fn(usize) -> f64, M: Fn(usize) -> Mute>(
         &self,
-        force: impl Fn(usize) -> f64,
-        scale: f64,
+        load: &Pressing<F, M>,
+        first_order: impl Fn(usize, usize) -> f64,
         map: impl Fn(usize, usize) -> f64,
         open: &mut [f64],
         decided: &mut [bool],
     ) -> bool {
         let size = self.size();
-        let (mut widths, mut reaches) = ([0.0; 6], [0.0; 6]);
-        for (s, source) in self.sources.iter().enumerate().filter(|(_, s)| s.is_clearance) {
-            let n = source.set.size();
-            let mut w = [0.0; MAX_SIZE];
-            w.iter_mut().zip(source.range()).for_each(|(w, p)| *w = force(p));
-            let face = source.set.face(&w[..n], self.undecided(source, UNDECIDED * scale));
-            decided[s] &= face.is_point();
+        let row = |source: &Source, map: &dyn Fn(usize) -> f64| {
+            let mut row = [0.0; MAX_SIZE];
+            row.iter_mut().zip(source.range()).for_each(|(r, p)| *r = map(p));
+            row
+        };
+        let mut reaches = [0.0; 6];
+        for source in self.sources.iter().filter(|s| s.is_clearance) {
             for k in 0..size {
-                let mut row = [0.0; MAX_SIZE];
-                row.iter_mut().zip(source.range()).for_each(|(r, p)| *r = map(k, p));
-                reaches[k] += source.set.reach(&row[..n]);
-                let width = face.half_width(&row[..n]);
-                open[s * size + k] = width.max(open[s * size + k]);
-                widths[k] += width;
+                reaches[k] += source.set.reach(&row(source, &|p| first_order(k, p))[..source.set.size()]);
             }
         }
-        widths.iter().zip(&reaches).any(|(width, reach)| *width > UNFELT * reach)
+        let mut felt = false;
+        for (s, source) in self.sources.iter().enumerate().filter(|(_, s)| s.is_clearance) {
+            let n = source.set.size();
+            let force = source.set.heard(&row(source, &|p| (load.force)(p))[..n], (load.mute)(s));
+            let face = source.set.face(&force[..n], self.undecided(source, UNDECIDED * load.scale));
+            decided[s] &= face.is_point();
+            if face.is_point() {
+                continue;
+            }
+            let width = |map: &dyn Fn(usize) -> f64| face.half_width(&row(source, map)[..n]);
+            let widths: [f64; 6] = std::array::from_fn(|k| if k < size { width(&|p| map(k, p)) } else { 0.0 });
+            let moves = |k: usize| widths[k].min(width(&|p| first_order(k, p))) > UNFELT * reaches[k];
+            if (0..size).any(moves) {
+                felt = true;
+                open[s * size..(s + 1) * size].iter_mut().zip(widths).for_each(|(o, w)| *o = w.max(*o));
+            }
+        }
+        felt
     }
+}
+
+/// The forces along all parameters at a pose.
+pub(crate) struct Pressing<F: Fn(usize) -> f64, M: Fn(usize) -> Mute> {
+    /// The force along a parameter.
+    pub force: F,
+    /// The size of all forces.
+    pub scale: f64,
+    /// What of a source the load does not push at the nominal pose.
+    pub mute: M,
 }

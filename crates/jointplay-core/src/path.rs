@@ -102,16 +102,24 @@ impl Mechanism {
     }
 
     /// The same from given coordinates.
-    pub(crate) fn assemble_from(&self, mut coordinates: Vec<f64>, drives: &[f64], hold_drives: bool) -> Assembly {
+    pub(crate) fn assemble_from(&self, coordinates: Vec<f64>, drives: &[f64], hold_drives: bool) -> Assembly {
         if hold_drives && self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
             return self.assemble_large(coordinates, drives);
         }
         let rows = if hold_drives { self.n_rows() } else { self.n_rows() - self.n_drives };
-        let evaluate = |c: &[f64]| {
+        self.close_in(coordinates, |c: &[f64]| {
             let (r, j) = self.scaled(c, drives);
             (r.rows(0, rows).into_owned(), j.rows(0, rows).into_owned())
-        };
-        let (mut residual, mut matrix) = evaluate(&coordinates);
+        })
+    }
+
+    /// Damped Newton steps of least norm from given coordinates on length-scaled equations and their Jacobian.
+    pub(crate) fn close_in(
+        &self,
+        mut coordinates: Vec<f64>,
+        equations: impl Fn(&[f64]) -> (DVector<f64>, DMatrix<f64>),
+    ) -> Assembly {
+        let (mut residual, mut matrix) = equations(&coordinates);
         for _ in 0..ASSEMBLY_STEPS {
             if residual.amax() <= ASSEMBLED * 1e-3 {
                 break;
@@ -124,7 +132,7 @@ impl Mechanism {
                 let unit = |j: usize| self.unit(self.space.components()[j % self.size()]);
                 let twists: Vec<f64> = step.iter().enumerate().map(|(j, s)| -part * s * unit(j)).collect();
                 self.retract(&mut trial, &twists);
-                let (r, j) = evaluate(&trial);
+                let (r, j) = equations(&trial);
                 if r.norm() < residual.norm() {
                     (coordinates, residual, matrix) = (trial, r, j);
                     break true;
@@ -319,21 +327,46 @@ impl Mechanism {
             .iter()
             .map(|target| match self.reach(&solver, &state, target, weights) {
                 Ok((next, mismatch)) => {
-                    state = next.clone();
                     let asked = weights.iter().filter(|w| **w > 0.0).count();
                     let missed = asked <= self.n_drives && mismatch > 1e-9 * self.length;
                     if missed {
                         return self.unsolved(Status::NotAssembled);
                     }
-                    Configuration { mismatch, ..self.judge(next) }
+                    let reached = Configuration { mismatch, ..self.judge(next) };
+                    // From a singular pose the branches part: the next target is reached from the last one before.
+                    if let (Status::Ok, Some(regular)) = (reached.status, &reached.state) {
+                        state.clone_from(regular);
+                    }
+                    reached
                 }
                 Err(status) => self.unsolved(status),
             })
             .collect()
     }
 
-    /// Gauss-Newton on the drives with the loops closed at every step.
+    /// The state at a target with the distance that is left, from a state or, where that is singular, from
+    /// one beside it.
     fn reach(
+        &self,
+        solver: &Solver<'_>,
+        from: &State,
+        target: &[f64],
+        weights: &[f64],
+    ) -> Result<(State, f64), Status> {
+        if solver.linearise(from).is_some() {
+            return self.approach(solver, from, target, weights);
+        }
+        let here = self.output_difference(&self.output(&from.coordinates, &from.inputs), target);
+        let away = |(gap, weight): (&f64, &f64)| *weight > 0.0 && gap.abs() > ASSEMBLED * self.length;
+        if !here.iter().zip(weights).any(away) {
+            return Ok((from.clone(), 0.0));
+        }
+        let beside = self.off_singular(solver, from, target, weights).ok_or(Status::Singular)?;
+        self.approach(solver, &beside, target, weights)
+    }
+
+    /// Gauss-Newton on the drives with the loops closed at every step.
+    fn approach(
         &self,
         solver: &Solver<'_>,
         from: &State,

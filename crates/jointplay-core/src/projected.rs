@@ -7,7 +7,6 @@
 
 use std::collections::VecDeque;
 
-use crate::ascent::Objective;
 use crate::clearance::{MAX_SIZE, inner};
 use crate::mechanism::{Mechanism, Source};
 
@@ -47,24 +46,13 @@ pub struct Projected<'m> {
     /// The highest value, and the steps since it rose by more than its rounding.
     highest: f64,
     idle: usize,
-    patience: usize,
 }
 
 impl<'m> Projected<'m> {
     /// Begins at parameter values with a value, its rounding and its gradient along the parameters.
     #[must_use]
-    pub fn new(
-        mechanism: &'m Mechanism,
-        objective: Objective,
-        parameters: Vec<f64>,
-        value: f64,
-        noise: f64,
-        gradient: &[f64],
-    ) -> Self {
-        let free = |s: &usize| {
-            let source = &mechanism.sources()[*s];
-            !source.set.is_zero() && mechanism.gives_way(objective, source)
-        };
+    pub fn new(mechanism: &'m Mechanism, parameters: Vec<f64>, value: f64, noise: f64, gradient: &[f64]) -> Self {
+        let free = |s: &usize| !mechanism.sources()[*s].set.is_zero();
         let mut ascent = Self {
             mechanism,
             free: (0..mechanism.sources().len()).filter(free).collect(),
@@ -80,11 +68,6 @@ impl<'m> Projected<'m> {
             settled: false,
             highest: value,
             idle: 0,
-            patience: match objective {
-                // What counts is where the contacts are, however little they matter to the work.
-                Objective::Load => STEPS,
-                Objective::Error(_) => PATIENCE,
-            },
         };
         ascent.unit = ascent.per_source(|source| {
             let at = |k: usize| ascent.parameters[source.first + k] - mechanism.centre[source.first + k];
@@ -106,7 +89,7 @@ impl<'m> Projected<'m> {
     /// Whether the value has stopped to rise by more than its rounding, wherever the offsets still go.
     #[must_use]
     pub const fn has_stalled(&self) -> bool {
-        self.idle >= self.patience
+        self.idle >= PATIENCE
     }
 
     /// Steps accepted.

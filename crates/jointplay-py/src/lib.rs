@@ -4,7 +4,10 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+mod cones;
 
+use jointplay_core::hyperstatic::StrainTable;
+use jointplay_core::loaded::Table as LoadTable;
 use jointplay_core::sampling::{BINS, Request};
 use jointplay_core::spec::Law;
 use jointplay_core::{Mechanism as Core, Spec, Status};
@@ -293,34 +296,38 @@ impl Mechanism {
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let (n, size) = (cases.len(), core.size());
-        let mut table = Table::new(py);
-        let results = if core.is_isostatic() {
-            py.detach(|| core.loaded(&cases, exact))
-        } else {
-            let found = py.detach(|| core.strained(&cases, exact));
-            table = table
-                .array("clearance_factor", &[n], found.clearance_factor)?
-                .array("prestress", &[n, core.n_joints(), size], found.prestress)?
-                .array("force", &[n, core.n_rows()], found.force)?
-                .array("deformation", &[n, core.deformations().count()], found.deformation)?
-                .array("contribution_elastic", &[n, core.n_joints(), size], found.elastic)?
-                .array("gap", &[n], found.gap)?
-                .array("lack_of_fit", &[n], found.lack_of_fit)?;
-            found.loaded
+        let n = cases.len();
+        if core.is_isostatic() {
+            let found = py.detach(|| core.loaded(&cases, exact));
+            return Ok(pushed(core, Table::new(py), found, n)?.finish());
+        }
+        let found = py.detach(|| core.strained(&cases, exact));
+        Ok(strained(core, Table::new(py), found, n)?.finish())
+    }
+
+    /// An over-constrained or elastic mechanism in one configuration, for units with parameters of their own.
+    fn loaded_units<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        u: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let units = rows(&u, "u", core.n_parameters())?;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let [case] = configurations.cases()[..] else {
+            return Err(PyValueError::new_err("one configuration is needed"));
         };
-        Ok(table
-            .status(results.status.iter().copied())?
-            .array("error", &[n, size], results.error)?
-            .array("error_first_order", &[n, size], results.error_first_order)?
-            .array("undetermined", &[n, size], results.undetermined)?
-            .array("undetermined_contribution", &[n, core.sources().len(), size], results.open)?
-            .array("decided", &[n, core.sources().len()], results.decided)?
-            .array("reaction", &[n, core.n_joints(), size], results.reaction)?
-            .array("offset", &[n, core.n_parameters()], results.offset)?
-            .array("contribution", &[n, core.sources().len(), size], results.contribution)?
-            .array("iterations", &[n], results.steps)?
-            .value("fallbacks", results.fallbacks)?
+        let (n, size) = (units.len(), core.size());
+        let found = py.detach(|| core.strained_units(case, &units));
+        Ok(Table::new(py)
+            .array("clearance_factor", &[n], found.clearance_factor)?
+            .array("poses", &[n, core.n_bodies(), core.n_body_coordinates()], found.coordinates)?
+            .array("force", &[n, core.n_rows()], found.force)?
+            .array("reaction", &[n, core.n_joints(), size], found.reaction)?
+            .array("offset", &[n, core.n_parameters()], found.offset)?
+            .status(found.status.into_iter())?
             .finish())
     }
 
@@ -364,6 +371,26 @@ impl Mechanism {
             .finish())
     }
 
+    /// Parameters of random units: those that `random` solves with the same seed and law.
+    #[pyo3(signature = (samples, seed, law = None))]
+    fn units<'py>(
+        &self,
+        py: Python<'py>,
+        samples: usize,
+        seed: u64,
+        law: Option<&str>,
+    ) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
+        let core = &self.core;
+        let (limit_position, limit_rotation) = (f64::NAN, f64::NAN);
+        let law = named(law)?;
+        let request =
+            Request { samples, seed, probabilities: vec![], limit_position, limit_rotation, law, keep: false };
+        let units = py.detach(|| core.units(&request));
+        let array = numpy::ndarray::Array2::from_shape_vec((samples, core.n_parameters()), units)
+            .map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Ok(numpy::IntoPyArray::into_pyarray(array, py))
+    }
+
     #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method
     #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0, keep = false))]
     fn random<'py>(
@@ -382,13 +409,7 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         self.require_square()?;
         let core = &self.core;
-        let law = match law {
-            None => None,
-            Some("uniform") => Some(Law::Uniform),
-            Some("boundary") => Some(Law::Boundary),
-            Some("normal") => Some(Law::Normal),
-            Some(other) => return Err(PyValueError::new_err(format!("unknown law '{other}'"))),
-        };
+        let law = named(law)?;
         let probabilities = probabilities.as_array().to_vec();
         let np = probabilities.len();
         let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law, keep };
@@ -450,6 +471,48 @@ impl Mechanism {
     }
 }
 
+/// What every mechanism tells of `n` configurations under load.
+fn pushed<'py>(core: &Core, table: Table<'py>, found: LoadTable, n: usize) -> PyResult<Table<'py>> {
+    let size = core.size();
+    table
+        .status(found.status.iter().copied())?
+        .array("error", &[n, size], found.error)?
+        .array("error_first_order", &[n, size], found.error_first_order)?
+        .array("undetermined", &[n, size], found.undetermined)?
+        .array("undetermined_contribution", &[n, core.sources().len(), size], found.open)?
+        .array("decided", &[n, core.sources().len()], found.decided)?
+        .array("reaction", &[n, core.n_joints(), size], found.reaction)?
+        .array("offset", &[n, core.n_parameters()], found.offset)?
+        .array("contribution", &[n, core.sources().len(), size], found.contribution)?
+        .array("iterations", &[n], found.steps)?
+        .value("fallbacks", found.fallbacks)
+}
+
+/// What over-constrained and elastic mechanisms tell beside.
+fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, n: usize) -> PyResult<Table<'py>> {
+    let size = core.size();
+    let table = table
+        .array("clearance_factor", &[n], found.clearance_factor)?
+        .array("prestress", &[n, core.n_joints(), size], found.prestress)?
+        .array("force", &[n, core.n_rows()], found.force)?
+        .array("deformation", &[n, core.deformations().count()], found.deformation)?
+        .array("contribution_elastic", &[n, core.n_joints(), size], found.elastic)?
+        .array("gap", &[n], found.gap)?
+        .array("lack_of_fit", &[n], found.lack_of_fit)?;
+    pushed(core, table, found.loaded, n)
+}
+
+/// The law of a name.
+fn named(law: Option<&str>) -> PyResult<Option<Law>> {
+    match law {
+        None => Ok(None),
+        Some("uniform") => Ok(Some(Law::Uniform)),
+        Some("boundary") => Ok(Some(Law::Boundary)),
+        Some("normal") => Ok(Some(Law::Normal)),
+        Some(other) => Err(PyValueError::new_err(format!("unknown law '{other}'"))),
+    }
+}
+
 /// The width of the vector registers in use: `plain`, `avx2` or `avx512`. With a name, at most that
 /// width is used from now on; results do not depend on it.
 #[pyfunction]
@@ -474,5 +537,6 @@ fn simd(limit: Option<&str>) -> PyResult<&'static str> {
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("STATUSES", Status::ALL.map(Status::name).to_vec())?;
     module.add_function(wrap_pyfunction!(simd, module)?)?;
+    module.add_function(wrap_pyfunction!(cones::cone_programs, module)?)?;
     module.add_class::<Mechanism>()
 }

@@ -135,7 +135,7 @@ def heights(study: Study, maps: Maps) -> Figure:
         (("position", "displacement", "mm", (1, 2, 3, 5, 10)), ("rotation", "rotation", "°", (0.2, 0.3, 0.5, 1, 2)))
     ):
         values = [getattr(level, name) for level in maps.levels]
-        norm = LogNorm(min(v.min() for v in values), max(float(np.quantile(v, 0.99)) for v in values))
+        norm = LogNorm(min(np.nanmin(v) for v in values), max(float(np.nanquantile(v, 0.99)) for v in values))
         for axes, level, value in zip(axes_of[row], maps.levels, values, strict=True):
             drawn = _heat(axes, level.x, level.y, value, norm, lines)
             _changes(axes, level)

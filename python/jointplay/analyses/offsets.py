@@ -122,34 +122,36 @@ def admissible(m: Mechanism, u: Floats) -> NDArray[np.bool_]:
             slack = SLACK if angular else slack
             inside[:, s] = (away[:, 0] >= size["low"] - slack) & (away[:, 0] <= size["high"] + slack)
         else:
-            inside[:, s] = _beyond(shape, size, away) <= slack
+            inside[:, s] = beyond(shape, size, away) <= slack
     return inside
 
 
-def _beyond(shape: str, size: Mapping[str, float], away: Floats) -> Floats:
+def beyond(shape: str, size: Mapping[str, float], away: Floats) -> Floats:
     """How far outside the set of a clearance offsets are, in metres; not above zero inside. Shape (configuration,)."""
     moves: Floats = np.abs(away.T)
-    beyond: Floats
+    outside: Floats
     match shape:
+        case "interval":
+            outside = np.maximum(away[:, 0] - size["high"], size["low"] - away[:, 0])
         case "disc" | "ball":
-            beyond = np.linalg.norm(away, axis=1) - size["radius"]
+            outside = np.linalg.norm(away, axis=1) - size["radius"]
         case "diamond":
-            beyond = moves[0] + size["half_length"] * moves[1] - size["gap"]
+            outside = moves[0] + size["half_length"] * moves[1] - size["gap"]
         case "journal":
-            beyond = np.maximum(moves[0] - size["axial"], _pin_ends(size, away[:, 1:]))
+            outside = np.maximum(moves[0] - size["axial"], _pin_ends(size, away[:, 1:]))
         case "sleeve":
-            beyond = _pin_ends(size, away)
+            outside = _pin_ends(size, away)
         case "guide":
             side, normal, roll, tilt_side, tilt_normal = moves
             across_side = side + size["half_length"] * tilt_normal + size["half_height"] * roll
             across_normal = normal + size["half_length"] * tilt_side + size["half_width"] * roll
-            beyond = np.maximum(across_side, across_normal) - size["gap"]
+            outside = np.maximum(across_side, across_normal) - size["gap"]
         case "plate":
             rise, tilt_side, tilt_normal = moves
-            beyond = rise + size["half_normal"] * tilt_side + size["half_side"] * tilt_normal - size["gap"]
+            outside = rise + size["half_normal"] * tilt_side + size["half_side"] * tilt_normal - size["gap"]
         case _:
             raise AssertionError(f"unknown set {shape}")
-    return beyond
+    return outside
 
 
 def _pin_ends(size: Mapping[str, float], away: Floats) -> Floats:

@@ -83,7 +83,7 @@ def compute(
     progress: Progress | None = None,
 ) -> Result:
     """The light form of `random`."""
-    levels = _checked(samples, seed, law, probabilities)
+    levels = checked(samples, seed, law, probabilities)
     at = at or nominal(m)
     require_isostatic(m, "random")
     drives, poses, limits = at.drives, at.poses, m.limits
@@ -103,7 +103,8 @@ def compute(
     return finished(builder, done, len(drives))
 
 
-def _checked(samples: int, seed: int, law: str | None, probabilities: Sequence[float]) -> NDArray[np.float64]:
+def checked(samples: int, seed: int, law: str | None, probabilities: Sequence[float]) -> NDArray[np.float64]:
+    """The probabilities as an array, after a look at everything that was asked."""
     if not 2 <= samples <= MOST_SAMPLES:
         raise InputError(f"{samples} is not a number of samples; 2 or more are needed", key="samples")
     if not 0 <= seed < 2**64:

@@ -10,6 +10,8 @@ import typer
 
 from . import DONE, NOT_OK, answer, arguments
 from .options import (
+    Assembled,
+    Best,
     Compared,
     Correctable,
     File,
@@ -24,6 +26,7 @@ from .options import (
     Settings,
     Swept,
 )
+from .progress import bar
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
@@ -347,6 +350,41 @@ def compare(
         return compute(m, b, question.value, components=followed, **options)
 
     return answer.answer({"compare": ask}, a, output, plot)
+
+
+@app.command()
+def assemble(
+    file: File,
+    question: Annotated[
+        Assembled, typer.Option("--question", "-q", help="One built unit, the worst, or random units.")
+    ] = Assembled.unit,
+    configuration: Annotated[
+        int, typer.Option("--configuration", "-c", metavar="N", help="At which configuration, counted from 0.")
+    ] = 0,
+    best: Annotated[
+        Best | None, typer.Option("--best", help="Put the steps into the order that strains or errs least on its way.")
+    ] = None,
+    samples: Samples = 2_000,
+    seed: Seed = 0,
+    law: Scatter = None,
+    settings: Settings = None,
+    output: Output = None,
+    plot: Plot = None,
+) -> int:
+    """Follow an assembly step by step: what each step is, how far off every joint is after it, whether it fits."""
+    from jointplay.analyses.assemble import best_order, compute
+
+    answer.check_paths(output, plot)
+    m = answer.mechanism(file, settings)
+    if best is not None:
+        with bar("order") as progress:
+            m = best_order(m, best.value, configuration=configuration, progress=progress)
+    scatter: dict[str, Any] = {"samples": samples, "seed": seed, "law": law.value if law else None}
+
+    def ask(m: Mechanism, progress: Any) -> Result:
+        return compute(m, question.value, configuration=configuration, progress=progress, **scatter)
+
+    return answer.answer({"assemble": ask}, m, output, plot)
 
 
 @app.command()

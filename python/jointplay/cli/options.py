@@ -62,6 +62,21 @@ class Mapped(StrEnum):
     solve = "solve"
 
 
+class Assembled(StrEnum):
+    """What `assemble` can ask."""
+
+    unit = "unit"
+    worst = "worst"
+    random = "random"
+
+
+class Best(StrEnum):
+    """By what `assemble` chooses the order of the steps."""
+
+    force = "force"
+    error = "error"
+
+
 File = Annotated[str, typer.Argument(metavar="FILE", help="Mechanism file (TOML).", show_default=False)]
 Settings = Annotated[
     list[str] | None,

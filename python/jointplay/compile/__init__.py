@@ -19,6 +19,7 @@ from jointplay.errors import not_known
 from jointplay.schema import MechanismFile, PlanarFile, SpatialFile
 from jointplay.units import Units
 
+from .assembly import Assembly, compile_assembly
 from .coordinates import coordinate
 from .drives import COMPONENTS, LENGTHS, Commands, compile_drives, coordinate_factor
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
@@ -34,6 +35,7 @@ __all__ = [
     "DRIVABLE",
     "LENGTHS",
     "TURNS",
+    "Assembly",
     "Compiled",
     "Grid",
     "Limits",
@@ -135,6 +137,8 @@ class Compiled:
         What is mapped.
     limits : Limits
         What is acceptable.
+    assembly : Assembly or None
+        In which order it is assembled.
     has_loads : bool
         Whether any force or moment acts.
     length : float
@@ -148,6 +152,7 @@ class Compiled:
     units: Units
     bodies: tuple[str, ...]
     owners: tuple[str, ...]
+    crosses: frozenset[int]
     members: tuple[Member, ...]
     joints: tuple[str, ...]
     joint_kinds: tuple[str, ...]
@@ -169,6 +174,7 @@ class Compiled:
     target_components: tuple[str, ...]
     grid: Grid | None
     limits: Limits
+    assembly: Assembly | None
     has_loads: bool
     length: float
     core_spec: Mapping[str, Any]
@@ -221,6 +227,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         units=units,
         bodies=(*graph.bodies, *pieces.bodies),
         owners=(*graph.bodies, *(graph.bodies[body] for body in pieces.owners)),
+        crosses=frozenset(graph.crosses),
         members=pieces.members,
         joints=tuple(joint.name for joint in graph.joints),
         joint_kinds=tuple(joint.kind for joint in graph.joints),
@@ -244,6 +251,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         target_components=commands.target_components,
         grid=compile_grid(data, commands, components, component_factors, file),
         limits=limits,
+        assembly=compile_assembly(data, graph),
         has_loads=any(any(load["force"]) or any(load["moment"]) for load in loads),
         length=length,
         core_spec=MappingProxyType(spec),

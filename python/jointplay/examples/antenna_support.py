@@ -72,7 +72,8 @@ at   = "I"
 
 [[loads]]
 force = [2, -10]
-"""
+
+{self._assembly()}"""
 
     def _form(self) -> str:
         if self.locked:
@@ -108,6 +109,25 @@ clearance = {{ radial = {number(self.radial)} }}
 body = "{body}"
 between = ["{between[0]}", "{between[1]}"]
 deviation = {number(deviation)}
+"""
+
+    def _assembly(self) -> str:
+        if self.locked:
+            return """\
+# How it is put together on the cabin, as published: the inner panel is fixed, BD and ED are connected, DF is one link
+# too many and has to be inserted, then the same on the outer panel.
+
+[assembly]
+base  = "ground"
+steps = [["AF"], ["BD", "ED"], ["DF"], ["FI"], ["DI"]]
+"""
+        return """\
+# How it is put together on the inner panel: the triangle over it with BD hanging on its pin, then the cabin, then the
+# outer panel with its link.
+
+[assembly]
+base  = "AF"
+steps = [["BD", "ED", "DF"], ["ground"], ["DI", "FI"]]
 """
 
     def _members(self) -> str:

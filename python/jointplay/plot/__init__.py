@@ -12,10 +12,11 @@ from jointplay.errors import JointplayError
 if find_spec("matplotlib") is None:
     raise JointplayError("drawing needs matplotlib: pip install 'jointplay[plot]'")
 
+from .assembly import assembly
 from .figures import blame, error, histogram, sweep
 from .linkage import mechanism
 from .map import draw as draw_map
 from .map import map
 from .sheet import check_path, draw
 
-__all__ = ["blame", "check_path", "draw", "draw_map", "error", "histogram", "map", "mechanism", "sweep"]
+__all__ = ["assembly", "blame", "check_path", "draw", "draw_map", "error", "histogram", "map", "mechanism", "sweep"]

@@ -16,9 +16,10 @@ from jointplay.result import Result
 from jointplay.result import size as size_of
 from jointplay.write import atomically
 
+from .assembly import assembly
 from .figures import blame, error, histogram, sweep
 from .linkage import mechanism, projection
-from .style import STYLE
+from .style import STYLE, round_factor
 
 EXTENSIONS = (".png", ".svg", ".pdf")
 #: how large, as a share of the mechanism, an exaggerated error is drawn
@@ -65,6 +66,8 @@ def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:
     first = next(iter(results.values()))
     if "sweep" in first.attrs:
         return _sweep(first)
+    if "assemble" in results:
+        return assembly(m, first)
     if "solve" in results:
         figure = Figure(figsize=(8.4, 5.5))
         mechanism(m, _drawable(first), axes=figure.add_subplot(projection=projection(m)))
@@ -122,8 +125,4 @@ def _exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
         size = max(size, float(np.nan_to_num(size_of(pushed, "error", "position")[shown])) / 2.0)
     if size == 0.0:
         return 0.0
-    factor = VISIBLE * m.length / m.units.length / size
-    if factor < 1.0:
-        return 1.0
-    power = 10.0 ** np.floor(np.log10(factor))
-    return float(power * max(step for step in (1, 2, 5) if step * power <= factor))
+    return round_factor(VISIBLE * m.length / m.units.length / size)

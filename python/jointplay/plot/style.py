@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -74,3 +75,17 @@ def along(result: Result) -> tuple[Any, str]:
 def labelled(name: str, unit: str) -> str:
     """A label with its unit."""
     return f"{name} [{unit}]" if unit else name
+
+
+def round_factor(factor: float) -> float:
+    """The largest of 1, 2, 5, 10, 20, ... that is not above a factor; 1 for smaller ones.
+
+    Examples
+    --------
+    >>> round_factor(370)
+    200.0
+    """
+    if factor < 1.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(factor))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= factor))

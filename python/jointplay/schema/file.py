@@ -11,6 +11,7 @@ from pydantic.json_schema import SkipJsonSchema
 from jointplay.errors import shown
 from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 
+from .assembly import Assembly
 from .bodies import Body, BodyTable
 from .grid import Grid
 from .joints import Joint, JointTable
@@ -268,6 +269,7 @@ class MechanismFile(Table):
     output: OutputTable
     loads: Sequence[LoadTable]
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
+    assembly: Assembly | SkipJsonSchema[None] = Field(None, description="the order in which it is assembled")
     limits: Limits = Field(default_factory=lambda: Limits.model_validate({}), description="what is acceptable")
 
     @model_validator(mode="after")

@@ -1,7 +1,8 @@
 """Results as tables for reading."""
 
+from .assembly import VERDICTS
 from .layout import Column, Table, decimals, numbers
 from .questions import tables
 from .render import show
 
-__all__ = ["Column", "Table", "decimals", "numbers", "show", "tables"]
+__all__ = ["VERDICTS", "Column", "Table", "decimals", "numbers", "show", "tables"]

@@ -9,6 +9,7 @@ import numpy as np
 
 from jointplay.result import Result, blame, size, split, unit_of
 
+from .assembly import overview as assembly_overview
 from .check import overview
 from .layout import NOTHING, Column, Table, commands, numbers, words
 from .map import overview as map_overview
@@ -31,9 +32,11 @@ def tables(result: Result) -> list[Table]:
         return _sweep(result)
     if "grid" in result.attrs:
         return map_overview(result)
-    if _question(result) == "check":
-        return overview(result)
     question = _question(result)
+    if question == "check":
+        return overview(result)
+    if question == "assemble":
+        return assembly_overview(result)
     columns = [*_where(result), *COLUMNS[question](result)]
     if any(status != "ok" for status in result.get("status").tolist()):
         columns.append(words("status", [s.replace("_", " ") for s in result.get("status").tolist()]))

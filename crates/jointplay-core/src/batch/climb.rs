@@ -123,8 +123,8 @@ impl<'m> Climb<'m> {
             let mut changed = Block::splat(0.0);
             if asking.contains(&true) {
                 pushed.copy_from_slice(&registers[..n_u]);
-                push(m, |_| true, &asking, |p| out(gradient + p), out(force), &mut pushed);
-                changed = change(m, |_| true, &registers[..n_u], &pushed);
+                push(m, None, &asking, |p| out(gradient + p), out(force), &mut pushed);
+                changed = change(m, false, &registers[..n_u], &pushed);
             }
             let mut follows = [false; LANES];
             let mut tried = Vec::new();

@@ -13,10 +13,10 @@ use super::program::record_step;
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use crate::ascent::UNDECIDED;
-use crate::clearance::{MAX_SIZE, Set};
+use crate::clearance::{MAX_SIZE, Mute, Set};
 use crate::closure::Inputs;
 use crate::linear::Elimination;
-use crate::loaded::{Case, Table};
+use crate::loaded::{Case, Pressing, Table};
 use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::Cost;
 use crate::solver::Solver;
@@ -108,7 +108,8 @@ impl<'m> Contact<'m> {
         for (p, centre) in m.centre.iter().enumerate() {
             pushed[p] = Block::splat(*centre);
         }
-        let open = push(m, loosened, &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
+        let mutes = mutes(m, |p| out(at.gradient + p), out(at.scale));
+        let open = push(m, Some(&mutes), &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
         if !exact {
             for (i, case) in cases.iter().enumerate() {
                 if good[i] {
@@ -132,8 +133,8 @@ impl<'m> Contact<'m> {
             step[..n_u].copy_from_slice(&pushed);
             self.step.run(step);
             let out = |k: usize| self.step.output(step, k);
-            undecided = push(m, loosened, &[true; LANES], |p| out(to.gradient + p), out(to.scale), &mut pushed);
-            let changed = change(m, loosened, &step[..n_u], &pushed);
+            undecided = push(m, Some(&mutes), &[true; LANES], |p| out(to.gradient + p), out(to.scale), &mut pushed);
+            let changed = change(m, true, &step[..n_u], &pushed);
             let mut all = true;
             for i in 0..cases.len() {
                 let moved = out(to.size).0[i];
@@ -155,18 +156,19 @@ impl<'m> Contact<'m> {
                 continue;
             }
             let map = |k: usize, p: usize| self.statics.output(statics, at.map + k * n_u + p).0[i];
-            let force = |p: usize| self.step.output(step, to.gradient + p).0[i];
-            let scale = self.step.output(step, to.scale).0[i];
-            let first_force = |p: usize| self.statics.output(statics, at.gradient + p).0[i];
-            let first_scale = self.statics.output(statics, at.scale).0[i];
+            let mute = |s: usize| mutes[s][i];
             widths.fill(0.0);
             decided.fill(true);
             let mut felt = false;
             if open[i] {
-                felt |= m.leave_open(first_force, first_scale, map, &mut widths, &mut decided);
+                let force = |p: usize| self.statics.output(statics, at.gradient + p).0[i];
+                let load = Pressing { force, scale: self.statics.output(statics, at.scale).0[i], mute };
+                felt |= m.leave_open(&load, map, map, &mut widths, &mut decided);
             }
             if undecided[i] {
-                felt |= m.leave_open(force, scale, map, &mut widths, &mut decided);
+                let force = |p: usize| self.step.output(step, to.gradient + p).0[i];
+                let load = Pressing { force, scale: self.step.output(step, to.scale).0[i], mute };
+                felt |= m.leave_open(&load, map, map, &mut widths, &mut decided);
             }
             if felt {
                 plainly(case, table);
@@ -227,7 +229,9 @@ impl<'m> Contact<'m> {
         if open {
             let (widths, decided) = (&mut table.open[first..], &mut table.decided[first / size..]);
             let force = |p: usize| out(at.gradient + p);
-            felt = m.leave_open(force, out(at.scale), |k, p| out(at.map + k * n_u + p), widths, decided);
+            let map = |k: usize, p: usize| out(at.map + k * n_u + p);
+            let load = Pressing { force, scale: out(at.scale), mute: |_| Mute::default() };
+            felt = m.leave_open(&load, map, map, widths, decided);
             for (i, width) in widths.iter().enumerate() {
                 undetermined[i % size] += width;
             }
@@ -403,32 +407,47 @@ pub(super) fn record_finish(m: &Mechanism, layout: &Layout, step: &Program) -> O
     Program::after(step, &recorder, &outputs)
 }
 
-/// Whether a load moves a source.
-const fn loosened(source: &Source) -> bool {
-    source.is_clearance
+/// What of every source the load does not push at the nominal pose.
+#[inline(always)]
+fn mutes<'b>(m: &Mechanism, gradient: impl Fn(usize) -> &'b Block, scale: &Block) -> Vec<[Mute; LANES]> {
+    let mute = |source: &Source| {
+        std::array::from_fn(|i| {
+            let mut w = [0.0; MAX_SIZE];
+            w.iter_mut().zip(source.range()).for_each(|(w, p)| *w = gradient(p).0[i]);
+            source.set.mute(&w[..source.set.size()], m.undecided(source, UNDECIDED * scale.0[i]))
+        })
+    };
+    m.sources().iter().map(mute).collect()
+}
+
+/// Whether a source is moved: by a load, a clearance.
+#[inline(always)]
+fn gives_way(source: &Source, loaded: bool) -> bool {
+    !source.set.is_zero() && (source.is_clearance || !loaded)
 }
 
 /// Moves every source that gives way to the support point of its set along the gradient; what a tie or a
 /// vanishing force leaves undecided stays where nothing pushes it. Tells the lanes where something is. Of
-/// lanes that do not ask nothing can be relied on.
+/// lanes that do not ask nothing can be relied on. A load gives with `mutes` what it does not push.
 #[inline(always)]
 pub(super) fn push<'b>(
     m: &Mechanism,
-    gives_way: impl Fn(&Source) -> bool,
+    mutes: Option<&[[Mute; LANES]]>,
     asking: &[bool; LANES],
     gradient: impl Fn(usize) -> &'b Block,
     scale: &Block,
     pushed: &mut [Block],
 ) -> [bool; LANES] {
     let mut undecided = [false; LANES];
-    for source in m.sources().iter().filter(|s| gives_way(s) && !s.set.is_zero()) {
+    for (s, source) in m.sources().iter().enumerate().filter(|(_, s)| gives_way(s, mutes.is_some())) {
+        let mute = |i: usize| mutes.map_or_else(Mute::default, |mutes| mutes[s][i]);
         let p = source.first;
         if let Set::Disc { radius } = source.set {
             let (x, y) = (gradient(p), gradient(p + 1));
             let size = x.mul(x).add(&y.mul(y)).sqrt();
             let mut decided = [false; LANES];
             for i in 0..LANES {
-                decided[i] = size.0[i] > UNDECIDED * scale.0[i];
+                decided[i] = size.0[i] > UNDECIDED * scale.0[i] && mute(i).is_none();
                 undecided[i] |= !decided[i];
             }
             let part = Block::splat(radius).div(&size);
@@ -445,6 +464,7 @@ pub(super) fn push<'b>(
                 w[k] = gradient(p + k).0[i];
                 offset[k] = pushed[p + k].0[i] - m.centre[p + k];
             }
+            let w = source.set.heard(&w[..n], mute(i));
             let face = source.set.face(&w[..n], m.undecided(source, UNDECIDED * scale.0[i]));
             let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
             undecided[i] |= !face.is_point();
@@ -458,9 +478,9 @@ pub(super) fn push<'b>(
 
 /// Largest change of an offset, as a part of its set.
 #[inline(always)]
-pub(super) fn change(m: &Mechanism, gives_way: impl Fn(&Source) -> bool, from: &[Block], to: &[Block]) -> Block {
+pub(super) fn change(m: &Mechanism, loaded: bool, from: &[Block], to: &[Block]) -> Block {
     let mut largest = Block::splat(0.0);
-    for source in m.sources().iter().filter(|s| gives_way(s) && !s.set.is_zero()) {
+    for source in m.sources().iter().filter(|s| gives_way(s, loaded)) {
         for p in source.range() {
             let size = Block::splat(source.set.half_width(p - source.first));
             largest = to[p].sub(&from[p]).abs().div(&size).max(&largest);

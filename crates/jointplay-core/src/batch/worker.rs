@@ -6,7 +6,7 @@
 
 use super::lanes::Block;
 use super::tape::Program;
-use crate::ascent::{Measure, Objective};
+use crate::ascent::Measure;
 use crate::mechanism::Mechanism;
 use crate::projected::Projected;
 
@@ -166,9 +166,8 @@ impl<'m> Worker<'m> {
             Phase::Settling => {
                 let at = round.height(self);
                 let noise = self.mechanism.rounding(round.force, at.value);
-                let objective = Objective::Error(self.measure);
                 let start = at.parameters.clone();
-                let mut ascent = Projected::new(self.mechanism, objective, start, at.value, noise, &round.gradient());
+                let mut ascent = Projected::new(self.mechanism, start, at.value, noise, &round.gradient());
                 let proposed = ascent.propose();
                 self.goes_on(Phase::Projected(Box::new((ascent, at))));
                 self.proposed(proposed)

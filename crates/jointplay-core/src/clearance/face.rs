@@ -30,6 +30,12 @@ impl Face {
         matches!(self.extent, Extent::Point)
     }
 
+    /// Whether it decides nothing at all.
+    #[inline]
+    pub(super) const fn is_whole(&self) -> bool {
+        matches!(self.extent, Extent::Whole(_))
+    }
+
     /// The point of the face nearest to an offset of the set, each part of it measured in its own
     /// proportions.
     #[must_use]

@@ -21,6 +21,7 @@
 mod check;
 mod convex;
 mod face;
+mod mute;
 mod own;
 mod pin;
 mod tapered;
@@ -32,6 +33,7 @@ use crate::space::norm;
 use crate::spec::Law;
 pub use check::SetError;
 pub use face::Face;
+pub use mute::Mute;
 pub(crate) use pin::Pin;
 pub(crate) use tapered::Tapered;
 

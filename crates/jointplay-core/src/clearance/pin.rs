@@ -6,8 +6,8 @@
 //!
 //! `h(F, M) = r (|R+| + |R-|) + axial |F . q|`.
 
-use super::own::onto_ball;
-use super::{MAX_SIZE, padded};
+use super::own::{onto_ball, onto_ball_along, onto_box_along};
+use super::{MAX_SIZE, Mute, padded};
 use crate::sampling::law;
 use crate::spec::Law;
 
@@ -103,6 +103,24 @@ impl Pin {
         (self.offset(along, [first, second]), open)
     }
 
+    /// The axial play, and each end of the pin.
+    pub(super) fn mute(&self, w: &[f64], tolerance: f64) -> Mute {
+        let [first, second] = self.reactions(w).map(|[x, y]| self.radius > 0.0 && (x * x + y * y).sqrt() <= tolerance);
+        Mute::of([self.axial.is_some_and(|axial| axial > 0.0 && w[0].abs() <= tolerance), first, second])
+    }
+
+    pub(super) fn heard(&self, w: &[f64], mute: Mute) -> [f64; MAX_SIZE] {
+        let [first, second] = self.reactions(w);
+        let [first, second] = [(1, first), (2, second)].map(|(k, end)| if mute.has(k) { [0.0; 2] } else { end });
+        let across = [
+            first[0] + second[0],
+            first[1] + second[1],
+            self.half_length * (second[1] - first[1]),
+            self.half_length * (first[0] - second[0]),
+        ];
+        self.join(if mute.has(0) { 0.0 } else { w[0] }, across)
+    }
+
     pub(super) fn to_unit(self, offset: &[f64]) -> [f64; MAX_SIZE] {
         let part = |x: f64, size: f64| if size > 0.0 { x / size } else { 0.0 };
         let [first, second] = self.ends(offset).map(|end| end.map(|e| part(e, self.radius)));
@@ -129,6 +147,13 @@ impl Pin {
             *u = u.clamp(-1.0, 1.0);
         }
         ends.chunks_exact_mut(2).for_each(onto_ball);
+    }
+
+    pub(super) fn project_unit_along(&self, unit: &[f64], direction: &mut [f64]) {
+        let (along, ends) = unit.split_at(self.across());
+        let (d_along, d_ends) = direction.split_at_mut(self.across());
+        onto_box_along(along, d_along);
+        ends.chunks_exact(2).zip(d_ends.chunks_exact_mut(2)).for_each(|(end, d)| onto_ball_along(end, d));
     }
 
     /// Variances of the components, each end independent of the other: of their half sum and of their

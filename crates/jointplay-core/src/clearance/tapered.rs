@@ -16,7 +16,7 @@
 //! a face leaves some of p and q undecided, and rho decided or not; and the nearest point of one is found
 //! along rho alone.
 
-use super::MAX_SIZE;
+use super::{MAX_SIZE, Mute};
 use crate::sampling::law;
 use crate::spec::Law;
 
@@ -100,6 +100,27 @@ impl Tapered {
         offset
     }
 
+    /// The axis, and the diagonals of the squares.
+    pub(super) fn mute(&self, w: &[f64], tolerance: f64) -> Mute {
+        let forces = self.forces(w);
+        let across = |k: usize| k <= 2 * self.n && 2.0 * forces[k].abs() <= tolerance;
+        Mute::of([forces[0].abs() <= tolerance, across(1), across(2), across(3), across(4)])
+    }
+
+    pub(super) fn heard(&self, w: &[f64], mute: Mute) -> [f64; MAX_SIZE] {
+        let forces = self.forces(w);
+        let force = |k: usize| if mute.has(k) { 0.0 } else { forces[k] };
+        let mut heard = [0.0; MAX_SIZE];
+        heard[self.axis.0] = force(0) / self.axis.1;
+        for s in 0..self.n {
+            let (p, q) = (force(1 + 2 * s), force(2 + 2 * s));
+            let [(a, arm_a), (b, arm_b)] = self.squares[s];
+            heard[a] = (p + q) / arm_a;
+            heard[b] = (p - q) / arm_b;
+        }
+        heard
+    }
+
     pub(super) fn unit_gradient(&self, w: &[f64]) -> [f64; MAX_SIZE] {
         self.forces(w).map(|f| self.gap * f)
     }
@@ -143,6 +164,19 @@ impl Tapered {
             face.high = 0.0;
         }
         (self.of_unit(&face.middle()), face)
+    }
+
+    /// Where `|x_k| + g_k |x_0|` comes to one first, for the coordinates across the axis and for the axis
+    /// itself. Each is convex along the step.
+    pub(super) fn part_within(&self, unit: &[f64], step: &[f64]) -> f64 {
+        let face = |k: usize, a: f64, b: f64| {
+            let g = if k == 0 { 0.0 } else { self.tapers[(k - 1) / 2] };
+            let (at, slope) = (a * unit[k] + b * g * unit[0], a * step[k] + b * g * step[0]);
+            // What is on the face already, up to rounding, and goes on outwards does not count as leaving it.
+            if slope > 0.0 && at + slope > 1.0 && at < 1.0 - 1e-9 { (1.0 - at) / slope } else { 1.0 }
+        };
+        let signs = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+        (0..=2 * self.n).flat_map(|k| signs.map(|(a, b)| face(k, a, b))).fold(1.0, f64::min)
     }
 
     /// Variances of the components.
@@ -258,5 +292,36 @@ impl TaperedFace {
                 if self.signs[k] == 0.0 { unit[1 + k].clamp(-reach, reach) } else { self.signs[k] * reach };
         }
         nearest
+    }
+    /// How that point moves where the point that it is nearest to moves along a direction.
+    pub fn nearest_unit_along(&self, unit: &[f64], direction: &mut [f64]) {
+        let nearest = self.nearest_unit(unit);
+        let (size, n) = (nearest[0].abs(), 2 * self.shape.n);
+        let side = if self.side == 0.0 { 1.0_f64.copysign(unit[0]) } else { self.side };
+        // What holds a coordinate: the side of its square, which gives way as the axis goes out.
+        let held = |k: usize| {
+            let sign = if self.signs[k] == 0.0 { 1.0_f64.copysign(unit[1 + k]) } else { self.signs[k] };
+            let beyond = sign * unit[1 + k] - 1.0 + self.taper(k) * size;
+            (self.signs[k] != 0.0 || beyond > 0.0).then_some((sign, beyond))
+        };
+        let mut along = side * direction[0];
+        let (mut slope, mut bend) = (size - side * unit[0], 1.0);
+        for k in 0..n {
+            if let Some((sign, beyond)) = held(k) {
+                let g = self.taper(k);
+                along -= g * sign * direction[1 + k];
+                slope += g * beyond;
+                bend += g * g;
+            }
+        }
+        // At either end of its range the axis stays where it is pushed beyond it.
+        let stays = size >= self.high && slope < 0.0 || size <= self.low && slope > 0.0;
+        let turn = if stays { 0.0 } else { along / bend };
+        direction[0] = side * turn;
+        for k in 0..n {
+            if let Some((sign, _)) = held(k) {
+                direction[1 + k] = -sign * self.taper(k) * turn;
+            }
+        }
     }
 }

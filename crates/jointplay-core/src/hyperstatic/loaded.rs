@@ -327,13 +327,13 @@ impl Mechanism {
     }
 
     /// Forces on the rows, unknown where nothing decides them.
-    fn known(&self, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
+    pub(super) fn known(&self, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
         let known = |(row, force): (&Row, &f64)| if unknown[row.joint] { f64::NAN } else { *force };
         self.rows.iter().zip(forces.iter()).map(known).collect()
     }
 
     /// The values of all parameters.
-    fn offsets(&self, system: &System<'_>, balance: &Balance) -> Vec<f64> {
+    pub(super) fn offsets(&self, system: &System<'_>, balance: &Balance) -> Vec<f64> {
         let mut offsets = self.centre.clone();
         for (give, given) in system.gives.iter().zip(&balance.given) {
             let Some(source) = give.source else { continue };

@@ -13,8 +13,10 @@ mod open;
 mod settle;
 mod system;
 mod trace;
+mod units;
 mod worst;
 
 pub use basis::Basis;
 pub use given::Forced;
 pub use loaded::{Strain, StrainTable};
+pub use units::UnitTable;

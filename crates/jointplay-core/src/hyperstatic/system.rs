@@ -146,12 +146,16 @@ impl<'m> System<'m> {
             self.fill(c, &mut balance, &[]);
             return Some(balance);
         }
-        let answer = match ask {
+        let mut answer = match ask {
             Ask::Factor => program.assembly(Springs::Rigid),
             Ask::Load | Ask::Stress | Ask::Along(_) => program.pose(),
         };
         if answer.outcome == Outcome::Infeasible {
             return None;
+        }
+        if !matches!(ask, Ask::Factor) && Self::is_slack(&program) {
+            // What a program has for these forces is rounding, which would decide where every clearance goes.
+            answer.multipliers.fill(0.0);
         }
         let mut balance = Balance {
             forces: c.with_stress(&forces, &answer.multipliers),
@@ -221,6 +225,15 @@ impl<'m> System<'m> {
             solved: answer.outcome == Outcome::Solved,
             answer: Some(answer),
         })
+    }
+
+    /// Whether nothing pushes and the clearances take up all of the misfit, so that no joint transmits anything.
+    fn is_slack(program: &Program) -> bool {
+        let pushed = program.blocks.iter().flat_map(|block| &block.force).any(|force| *force != 0.0);
+        !pushed && {
+            let assembled = program.assembly(Springs::Rigid);
+            assembled.outcome == Outcome::Solved && assembled.factor <= 1.0
+        }
     }
 
     /// The middle of what is open among the tied gives; `None` where nothing is.

@@ -9,6 +9,7 @@
 mod chunk;
 pub mod law;
 mod tally;
+mod units;
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;

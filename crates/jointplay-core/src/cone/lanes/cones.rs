@@ -7,7 +7,7 @@
 //! equations, `H = G' W^-2 G`, is inverted in closed form: one number for an interval, the unit matrix
 //! and a dyad for a disc or a ball, an arrow for a body that tapers.
 
-use super::vector::{V, dot};
+use super::vector::{V, dot_few};
 use crate::cone::own::Atom;
 
 /// Signs of an arm and of the axis in the four half spaces of an arm.
@@ -83,7 +83,7 @@ impl Cone {
     pub const fn data_size(&self) -> usize {
         match self.atom {
             Atom::Interval { .. } => 3,
-            Atom::Round { size } => size + 8,
+            Atom::Round { size } => size + 8 + size * (size + 1) / 2,
             Atom::Tapered { arms, .. } => 6 * arms + 1,
         }
     }
@@ -163,7 +163,7 @@ impl Cone {
     pub fn support(&self, sizes: &[V], force: &[V]) -> V {
         match self.atom {
             Atom::Interval { .. } => (sizes[0] * force[0]).max(-sizes[1] * force[0]),
-            Atom::Round { .. } => sizes[0] * dot(force, force).sqrt(),
+            Atom::Round { .. } => sizes[0] * dot_few(force, force).sqrt(),
             Atom::Tapered { arms, .. } => {
                 let (mut across, mut ends) = (V::ZERO, force[0].abs());
                 for arm in 0..arms {
@@ -202,11 +202,12 @@ impl Cone {
     #[inline(always)]
     pub fn scale(&self, sizes: &[V], [s, l]: [&[V]; 2], [per_s, per_l]: [&mut [V]; 2], data: &mut [V]) {
         if let Atom::Round { size } = self.atom {
-            return if size == 2 {
-                scale_round::<2>([s, l], [per_s, per_l], data)
+            if size == 2 {
+                scale_round::<2>([s, l], [per_s, per_l], data);
             } else {
-                scale_round::<3>([s, l], [per_s, per_l], data)
-            };
+                scale_round::<3>([s, l], [per_s, per_l], data);
+            }
+            return;
         }
         for k in 0..self.slots() {
             (per_s[k], per_l[k]) = (V::ONE / s[k], V::ONE / l[k]);
@@ -338,7 +339,7 @@ impl Cone {
         if let Atom::Round { size } = self.atom {
             let mut along = [V::ZERO; 3];
             towards(size, data, &mut along[..size]);
-            dl[0] = (data[size + 1] * data[size + 3]).times_plus(u[0] - ds[0], dot(&along[..size], force));
+            dl[0] = (data[size + 1] * data[size + 3]).times_plus(u[0] - ds[0], dot_few(&along[..size], force));
             for k in 0..size {
                 dl[1 + k] = -force[k];
             }
@@ -386,18 +387,19 @@ impl Cone {
 /// The inverse root of `x0^2 - |x1|^2`, the root, and what [`limit_round`] needs.
 #[inline(always)]
 fn hyperbolic<const K: usize>(x: &[V], per: &mut [V]) -> (V, V) {
-    let square = x[0].times_plus(x[0], -dot(&x[1..=K], &x[1..=K]));
+    let square = x[0].times_plus(x[0], -dot_few(&x[1..=K], &x[1..=K]));
     let size = square.max(TINY).sqrt();
     per[0] = V::ONE / size;
     per[1] = V::ONE / per[0].times_plus(x[0], V::ONE);
     (per[0], size)
 }
 
-/// Data: w, 1/eta^2, eta^2, 1/(2 w0^2 - 1), eta, 1/eta, 1/(1 + w0), and `1/(x0^2 - |x1|^2)` of `x = W l`.
+/// Data: w, 1/eta^2, eta^2, 1/(2 w0^2 - 1), eta, 1/eta, 1/(1 + w0), `1/(x0^2 - |x1|^2)` of `x = W l`,
+/// and the upper triangle of `H^-1`.
 #[inline(always)]
 fn scale_round<const K: usize>([s, l]: [&[V]; 2], [for_s, for_l]: [&mut [V]; 2], data: &mut [V]) {
     let ((per_s, size_s), (per_l, size_l)) = (hyperbolic::<K>(s, for_s), hyperbolic::<K>(l, for_l));
-    let along = dot(&s[..=K], &l[..=K]) * (per_s * per_l);
+    let along = dot_few(&s[..=K], &l[..=K]) * (per_s * per_l);
     let half = V::splat(0.5);
     let per_twice = half / half.times_plus(along, half).sqrt();
     let (part_s, part_l) = (per_twice * per_s, per_twice * per_l);
@@ -415,15 +417,29 @@ fn scale_round<const K: usize>([s, l]: [&[V]; 2], [for_s, for_l]: [&mut [V]; 2],
     data[K + 5] = data[K + 4] * data[K + 1];
     data[K + 6] = V::ONE / (V::ONE + data[0]);
     data[K + 7] = per_s * per_l;
+    let shrink = V::splat(2.0) * data[K + 2] * data[K + 3];
+    let mut at = K + 8;
+    for i in 1..=K {
+        data[at] = (shrink * data[i]).times_from(data[i], data[K + 2]);
+        at += 1;
+        for j in i + 1..=K {
+            data[at] = -(shrink * data[i] * data[j]);
+            at += 1;
+        }
+    }
 }
 
-/// `eta^2 (1 - 2 w1 w1' / (1 + 2 |w1|^2)) x`.
+/// `eta^2 (1 - 2 w1 w1' / (1 + 2 |w1|^2)) x`, whose elements follow the other data row by row.
 #[inline(always)]
 fn inverse_round<const K: usize>(data: &[V], x: &[V], out: &mut [V]) {
-    let along = dot(&data[1..=K], &x[..K]);
-    let part = (along + along) * data[K + 3];
-    for k in 0..K {
-        out[k] = data[K + 2] * data[1 + k].times_from(part, x[k]);
+    let m = &data[K + 8..];
+    if K == 2 {
+        out[0] = m[0].times_plus(x[0], m[1] * x[1]);
+        out[1] = m[1].times_plus(x[0], m[2] * x[1]);
+    } else {
+        out[0] = m[0].times_plus(x[0], m[1].times_plus(x[1], m[2] * x[2]));
+        out[1] = m[1].times_plus(x[0], m[3].times_plus(x[1], m[4] * x[2]));
+        out[2] = m[2].times_plus(x[0], m[4].times_plus(x[1], m[5] * x[2]));
     }
 }
 
@@ -442,7 +458,7 @@ fn target_round<const K: usize>(data: &[V], s: &[V], l: &[V], ds: &[V], centre: 
     // W l and W^-1 ds.
     let mut scaled = [V::ZERO; 4];
     let mut step = [V::ZERO; 4];
-    let (along_l, along_s) = (dot(&data[1..=K], &l[1..=K]), dot(&data[1..=K], &ds[1..=K]));
+    let (along_l, along_s) = (dot_few(&data[1..=K], &l[1..=K]), dot_few(&data[1..=K], &ds[1..=K]));
     scaled[0] = eta * data[0].times_plus(l[0], along_l);
     step[0] = per_eta * data[0].times_plus(ds[0], -along_s);
     let (part_l, part_s) = (along_l.times_plus(per_one, l[0]), along_s.times_plus(per_one, -ds[0]));
@@ -456,12 +472,12 @@ fn target_round<const K: usize>(data: &[V], s: &[V], l: &[V], ds: &[V], centre: 
         other[k] = scaled[k] + step[k];
     }
     let mut right = [V::ZERO; 4];
-    right[0] = centre + dot(&step[..=K], &other[..=K]);
+    right[0] = centre + dot_few(&step[..=K], &other[..=K]);
     for k in 1..=K {
         right[k] = step[0].times_plus(other[k], other[0] * step[k]);
     }
     // Divided by W l.
-    let along = dot(&scaled[1..=K], &right[1..=K]);
+    let along = dot_few(&scaled[1..=K], &right[1..=K]);
     let first = scaled[0].times_plus(right[0], -along) * data[K + 7];
     let per = V::ONE / scaled[0];
     let mut quotient = [V::ZERO; 4];
@@ -470,7 +486,7 @@ fn target_round<const K: usize>(data: &[V], s: &[V], l: &[V], ds: &[V], centre: 
         quotient[k] = per * first.times_from(scaled[k], right[k]);
     }
     // W of it, less s.
-    let along = dot(&data[1..=K], &quotient[1..=K]);
+    let along = dot_few(&data[1..=K], &quotient[1..=K]);
     u[0] = eta.times_plus(data[0].times_plus(first, along), -s[0]);
     let part = along.times_plus(per_one, first);
     for k in 1..=K {
@@ -481,7 +497,7 @@ fn target_round<const K: usize>(data: &[V], s: &[V], l: &[V], ds: &[V], centre: 
 #[inline(always)]
 fn limit_round<const K: usize>(x: &[V], per: &[V], dx: &[V]) -> V {
     let (per, per_more) = (per[0], per[1]);
-    let product = x[0].times_plus(dx[0], -dot(&x[1..=K], &dx[1..=K])) * per;
+    let product = x[0].times_plus(dx[0], -dot_few(&x[1..=K], &dx[1..=K])) * per;
     let part = (product + dx[0]) * per_more * per;
     let mut square = V::ZERO;
     for k in 1..=K {

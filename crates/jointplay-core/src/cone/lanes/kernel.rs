@@ -19,6 +19,7 @@ use super::cones::Cone;
 use super::normal::{factor, products, solve};
 use super::vector::{Choice, V, dot};
 use crate::batch::simd::Kernel;
+use crate::cone::own::Atom;
 
 /// Iterations at most: eight programs are rarely done after more than 16.
 const ITERATIONS: usize = 32;
@@ -178,9 +179,10 @@ impl Solve<'_> {
             (&mut st.q, s),
             (&mut st.residual, s),
         ] {
-            array.clear();
             array.resize(size, V::ZERO);
         }
+        st.y.fill(V::ZERO);
+        st.follow.fill(V::ZERO);
         let degree: usize = self.cones.iter().map(Cone::degree).sum();
         // The multipliers of a variable factor add up to one.
         let (factor, multiplier) =
@@ -194,7 +196,12 @@ impl Solve<'_> {
             cone.start(sizes, factor, p);
             cone.slack(sizes, p, factor, &mut of!(cone, st.s, slots));
             let l = &mut of!(cone, st.l, slots);
-            if cone.degree() == 1 { l[0] = multiplier } else { l.fill(multiplier) }
+            if let Atom::Round { .. } = cone.atom {
+                l.fill(V::ZERO);
+                l[0] = multiplier;
+            } else {
+                l.fill(multiplier);
+            }
         }
     }
 
@@ -224,10 +231,9 @@ impl Solve<'_> {
         }
         let mut worst = V::ZERO;
         for (i, row) in data.e.chunks_exact(n).enumerate() {
-            let mut sum = data.right[i];
-            for ((left, e), p) in st.left.iter_mut().zip(row).zip(&st.p) {
+            let mut sum = data.right[i] - dot(row, &st.p);
+            for (left, e) in st.left.iter_mut().zip(row) {
                 *left = e.times_from(st.y[i], *left);
-                sum = e.times_from(*p, sum);
             }
             if !data.springs.is_empty() {
                 sum = sum - dot(&data.springs[i * data.s..(i + 1) * data.s], &st.y);
@@ -339,11 +345,8 @@ impl Solve<'_> {
         }
         for i in 0..s {
             let at = i * n..(i + 1) * n;
-            let mut sum = st.residual[i];
-            for (((e, g), approach), left) in data.e[at.clone()].iter().zip(&st.g[at]).zip(&st.approach).zip(&st.left) {
-                sum = e.times_from(*approach, sum);
-                sum = g.times_plus(*left, sum);
-            }
+            let mut sum = st.residual[i] - dot(&data.e[at.clone()], &st.approach);
+            sum = sum + dot(&st.g[at], &st.left);
             if self.variable {
                 sum = st.q[i].times_plus(a * st.per_stiffness, sum);
             }

@@ -92,8 +92,8 @@ impl Programs {
 
     /// Number of components of all blocks.
     #[must_use]
-    pub const fn width(&self) -> usize {
-        if self.n == 0 { 0 } else { self.forces.len() / self.n }
+    pub fn width(&self) -> usize {
+        self.forces.len().checked_div(self.n).unwrap_or(0)
     }
 
     /// One of the programs.
@@ -152,6 +152,17 @@ impl Programs {
             all.append(part);
         }
         self.compare(question, &mut all);
+        all
+    }
+
+    /// Solves every program by itself.
+    #[must_use]
+    pub fn solve_alone(&self, question: Question) -> Answers {
+        let each = (0..self.n).into_par_iter().map(|number| self.alone(question, number));
+        let mut all = Answers { alone: self.n, ..Answers::default() };
+        for answer in each.collect::<Vec<_>>() {
+            all.push(&answer);
+        }
         all
     }
 

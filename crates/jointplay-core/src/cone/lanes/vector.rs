@@ -3,6 +3,7 @@
 //! Plain arithmetic on a fixed array, inlined into functions that are compiled for several widths of
 //! vector registers; the operations and their order do not depend on the width.
 
+use crate::batch::lanes::bits_if;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Programs at a time.
@@ -48,7 +49,7 @@ macro_rules! choose {
         let mut out = [0; LANES];
         let mut $i = 0;
         while $i < LANES {
-            out[$i] = ($value as u64).wrapping_neg();
+            out[$i] = bits_if($value);
             $i += 1;
         }
         Choice(out)
@@ -145,9 +146,28 @@ impl Neg for V {
     }
 }
 
-/// `sum a b`.
+/// `sum a b`, in four sums, so that none waits for another.
 #[inline(always)]
 pub(super) fn dot(a: &[V], b: &[V]) -> V {
+    let mut sums = [V::ZERO; 4];
+    let (many_a, many_b) = (a.chunks_exact(4), b.chunks_exact(4));
+    let (rest_a, rest_b) = (many_a.remainder(), many_b.remainder());
+    for (a, b) in many_a.zip(many_b) {
+        sums[0] = a[0].times_plus(b[0], sums[0]);
+        sums[1] = a[1].times_plus(b[1], sums[1]);
+        sums[2] = a[2].times_plus(b[2], sums[2]);
+        sums[3] = a[3].times_plus(b[3], sums[3]);
+    }
+    let mut sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    for (a, b) in rest_a.iter().zip(rest_b) {
+        sum = a.times_plus(*b, sum);
+    }
+    sum
+}
+
+/// The same of a few numbers.
+#[inline(always)]
+pub(super) fn dot_few(a: &[V], b: &[V]) -> V {
     let mut sum = V::ZERO;
     for (a, b) in a.iter().zip(b) {
         sum = a.times_plus(*b, sum);

@@ -1,0 +1,99 @@
+//! Cone programs: whole arrays of programs of one structure in, whole arrays of answers out.
+
+use jointplay_core::clearance::Set;
+use jointplay_core::cone::lanes::{Answers, Programs, Question};
+use jointplay_core::cone::{Kind, Outcome};
+use jointplay_core::spec::SetSpec;
+use numpy::{PyReadonlyArray2, PyReadonlyArray3};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde::Deserialize;
+
+use crate::arrays::Table;
+
+/// A block as Python names it.
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum BlockSpec {
+    Clearance(SetSpec),
+    Fixed(SetSpec),
+    Spring(Vec<f64>),
+}
+
+fn kind(block: BlockSpec) -> PyResult<Kind> {
+    let set = |spec: SetSpec| Set::try_from(spec).map_err(|e| PyValueError::new_err(e.to_string()));
+    Ok(match block {
+        BlockSpec::Clearance(spec) => Kind::Clearance(set(spec)?),
+        BlockSpec::Fixed(spec) => Kind::Fixed(set(spec)?),
+        BlockSpec::Spring(compliance) => Kind::Spring(compliance),
+    })
+}
+
+/// Answers of `programs` that differ in their numbers only.
+///
+/// `question` is `pose` or `assembly`, `blocks` the blocks that all programs share, in JSON: `{"clearance":
+/// set}`, `{"fixed": set}` or `{"spring": compliance}`. `maps` is [program, equation, component], `forces`
+/// [program, component], `rights` [program, equation]. With `alone` every program is solved by itself.
+#[pyfunction]
+#[pyo3(signature = (question, blocks, maps, forces, rights, alone = false))]
+pub fn cone_programs<'py>(
+    py: Python<'py>,
+    question: &str,
+    blocks: &str,
+    maps: PyReadonlyArray3<'py, f64>,
+    forces: PyReadonlyArray2<'py, f64>,
+    rights: PyReadonlyArray2<'py, f64>,
+    alone: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    let question = match question {
+        "pose" => Question::Pose,
+        "assembly" => Question::Assembly,
+        other => return Err(PyValueError::new_err(format!("unknown question '{other}': pose or assembly"))),
+    };
+    let blocks: Vec<BlockSpec> = serde_json::from_str(blocks).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    let kinds = blocks.into_iter().map(kind).collect::<PyResult<Vec<Kind>>>()?;
+    let (maps, forces, rights) = (maps.as_array(), forces.as_array(), rights.as_array());
+    let width: usize = kinds.iter().map(Kind::size).sum();
+    let (n, s) = (rights.nrows(), rights.ncols());
+    if maps.shape() != [n, s, width] || forces.shape() != [n, width] {
+        return Err(PyValueError::new_err(format!(
+            "maps {:?} and forces {:?} do not fit: {:?} and {:?} are needed",
+            maps.shape(),
+            forces.shape(),
+            [n, s, width],
+            [n, width]
+        )));
+    }
+    let programs = Programs {
+        n,
+        n_equations: s,
+        n_blocks: kinds.len(),
+        kinds,
+        maps: maps.iter().copied().collect(),
+        forces: forces.iter().copied().collect(),
+        rights: rights.iter().copied().collect(),
+    };
+    let answers = py.detach(|| if alone { programs.solve_alone(question) } else { programs.solve(question) });
+    table(py, answers, [n, s, width])
+}
+
+fn table(py: Python<'_>, answers: Answers, [n, s, width]: [usize; 3]) -> PyResult<Bound<'_, PyDict>> {
+    let name = |outcome: &Outcome| match outcome {
+        Outcome::Solved => 0,
+        Outcome::Infeasible => 1,
+        Outcome::Stalled => 2,
+    };
+    Ok(Table::new(py)
+        .array("outcome", &[n], answers.outcomes.iter().map(name).collect::<Vec<u8>>())?
+        .array("displacements", &[n, width], answers.displacements)?
+        .array("multipliers", &[n, s], answers.multipliers)?
+        .array("factor", &[n], answers.factors)?
+        .array("value", &[n], answers.values)?
+        .array("dual_value", &[n], answers.dual_values)?
+        .array("gap", &[n], answers.gaps)?
+        .array("alone", &[], vec![answers.alone as u64])?
+        .array("compared", &[], vec![answers.compared as u64])?
+        .array("difference", &[], vec![answers.difference])?
+        .finish())
+}

@@ -1,0 +1,117 @@
+"""`assemble`: the precision of an assembly, step by step.
+
+After every step what is assembled is a mechanism of its own: the bodies that are there, on the base. It is solved with
+the deviations of the built unit, the clearances taken up as its loads push them, and what is left free held at its
+nominal place. Nothing is carried over from one step to the next: without friction what is assembled rests where its
+loads and its elasticity want it, whatever the order in which it came together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from jointplay.analyses.nominal import Progress
+from jointplay.analyses.random import PROBABILITIES
+from jointplay.errors import InputError, not_known
+from jointplay.model import Mechanism
+from jointplay.result import Result, to_dataset
+
+from . import scatter, unit, worst
+from .order import best_order
+from .report import place, unassembled
+from .steps import order
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["QUESTIONS", "SAMPLES", "assemble", "best_order", "compute"]
+
+QUESTIONS = ("unit", "worst", "random")
+#: units that a question about scatter draws
+SAMPLES = 2_000
+
+
+def assemble(
+    m: Mechanism,
+    question: str = "unit",
+    *,
+    configuration: int = 0,
+    samples: int = SAMPLES,
+    seed: int = 0,
+    law: str | None = None,
+    probabilities: Sequence[float] = PROBABILITIES,
+) -> xr.Dataset:
+    """Follow an assembly step by step.
+
+    Parameters
+    ----------
+    m : Mechanism
+        With an order of assembly.
+    question : {"unit", "worst", "random"}
+        One built unit with its known deviations, the worst over all tolerances, or the scatter over random units.
+    configuration : int
+        At which of its configurations it is assembled.
+    samples, seed, law, probabilities
+        Of random units, see `random`. The same units go through all steps.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `step`: `kind` (``fixed``, ``connected``, ``closing``, ``redundant``, ``loose``), `members`, `links`,
+        `mobility` and `redundancy` of what is assembled, `held` (what is free and therefore held at its nominal
+        place), `status`. What is not there yet is nan.
+
+        For the unit: `error_shaft` and `error_bearing` (of the centre on the first and on the second body of every
+        joint), `undetermined_shaft` and `undetermined_bearing` (half-width of what the loads do not decide of them),
+        `error` and `undetermined` of the output, `sensitivity` of the output (per parameter), `clearance_offset`,
+        `contact` (per source), `reaction`, `member_force` (tension positive), `member_elongation`, `clearance_factor`
+        (smallest factor on all clearances with which rigid bodies go together).
+
+        For the worst: `worst_shaft`, `worst_bearing`, `worst_position` of the output, `worst_force`,
+        `worst_clearance_factor`. For random units: quantiles of the same, `mean` and `std` of the output's position
+        error, `probability_of_fit` (share of the units that go together without strain), `failures`.
+
+        Links that are locked to one another are one: `link_nominal`, `link_actual`, `link_shortest` and
+        `link_longest` are its lengths between its joints.
+
+    Raises
+    ------
+    InputError
+        When the file has no order of assembly.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> m = jp.loads(jp.examples.text("four-bar"))
+    >>> m = m.with_({"assembly.steps": [["crank"], ["coupler", "rocker"]]})
+    >>> jp.assemble(m).kind.values.tolist()
+    ['fixed', 'connected']
+    """
+    options = {"configuration": configuration, "samples": samples, "seed": seed, "law": law}
+    return to_dataset(compute(m, question, **options, probabilities=probabilities))  # type: ignore[arg-type]
+
+
+def compute(
+    m: Mechanism,
+    question: str = "unit",
+    *,
+    configuration: int = 0,
+    samples: int = SAMPLES,
+    seed: int = 0,
+    law: str | None = None,
+    probabilities: Sequence[float] = PROBABILITIES,
+    progress: Progress | None = None,
+) -> Result:
+    """The light form of `assemble`."""
+    if question not in QUESTIONS:
+        raise InputError(not_known(str(question), "a question about an assembly", QUESTIONS), key="question")
+    order(m)
+    at = place(m, configuration)
+    if not at.is_assembled:
+        return unassembled(m, at, question)
+    if question == "random":
+        return scatter.compute(m, at, samples, seed, law, probabilities, progress)
+    if question == "worst":
+        return worst.compute(m, at, progress)
+    return unit.compute(m, at, progress)

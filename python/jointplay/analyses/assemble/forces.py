@@ -1,0 +1,97 @@
+"""Forces and elongations of members, tension positive.
+
+The force of an elastic member is that of the joint which gives as the member does. A rigid body with joints at two
+points is a member between them: its force is the mean of what pulls it outwards at both ends,
+
+    N = (F_b . e - F_a . e) / 2 ,    e from a to b,  F on the body, loads at that end among them
+
+which are equal where nothing loads it in between. Rigid bodies with joints at more points have no force of their own.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from jointplay import _core, poses
+from jointplay.model import Mechanism
+
+from .part import Floats, Part
+
+#: two ends nearer than this share of the characteristic length have no direction between them
+COINCIDENT = 1e-9
+
+
+class Members:
+    """The members of a mechanism: the elastic ones, and its rigid links between two points.
+
+    Attributes
+    ----------
+    names : list of str
+    """
+
+    def __init__(self, m: Mechanism) -> None:
+        spec = m.core_spec
+        elastic = {member.body for member in m.members}
+        #: of every rigid body with two ends: joints by point, each with the sign of its reaction on the body
+        self.ends: dict[int, dict[int, list[tuple[int, float]]]] = {}
+        for body, owner in enumerate(m.owners):
+            ends: dict[int, list[tuple[int, float]]] = {}
+            for k, joint in enumerate(spec["joints"]):
+                for end, sign in (("first", -1.0), ("second", 1.0)):
+                    if spec["points"][joint[end]]["body"] == body:
+                        ends.setdefault(joint[end], []).append((k, sign))
+            is_link = len(ends) == 2 and body not in m.crosses and owner not in elastic
+            if is_link and self._span(m, *ends) > COINCIDENT * m.length:
+                self.ends[body] = ends
+        self.elastic = [member.joint for member in m.members]
+        self.names = [*(member.name for member in m.members), *(m.bodies[body] for body in self.ends)]
+
+    @staticmethod
+    def _span(m: Mechanism, a: int, b: int) -> float:
+        first, second = (np.array(m.core_spec["points"][point]["at"]) for point in (a, b))
+        return float(np.linalg.norm(second - first))
+
+    def forces(self, part: Part, core: _core.Mechanism, answer: dict[str, Any]) -> Floats:
+        """Force along every member, N; nan where a member is not there or hangs on one end."""
+        elastic = self._along(part, core.rows, answer.get("force"), np.nan)
+        rigid = [self._force(part, answer["reaction"][0], body, ends) for body, ends in self.ends.items()]
+        return np.array([*elastic, *rigid])
+
+    def elongations(self, part: Part, core: _core.Mechanism, answer: dict[str, Any]) -> Floats:
+        """Elastic elongation of every member, m; zero where it is rigid or only bends, nan where it is not there."""
+        elastic = self._along(part, core.deformations, answer.get("deformation"), 0.0)
+        return np.array([*elastic, *(0.0 if body in part.bodies else np.nan for body in self.ends)])
+
+    def _along(self, part: Part, names: list[tuple[int, str]], values: Floats | None, missing: float) -> list[float]:
+        """What an answer has for the elastic members along their axes."""
+        found = []
+        for joint in self.elastic:
+            if joint not in part.joints or values is None:
+                found.append(np.nan)
+                continue
+            name = (part.joints.index(joint), "along")
+            found.append(float(values[0][names.index(name)]) if name in names else missing)
+        return found
+
+    def _force(self, part: Part, reaction: Floats, body: int, ends: dict[int, list[tuple[int, float]]]) -> float:
+        there = {point: [on for on in joints if on[0] in part.joints] for point, joints in ends.items()}
+        if not all(there.values()):
+            return np.nan
+        places = [poses.place(part.nominal[body], part.m.core_spec["points"][point]["at"]) for point in there]
+        pulls = [sum(sign * reaction[part.joints.index(k)] for k, sign in joints) for joints in there.values()]
+        pulls = [pull[: part.lengths] + self._load(part, body, at) for pull, at in zip(pulls, places, strict=True)]
+        along = (places[1] - places[0])[: part.lengths]
+        return float((pulls[1] - pulls[0]) @ along / np.linalg.norm(along) / 2.0)
+
+    def _load(self, part: Part, body: int, place: Floats) -> Floats:
+        """The force of the loads on a body at one of its ends."""
+        spec = part.m.core_spec
+        total = np.zeros(part.lengths)
+        for load in spec["loads"]:
+            point = spec["points"][load["point"]]
+            away = poses.place(part.nominal[body], point["at"]) - place
+            if point["body"] == body and body != part.base and np.linalg.norm(away) <= COINCIDENT * part.m.length:
+                total += load["force"][: part.lengths]
+        return total

@@ -1,0 +1,176 @@
+"""What is assembled so far, as a mechanism of its own on the base.
+
+A part has the bodies that are there, the joints between any two of them, the drives of these joints, and the sources
+and loads on them. The base is where it nominally is; the ground, when it is not the base, is a body like any other.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay import _core, poses
+from jointplay.compile import LENGTHS
+from jointplay.model import Mechanism
+
+GROUND = -1
+#: sources on a joint or on a drive; the others are dimensions between two points
+ON_JOINT = ("clearance", "angle")
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A mechanism cut out of another one.
+
+    Attributes
+    ----------
+    m : Mechanism
+        The whole mechanism.
+    base : int
+        The body that does not move; -1 is the ground.
+    bodies, joints, drives, sources : tuple of int
+        What is there, by its index in the whole mechanism, in the order of the core; the base is not among the bodies.
+    parameters : ndarray of int
+        Index in the whole mechanism of every entry of the vector of offsets.
+    nominal : ndarray
+        Nominal poses of all bodies of the whole mechanism and, last, of the ground.
+    spec : dict
+        The part as the core reads it. Its output is arbitrary, see `core`.
+    """
+
+    m: Mechanism
+    base: int
+    bodies: tuple[int, ...]
+    joints: tuple[int, ...]
+    drives: tuple[int, ...]
+    sources: tuple[int, ...]
+    parameters: NDArray[np.int64]
+    nominal: Floats
+    spec: dict[str, Any]
+
+    @cached_property
+    def driven(self) -> tuple[int, ...]:
+        """Index of the joint that each drive commands, among the joints of the part."""
+        return tuple(drive["joint"] for drive in self.spec["drives"])
+
+    @property
+    def lengths(self) -> int:
+        """Directions of the plane or of space."""
+        return sum(component in LENGTHS for component in self.m.components)
+
+    def core(self, output: int | None = None, **changes: Any) -> _core.Mechanism:
+        """The part in the compiled core, with one of its points as output and other changes of its specification."""
+        point = self.spec["output"] if output is None else {"point": output}
+        return _core.Mechanism(json.dumps(self.spec | {"output": point} | changes, allow_nan=False))
+
+    def commands(self, core: _core.Mechanism, count: int) -> Floats:
+        """Values of so many drives at which the nominal poses are."""
+        return core.drive_values(self.poses[None], np.zeros(count))
+
+    @property
+    def poses(self) -> Floats:
+        """Nominal poses of the bodies of the part, in the order of the core."""
+        return np.ascontiguousarray(self.nominal[list(self.bodies)])
+
+
+def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, attached: bool = True) -> Part:
+    """The part of a mechanism that some of its bodies make.
+
+    Parameters
+    ----------
+    m : Mechanism
+    nominal : ndarray
+        Nominal poses of all bodies, SI, ground axes; shape (body, pose).
+    base : int
+        The body that does not move.
+    assembled : iterable of int
+        The bodies that are there, the base among them or not. The pieces of an elastic body come with it, the cross of
+        a universal joint with the second of its bodies.
+    attached : bool
+        Whether the joints on the base count; if not, the part hangs on nothing.
+    """
+    spec = m.spec()
+    there = _with_crosses(spec, _with_pieces(m, {*assembled, base}), m)
+    bodies = tuple(sorted(there - {base}))
+    index = {base: GROUND, **{body: k for k, body in enumerate(bodies)}}
+    every = np.vstack([nominal, poses.ground(nominal.shape[-1])])  # the ground has index -1
+    turn = poses.matrix(every[base])
+
+    def body_of(point: int) -> int:
+        return int(spec["points"][point]["body"])
+
+    def placed(point: dict[str, Any]) -> dict[str, Any]:
+        at = poses.place(every[base], point["at"]).tolist() if point["body"] == base != GROUND else point["at"]
+        return {"body": index[point["body"]], "at": at}
+
+    points = [k for k in range(len(spec["points"])) if body_of(k) in index]
+    renumbered = {point: k for k, point in enumerate(points)}
+
+    def renamed(joint: dict[str, Any]) -> dict[str, Any]:
+        own = dict(joint)
+        for end in ("first", "second"):
+            if body_of(joint[end]) == base != GROUND:
+                for axis in {f"axis_{end}", f"side_{end}"} & set(joint):
+                    own[axis] = (turn @ joint[axis]).tolist()
+            own[end] = renumbered[joint[end]]
+        return own
+
+    joined = index if attached else set(bodies)
+    joints = [k for k, j in enumerate(spec["joints"]) if {body_of(j["first"]), body_of(j["second"])} <= set(joined)]
+    drives = [k for k, drive in enumerate(spec["drives"]) if drive["joint"] in joints]
+    sources = [k for k, source in enumerate(spec["sources"]) if _belongs(source, joints, drives, points)]
+    own = spec | {
+        "n_bodies": len(bodies),
+        "guess": every[list(bodies)].tolist(),
+        "points": [placed(spec["points"][k]) for k in points],
+        "joints": [renamed(spec["joints"][k]) for k in joints],
+        "drives": [spec["drives"][k] | {"joint": joints.index(spec["drives"][k]["joint"])} for k in drives],
+        "sources": [_renumbered(spec["sources"][k], joints, drives, renumbered) for k in sources],
+        "loads": [
+            load | {"point": renumbered[load["point"]]}
+            for load in spec["loads"]
+            if body_of(load["point"]) in index and body_of(load["point"]) not in (base, GROUND)
+        ],
+        "output": {"point": renumbered.get(spec["output"]["point"], 0)},
+    }
+    parameters = np.flatnonzero(np.isin(m.parameter_source, sources))
+    return Part(m, base, bodies, tuple(joints), tuple(drives), tuple(sources), parameters, every, own)
+
+
+def _with_pieces(m: Mechanism, there: set[int]) -> set[int]:
+    """The bodies with the pieces of those that are elastic."""
+    names = {m.bodies[body] for body in there if body != GROUND}
+    return there | {k for k, owner in enumerate(m.owners) if owner in names}
+
+
+def _with_crosses(spec: dict[str, Any], there: set[int], m: Mechanism) -> set[int]:
+    """The bodies with the crosses of those universal joints whose bodies are both there."""
+    beside: dict[int, set[int]] = {}
+    for joint in spec["joints"]:
+        ends = [spec["points"][joint[end]]["body"] for end in ("first", "second")]
+        for body, other in (ends, ends[::-1]):
+            if body in m.crosses:
+                beside.setdefault(body, set()).add(other)
+    return there | {cross for cross, bodies in beside.items() if bodies <= there}
+
+
+def _belongs(source: dict[str, Any], joints: list[int], drives: list[int], points: list[int]) -> bool:
+    if source["kind"] in ON_JOINT:
+        return source["joint"] in joints
+    return source["drive"] in drives if source["kind"] == "drive" else source["to"] in points
+
+
+def _renumbered(source: dict[str, Any], joints: list[int], drives: list[int], points: dict[int, int]) -> dict[str, Any]:
+    if source["kind"] in ON_JOINT:
+        return source | {"joint": joints.index(source["joint"])}
+    if source["kind"] == "drive":
+        return source | {"drive": drives.index(source["drive"])}
+    return source | {"from": points[source["from"]], "to": points[source["to"]]}

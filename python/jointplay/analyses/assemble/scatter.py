@@ -1,0 +1,92 @@
+"""How an assembly scatters from unit to unit: the same seeded units go through all of its steps.
+
+Probability that a step goes together without strain = share of the units whose clearances, as they are, take up the
+misfit (clearance factor up to one).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from jointplay import _core
+from jointplay.analyses.nominal import Progress
+from jointplay.analyses.random import checked
+from jointplay.compile import LENGTHS
+from jointplay.model import Mechanism
+from jointplay.result import Result
+
+from .forces import Members
+from .part import Floats
+from .report import Place, report
+from .state import Held
+from .steps import steps
+from .units import Units, solve
+
+
+def compute(
+    m: Mechanism,
+    at: Place,
+    samples: int,
+    seed: int,
+    law: str | None,
+    probabilities: Sequence[float],
+    progress: Progress | None = None,
+) -> Result:
+    """Quantiles over random units after every step."""
+    levels = checked(samples, seed, law, probabilities)
+    taken, members = list(steps(m, at.poses)), Members(m)
+    u = m.core.units(samples, seed, law)
+    solved: list[Units] = []
+    for k, step in enumerate(taken):
+        solved.append(solve(Held(step), members, u))
+        if progress is not None:
+            progress(k + 1, len(taken))
+
+    builder = report(m, taken, at, "random")
+    builder.attrs |= {"samples": samples, "seed": seed, "law": law or "as in the file"}
+    builder.labels("probability", levels, "share of the units that is below the quantile")
+    centres = np.stack([_quantiles(units.centres, levels) for units in solved])
+    for k, (end, body) in enumerate((("shaft", "first"), ("bearing", "second"))):
+        words = f"quantile of the position error of the centre on the {body} body of the joint"
+        dims = ("step", "joint", "probability")
+        builder.add(f"quantile_{end}", dims, centres[:, k], words, "length")
+    lengths = sum(component in LENGTHS for component in m.components)
+    sizes = np.stack([_quantiles(np.linalg.norm(units.output[:, :lengths], axis=1), levels) for units in solved])
+    builder.add(
+        "quantile_position", ("step", "probability"), sizes, "quantile of the output's position error", "length"
+    )
+    ok = [np.isfinite(units.output).all(axis=1) for units in solved]
+    moments = {
+        name: np.stack([_moment(units.output[good], of) for units, good in zip(solved, ok, strict=True)])
+        for name, of in (("mean", np.mean), ("std", np.std))
+    }
+    builder.add("mean", ("step", "component"), moments["mean"], "mean error of the output", "component")
+    builder.add("std", ("step", "component"), moments["std"], "standard deviation of it", "component")
+    builder.labels("member", members.names, "link between two points")
+    forces = np.stack([_quantiles(np.abs(units.force), levels) for units in solved])
+    builder.add(
+        "quantile_force", ("step", "member", "probability"), forces, "quantile of the size of the force", "force"
+    )
+    factors = np.stack([_quantiles(units.clearance_factor, levels) for units in solved])
+    words = "quantile of the smallest factor on the clearances with which rigid bodies go together"
+    builder.add("quantile_clearance_factor", ("step", "probability"), factors, words)
+    fits = np.array([units.fits.mean() for units in solved])
+    builder.add("probability_of_fit", "step", fits, "share of the units that go together without strain")
+    outcomes = [[int((units.status == name).sum()) for name in _core.STATUSES] for units in solved]
+    builder.add("failures", ("step", "outcome"), np.array(outcomes, dtype=np.int64), "units by outcome")
+    held = np.array(["underconstrained" if step.freedom.mobility else "ok" for step in taken], dtype=str)
+    builder.add("status", "step", held, "outcome")
+    return builder.result()
+
+
+def _quantiles(values: Floats, levels: Floats) -> Floats:
+    """Quantiles along the last axis of the units that could be solved; nan where none could."""
+    flat = values.reshape(-1, values.shape[-1])
+    rows = [np.quantile(row[np.isfinite(row)], levels) if np.isfinite(row).any() else levels * np.nan for row in flat]
+    return np.reshape(rows, (*values.shape[:-1], len(levels)))
+
+
+def _moment(errors: Floats, of: Callable[..., Floats]) -> Floats:
+    return np.full(errors.shape[1], np.nan) if not len(errors) else of(errors, axis=0)

@@ -1,0 +1,115 @@
+"""Many units of one part: where the centres of its joints are, and what its members carry.
+
+centre of a unit = R(pose) (at + sum of the deviations that move it) + position(pose)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay import poses
+from jointplay.result import STATUSES
+
+from .forces import Members
+from .part import GROUND, Floats
+from .state import ENDS, Held
+
+#: rounding of the factor on the clearances
+FITS = 1.0 + 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Units:
+    """Units after a step; SI, indexed as in the whole mechanism, nan where nothing is yet or a unit failed.
+
+    Attributes
+    ----------
+    centres : ndarray
+        Size of the position error of the centre on the first and on the second body of every joint; shape (end, joint,
+        unit).
+    output : ndarray
+        Error of the output; shape (unit, component).
+    points : dict
+        Size of the position error of every point of the part that was asked; shape (unit,).
+    force : ndarray
+        Of every member; shape (member, unit).
+    clearance_factor : ndarray
+        Shape (unit,).
+    status : ndarray of str
+        Shape (unit,).
+    """
+
+    centres: Floats
+    output: Floats
+    points: dict[int, Floats]
+    force: Floats
+    clearance_factor: Floats
+    status: NDArray[np.str_]
+
+    @property
+    def fits(self) -> NDArray[np.bool_]:
+        """Which units go together without strain."""
+        failed = np.isin(self.status, ["not_assembled", "singular", "not_assemblable"])
+        return np.asarray(~failed & (self.clearance_factor <= FITS))
+
+
+def solve(held: Held, members: Members, u: Floats) -> Units:
+    """Solve units with offsets and deviations u of the whole mechanism; shape (unit, parameter).
+
+    Where the part is over-constrained, deviations count and clearances are where these, elasticity and loads put them,
+    what is open in its middle. Elsewhere every offset counts.
+    """
+    part = held.part
+    m, count = part.m, len(u)
+    own = np.ascontiguousarray(u[:, part.parameters])
+    clearances = np.array([m.source_kinds[int(s)] == "clearance" for s in m.parameter_source])[part.parameters]
+    if held.redundant:
+        core = held.core()
+        found = core.loaded_units(held.drives, held.poses, np.where(clearances, 0.0, own))
+        each = ({key: found[key][[n]] for key in ("force", "reaction")} for n in range(count))
+        force = np.array([members.forces(part, core, answer) for answer in each]).T
+        factor, own = found["clearance_factor"], found["offset"]
+    else:
+        # What is determinate is where its offsets put it, however elastic it is.
+        core = held.core(joints=held.rigid_joints)
+        found = core.given(held.drives.repeat(count, 0), held.poses.repeat(count, 0), own)
+        loaded = held.core()
+        force = np.repeat(members.forces(part, loaded, loaded.loaded(held.drives, held.poses, True))[:, None], count, 1)
+        factor = np.zeros(count)
+    errors = {point: _moved(held, point, found["poses"], own) for point in held.points()}
+    sizes = {point: np.asarray(np.linalg.norm(error, axis=1)) for point, error in errors.items()}
+    centres = np.full((2, len(m.joints), count), np.nan)
+    for k, ends in held.centres().items():
+        for i, end in enumerate(ENDS):
+            centres[i, part.joints[k]] = sizes[ends[end]]
+    output = np.full((count, len(m.components)), np.nan)
+    if held.output is not None:
+        body = part.spec["points"][held.output]["body"]
+        placed, nominal = poses.components(found["poses"][:, body]), poses.components(part.poses[body])
+        output = poses.difference(placed, np.broadcast_to(nominal, placed.shape))
+        output[:, : part.lengths] = errors[held.output]
+    return Units(centres, output, sizes, force, factor, STATUSES[found["status"]])
+
+
+def _moved(held: Held, point: int, placed: Floats, u: Floats) -> Floats:
+    """Position error of a point in units whose bodies are at given poses; shape (unit, axis)."""
+    spec, part = held.part.spec, held.part
+    body, at = spec["points"][point]["body"], np.array(spec["points"][point]["at"])
+    nominal = poses.place(_pose(part.poses, body), at)
+    offset = np.zeros((len(u), 3))
+    first = 0
+    for source in spec["sources"]:
+        if source["kind"] == "dimension" and source["to"] == point:
+            along = at - spec["points"][source["from"]]["at"]
+            offset += u[:, [first]] * along / np.linalg.norm(along)
+        first += len(source["centre"])
+    pose = _pose(placed.swapaxes(0, 1), body)
+    actual = poses.position(pose) + (poses.matrix(pose) @ (at + offset)[..., None])[..., 0]
+    return np.asarray((actual - nominal)[:, : part.lengths])
+
+
+def _pose(of: Floats, body: int) -> Floats:
+    return poses.ground(of.shape[-1]) if body == GROUND else of[body]

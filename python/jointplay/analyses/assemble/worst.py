@@ -1,0 +1,132 @@
+"""The worst that an assembly can be, step by step, over all clearances and tolerances.
+
+Determinate steps: the exact extremes of `worst` for every centre. Over-constrained steps: every corner of the box of
+tolerances is a unit (corners in turn where there are too many). The factor on the clearances is a convex function of
+the deviations, so that its largest value is at a corner; forces and errors are the largest met there.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.analyses.nominal import Progress
+from jointplay.model import Mechanism
+from jointplay.result import Result
+
+from .forces import Members
+from .part import Floats, Part
+from .report import Place, report
+from .state import ENDS, SERIOUS, Held
+from .steps import Step, steps
+from .units import solve
+
+#: tolerances up to which every corner of their box is tried
+EVERY_CORNER = 8
+#: rounds of the search among more corners
+ROUNDS = 6
+
+
+def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result:
+    """The largest errors, forces and clearance factors after every step."""
+    taken, members = list(steps(m, at.poses)), Members(m)
+    found: list[_Extremes] = []
+    for k, step in enumerate(taken):
+        found.append(_Extremes(step, members))
+        if progress is not None:
+            progress(k + 1, len(taken))
+    builder = report(m, taken, at, "worst")
+    for k, (end, body) in enumerate((("shaft", "first"), ("bearing", "second"))):
+        words = f"largest position error of the centre on the {body} body of the joint"
+        builder.add(f"worst_{end}", ("step", "joint"), np.stack([f.centres[k] for f in found]), words, "length")
+    words = "largest position error of the output"
+    builder.add("worst_position", "step", np.array([f.output for f in found]), words, "length")
+    builder.labels("member", members.names, "link between two points")
+    forces = np.stack([f.force for f in found])
+    builder.add("worst_force", ("step", "member"), forces, "largest size of the force along the member", "force")
+    words = "largest factor on the clearances that rigid bodies can need to go together"
+    builder.add("worst_clearance_factor", "step", np.array([f.factor for f in found]), words)
+    builder.add("status", "step", np.array([f.status for f in found], dtype=str), "outcome")
+    return builder.result()
+
+
+class _Extremes:
+    """The extremes after one step; SI."""
+
+    def __init__(self, step: Step, members: Members) -> None:
+        self.held = Held(step)
+        m = step.part.m
+        self.corners = corners(self.held, members) if self.held.redundant else m.centre[None]
+        self.units = solve(self.held, members, self.corners)
+        self.force = np.max(np.abs(self.units.force), axis=1)
+        self.factor = float(self.units.clearance_factor.max())
+        largest = self._over_corners if self.held.redundant else self._exact
+        sizes = {point: largest(point) for point in self.held.points()}
+        self.centres = np.full((2, len(m.joints)), np.nan)
+        for k, ends in self.held.centres().items():
+            for i, end in enumerate(ENDS):
+                self.centres[i, step.part.joints[k]] = sizes[ends[end]]
+        self.output = np.nan if self.held.output is None else sizes[self.held.output]
+        # What play leaves open is what the worst case is over.
+        statuses = ["ok", *(status for status in np.unique(self.units.status).tolist() if status != "undetermined")]
+        self.status = max([*statuses, "underconstrained" if self.held.free else "ok"], key=SERIOUS.index)
+
+    def _exact(self, point: int) -> float:
+        """Largest position error of a point of a determinate part."""
+        core = self.held.core(point, joints=self.held.rigid_joints)
+        return float(core.worst(self.held.drives, self.held.poses)["position"][0])
+
+    def _over_corners(self, point: int) -> float:
+        """Largest position error of a point at the corners, at the far end of what is left open there."""
+        sizes = self.units.points[point]
+        if not np.isfinite(sizes).any():
+            return np.nan
+        u = self.corners[np.nanargmax(sizes)][self.held.part.parameters]
+        found = self.held.loaded(point, sources=_centred(self.held.part, u))
+        far = np.abs(found["error"][0]) + found["undetermined"][0]
+        return float(np.linalg.norm(far[: self.held.part.lengths]))
+
+
+def _centred(part: Part, u: Floats) -> list[dict[str, Any]]:
+    """The sources of a part with other known deviations."""
+    ends = np.cumsum([len(source["centre"]) for source in part.spec["sources"]])
+    parts = np.split(u, ends[:-1])
+    return [source | {"centre": own.tolist()} for source, own in zip(part.spec["sources"], parts, strict=True)]
+
+
+def corners(held: Held, members: Members) -> Floats:
+    """Corners of the box of tolerances of a part, as units of the whole mechanism; shape (unit, parameter)."""
+    m = held.part.m
+    wide: dict[int, tuple[float, float]] = {}
+    for s in held.part.sources:
+        ((shape, size),) = m.core_spec["sources"][s]["set"].items()
+        if m.source_kinds[s] != "clearance" and shape == "interval" and size["high"] > size["low"]:
+            wide[int(np.flatnonzero(m.parameter_source == s)[0])] = (size["low"], size["high"])
+
+    def units(high: NDArray[np.bool_]) -> Floats:
+        u = np.repeat(m.centre[None], len(high), 0)
+        u[:, [*wide]] += np.where(high, [b for _, b in wide.values()], [a for a, _ in wide.values()])
+        return u
+
+    if len(wide) <= EVERY_CORNER:
+        return units(np.array(list(itertools.product((False, True), repeat=len(wide))), dtype=bool))
+    return _climbed(len(wide), units, lambda u: solve(held, members, u).clearance_factor)
+
+
+def _climbed(count: int, units: Callable[[NDArray[np.bool_]], Floats], factor: Callable[[Floats], Floats]) -> Floats:
+    """The corners that one passes when the best of all flips of one tolerance is taken, from some corners on."""
+    passed = []
+    for start in np.vstack([np.zeros((1, count), dtype=bool), np.eye(count, dtype=bool)]):
+        best, here = -np.inf, start[None]
+        for _ in range(ROUNDS):
+            values = factor(units(here))
+            k = int(np.nanargmax(np.where(np.isnan(values), np.inf, values)))
+            passed.append(here[k])
+            if not values[k] > best:
+                break
+            best, here = values[k], here[k] ^ np.eye(count, dtype=bool)
+    return units(np.unique(passed, axis=0))

@@ -1,0 +1,223 @@
+"""An assembly, a drawing for every step: what is there, what is new, how far off it is, and what is strained."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse
+
+from jointplay import poses
+from jointplay.analyses.assemble.report import place
+from jointplay.errors import InputError
+from jointplay.model import Mechanism
+from jointplay.result import Result
+from jointplay.table import VERDICTS
+
+from .style import COLOURS, GREY, STYLE, light, round_factor
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: how large, as a share of the mechanism, an exaggerated error is drawn
+VISIBLE = 0.08
+#: forces below this share of the largest one of any step are not written
+WORTH_SAYING = 1e-3
+COLUMNS = 3
+#: of a panel in inches, and what title and labels take of its height
+WIDTH, LABELS = 4.6, 0.9
+#: room around the mechanism, as a share of it
+MARGIN = 0.15
+NEW, TENSION, COMPRESSION, ERROR = COLOURS[2], COLOURS[3], COLOURS[0], "black"
+#: the variable that says how far off a centre can be, in each of the questions
+REACH = {"worst": "worst_shaft", "random": "quantile_shaft"}
+
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | None = None) -> Figure:
+    """Draw an assembly, a panel for every step.
+
+    What is new is thick. Members under tension are red and whole, under compression blue and dashed, with their force.
+    Arrows are the errors of the joints' centres on their first bodies, with what the loads leave open around them; or
+    circles: the worst that they can be, or what the largest probability keeps within.
+
+    Parameters
+    ----------
+    m : Mechanism
+    result : Dataset
+        Of `assemble`.
+    exaggerate : float, optional
+        How many times larger than they are errors are drawn; a round number that makes them visible if left out.
+    """
+    part = light(result)
+    if part.attrs.get("question") != "assemble":
+        raise InputError("is not the result of an assembly", key="result")
+    if "kind" not in part.data:
+        raise InputError("does not go together even with perfect parts, so there is nothing to draw", file=m.file)
+    steps = part.labels("step")
+    drawing = _Drawing(m, part, exaggerate)
+    columns = min(COLUMNS, len(steps))
+    rows = -(-len(steps) // columns)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH * columns, drawing.height * rows))
+        for k in range(len(steps)):
+            axes = figure.add_subplot(rows, columns, k + 1, projection="3d" if drawing.size == 3 else None)
+            drawing.step(k, axes)
+        note = f"errors {drawing.exaggerate:g} times as large" if drawing.exaggerate else "no errors"
+        figure.suptitle(f"{part.attrs['title'] or part.attrs['file']} ({note})", fontsize=10)
+    return figure
+
+
+class _Drawing:
+    """The panels, in file units."""
+
+    def __init__(self, m: Mechanism, result: Result, exaggerate: float | None) -> None:
+        self.m, self.result, self.spec = m, result, m.core_spec
+        self.size = 3 if m.pose_size == poses.SPATIAL else 2
+        at = place(m, int(result.attrs["at_configuration"]))
+        everything = np.vstack([at.poses, poses.ground(m.pose_size)])  # the ground has index -1
+        points = self.spec["points"]
+        self.places = np.array([poses.place(everything[p["body"]], p["at"])[: self.size] for p in points])
+        self.places /= m.units.length
+        self.extent = float(np.ptp(self.places, axis=0).max()) or 1.0
+        self.members = [str(cell).split(", ") for cell in result.get("members").tolist()]
+        largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in self._errors()), default=0.0)
+        automatic = round_factor(VISIBLE * self.extent / largest) if largest > 0 else 0.0
+        self.exaggerate = automatic if exaggerate is None else exaggerate
+
+    @property
+    def height(self) -> float:
+        """Height of a panel that has no empty space beside the mechanism."""
+        if self.size == 3:
+            return WIDTH
+        width, height = np.ptp(self.places, axis=0) + 2.0 * MARGIN * self.extent
+        return LABELS + (WIDTH - LABELS) * float(height / width)
+
+    def _errors(self) -> list[Floats]:
+        which = str(self.result.attrs["assemble"])
+        if which in REACH:
+            return [self.result.get(REACH[which])]
+        axes = self.result.labels("component")[: self.size]
+        names = ("error_shaft", "undetermined_shaft")
+        return [self.result.get(name, component=c) for name in names for c in axes]
+
+    def step(self, k: int, axes: Axes) -> None:
+        """The panel of a step."""
+        before = {str(self.result.attrs["base"]), *(name for step in self.members[:k] for name in step)}
+        new = set(self.members[k])
+        for body, name in [(-1, "ground"), *enumerate(self.m.owners)]:
+            if name in before | new:
+                self._body(axes, body, name in new)
+        self._forces(axes, k)
+        for joint in range(len(self.m.joints)):
+            self._centre(axes, k, joint)
+        verdict = VERDICTS[str(self.result.get("status")[k])]
+        # What is locked together is written as one, as it is handled.
+        axes.set_title(f"{self.result.labels('step')[k]}: {self.result.get('links')[k]}: {verdict}", fontsize=9)
+        self._frame(axes)
+        unit = self.m.units.length_name
+        axes.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
+
+    def _frame(self, axes: Axes) -> None:
+        """The same place in every panel, with equal scales."""
+        low, high = self.places.min(axis=0), self.places.max(axis=0)
+        for name, a, b in zip("xyz", low, high, strict=False):
+            getattr(axes, f"set_{name}lim")(a - MARGIN * self.extent, b + MARGIN * self.extent)
+        axes.set_aspect("equal")
+
+    def _body(self, axes: Axes, body: int, new: bool) -> None:
+        used = {joint[end] for joint in self.spec["joints"] for end in ("first", "second")}
+        used.add(self.spec["output"]["point"])
+        outline = self.places[[k for k in sorted(used) if self.spec["points"][k]["body"] == body]]
+        if body == -1:
+            axes.plot(*outline.T, marker="s", markersize=6, linestyle=":", color=GREY)
+            return
+        colour, width = (NEW, 3.0) if new else (GREY, 1.6)
+        closed = np.vstack([outline, outline[:1]]) if len(outline) > 2 else outline
+        axes.plot(*closed.T, color=colour, linewidth=width, solid_capstyle="round", zorder=2)
+
+    def _forces(self, axes: Any, k: int) -> None:
+        """The members that carry force, over their bodies."""
+        if "member_force" not in self.result.data:
+            return
+        forces = self.result.get("member_force")
+        floor = WORTH_SAYING * float(np.nanmax(np.abs(forces), initial=0.0))
+        unit = self.result.data["member_force"].units
+        for name, force in zip(self.result.labels("member"), forces[k], strict=True):
+            ends = self._ends(str(name))
+            if not abs(force) > max(floor, 1e-6) or ends is None:
+                continue
+            style: dict[str, Any] = (
+                {"color": TENSION, "linestyle": "-"} if force > 0 else {"color": COMPRESSION, "linestyle": "--"}
+            )
+            axes.plot(*ends.T, linewidth=2.2, zorder=3, **style)
+            box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5}
+            axes.text(
+                *ends.mean(axis=0),
+                f"{float(f'{force:.3g}'):g} {unit}",
+                color=style["color"],
+                fontsize=7,
+                ha="center",
+                bbox=box,
+            )
+
+    def _ends(self, member: str) -> Floats | None:
+        """The two ends of a member, which is a body or the elastic part of one."""
+        for part in self.m.members:
+            if part.name == member:
+                bodies = [
+                    self.spec["points"][self.spec["joints"][part.joint][end]]["body"] for end in ("first", "second")
+                ]
+                break
+        else:
+            bodies = [self.m.bodies.index(member)]
+        inner = {own.joint for own in self.m.members}
+        used = [
+            joint[end]
+            for k, joint in enumerate(self.spec["joints"])
+            for end in ("first", "second")
+            if k not in inner and self.spec["points"][joint[end]]["body"] in bodies
+        ]
+        places = np.unique(self.places[sorted(set(used))], axis=0)
+        return places if len(places) == 2 else None
+
+    def _centre(self, axes: Axes, k: int, joint: int) -> None:
+        """A joint's centre with its error, or with how far off it can be."""
+        at = self.places[self.spec["joints"][joint]["first"]]
+        which = str(self.result.attrs["assemble"])
+        if which in REACH:
+            # The last of the probabilities is the largest.
+            reach = float(np.ravel(self.result.get(REACH[which])[k, joint])[-1])
+            if np.isfinite(reach):
+                self._around(axes, at, np.full(self.size, reach))
+            return
+        components = self.result.labels("component")[: self.size]
+        step = self.result.labels("step")[k]
+        error, half = (
+            np.array([self.result.get(name, step=step, component=c)[joint] for c in components])
+            for name in ("error_shaft", "undetermined_shaft")
+        )
+        if not np.isfinite(error).all():
+            return
+        moved = at + self.exaggerate * error
+        axes.plot(*np.transpose([at, moved]), color=ERROR, linewidth=1.0, zorder=5)
+        axes.plot(*moved[:, None], marker="o", markersize=3, color=ERROR, zorder=6)
+        self._around(axes, moved, half)
+
+    def _around(self, axes: Axes, at: Floats, half: Floats) -> None:
+        """What is open about a place: its half-widths along the axes."""
+        wide = self.exaggerate * np.maximum(half, 0.0)
+        if wide.max() <= 1e-3 * self.extent:
+            return
+        if self.size == 2:
+            axes.add_patch(Ellipse(tuple(at), *(2.0 * wide), facecolor=COLOURS[1], alpha=0.25, zorder=1))
+            axes.add_patch(Ellipse(tuple(at), *(2.0 * wide), fill=False, edgecolor=COLOURS[1], linewidth=0.8, zorder=4))
+            return
+        for axis in range(3):
+            bar = np.stack([at, at])
+            bar[:, axis] += wide[axis] * np.array([-1.0, 1.0])
+            axes.plot(*bar.T, color=COLOURS[1], linewidth=0.8)

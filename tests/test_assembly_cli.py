@@ -1,0 +1,140 @@
+"""`jointplay assemble`: what it prints, writes and draws; and the best order, by brute force over all of them."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import jointplay as jp
+from answers import example
+from jointplay.cli import run
+from jointplay.errors import InputError
+
+ORDER = 'assembly.steps=[["crank"],["coupler","rocker"]]'
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    for name in ("four-bar", "antenna-support", "redundant-bar", "3-upu"):
+        Path(f"{name}.toml").write_text(jp.examples.text(name), encoding="utf-8")
+    return tmp_path
+
+
+def test_the_sequence_is_printed_as_one_would_follow_it(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["assemble", "antenna-support.toml"]) == 1
+    out = capsys.readouterr().out
+    lines = [line.split() for line in out.splitlines() if line.strip()[:1].isdigit()]
+    assert [line[0] for line in lines[:5]] == ["1", "2", "3", "4", "5"]
+    assert "connect the links" in out
+    assert "insert a redundant link" in out
+    assert "What to adjust" in out
+    assert "Position errors after step 5" in out
+    assert "with play" in out
+
+
+def test_small_errors_are_told_in_microns(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    small = ["-s", "joints.*.clearance.radial=0.002", "-s", ORDER]
+    assert run(["assemble", "four-bar.toml", *small]) == 1
+    assert "µm" in capsys.readouterr().out
+    assert run(["assemble", "four-bar.toml", "-s", ORDER]) == 1
+    assert "µm" not in capsys.readouterr().out
+
+
+def test_what_does_not_fit_is_said_with_the_factor(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rigid = ["-s", 'assembly.steps=[["bar"]]', "-s", "bodies={}"]
+    assert run(["assemble", "redundant-bar.toml", *rigid]) == 1
+    out = capsys.readouterr().out
+    assert "does not fit" in out
+    assert "1.250" in out
+
+
+@pytest.mark.parametrize("question", ["unit", "worst", "random"])
+def test_every_question_is_printed_written_and_drawn(
+    folder: Path, capsys: pytest.CaptureFixture[str], question: str
+) -> None:
+    command = ["assemble", "antenna-support.toml", "-q", question, "--samples", "20"]
+    tolerance = ["-s", "dimensions.DF.tolerance=0.1"]
+    codes = {run([*command, *tolerance]) for _ in range(1)}
+    assert codes <= {0, 1}
+    assert "Assembly on 'ground'" in capsys.readouterr().out
+    for name in ("steps.nc", "steps.csv", "steps.json"):
+        assert run([*command, *tolerance, "-o", name]) in (0, 1)
+    with xr.open_dataset("steps.nc") as written:
+        assert written.step.values.tolist() == [1, 2, 3, 4, 5]
+        assert written.attrs["assemble"] == question
+    rows = Path("steps.csv").read_text(encoding="utf-8").splitlines()
+    assert len(rows) == 6
+    assert rows[0].startswith("step,")
+    assert run([*command, *tolerance, "--plot", "steps.svg"]) in (0, 1)
+    assert Path("steps.svg").read_text(encoding="utf-8").count("axes_") >= 5
+
+
+def test_a_mechanism_in_space_is_drawn(folder: Path) -> None:
+    bodies = [name for name in example("3-upu").bodies if "." not in name]
+    steps = f"assembly.steps={[[name] for name in bodies]}".replace("'", '"')
+    assert run(["assemble", "3-upu.toml", "-s", steps, "--plot", "upu.png"]) == 1
+    assert Path("upu.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        ([], "the order of assembly is missing"),
+        (["-s", 'assembly.steps=[["krank"]]'], "did you mean 'crank'"),
+        (["-s", ORDER, "-c", "99"], "there is no configuration 99"),
+        (["-s", ORDER, "-o", "steps.txt"], "'.txt' is not an extension"),
+        (["-s", ORDER, "-q", "wurst"], "wurst"),
+        (["-s", ORDER, "-q", "random", "--samples", "1"], "1 is not a number of samples"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(
+    folder: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], problem: str
+) -> None:
+    assert run(["assemble", "four-bar.toml", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("error: ")
+    assert problem in error
+    assert error.count("\n") == 1
+
+
+# --- the best order --------------------------------------------------------------------------------------------------
+
+
+def on_its_way(result: xr.Dataset) -> tuple[int, float]:
+    """Freedoms held, and the largest force of a member."""
+    return int(result.mobility.sum()), round(float(np.nan_to_num(np.abs(result.member_force)).max()), 6)
+
+
+def test_the_best_order_is_the_best_of_all_orders() -> None:
+    m = example("antenna-support").with_({"joints.*.clearance.radial": 0.05, "loads": None})
+    steps = [["AF", "FI"], ["BD", "ED"], ["DF"], ["DI"]]
+    every = {}
+    for order in itertools.permutations(steps):
+        every[str(order)] = on_its_way(jp.assemble(m.with_({"assembly.steps": list(order)})))
+    found = jp.best_order(m.with_({"assembly.steps": steps}))
+    best = min(every.values())
+    assert on_its_way(jp.assemble(found)) == pytest.approx(best, rel=1e-6)
+    assert max(every.values()) > best
+
+
+def test_the_order_of_the_file_stays_where_none_is_better() -> None:
+    m = example("antenna-support")
+    assert jp.best_order(m).value("assembly.steps") == m.value("assembly.steps")
+
+
+def test_the_best_order_by_error_and_what_it_refuses(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(
+        ["assemble", "four-bar.toml", "--best", "error", "-s", 'assembly.steps=[["rocker"],["coupler"],["crank"]]']
+    )
+    assert [line.split()[1] for line in capsys.readouterr().out.splitlines() if line.startswith("    1 ")] == ["crank"]
+    with pytest.raises(InputError, match="'forces' is not a criterion; did you mean 'force'"):
+        jp.best_order(example("antenna-support"), "forces")
+    bodies = [name for name in example("stewart-gough").bodies if "." not in name]
+    m = example("stewart-gough").with_({"assembly.steps": [[name] for name in bodies]})
+    with pytest.raises(InputError, match="too many orders"):
+        jp.best_order(m)

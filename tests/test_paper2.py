@@ -1,0 +1,138 @@
+"""Paper 2: what the page says of the printed numbers, from closed forms, finite differences and the engine."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+
+PAPERS = Path(__file__).resolve().parents[1] / "examples" / "papers"
+sys.path.insert(0, str(PAPERS))
+
+import make_paper_2  # noqa: E402
+from committed import check  # noqa: E402
+from paper2 import page, published  # noqa: E402
+from paper2 import study as asked  # noqa: E402
+from paper2.published import PLACES, TURN  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def study() -> asked.Study:
+    return asked.study()
+
+
+def vertex(bd: float, ed: float, b: np.ndarray, e: np.ndarray) -> np.ndarray:
+    """Where two circles meet, above the line of their centres."""
+    base = e - b
+    size = np.linalg.norm(base)
+    along = (bd**2 - ed**2 + size**2) / (2 * size)
+    unit = base / size
+    return b + along * unit + np.sqrt(bd**2 - along**2) * np.array([-unit[1], unit[0]])
+
+
+def test_the_engine_gives_the_jacobians_of_two_circles_by_differences(study: asked.Study) -> None:
+    own = [np.linalg.norm(PLACES["D"] - PLACES[base]) for base in "BE"]
+    b, e, h = PLACES["B"], PLACES["E"], 1e-4
+    np.testing.assert_allclose(vertex(*own, b, e), PLACES["D"], atol=1e-9)
+
+    def slope(change: list[np.ndarray]) -> np.ndarray:
+        ends = [
+            vertex(own[0] + s * change[0], own[1] + s * change[1], b + s * change[2], e + s * change[3])
+            for s in (h, -h)
+        ]
+        return (ends[0] - ends[1]) / (2 * h)
+
+    none, x, y = np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0])
+    changes = [
+        ([1.0, 0.0, none, none], [0.0, 1.0, none, none]),
+        ([0.0, 0.0, x, none], [0.0, 0.0, y, none]),
+        ([0.0, 0.0, none, x], [0.0, 0.0, none, y]),
+    ]
+    for matrix, columns in zip(study.jacobians, changes, strict=True):
+        expected = np.stack([slope(list(column)) for column in columns], axis=1)
+        np.testing.assert_allclose(matrix, expected, atol=1e-7)
+
+
+def test_the_formulas_are_right_in_axes_that_run_down_the_cabin(study: asked.Study) -> None:
+    turned = [TURN @ study.jacobians[0], *(TURN @ matrix @ TURN.T for matrix in study.jacobians[1:])]
+    for formula, matrix in zip(published.formulas(*published.angles()), turned, strict=True):
+        np.testing.assert_allclose(formula, matrix, atol=1e-9)
+
+
+def test_the_printed_jacobians_have_one_angle_ten_degrees_off_and_one_sign(study: asked.Study) -> None:
+    b, c, alpha = published.angles()
+    assert b + c + alpha == pytest.approx(180.0)
+    assert published.angle_used() - b == pytest.approx(10.0, abs=0.05)
+    slipped = published.formulas(published.angle_used(), c, alpha)
+    slipped[1][1, 0] *= -1
+    for printed, formula in zip(published.jacobians(), slipped, strict=True):
+        np.testing.assert_allclose(printed, formula, atol=2e-3)
+    # Both bases moved alike move the vertex with them.
+    np.testing.assert_allclose(study.jacobians[1] + study.jacobians[2], np.eye(2), atol=1e-9)
+    assert np.abs(published.jacobians()[1] + published.jacobians()[2] - np.eye(2)).max() > 0.2
+
+
+def test_contact_forces_are_the_transposed_jacobians_and_in_equilibrium(study: asked.Study) -> None:
+    for k, force in asked.directions().items():
+        for joint, matrix in zip("BE", study.jacobians[1:], strict=True):
+            np.testing.assert_allclose(study.contact[k][joint], matrix.T @ force, atol=1e-7)
+        np.testing.assert_allclose(study.contact[k]["B"] + study.contact[k]["E"], force, atol=1e-9)
+    first, second = published.contact_forces(1), published.contact_forces(2)
+    for joint in "BE":
+        np.testing.assert_allclose(first[joint], study.contact[1][joint], atol=6e-4)
+    np.testing.assert_allclose(first["B"] + first["E"], first["D"], atol=1e-9)
+    assert np.linalg.norm(np.abs(second["B"] + second["E"]) - np.abs(second["D"])) > 0.5
+
+
+def test_the_play_of_a_joint_does_the_work_of_its_force(study: asked.Study) -> None:
+    by_engine, by_diagonal = study.along
+    size = np.linalg.norm(study.contact[1]["B"])
+    assert by_engine == pytest.approx(published.CLEARANCE * size, rel=1e-4)
+    assert by_diagonal < 0.05 * by_engine
+
+
+def test_a_folding_link_by_the_formula_and_by_the_engine(study: asked.Study) -> None:
+    half = published.lengths()["BD"][0] / 2
+    low, high = published.locked_length(np.array([[half, 0.0]] * 2), published.CLEARANCE)
+    assert study.links[:2] == pytest.approx((low, high), abs=1e-6)
+    bent = 2 * half * np.cos(np.radians(asked.LOCKED) / 2) - published.CLEARANCE
+    assert study.links[2] == pytest.approx(bent, abs=1e-6)
+
+
+def test_the_steps_are_those_of_the_paper(study: asked.Study) -> None:
+    assert study.unit.kind.values.tolist() == ["fixed", "connected", "redundant", "fixed", "redundant"]
+    assert not study.freely.redundancy.any()
+    assert study.freely.mobility.values.tolist() == [1, 0, 0]
+
+
+def test_with_the_clearance_that_a_step_needs_it_just_fits(study: asked.Study) -> None:
+    for scale, fits in ((1.01, True), (0.99, False)):
+        m = asked.support().with_({"joints.*.clearance.radial": float(scale * study.needed[-1])})
+        assert (jp.assemble(m).status[-1].item() != "strained") == fits
+    # Forces fall with the play and end where the dead band begins.
+    inside = study.clearances >= study.needed[-1]
+    for forces in study.forces.values():
+        np.testing.assert_allclose(forces[inside], 0.0, atol=1e-6)
+        assert np.all(np.abs(forces[~inside]) > 1.0)
+
+
+def test_what_the_page_finds_in_table_3() -> None:
+    errors = published.errors()
+    apart = {name: float(np.linalg.norm(errors[f"{name}1"] - errors[name])) for name in page.PAIRS}
+    assert apart["A"] == pytest.approx(published.CLEARANCE, abs=1e-3)
+    assert all(apart[name] > 2 * published.CLEARANCE - 1e-3 for name in "BDE")
+    mirrored = errors["F1"] - errors["F"] * [1.0, -1.0]
+    assert np.linalg.norm(mirrored) == pytest.approx(published.CLEARANCE, abs=1e-3)
+
+
+def test_random_units_are_within_the_worst_case(study: asked.Study) -> None:
+    largest = study.scatter.quantile_clearance_factor.max(dim="probability")
+    assert np.all(largest <= study.worst.worst_clearance_factor + 1e-9)
+
+
+def test_the_committed_page_is_what_the_study_gives(study: asked.Study) -> None:
+    assert check(make_paper_2.PAGE, page.render(study)) == 0
