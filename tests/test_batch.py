@@ -96,6 +96,66 @@ def test_loaded_equals_the_plain_solver_on_every_width(name):
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
+def test_the_first_order_equals_the_plain_solver_on_every_width(name):
+    mechanism = example(name)
+    if not mechanism.has_loads:
+        pytest.skip("no load")
+    core, drives = mechanism.core, _dense_path(mechanism, 130)
+    poses = core.solve(drives)["poses"]
+    results = []
+    for width in WIDTHS:
+        _core.simd(width)
+        results.append(core.loaded(drives, poses, exact=False))
+    for other in results[1:]:
+        for key, value in results[0].items():
+            assert np.array_equal(value, other[key], equal_nan=True), key
+    # Few configurations at a time are solved plainly.
+    parts = [core.loaded(drives[i : i + 1], poses[i : i + 1], exact=False) for i in range(len(drives))]
+    size = _scale(mechanism, results[0]["error"].shape[1])
+    scales = dict.fromkeys(("error", "error_first_order", "undetermined", "undetermined_contribution"), size)
+    # An offset has the direction of a reaction, which rounding turns the more the smaller that is beside the others; it
+    # matters as little then.
+    bounds = {"offset": 1e-10}
+    for key in ("error", "undetermined", "undetermined_contribution", "decided", "reaction", "offset", "contribution"):
+        plain = np.concatenate([part[key] for part in parts]).astype(float)
+        scale = scales.get(key, max(float(np.abs(plain).max(initial=0.0)), 1e-300))
+        assert (np.abs(plain - results[0][key]) / scale).max(initial=0.0) < bounds.get(key, 1e-12), key
+    assert np.array_equal(np.concatenate([part["status"] for part in parts]), results[0]["status"])
+    assert np.array_equal(results[0]["error"], results[0]["error_first_order"], equal_nan=True)
+
+
+@pytest.mark.parametrize("exact", [True, False])
+@pytest.mark.parametrize("name", ["four-bar", "3-upu"])
+def test_errors_along_drive_values_are_those_of_the_traced_poses(name, exact):
+    mechanism = example(name)
+    # More rows than one task has, and a way back.
+    drives = _dense_path(mechanism, 1200)
+    drives = np.vstack([drives, drives[::-1]])
+    traced = mechanism.core.trace(drives)
+    expected = mechanism.core.loaded(drives, traced["poses"], exact)
+    found = mechanism.core.loaded_along(drives, exact)
+    # Rounding differs, as the first pose of a path is not told to its last bit.
+    for key in ("error", "error_first_order", "undetermined", "undetermined_contribution", "contribution", "offset"):
+        assert np.abs(expected[key] - found[key]).max() < 1e-13 * mechanism.length, key
+    assert np.array_equal(expected["decided"], found["decided"])
+    np.testing.assert_allclose(
+        found["reaction"], expected["reaction"], rtol=0, atol=1e-11 * np.abs(found["reaction"]).max()
+    )
+    status = np.where(traced["status"] != 0, traced["status"], expected["status"])
+    assert np.array_equal(found["status"], status)
+    few = mechanism.core.loaded_along(drives, exact, offset=False, details=False)
+    assert set(few) == {"status", "error", "undetermined", "iterations", "fallbacks"}
+    for key, value in few.items():
+        assert np.array_equal(value, found[key], equal_nan=True), key
+
+
+def test_errors_along_drive_values_that_nothing_assembles_are_told_so():
+    found = example("four-bar").core.loaded_along(np.full((3, 1), np.nan), False)
+    assert (found["status"] == 1).all()
+    assert np.isnan(found["error"]).all()
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_traced_poses_equal_the_plain_path(name):
     mechanism = example(name)
     core, drives = mechanism.core, _dense_path(mechanism, 400)

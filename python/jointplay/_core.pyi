@@ -55,7 +55,15 @@ class Mechanism:
     ) -> dict[str, NDArray[Any]]: ...
     def sensitivity(self, drives: NDArray[np.float64], poses: NDArray[np.float64]) -> dict[str, NDArray[Any]]: ...
     def loaded(
-        self, drives: NDArray[np.float64], poses: NDArray[np.float64], exact: bool = True
+        self,
+        drives: NDArray[np.float64],
+        poses: NDArray[np.float64],
+        exact: bool = True,
+        offset: bool = True,
+        details: bool = True,
+    ) -> dict[str, NDArray[Any]]: ...
+    def loaded_along(
+        self, drives: NDArray[np.float64], exact: bool = True, offset: bool = True, details: bool = True
     ) -> dict[str, NDArray[Any]]: ...
     def loaded_units(
         self, drives: NDArray[np.float64], poses: NDArray[np.float64], u: NDArray[np.float64]

@@ -12,9 +12,9 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::batch::Follow;
 use crate::batch::lanes::LANES;
 use crate::batch::simd::{Kernel, dispatch};
+use crate::batch::{Follow, Start};
 use crate::closure::Inputs;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
@@ -47,16 +47,18 @@ impl Kernel for &Block<'_, '_> {
         let m = self.solver.mechanism;
         let mut outcomes: Vec<Option<Outcome>> = vec![None; self.tasks.len()];
         if let Some(follow) = self.follow {
-            let from: Vec<&State> = self.tasks.iter().map(|(_, from)| &from[0]).collect();
+            let from: Vec<Start<'_>> = self.tasks.iter().map(|(_, from)| Start::of(&from[0])).collect();
             let rows: Vec<f64> = self.tasks.iter().flat_map(|(node, _)| self.row(*node)).copied().collect();
-            follow.solve(&mut follow.workspace(), &from, &rows, |k, row| {
-                let clear = row.filter(|&(_, clear)| clear >= CLEAR * m.singular_value);
-                outcomes[k] = clear.map(|(coordinates, _)| {
+            let n = m.n_coordinates();
+            let mut found = vec![0.0; from.len() * n];
+            let clear = follow.solve(&mut follow.workspace(), &from, &rows, &mut found);
+            for (k, outcome) in outcomes.iter_mut().enumerate() {
+                *outcome = (clear[k] >= CLEAR * m.singular_value).then(|| {
                     let inputs = Inputs::nominal(m, self.row(self.tasks[k].0));
-                    let negative = from[k].negative;
-                    (Status::Ok, Some(State { coordinates: coordinates.to_vec(), inputs, negative }))
+                    let coordinates = found[k * n..(k + 1) * n].to_vec();
+                    (Status::Ok, Some(State { coordinates, inputs, negative: from[k].negative }))
                 });
-            });
+            }
         }
         let tasks = self.tasks.iter().zip(outcomes);
         tasks.map(|((node, from), outcome)| outcome.unwrap_or_else(|| self.plainly(*node, from))).collect()

@@ -34,6 +34,7 @@ pub mod space;
 pub mod spec;
 mod starts;
 pub mod status;
+pub mod table;
 pub mod trace;
 
 pub use build::SpecError;

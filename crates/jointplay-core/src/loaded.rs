@@ -13,9 +13,9 @@
 use rayon::prelude::*;
 
 use crate::ascent::UNDECIDED;
-use crate::batch::Contact;
-use crate::batch::lanes::LANES;
+use crate::batch::lanes::{Block, LANES};
 use crate::batch::simd::{Kernel, dispatch};
+use crate::batch::{Contact, FirstOrder};
 use crate::clearance::{MAX_SIZE, Mute};
 use crate::closure::Inputs;
 use crate::mechanism::{Mechanism, Source};
@@ -24,7 +24,8 @@ use crate::sensitivity::{Gradient, Output};
 use crate::solver::{Linearised, Solver, State};
 use crate::space::{Component, Pose, sub};
 use crate::status::Status;
-use crate::trace::CLEAR;
+use crate::table::{Keep, Rows, Table};
+use crate::trace::{self, CLEAR, trace_runs};
 
 /// What the load leaves undecided is felt by the output when it moves it by more than this part of what all
 /// play together could.
@@ -66,83 +67,76 @@ pub struct Case<'a> {
     pub coordinates: &'a [f64],
 }
 
-/// Load-determined errors of many configurations, column by column, row after row.
-#[derive(Clone, Debug, Default)]
-#[allow(missing_docs)] // the columns are the fields of [`Loaded`]
-pub struct Table {
-    pub error: Vec<f64>,
-    pub error_first_order: Vec<f64>,
-    pub undetermined: Vec<f64>,
-    pub open: Vec<f64>,
-    pub decided: Vec<bool>,
-    pub reaction: Vec<f64>,
-    pub offset: Vec<f64>,
-    pub contribution: Vec<f64>,
-    pub steps: Vec<u64>,
-    pub status: Vec<Status>,
-    /// Configurations that the batch engine handed to the plain solver.
-    pub fallbacks: u64,
+/// The recorded programs of a question.
+enum Programs<'m> {
+    /// A handful of configurations is solved without.
+    None,
+    Exact(Box<Contact<'m>>),
+    FirstOrder(Box<FirstOrder<'m>>),
 }
 
-impl Table {
-    pub(crate) fn push(&mut self, row: Loaded) {
-        self.error.extend(row.error);
-        self.error_first_order.extend(row.error_first_order);
-        self.undetermined.extend(row.undetermined);
-        self.open.extend(row.open);
-        self.decided.extend(row.decided);
-        self.reaction.extend(row.reaction);
-        self.offset.extend(row.offset);
-        self.contribution.extend(row.contribution);
-        self.steps.push(row.steps as u64);
-        self.status.push(row.status);
-    }
-
-    fn append(&mut self, other: &mut Self) {
-        self.error.append(&mut other.error);
-        self.error_first_order.append(&mut other.error_first_order);
-        self.undetermined.append(&mut other.undetermined);
-        self.open.append(&mut other.open);
-        self.decided.append(&mut other.decided);
-        self.reaction.append(&mut other.reaction);
-        self.offset.append(&mut other.offset);
-        self.contribution.append(&mut other.contribution);
-        self.steps.append(&mut other.steps);
-        self.status.append(&mut other.status);
-        self.fallbacks += other.fallbacks;
+impl<'m> Programs<'m> {
+    fn record(solver: &Solver<'m>, exact: bool) -> Self {
+        if exact {
+            Contact::record(solver).map_or(Self::None, |programs| Self::Exact(Box::new(programs)))
+        } else {
+            FirstOrder::record(solver).map_or(Self::None, |program| Self::FirstOrder(Box::new(program)))
+        }
     }
 }
 
-/// A run of cases solved block by block.
+/// A run of cases solved block by block into their rows; gives the number of those that were solved plainly.
 struct Run<'r, 'm> {
     solver: &'r Solver<'m>,
-    contact: Option<&'r Contact<'m>>,
+    programs: &'r Programs<'m>,
     cases: &'r [Case<'r>],
     exact: bool,
+    rows: Rows<'r>,
+    workspace: &'r mut Vec<Block>,
 }
 
-impl Kernel for Run<'_, '_> {
-    type Output = Table;
+impl<'r> Kernel for Run<'r, '_> {
+    /// With the rows.
+    type Output = (u64, Rows<'r>);
 
     #[inline(always)]
-    fn run(self) -> Table {
+    fn run(mut self) -> (u64, Rows<'r>) {
         let m = self.solver.mechanism;
-        let plainly = |case: &Case<'_>, table: &mut Table| {
-            table.fallbacks += 1;
-            table.push(m.loaded_plainly(self.solver, case, self.exact));
-        };
-        let mut table = Table::default();
-        if let Some(contact) = self.contact {
-            let mut workspace = contact.workspace();
-            for block in self.cases.chunks(LANES) {
-                contact.solve(&mut workspace, block, self.exact, &mut table, plainly);
+        let mut fallbacks = 0;
+        match self.programs {
+            Programs::None => {
+                for (row, case) in self.cases.iter().enumerate() {
+                    self.rows.put(row, &m.loaded_plainly(self.solver, case, self.exact));
+                }
+                fallbacks = self.cases.len() as u64;
             }
-        } else {
-            for case in self.cases {
-                plainly(case, &mut table);
+            Programs::Exact(contact) => {
+                let plainly = |case: &Case<'_>, table: &mut Table| {
+                    table.fallbacks += 1;
+                    table.push(m.loaded_plainly(self.solver, case, true));
+                };
+                let (mut workspace, mut table) = (contact.workspace(), Table::default());
+                for block in self.cases.chunks(LANES) {
+                    contact.solve(&mut workspace, block, &mut table, plainly);
+                }
+                self.rows.put_table(&table);
+                fallbacks = table.fallbacks;
+            }
+            Programs::FirstOrder(program) => {
+                if self.workspace.is_empty() {
+                    *self.workspace = program.workspace();
+                }
+                for (number, block) in self.cases.chunks(LANES).enumerate() {
+                    let first = number * LANES;
+                    let good = program.solve(self.workspace, block, &mut self.rows, first);
+                    for (i, case) in block.iter().enumerate().filter(|(i, _)| !good[*i]) {
+                        fallbacks += 1;
+                        self.rows.put(first + i, &m.loaded_plainly(self.solver, case, false));
+                    }
+                }
             }
         }
-        table
+        (fallbacks, self.rows)
     }
 }
 
@@ -227,22 +221,47 @@ impl Mechanism {
     /// Where the load pushes the output, for every case, in blocks on all cores; if not `exact`, everything
     /// is told to first order at the nominal pose, and the closure is not solved again.
     #[must_use]
-    pub fn loaded(&self, cases: &[Case<'_>], exact: bool) -> Table {
-        let Some(solver) = self.solver(cases) else {
-            let mut table = Table::default();
-            for _ in cases {
-                table.push(self.no_load_result(Status::NotAssembled));
-            }
-            return table;
+    pub fn loaded(&self, cases: &[Case<'_>], exact: bool, keep: Keep) -> Table {
+        let mut table = Table::sized(self, cases.len(), keep);
+        let Some(solver) = self.solver(cases) else { return self.none_assembled(table) };
+        let programs = if cases.len() >= LANES { Programs::record(&solver, exact) } else { Programs::None };
+        let runs = table.rows().runs(RUN).into_par_iter().zip(cases.par_chunks(RUN));
+        let run = |workspace: &mut Vec<Block>, (rows, cases)| {
+            dispatch(Run { solver: &solver, programs: &programs, cases, exact, rows, workspace }).0
         };
-        // A handful of configurations is solved before the programs are recorded.
-        let contact = if cases.len() >= LANES { Contact::record(&solver) } else { None };
-        let run = |part: &[Case<'_>]| dispatch(Run { solver: &solver, contact: contact.as_ref(), cases: part, exact });
-        let parts: Vec<Table> = cases.par_chunks(RUN).map(run).collect();
-        let mut table = Table::default();
-        for mut part in parts {
-            table.append(&mut part);
-        }
+        table.fallbacks = runs.map_init(Vec::new, run).sum();
+        table
+    }
+
+    /// The same for `n` rows of drive values, each on the assembly branch of those before it, as
+    /// [`Self::trace`] finds them, without the memory that the nominal coordinates of all rows would take.
+    #[must_use]
+    pub fn loaded_along(&self, n: usize, drives: &[f64], exact: bool, keep: Keep) -> Table {
+        let mut table = Table::sized(self, n, keep);
+        let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
+        let Some((solver, from)) = first else { return self.none_assembled(table) };
+        let programs = if n >= LANES { Programs::record(&solver, exact) } else { Programs::None };
+        let runs = table.rows().runs(trace::RUN);
+        let fallbacks = trace_runs(&solver, &from, n, drives, runs, Vec::new, |workspace, rows, drives, trace| {
+            let width = self.n_drives();
+            let case = |(row, coordinates)| Case { drives: &drives[row * width..(row + 1) * width], coordinates };
+            let coordinates = trace.coordinates.chunks_exact(self.n_coordinates());
+            let cases: Vec<Case<'_>> = coordinates.enumerate().map(case).collect();
+            let run = Run { solver: &solver, programs: &programs, cases: &cases, exact, rows, workspace };
+            let (fallbacks, mut rows) = dispatch(run);
+            for (row, status) in trace.status.iter().enumerate().filter(|(_, status)| **status != Status::Ok) {
+                rows.status.row(row)[0] = *status;
+            }
+            fallbacks
+        });
+        table.fallbacks = fallbacks.into_iter().sum();
+        table
+    }
+
+    fn none_assembled(&self, mut table: Table) -> Table {
+        let missing = self.no_load_result(Status::NotAssembled);
+        let mut rows = table.rows();
+        (0..rows.n).for_each(|row| rows.put(row, &missing));
         table
     }
 

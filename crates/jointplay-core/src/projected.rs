@@ -51,13 +51,7 @@ pub struct Projected<'m> {
 impl<'m> Projected<'m> {
     /// Begins at parameter values with a value, its rounding and its gradient along the parameters.
     #[must_use]
-    pub fn new(
-        mechanism: &'m Mechanism,
-        parameters: Vec<f64>,
-        value: f64,
-        noise: f64,
-        gradient: &[f64],
-    ) -> Self {
+    pub fn new(mechanism: &'m Mechanism, parameters: Vec<f64>, value: f64, noise: f64, gradient: &[f64]) -> Self {
         let free = |s: &usize| !mechanism.sources()[*s].set.is_zero();
         let mut ascent = Self {
             mechanism,

@@ -24,6 +24,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::ascent::UNDECIDED;
 use crate::clearance::{MAX_SIZE, Mute, inner};
 use crate::closure::Inputs;
 use crate::contact::Contact;
@@ -31,15 +32,16 @@ use crate::mechanism::Source;
 use crate::solver::{Linearised, Solver, State};
 
 /// Steps at most.
-const STEPS: usize = 40;
+const STEPS: usize = RENEWED * HOLDS.len();
 /// Parts of a set by which a coordinate is moved for a difference.
 const DIFFERENCE: f64 = 1e-2;
 /// Contact and reactions agree where no coordinate wants to move by more than this part of its set.
 const STILL: f64 = 1e-11;
-/// The same where rounding lets nothing better be reached.
-const SETTLED: f64 = 1e-8;
-/// Holds what no force moves, nor is held by any: such as play that the load does not push.
-const NOTHING: f64 = 1e-6;
+/// The same where nothing better is reached.
+const SETTLED: f64 = 1e-6;
+/// Largest hold on a step, for one set of differences after the other: a strong hold keeps steps off places where
+/// the forces balance all the same, a weak one lets them go far where the forces hardly change.
+const HOLDS: [f64; 4] = [1e-6, 1e-8, 1e-4, 1e-6];
 /// Step along a force that leads to the support point.
 const FAR: f64 = 1e6;
 /// A step that leaves no more than this part of what was left is good.
@@ -85,13 +87,18 @@ impl<'s, 'm> Newton<'s, 'm> {
         sources.iter().enumerate().filter(|(_, s)| s.is_clearance && !s.set.is_zero())
     }
 
-    fn own(&self, state: &State, force: &[f64]) -> Own {
+    /// Own coordinates and forces; forces up to a tolerance are none.
+    fn own(&self, state: &State, force: &[f64], tolerance: f64) -> Own {
         let m = self.solver.mechanism;
         let mut own = Own { y: Vec::new(), s: Vec::new() };
         for (k, source) in self.sources() {
             let n = source.set.size();
             let offset: Vec<f64> = source.range().map(|p| state.inputs.parameters[p] - m.centre[p]).collect();
-            let heard = source.set.heard(&force[source.range()], self.mutes[k]);
+            let mut heard = source.set.heard(&force[source.range()], self.mutes[k]);
+            if tolerance > 0.0 {
+                let mute = source.set.mute(&heard[..n], m.undecided(source, tolerance));
+                heard = source.set.heard(&heard[..n], mute);
+            }
             own.y.extend_from_slice(&source.set.to_unit(&offset)[..n]);
             own.s.extend_from_slice(&source.set.unit_gradient(&heard[..n])[..n]);
         }
@@ -99,7 +106,14 @@ impl<'s, 'm> Newton<'s, 'm> {
     }
 
     fn at(&self, contact: &Contact) -> Own {
-        self.own(&contact.state, &contact.gradient.inputs.parameters)
+        self.own(&contact.state, &contact.gradient.inputs.parameters, 0.0)
+    }
+
+    /// Whether no offset is pushed on, but by forces that decide nothing.
+    fn settled(&self, contact: &Contact) -> bool {
+        let tolerance = UNDECIDED * self.solver.mechanism.force_scale(&contact.gradient);
+        let own = self.own(&contact.state, &contact.gradient.inputs.parameters, tolerance);
+        largest(&self.projected(&own).residual) <= SETTLED
     }
 
     /// Takes notice of how forces have changed along a step.
@@ -124,7 +138,8 @@ impl<'s, 'm> Newton<'s, 'm> {
 
     fn projected(&self, own: &Own) -> Projected {
         let n = own.y.len();
-        let mut projected = Projected { residual: Vec::with_capacity(n), t: Vec::with_capacity(n), gives: vec![None; n] };
+        let mut projected =
+            Projected { residual: Vec::with_capacity(n), t: Vec::with_capacity(n), gives: vec![None; n] };
         for (k, source) in self.sources() {
             let (first, size) = (projected.t.len(), source.set.size());
             let t = 1.0 / self.stiffness[k].max(f64::MIN_POSITIVE.sqrt());
@@ -153,18 +168,21 @@ impl<'s, 'm> Newton<'s, 'm> {
         let m = self.solver.mechanism;
         let mut own = self.at(&at);
         let mut bends = BTreeMap::new();
+        let mut before = f64::INFINITY;
         for number in 0..STEPS {
             let projected = self.projected(&own);
             let left = largest(&projected.residual);
-            at.settled = left <= SETTLED;
-            if left <= STILL {
+            at.settled = self.settled(&at);
+            // Rounding, or a force too small to decide, lets nothing better be reached.
+            if left <= STILL || at.settled && left > NEARER * before {
                 break;
             }
+            before = left;
             if number % RENEWED == 0 {
                 bends.clear();
             }
             let residual = projected.residual.clone();
-            let step = self.step(&at, &own, projected, &mut bends)?;
+            let step = self.step(&at, &own, projected, HOLDS[number / RENEWED], &mut bends)?;
             // The forces push away from the balance that lies behind, and lead on to another.
             if inner(&residual, &step) < 0.0 {
                 let pressed = m.pressed(&at.gradient, &at.state.inputs, self.mutes);
@@ -188,10 +206,7 @@ impl<'s, 'm> Newton<'s, 'm> {
                     break;
                 }
             }
-            let Some((least, next, tried)) = best else { break };
-            if at.settled && least >= left {
-                break;
-            }
+            let Some((_, next, tried)) = best else { break };
             (at, own) = (next, tried);
         }
         Some(at)
@@ -224,8 +239,16 @@ impl<'s, 'm> Newton<'s, 'm> {
     }
 
     /// Newton's step.
-    fn step(&self, at: &Contact, own: &Own, mut projected: Projected, bends: &mut Bends) -> Option<Vec<f64>> {
+    fn step(
+        &self,
+        at: &Contact,
+        own: &Own,
+        mut projected: Projected,
+        hold: f64,
+        bends: &mut Bends,
+    ) -> Option<Vec<f64>> {
         let linearised = self.solver.linearise(&at.state)?;
+        let hold = largest(&projected.residual).min(hold);
         loop {
             let n = own.y.len();
             let moving: Vec<usize> =
@@ -244,10 +267,11 @@ impl<'s, 'm> Newton<'s, 'm> {
                     }
                 }
             }
-            // Least squares, held by a little: what no force moves, nor any holds, stays.
+            // Least squares, held as much as there is left to go: many places along which forces balance are
+            // as good as each other, and the nearest is taken.
             let transposed = matrix.transpose();
             let mut normal = &transposed * matrix;
-            (0..moving.len()).for_each(|k| normal[(k, k)] += NOTHING * NOTHING);
+            (0..moving.len()).for_each(|k| normal[(k, k)] += hold);
             let factors = normal.cholesky()?;
             let solve = |residual: &dyn Fn(usize) -> f64| {
                 let right = DVector::from_iterator(moving.len(), moving.iter().map(|&k| residual(k)));
@@ -314,7 +338,7 @@ impl<'s, 'm> Newton<'s, 'm> {
         }
         let state = self.solver.nudged(linearised, &at.state, inputs);
         let gradient = m.load_gradient(&self.solver.linearise(&state)?, &state);
-        let there = self.own(&state, &gradient.inputs.parameters);
+        let there = self.own(&state, &gradient.inputs.parameters, 0.0);
         Some(there.s.iter().zip(&own.s).map(|(a, b)| (a - b) / h).collect())
     }
 }

@@ -68,7 +68,19 @@ impl Mechanism {
     #[must_use]
     pub fn outputs(&self, coordinates: &[f64]) -> Vec<f64> {
         let inputs = Inputs::nominal(self, &vec![0.0; self.n_drives]);
-        coordinates.chunks_exact(self.n_coordinates()).flat_map(|c| self.output(c, &inputs)).collect()
+        let (point, width) = (&self.points[self.output], self.n_body_coordinates());
+        let Some(body) = point.body else {
+            let rows = coordinates.chunks_exact(self.n_coordinates());
+            return rows.flat_map(|c| self.output(c, &inputs)).collect();
+        };
+        let mut outputs = Vec::with_capacity(coordinates.len() / self.n_coordinates() * self.size());
+        for row in coordinates.chunks_exact(self.n_coordinates()) {
+            let own = &row[body * width..(body + 1) * width];
+            let pose = self.space.pose(own);
+            outputs.extend_from_slice(&add(pose.position, pose.turn(point.at))[..self.n_translations()]);
+            outputs.extend(self.space.attitude(own));
+        }
+        outputs
     }
 
     /// Adds a wrench on the body of a point: the gradient of its work along the twists and along the

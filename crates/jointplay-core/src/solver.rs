@@ -54,6 +54,8 @@ pub struct Solver<'m> {
     /// Where the entries of the pattern stand among the row derivatives.
     pub(crate) picks: Vec<usize>,
     pub(crate) plan: Option<Elimination>,
+    /// The coordinates near which it was planned.
+    pub(crate) planned_at: Vec<f64>,
 }
 
 impl<'m> Solver<'m> {
@@ -76,7 +78,7 @@ impl<'m> Solver<'m> {
                 }
             }
         }
-        let mut solver = Self { mechanism, pattern, picks, plan: None };
+        let mut solver = Self { mechanism, pattern, picks, plan: None, planned_at: coordinates.to_vec() };
         let inputs = Inputs::nominal(mechanism, &vec![0.0; mechanism.n_drives()]);
         let (_, derivatives) = solver.evaluate(&mechanism.poses(coordinates), &inputs);
         let entries: Vec<_> =

@@ -13,6 +13,9 @@
 //! A quaternion moves by half the rotation times itself, which turns by `2 atan(|rotation| / 2)`: exact
 //! to second order, and without trigonometry.
 
+// Inlined into kernels compiled for a width of vector registers.
+#![allow(clippy::inline_always)]
+
 use serde::Deserialize;
 
 use crate::real::Real;
@@ -89,6 +92,7 @@ impl Space {
     }
 
     /// Puts those numbers one by one.
+    #[inline(always)]
     pub fn put_pose_numbers(self, coordinates: &[f64], mut put: impl FnMut(f64)) {
         match self {
             Self::Planar => {
@@ -183,6 +187,7 @@ impl Space {
     }
 
     /// Puts those numbers, at the beginning, one by one.
+    #[inline(always)]
     pub fn put_turn_numbers(self, coordinates: &[f64], mut put: impl FnMut(f64)) {
         match self {
             // No turn yet.

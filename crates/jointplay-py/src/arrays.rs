@@ -1,9 +1,11 @@
 //! Whole arrays across the border: Python's numbers in, labelled arrays out.
 
+use std::borrow::Cow;
+
 use jointplay_core::loaded::Case;
 use jointplay_core::{Mechanism, Status};
-use numpy::ndarray::{ArrayD, IxDyn};
-use numpy::{Element, IntoPyArray, PyReadonlyArray2, PyReadonlyArray3};
+use numpy::ndarray::{ArrayD, Dimension, IxDyn};
+use numpy::{Element, IntoPyArray, PyReadonlyArray, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -17,31 +19,44 @@ pub fn rows(matrix: &PyReadonlyArray2<'_, f64>, name: &str, columns: usize) -> P
     Ok(view.rows().into_iter().map(|row| row.to_vec()).collect())
 }
 
-/// Drive values and nominal coordinates of many configurations, in one piece each.
-pub struct Configurations {
-    n: usize,
-    drives: Vec<f64>,
-    coordinates: Vec<f64>,
+/// The numbers of an array row after row, copied only where they do not lie so.
+fn in_rows<'a, D: Dimension>(array: &'a PyReadonlyArray<'_, f64, D>) -> Cow<'a, [f64]> {
+    array.as_slice().map_or_else(|_| Cow::Owned(array.as_array().iter().copied().collect()), Cow::Borrowed)
 }
 
-impl Configurations {
-    /// Copies the arrays, checked for their shapes.
+/// Rows of a matrix one after the other, checked for their length.
+pub fn flat_rows<'a>(matrix: &'a PyReadonlyArray2<'_, f64>, name: &str, columns: usize) -> PyResult<Cow<'a, [f64]>> {
+    let found = matrix.shape()[1];
+    if found != columns {
+        return Err(PyValueError::new_err(format!("{name} has {found} columns, {columns} are needed")));
+    }
+    Ok(in_rows(matrix))
+}
+
+/// Drive values and nominal coordinates of many configurations, in one piece each.
+pub struct Configurations<'a> {
+    n: usize,
+    drives: Cow<'a, [f64]>,
+    coordinates: Cow<'a, [f64]>,
+}
+
+impl<'a> Configurations<'a> {
+    /// Views of the arrays, checked for their shapes.
     pub fn new(
         mechanism: &Mechanism,
-        drives: &PyReadonlyArray2<'_, f64>,
-        poses: &PyReadonlyArray3<'_, f64>,
+        drives: &'a PyReadonlyArray2<'_, f64>,
+        poses: &'a PyReadonlyArray3<'_, f64>,
     ) -> PyResult<Self> {
-        let (drives, poses) = (drives.as_array(), poses.as_array());
-        let n = drives.nrows();
+        let n = drives.shape()[0];
         let wanted = [n, mechanism.n_bodies(), mechanism.n_body_coordinates()];
-        if drives.ncols() != mechanism.n_drives() || poses.shape() != wanted {
+        if drives.shape()[1] != mechanism.n_drives() || poses.shape() != wanted {
             return Err(PyValueError::new_err(format!(
                 "drives {:?} and poses {:?} do not fit: {wanted:?} is needed of the poses",
                 drives.shape(),
                 poses.shape()
             )));
         }
-        Ok(Self { n, drives: drives.iter().copied().collect(), coordinates: poses.iter().copied().collect() })
+        Ok(Self { n, drives: in_rows(drives), coordinates: in_rows(poses) })
     }
 
     /// One view per configuration.

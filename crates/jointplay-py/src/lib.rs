@@ -7,16 +7,16 @@ mod arrays;
 mod cones;
 
 use jointplay_core::hyperstatic::StrainTable;
-use jointplay_core::loaded::Table as LoadTable;
 use jointplay_core::sampling::{BINS, Request};
 use jointplay_core::spec::Law;
+use jointplay_core::table::{Keep, Table as LoadTable};
 use jointplay_core::{Mechanism as Core, Spec, Status};
 use numpy::{PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use arrays::{Configurations, Table, rows};
+use arrays::{Configurations, Table, flat_rows, rows};
 
 /// A checked, immutable mechanism.
 #[pyclass(frozen, module = "jointplay._core")]
@@ -49,6 +49,10 @@ impl Mechanism {
             .array("singular_motion", &[n, nb, size], flat(configurations.iter().map(|c| &c.singular_motion)))?
             .status(configurations.iter().map(|c| c.status))
     }
+}
+
+impl Mechanism {
+    /// The columns that were kept.
 }
 
 #[pymethods]
@@ -118,21 +122,20 @@ impl Mechanism {
     }
 
     fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
-        let rows = rows(&drives, "drives", self.core.n_drives())?;
-        let configurations = py.detach(|| self.core.solve(rows.len(), &rows.concat()));
+        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", self.core.n_drives())?);
+        let configurations = py.detach(|| self.core.solve(n, &rows));
         Ok(self.solved(py, &configurations)?.finish())
     }
 
     /// Poses, output and status only: no singular values, for maps of many configurations.
     fn trace<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
-        let rows = rows(&drives, "drives", core.n_drives())?;
+        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
         let (trace, output) = py.detach(|| {
-            let trace = core.trace(rows.len(), &rows.concat());
+            let trace = core.trace(n, &rows);
             let output = core.outputs(&trace.coordinates);
             (trace, output)
         });
-        let n = trace.status.len();
         Ok(Table::new(py)
             .status(trace.status.iter().copied())?
             .array("poses", &[n, core.n_bodies(), core.n_body_coordinates()], trace.coordinates)?
@@ -151,15 +154,16 @@ impl Mechanism {
         seed_poses: PyReadonlyArray3<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
-        let rows = rows(&drives, "drives", core.n_drives())?;
+        let rows = flat_rows(&drives, "drives", core.n_drives())?;
         let configurations = Configurations::new(core, &seed_drives, &seed_poses)?;
         let seeds: Vec<_> = seed_nodes.into_iter().zip(configurations.cases()).collect();
         let n = shape.iter().product::<usize>();
-        if rows.len() != n || seeds.len() != configurations.cases().len() || seeds.iter().any(|seed| seed.0 >= n) {
+        if drives.shape()[0] != n || seeds.len() != configurations.cases().len() || seeds.iter().any(|seed| seed.0 >= n)
+        {
             return Err(PyValueError::new_err("a row of drives per node of the grid and a node per seed are needed"));
         }
         let (trace, output) = py.detach(|| {
-            let trace = core.flood(&shape, &rows.concat(), &seeds);
+            let trace = core.flood(&shape, &rows, &seeds);
             let output = core.outputs(&trace.coordinates);
             (trace, output)
         });
@@ -179,8 +183,8 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
         let (core, n) = (&self.core, poses.shape()[0]);
         let drives = near.as_array().broadcast((n, near.len())).map(|rows| rows.to_owned());
-        let drives = numpy::IntoPyArray::into_pyarray(drives.unwrap_or_default(), py);
-        let configurations = Configurations::new(core, &drives.readonly(), &poses)?;
+        let drives = numpy::IntoPyArray::into_pyarray(drives.unwrap_or_default(), py).readonly();
+        let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
         let read = cases.iter().flat_map(|case| core.drive_values(case.coordinates, case.drives)).collect();
         let array = numpy::ndarray::Array2::from_shape_vec((n, core.n_drives()), read)
@@ -285,24 +289,47 @@ impl Mechanism {
             .finish())
     }
 
-    #[pyo3(signature = (drives, poses, exact = true))]
+    /// `offset` and `details` tell whether these columns are wanted beside error, undetermined, iterations, status.
+    #[pyo3(signature = (drives, poses, exact = true, offset = true, details = true))]
     fn loaded<'py>(
         &self,
         py: Python<'py>,
         drives: PyReadonlyArray2<'py, f64>,
         poses: PyReadonlyArray3<'py, f64>,
         exact: bool,
+        offset: bool,
+        details: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let n = cases.len();
+        let keep = Keep { offset, details };
         if core.is_isostatic() {
-            let found = py.detach(|| core.loaded(&cases, exact));
-            return Ok(pushed(core, Table::new(py), found, n)?.finish());
+            let found = py.detach(|| core.loaded(&cases, exact, keep));
+            return Ok(pushed(core, Table::new(py), found, keep)?.finish());
         }
         let found = py.detach(|| core.strained(&cases, exact));
-        Ok(strained(core, Table::new(py), found, n)?.finish())
+        Ok(strained(core, Table::new(py), found, keep)?.finish())
+    }
+
+    /// The same for drive values alone, in one go, each row on the assembly branch of those before it.
+    #[pyo3(signature = (drives, exact = true, offset = true, details = true))]
+    fn loaded_along<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        exact: bool,
+        offset: bool,
+        details: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
+        if !core.is_isostatic() {
+            return Err(PyValueError::new_err("loads are distributed by the play of this mechanism: trace it first"));
+        }
+        let keep = Keep { offset, details };
+        let found = py.detach(|| core.loaded_along(n, &rows, exact, keep));
+        Ok(pushed(core, Table::new(py), found, keep)?.finish())
     }
 
     /// An over-constrained or elastic mechanism in one configuration, for units with parameters of their own.
@@ -472,25 +499,31 @@ impl Mechanism {
 }
 
 /// What every mechanism tells of `n` configurations under load.
-fn pushed<'py>(core: &Core, table: Table<'py>, found: LoadTable, n: usize) -> PyResult<Table<'py>> {
-    let size = core.size();
-    table
+fn pushed<'py>(core: &Core, table: Table<'py>, found: LoadTable, keep: Keep) -> PyResult<Table<'py>> {
+    let (n, size, sources) = (found.status.len(), core.size(), core.sources().len());
+    let mut table = table
         .status(found.status.iter().copied())?
         .array("error", &[n, size], found.error)?
-        .array("error_first_order", &[n, size], found.error_first_order)?
         .array("undetermined", &[n, size], found.undetermined)?
-        .array("undetermined_contribution", &[n, core.sources().len(), size], found.open)?
-        .array("decided", &[n, core.sources().len()], found.decided)?
-        .array("reaction", &[n, core.n_joints(), size], found.reaction)?
-        .array("offset", &[n, core.n_parameters()], found.offset)?
-        .array("contribution", &[n, core.sources().len(), size], found.contribution)?
         .array("iterations", &[n], found.steps)?
-        .value("fallbacks", found.fallbacks)
+        .value("fallbacks", found.fallbacks)?;
+    if keep.offset {
+        table = table.array("offset", &[n, core.n_parameters()], found.offset)?;
+    }
+    if keep.details {
+        table = table
+            .array("error_first_order", &[n, size], found.error_first_order)?
+            .array("undetermined_contribution", &[n, sources, size], found.open)?
+            .array("decided", &[n, sources], found.decided)?
+            .array("reaction", &[n, core.n_joints(), size], found.reaction)?
+            .array("contribution", &[n, sources, size], found.contribution)?;
+    }
+    Ok(table)
 }
 
 /// What over-constrained and elastic mechanisms tell beside.
-fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, n: usize) -> PyResult<Table<'py>> {
-    let size = core.size();
+fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, keep: Keep) -> PyResult<Table<'py>> {
+    let (n, size) = (found.gap.len(), core.size());
     let table = table
         .array("clearance_factor", &[n], found.clearance_factor)?
         .array("prestress", &[n, core.n_joints(), size], found.prestress)?
@@ -499,7 +532,7 @@ fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, n: usize) -
         .array("contribution_elastic", &[n, core.n_joints(), size], found.elastic)?
         .array("gap", &[n], found.gap)?
         .array("lack_of_fit", &[n], found.lack_of_fit)?;
-    pushed(core, table, found.loaded, n)
+    pushed(core, table, found.loaded, keep)
 }
 
 /// The law of a name.

@@ -12,16 +12,17 @@ use super::layout::{Layout, Symbolic};
 use super::program::record_step;
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
+use super::tree::Linear;
 use crate::ascent::UNDECIDED;
 use crate::clearance::{MAX_SIZE, Mute, Set};
 use crate::closure::Inputs;
-use crate::linear::Elimination;
-use crate::loaded::{Case, Pressing, Table};
+use crate::loaded::{Case, Pressing};
 use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::Cost;
 use crate::solver::Solver;
 use crate::space::{Component, Pose};
 use crate::status::Status;
+use crate::table::Table;
 use crate::trace::CLEAR;
 
 /// Steps that a block takes at most.
@@ -29,7 +30,7 @@ const STEPS: usize = 40;
 /// A step below this (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;
 /// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
-const SAME_DRIVES: f64 = 1e-12;
+pub(super) const SAME_DRIVES: f64 = 1e-12;
 
 /// The recorded programs of one mechanism under its loads.
 #[derive(Clone, Debug)]
@@ -82,7 +83,6 @@ impl<'m> Contact<'m> {
         &self,
         workspace: &mut [Vec<Block>; 2],
         cases: &[Case<'_>],
-        exact: bool,
         table: &mut Table,
         mut plainly: impl FnMut(&Case<'_>, &mut Table),
     ) {
@@ -110,16 +110,6 @@ impl<'m> Contact<'m> {
         }
         let mutes = mutes(m, |p| out(at.gradient + p), out(at.scale));
         let open = push(m, Some(&mutes), &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
-        if !exact {
-            for (i, case) in cases.iter().enumerate() {
-                if good[i] {
-                    self.tell_first_order(statics, &pushed, open[i], i, table);
-                } else {
-                    plainly(case, table);
-                }
-            }
-            return;
-        }
         let first: Vec<Block> = pushed.clone();
 
         let inputs = n_u + self.layout.n_varying();
@@ -208,54 +198,23 @@ impl<'m> Contact<'m> {
         table.error_first_order.extend_from_slice(&error[..size]);
         error
     }
-
-    /// Appends the row of one lane, told at its nominal pose.
-    #[inline(always)]
-    fn tell_first_order(&self, statics: &[Block], offsets: &[Block], open: bool, lane: usize, table: &mut Table) {
-        let m = self.mechanism;
-        let at = StaticsOutputs::new(m);
-        let (n_u, size) = (m.n_parameters(), m.size());
-        let out = |k: usize| self.statics.output(statics, k).0[lane];
-        let error = self.tell_shares(statics, offsets, lane, table);
-        table.error.extend_from_slice(&error[..size]);
-        table.offset.extend(offsets.iter().map(|b| b.0[lane]));
-        table.reaction.extend((at.reactions..at.reactions + m.n_joints() * size).map(out));
-        table.steps.push(0);
-        let (first, sources) = (table.open.len(), m.sources().len());
-        table.open.resize(first + sources * size, 0.0);
-        table.decided.resize(first / size + sources, true);
-        let mut felt = false;
-        let mut undetermined = [0.0; 6];
-        if open {
-            let (widths, decided) = (&mut table.open[first..], &mut table.decided[first / size..]);
-            let force = |p: usize| out(at.gradient + p);
-            let map = |k: usize, p: usize| out(at.map + k * n_u + p);
-            let load = Pressing { force, scale: out(at.scale), mute: |_| Mute::default() };
-            felt = m.leave_open(&load, map, map, widths, decided);
-            for (i, width) in widths.iter().enumerate() {
-                undetermined[i % size] += width;
-            }
-        }
-        table.undetermined.extend_from_slice(&undetermined[..size]);
-        table.status.push(if felt { Status::Undetermined } else { Status::Ok });
-    }
 }
 
 /// Where the outputs of the statics program stand.
-struct StaticsOutputs {
-    gradient: usize,
-    scale: usize,
-    pivots: usize,
-    clear: usize,
-    output: usize,
-    map: usize,
-    drives: usize,
-    reactions: usize,
+pub(super) struct StaticsOutputs {
+    pub gradient: usize,
+    pub scale: usize,
+    pub pivots: usize,
+    pub clear: usize,
+    pub output: usize,
+    pub map: usize,
+    pub drives: usize,
+    pub reactions: usize,
 }
 
 impl StaticsOutputs {
     #[inline(always)]
-    const fn new(m: &Mechanism) -> Self {
+    pub const fn new(m: &Mechanism) -> Self {
         let n_u = m.n_parameters();
         Self {
             gradient: 0,
@@ -294,15 +253,14 @@ pub(super) fn poses_of<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Pose<S
 /// Gradient of a cost along the parameters, and the multipliers.
 pub(super) fn gradient<'r>(
     m: &Mechanism,
-    plan: &Elimination,
-    factors: &crate::linear::Factors<Symbol<'r>>,
+    linear: &impl Linear<'r>,
     poses: &[Pose<Symbol<'r>>],
     cost: Cost<Symbol<'r>>,
 ) -> (Vec<Symbol<'r>>, Vec<Symbol<'r>>) {
     let zero = Symbol::Constant(0.0);
     let Cost { mut twists, parameters } = cost;
     let mut multipliers = vec![zero; m.n_rows()];
-    plan.solve_transposed(factors, &mut twists, &mut multipliers);
+    linear.solve_transposed(&mut twists, &mut multipliers);
     let mut inputs = Inputs { drives: vec![zero; m.n_drives()], parameters };
     m.pull_back(poses, &multipliers, &mut inputs);
     (inputs.parameters, multipliers)
@@ -320,56 +278,46 @@ impl Mechanism {
     }
 }
 
-fn load_statics<'r>(
-    m: &Mechanism,
-    plan: &Elimination,
-    factors: &crate::linear::Factors<Symbol<'r>>,
-    symbolic: &Symbolic<'r>,
-) -> Statics<'r> {
+fn load_statics<'r>(m: &Mechanism, linear: &impl Linear<'r>, symbolic: &Symbolic<'r>) -> Statics<'r> {
     let poses = poses_of(m, symbolic);
     let cost = m.load_cost(&poses, &symbolic.inputs.parameters);
-    let (gradient, multipliers) = gradient(m, plan, factors, &poses, cost);
+    let (gradient, multipliers) = gradient(m, linear, &poses, cost);
     let scale = m.largest_force(&multipliers);
     Statics { gradient, scale, reactions: m.reactions(&poses, &multipliers) }
 }
 
-/// Statics and first-order maps of the nominal pose.
-fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
+/// Statics and first-order maps of the nominal pose, outputs as [`StaticsOutputs`] has them.
+pub(super) fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let m = solver.mechanism;
     let recorder = Recorder::new(SMALL_ANGLE);
     let mut symbolic = layout.varying(m, &recorder);
     symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
     let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
-    let plan = solver.plan.as_ref()?;
-    let statics = load_statics(m, plan, &step.factors, &symbolic);
-    let poses = poses_of(m, &symbolic);
-
-    let mut outputs = statics.gradient;
-    outputs.extend([statics.scale, step.pivots, singular_estimate(m, plan, &step.factors)]);
-    outputs.extend(output_of(m, layout, &recorder, &poses, &symbolic));
-    for k in 0..m.size() {
-        let cost = m.component_cost(k, &poses, &symbolic.inputs.parameters);
-        outputs.extend(gradient(m, plan, &step.factors, &poses, cost).0);
-    }
-    outputs.extend(m.driven_rows.iter().map(|&r| step.residual[r]));
-    outputs.extend(statics.reactions);
+    let outputs = statics_outputs(m, layout, &recorder, &symbolic, &step.residual, &step.linear);
     Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
 }
 
-/// As [`Mechanism::singular_estimate`].
-pub(super) fn singular_estimate<'r>(
+/// The outputs that [`StaticsOutputs`] has.
+pub(super) fn statics_outputs<'r>(
     m: &Mechanism,
-    plan: &Elimination,
-    factors: &crate::linear::Factors<Symbol<'r>>,
-) -> Symbol<'r> {
-    let n = m.n_rows();
-    let mut right: Vec<Symbol<'r>> = m.probe().map(Symbol::Constant).collect();
-    let mut x = vec![Symbol::Constant(0.0); n];
-    plan.solve(factors, &mut right, &mut x);
-    let largest = x.iter().enumerate().fold(Symbol::Constant(0.0), |largest, (j, v)| {
-        largest.max(v.abs() * Symbol::Constant(1.0 / m.unit(m.space.components()[j % m.size()])))
-    });
-    Symbol::Constant(1.0) / largest
+    layout: &Layout,
+    recorder: &'r Recorder,
+    symbolic: &Symbolic<'r>,
+    residual: &[Symbol<'r>],
+    linear: &impl Linear<'r>,
+) -> Vec<Symbol<'r>> {
+    let statics = load_statics(m, linear, symbolic);
+    let poses = poses_of(m, symbolic);
+    let mut outputs = statics.gradient;
+    outputs.extend([statics.scale, linear.pivot_product(), linear.singular_estimate(m)]);
+    outputs.extend(output_of(m, layout, recorder, &poses, symbolic));
+    for k in 0..m.size() {
+        let cost = m.component_cost(k, &poses, &symbolic.inputs.parameters);
+        outputs.extend(gradient(m, linear, &poses, cost).0);
+    }
+    outputs.extend(m.driven_rows.iter().map(|&r| residual[r]));
+    outputs.extend(statics.reactions);
+    outputs
 }
 
 /// A Newton step with the reactions at the pose it starts from.
@@ -378,7 +326,7 @@ fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> 
     let recorder = Recorder::new(SMALL_ANGLE);
     let symbolic = layout.varying(m, &recorder);
     let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
-    let statics = load_statics(m, solver.plan.as_ref()?, &step.factors, &symbolic);
+    let statics = load_statics(m, &step.linear, &symbolic);
     let mut outputs = step.numbers;
     outputs.extend(step.turn);
     outputs.extend([step.size, step.pivots, statics.scale]);

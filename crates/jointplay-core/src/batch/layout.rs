@@ -1,10 +1,11 @@
 //! Where the quantities of a mechanism stand among the inputs of recorded programs.
 
-use super::lanes::Block;
+use super::lanes::{Block, LANES};
 use super::symbol::{Recorder, Symbol};
 use crate::closure::{Command, Inputs};
 use crate::mechanism::Mechanism;
 use crate::solver::State;
+use crate::space::{Component, Space};
 
 /// A mechanism whose quantities are symbols.
 pub(super) struct Symbolic<'r> {
@@ -73,16 +74,62 @@ impl Layout {
     /// Puts a pose and drive values into the varying inputs of one lane.
     #[inline(always)]
     pub fn load(m: &Mechanism, coordinates: &[f64], drives: &[f64], registers: &mut [Block], lane: usize) {
-        let mut k = m.n_parameters();
+        let mut inputs =
+            vec![0.0; m.n_bodies() * m.space.n_pose_numbers() + 3 * drives.len() + m.space.n_turn_numbers()];
+        Self::put_inputs(m, coordinates, drives, 0, &mut inputs);
+        for (block, input) in registers[m.n_parameters()..].iter_mut().zip(inputs) {
+            block.0[lane] = input;
+        }
+    }
+
+    /// The same for all lanes, some at a time: their numbers lie together in the memory of a block, and far from
+    /// the next block's.
+    #[inline(always)]
+    pub fn load_all<'a>(&self, m: &Mechanism, of: impl Fn(usize) -> (&'a [f64], &'a [f64]), registers: &mut [Block]) {
+        const AT_ONCE: usize = 8;
+        // Pose numbers in space are the coordinates.
+        let n = self.n_varying();
+        let same = if m.space == Space::Spatial { self.pose } else { 0 };
+        let mut rows = vec![0.0; AT_ONCE * n];
+        let inputs = &mut registers[m.n_parameters()..][..n];
+        for first in (0..LANES).step_by(AT_ONCE) {
+            let given: [_; AT_ONCE] = std::array::from_fn(|k| of(first + k));
+            let poses = given.map(|(coordinates, _)| &coordinates[..same]);
+            for (row, (coordinates, drives)) in rows.chunks_exact_mut(n).zip(given) {
+                Self::put_inputs(m, coordinates, drives, same, row);
+            }
+            for (k, block) in inputs[..same].iter_mut().enumerate() {
+                for i in 0..AT_ONCE {
+                    block.0[first + i] = poses[i][k];
+                }
+            }
+            for (k, block) in inputs.iter_mut().enumerate().skip(same) {
+                for i in 0..AT_ONCE {
+                    block.0[first + i] = rows[i * n + k];
+                }
+            }
+        }
+    }
+
+    /// Puts the inputs of one configuration, the first ones left out.
+    #[inline(always)]
+    fn put_inputs(m: &Mechanism, coordinates: &[f64], drives: &[f64], skipped: usize, inputs: &mut [f64]) {
+        let mut k = skipped;
         let mut put = |value: f64| {
-            registers[k].0[lane] = value;
+            inputs[k] = value;
             k += 1;
         };
-        for coordinates in coordinates.chunks_exact(m.n_body_coordinates()) {
-            m.space.put_pose_numbers(coordinates, &mut put);
+        if skipped == 0 {
+            for coordinates in coordinates.chunks_exact(m.n_body_coordinates()) {
+                m.space.put_pose_numbers(coordinates, &mut put);
+            }
         }
-        for &q in drives {
-            let (sine, cosine) = q.sin_cos();
+        for (&q, &row) in drives.iter().zip(&m.driven_rows) {
+            // Sine and cosine of a length are not asked for.
+            let (sine, cosine) = match m.rows[row].component {
+                Component::Along(_) => (0.0, 1.0),
+                Component::About(_) => q.sin_cos(),
+            };
             put(q);
             put(sine);
             put(cosine);
@@ -123,6 +170,37 @@ impl Layout {
         values.extend(m.output(&nominal.coordinates, &nominal.inputs));
         m.put_turn_numbers(&nominal.coordinates, |number| values.push(number));
         values
+    }
+}
+
+impl Space {
+    /// The coordinates of one body in some lanes from its pose numbers, row by row `n` numbers apart. Those of
+    /// a lane have moved from nearby ones by steps, in which a quaternion keeps its sign.
+    #[inline(always)]
+    pub(super) fn put_coordinates<'s>(
+        self,
+        numbers: &mut [Block],
+        lanes: impl Iterator<Item = usize>,
+        near: impl Fn(usize) -> &'s [f64],
+        coordinates: &mut [f64],
+        n: usize,
+    ) {
+        if self == Self::Spatial {
+            let square = |b: &Block| b.mul(b);
+            let sum = numbers[4..].iter().fold(square(&numbers[3]), |sum, b| sum.add(&square(b)));
+            let scale = Block::splat(1.0).div(&sum.sqrt());
+            for number in &mut numbers[3..] {
+                *number = number.mul(&scale);
+            }
+        }
+        let size = self.n_coordinates();
+        for lane in lanes {
+            let coordinates = &mut coordinates[lane * n..lane * n + size];
+            match self {
+                Self::Planar => self.coordinates_of_numbers(|k| numbers[k].0[lane], near(lane), coordinates),
+                Self::Spatial => coordinates.iter_mut().zip(&*numbers).for_each(|(c, number)| *c = number.0[lane]),
+            }
+        }
     }
 }
 

@@ -12,6 +12,8 @@
 mod climb;
 mod contact;
 pub mod draw;
+mod faces;
+mod first_order;
 mod follow;
 mod graph;
 mod jit;
@@ -21,11 +23,13 @@ mod program;
 pub mod simd;
 pub mod symbol;
 pub mod tape;
+mod tree;
 mod worker;
 
 pub use climb::{Climb, Site, Task};
 pub use contact::Contact;
-pub use follow::Follow;
+pub use first_order::FirstOrder;
+pub use follow::{Follow, Start};
 pub use program::{Bound, Newton};
 pub use worker::Height;
 

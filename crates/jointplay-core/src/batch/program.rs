@@ -4,8 +4,8 @@ use super::lanes::{Block, LANES, Mask, bits_if};
 use super::layout::{Layout, Symbolic};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
+use super::tree::{Eliminated, Linear};
 use super::{LATER_ANGLE, SMALL_ANGLE};
-use crate::linear::Factors;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
 use crate::space::{Component, Pose};
@@ -43,7 +43,7 @@ pub struct Bound<'n> {
 }
 
 /// What one recorded step gives.
-pub(super) struct Step<'r> {
+pub(super) struct Step<'e, 'r> {
     pub numbers: Vec<Symbol<'r>>,
     /// What tells how far the output's body has turned.
     pub turn: Vec<Symbol<'r>>,
@@ -51,11 +51,11 @@ pub(super) struct Step<'r> {
     pub size: Symbol<'r>,
     pub pivots: Symbol<'r>,
     pub residual: Vec<Symbol<'r>>,
-    pub factors: Factors<Symbol<'r>>,
+    pub linear: Eliminated<'e, 'r>,
 }
 
 /// Residual and derivatives.
-fn evaluate<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> [Vec<Symbol<'r>>; 2] {
+pub(super) fn evaluate<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> [Vec<Symbol<'r>>; 2] {
     let zero = Symbol::Constant(0.0);
     let numbers = symbolic.numbers.chunks_exact(m.space.n_pose_numbers());
     let poses: Vec<Pose<Symbol<'r>>> = numbers.map(|n| m.space.pose_of_numbers(n)).collect();
@@ -65,26 +65,44 @@ fn evaluate<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> [Vec<Symbol<'r>>; 2] 
     [residual, derivatives]
 }
 
-pub(super) fn record_step<'r>(solver: &Solver<'_>, symbolic: &Symbolic<'r>, turn: &[Symbol<'r>]) -> Option<Step<'r>> {
+pub(super) fn record_step<'e, 'r>(
+    solver: &'e Solver<'_>,
+    symbolic: &Symbolic<'r>,
+    turn: &[Symbol<'r>],
+) -> Option<Step<'e, 'r>> {
     let evaluated = evaluate(solver.mechanism, symbolic);
     record_step_by(solver, symbolic, evaluated, turn)
 }
 
 /// A step by a residual and derivatives, which may be those of nearby parameters.
-fn record_step_by<'r>(
-    solver: &Solver<'_>,
+fn record_step_by<'e, 'r>(
+    solver: &'e Solver<'_>,
     symbolic: &Symbolic<'r>,
     [residual, derivatives]: [Vec<Symbol<'r>>; 2],
     turn: &[Symbol<'r>],
-) -> Option<Step<'r>> {
+) -> Option<Step<'e, 'r>> {
     let m = solver.mechanism;
-    let zero = Symbol::Constant(0.0);
-    let width = m.space.n_pose_numbers();
     let plan = solver.plan.as_ref()?;
     let factors = plan.replay(solver.picks.iter().map(|&p| derivatives[p]), |_, _| true)?;
+    let linear = Eliminated { plan, factors };
+    let (numbers, turn, size) = step_by(m, symbolic, &residual, &linear, turn);
+    Some(Step { numbers, turn, size, pivots: linear.pivot_product(), residual, linear })
+}
+
+/// Pose numbers after a Newton step, what the output's body has turned, and the square of the step's largest
+/// component, length-scaled.
+pub(super) fn step_by<'r>(
+    m: &Mechanism,
+    symbolic: &Symbolic<'r>,
+    residual: &[Symbol<'r>],
+    linear: &impl Linear<'r>,
+    turn: &[Symbol<'r>],
+) -> (Vec<Symbol<'r>>, Vec<Symbol<'r>>, Symbol<'r>) {
+    let zero = Symbol::Constant(0.0);
+    let width = m.space.n_pose_numbers();
     let mut right: Vec<Symbol<'r>> = residual.iter().map(|&r| -r).collect();
     let mut step = vec![zero; m.n_unknowns()];
-    plan.solve(&factors, &mut right, &mut step);
+    linear.solve(&mut right, &mut step);
 
     // The largest, not the sum: a step is small or large however many bodies take part in it.
     let (mut moved, mut turned) = (zero, zero);
@@ -100,7 +118,7 @@ fn record_step_by<'r>(
     let turn = m.points[m.output]
         .body
         .map_or_else(|| turn.to_vec(), |b| m.space.move_turn_numbers(turn, &step[b * m.size()..(b + 1) * m.size()]));
-    Some(Step { numbers, turn, size, pivots: plan.pivot_product(&factors), residual, factors })
+    (numbers, turn, size)
 }
 
 impl Newton {

@@ -29,7 +29,7 @@ type Ends = [[f64; 2]; 2];
 impl Pin {
     /// Index of the first component across the axis.
     #[inline(always)]
-    const fn across(&self) -> usize {
+    pub const fn across(&self) -> usize {
         if self.axial.is_some() { 1 } else { 0 }
     }
 

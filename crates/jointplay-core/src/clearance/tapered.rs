@@ -21,15 +21,17 @@ use crate::sampling::law;
 use crate::spec::Law;
 
 /// A component, and what turns its conjugate into a force: 1, or 1/lever for an angle's moment.
-type Arm = (usize, f64);
+pub(crate) type Arm = (usize, f64);
 
 /// Squares that taper along an axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tapered {
-    gap: f64,
-    axis: Arm,
+    /// Gap on each side.
+    pub gap: f64,
+    /// The component along the axis.
+    pub axis: Arm,
     /// Diagonals of the squares; the last one is without meaning where there is one square only.
-    squares: [[Arm; 2]; 2],
+    pub squares: [[Arm; 2]; 2],
     /// How much each square has shrunk at the end of the axis.
     pub tapers: [f64; 2],
     /// How many squares there are.

@@ -8,10 +8,11 @@ use super::compatibility::Compatibility;
 use super::settle::{Failure, Settled};
 use super::system::{Ask, Balance, System};
 use crate::closure::Inputs;
-use crate::loaded::{Case, Loaded, Table};
+use crate::loaded::{Case, Loaded};
 use crate::mechanism::{Elastic, Mechanism, Row, Source};
 use crate::solver::{Solver, State};
 use crate::status::Status;
+use crate::table::Table;
 use crate::trace::CLEAR;
 
 /// Rounding of the factor on the clearances.

@@ -7,14 +7,12 @@
 //! equations, `H = G' W^-2 G`, is inverted in closed form: one number for an interval, the unit matrix
 //! and a dyad for a disc or a ball, an arrow for a body that tapers.
 
+use super::round::{inverse_round, limit_round, scale_round, target_round, towards};
 use super::vector::{V, dot_few};
 use crate::cone::own::Atom;
 
 /// Signs of an arm and of the axis in the four half spaces of an arm.
 const SIDES: [[f64; 2]; 4] = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
-
-/// Numbers that keep a quotient finite; everything here is near one.
-const TINY: V = V::splat(1e-200);
 
 /// A body of all eight programs: where its numbers are.
 #[derive(Clone, Copy, Debug)]
@@ -382,127 +380,4 @@ impl Cone {
             }
         }
     }
-}
-
-/// The inverse root of `x0^2 - |x1|^2`, the root, and what [`limit_round`] needs.
-#[inline(always)]
-fn hyperbolic<const K: usize>(x: &[V], per: &mut [V]) -> (V, V) {
-    let square = x[0].times_plus(x[0], -dot_few(&x[1..=K], &x[1..=K]));
-    let size = square.max(TINY).sqrt();
-    per[0] = V::ONE / size;
-    per[1] = V::ONE / per[0].times_plus(x[0], V::ONE);
-    (per[0], size)
-}
-
-/// Data: w, 1/eta^2, eta^2, 1/(2 w0^2 - 1), eta, 1/eta, 1/(1 + w0), `1/(x0^2 - |x1|^2)` of `x = W l`,
-/// and the upper triangle of `H^-1`.
-#[inline(always)]
-fn scale_round<const K: usize>([s, l]: [&[V]; 2], [for_s, for_l]: [&mut [V]; 2], data: &mut [V]) {
-    let ((per_s, size_s), (per_l, size_l)) = (hyperbolic::<K>(s, for_s), hyperbolic::<K>(l, for_l));
-    let along = dot_few(&s[..=K], &l[..=K]) * (per_s * per_l);
-    let half = V::splat(0.5);
-    let per_twice = half / half.times_plus(along, half).sqrt();
-    let (part_s, part_l) = (per_twice * per_s, per_twice * per_l);
-    let mut square = V::ZERO;
-    for k in 1..=K {
-        data[k] = s[k].times_plus(part_s, -(l[k] * part_l));
-        square = data[k].times_plus(data[k], square);
-    }
-    // On the hyperboloid, whatever rounding did.
-    data[0] = (V::ONE + square).sqrt();
-    data[K + 1] = size_l * per_s;
-    data[K + 2] = size_s * per_l;
-    data[K + 3] = V::ONE / (V::ONE + square + square);
-    data[K + 4] = data[K + 2].sqrt();
-    data[K + 5] = data[K + 4] * data[K + 1];
-    data[K + 6] = V::ONE / (V::ONE + data[0]);
-    data[K + 7] = per_s * per_l;
-    let shrink = V::splat(2.0) * data[K + 2] * data[K + 3];
-    let mut at = K + 8;
-    for i in 1..=K {
-        data[at] = (shrink * data[i]).times_from(data[i], data[K + 2]);
-        at += 1;
-        for j in i + 1..=K {
-            data[at] = -(shrink * data[i] * data[j]);
-            at += 1;
-        }
-    }
-}
-
-/// `eta^2 (1 - 2 w1 w1' / (1 + 2 |w1|^2)) x`, whose elements follow the other data row by row.
-#[inline(always)]
-fn inverse_round<const K: usize>(data: &[V], x: &[V], out: &mut [V]) {
-    let m = &data[K + 8..];
-    if K == 2 {
-        out[0] = m[0].times_plus(x[0], m[1] * x[1]);
-        out[1] = m[1].times_plus(x[0], m[2] * x[1]);
-    } else {
-        out[0] = m[0].times_plus(x[0], m[1].times_plus(x[1], m[2] * x[2]));
-        out[1] = m[1].times_plus(x[0], m[3].times_plus(x[1], m[4] * x[2]));
-        out[2] = m[2].times_plus(x[0], m[4].times_plus(x[1], m[5] * x[2]));
-    }
-}
-
-/// `2 w0 w1 / (2 w0^2 - 1)`: where the coordinates go with the first slack.
-#[inline(always)]
-fn towards(size: usize, data: &[V], out: &mut [V]) {
-    let along = (data[0] + data[0]) * data[size + 3];
-    for k in 0..size {
-        out[k] = along * data[1 + k];
-    }
-}
-
-#[inline(always)]
-fn target_round<const K: usize>(data: &[V], s: &[V], l: &[V], ds: &[V], centre: V, u: &mut [V]) {
-    let (eta, per_eta, per_one) = (data[K + 4], data[K + 5], data[K + 6]);
-    // W l and W^-1 ds.
-    let mut scaled = [V::ZERO; 4];
-    let mut step = [V::ZERO; 4];
-    let (along_l, along_s) = (dot_few(&data[1..=K], &l[1..=K]), dot_few(&data[1..=K], &ds[1..=K]));
-    scaled[0] = eta * data[0].times_plus(l[0], along_l);
-    step[0] = per_eta * data[0].times_plus(ds[0], -along_s);
-    let (part_l, part_s) = (along_l.times_plus(per_one, l[0]), along_s.times_plus(per_one, -ds[0]));
-    for k in 1..=K {
-        scaled[k] = eta * data[k].times_plus(part_l, l[k]);
-        step[k] = per_eta * data[k].times_plus(part_s, ds[k]);
-    }
-    // sigma mu e + (W^-1 ds) o (W l + W^-1 ds), since W dl = -W l - W^-1 ds.
-    let mut other = [V::ZERO; 4];
-    for k in 0..=K {
-        other[k] = scaled[k] + step[k];
-    }
-    let mut right = [V::ZERO; 4];
-    right[0] = centre + dot_few(&step[..=K], &other[..=K]);
-    for k in 1..=K {
-        right[k] = step[0].times_plus(other[k], other[0] * step[k]);
-    }
-    // Divided by W l.
-    let along = dot_few(&scaled[1..=K], &right[1..=K]);
-    let first = scaled[0].times_plus(right[0], -along) * data[K + 7];
-    let per = V::ONE / scaled[0];
-    let mut quotient = [V::ZERO; 4];
-    quotient[0] = first;
-    for k in 1..=K {
-        quotient[k] = per * first.times_from(scaled[k], right[k]);
-    }
-    // W of it, less s.
-    let along = dot_few(&data[1..=K], &quotient[1..=K]);
-    u[0] = eta.times_plus(data[0].times_plus(first, along), -s[0]);
-    let part = along.times_plus(per_one, first);
-    for k in 1..=K {
-        u[k] = eta.times_plus(data[k].times_plus(part, quotient[k]), -s[k]);
-    }
-}
-
-#[inline(always)]
-fn limit_round<const K: usize>(x: &[V], per: &[V], dx: &[V]) -> V {
-    let (per, per_more) = (per[0], per[1]);
-    let product = x[0].times_plus(dx[0], -dot_few(&x[1..=K], &dx[1..=K])) * per;
-    let part = (product + dx[0]) * per_more * per;
-    let mut square = V::ZERO;
-    for k in 1..=K {
-        let rest = part.times_from(x[k], dx[k]);
-        square = rest.times_plus(rest, square);
-    }
-    per * (square.sqrt() - product)
 }

@@ -17,6 +17,7 @@
 
 use super::cones::Cone;
 use super::normal::{factor, products, solve};
+use super::state::{Data, State};
 use super::vector::{Choice, V, dot};
 use crate::batch::simd::Kernel;
 use crate::cone::own::Atom;
@@ -32,65 +33,6 @@ const RESIDUAL: V = V::splat(1e-11);
 const LOST: V = V::splat(1e30);
 /// Part of the way to the boundary that a step goes.
 const STEP: V = V::splat(0.99);
-
-/// The numbers of eight programs.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Data {
-    /// Number of equations.
-    pub s: usize,
-    /// Number of coordinates.
-    pub n: usize,
-    /// Coefficients of the coordinates in the equations, equation by equation.
-    pub e: Vec<V>,
-    /// What the springs add to the normal equations; empty without springs.
-    pub springs: Vec<V>,
-    pub right: Vec<V>,
-    pub cost: Vec<V>,
-    pub sizes: Vec<V>,
-}
-
-/// Iterates and intermediate results, kept between calls for their memory.
-#[derive(Clone, Debug, Default)]
-pub(super) struct State {
-    pub p: Vec<V>,
-    pub y: Vec<V>,
-    /// The factor on the clearances and the multiplier of `tau >= 0`.
-    pub factor: V,
-    factor_multiplier: V,
-    /// `1 / k`.
-    per_stiffness: V,
-    s: Vec<V>,
-    l: Vec<V>,
-    /// What the longest step inside the cones needs of both.
-    per_s: Vec<V>,
-    per_l: Vec<V>,
-    ds: Vec<V>,
-    dl: Vec<V>,
-    /// Where the slacks would go.
-    target: Vec<V>,
-    approach: Vec<V>,
-    scaling: Vec<V>,
-    /// `E H^-1`.
-    g: Vec<V>,
-    matrix: Vec<V>,
-    /// `c - E' y + G' l`, and the force that a step adds.
-    left: Vec<V>,
-    force: Vec<V>,
-    /// Residuals of the equations, and of the factor's own condition.
-    residual: Vec<V>,
-    factor_left: V,
-    dp: Vec<V>,
-    dy: Vec<V>,
-    /// `x` and `q` of a variable factor.
-    follow: Vec<V>,
-    q: Vec<V>,
-}
-
-impl Default for V {
-    fn default() -> Self {
-        Self::ZERO
-    }
-}
 
 /// Solves eight programs.
 pub(super) struct Solve<'a> {

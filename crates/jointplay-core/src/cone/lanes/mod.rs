@@ -14,6 +14,9 @@ mod group;
 mod kernel;
 mod layout;
 mod normal;
+mod round;
+mod state;
+mod unload;
 mod vector;
 
 use rayon::prelude::*;

@@ -98,6 +98,12 @@ impl V {
     }
 }
 
+impl Default for V {
+    fn default() -> Self {
+        Self::ZERO
+    }
+}
+
 impl Choice {
     pub const ALL: Self = Self([u64::MAX; LANES]);
 

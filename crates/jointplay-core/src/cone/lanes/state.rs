@@ -1,0 +1,56 @@
+//! What eight programs are, and where their solution stands.
+
+use super::vector::V;
+
+/// The numbers of eight programs.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Data {
+    /// Number of equations.
+    pub s: usize,
+    /// Number of coordinates.
+    pub n: usize,
+    /// Coefficients of the coordinates in the equations, equation by equation.
+    pub e: Vec<V>,
+    /// What the springs add to the normal equations; empty without springs.
+    pub springs: Vec<V>,
+    pub right: Vec<V>,
+    pub cost: Vec<V>,
+    pub sizes: Vec<V>,
+}
+
+/// Iterates and intermediate results, kept between calls for their memory.
+#[derive(Clone, Debug, Default)]
+pub(super) struct State {
+    pub p: Vec<V>,
+    pub y: Vec<V>,
+    /// The factor on the clearances and the multiplier of `tau >= 0`.
+    pub factor: V,
+    pub factor_multiplier: V,
+    /// `1 / k`.
+    pub per_stiffness: V,
+    pub s: Vec<V>,
+    pub l: Vec<V>,
+    /// What the longest step inside the cones needs of both.
+    pub per_s: Vec<V>,
+    pub per_l: Vec<V>,
+    pub ds: Vec<V>,
+    pub dl: Vec<V>,
+    /// Where the slacks would go.
+    pub target: Vec<V>,
+    pub approach: Vec<V>,
+    pub scaling: Vec<V>,
+    /// `E H^-1`.
+    pub g: Vec<V>,
+    pub matrix: Vec<V>,
+    /// `c - E' y + G' l`, and the force that a step adds.
+    pub left: Vec<V>,
+    pub force: Vec<V>,
+    /// Residuals of the equations, and of the factor's own condition.
+    pub residual: Vec<V>,
+    pub factor_left: V,
+    pub dp: Vec<V>,
+    pub dy: Vec<V>,
+    /// `x` and `q` of a variable factor.
+    pub follow: Vec<V>,
+    pub q: Vec<V>,
+}
