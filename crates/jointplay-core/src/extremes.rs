@@ -59,6 +59,15 @@ pub struct Worst {
     pub status: Status,
 }
 
+/// One extreme as it is told.
+pub(crate) struct Told {
+    pub measure: Measure,
+    pub first_order: f64,
+    pub bound: f64,
+    pub contribution: Vec<f64>,
+    pub height: Height,
+}
+
 /// The highest summits of all extremes.
 struct Summits {
     heights: Vec<Height>,
@@ -286,47 +295,66 @@ impl Mechanism {
 
     /// The result of one configuration.
     fn told(&self, prepared: Prepared<'_>, found: Summits) -> Worst {
+        let extremes = prepared.extremes.into_iter().zip(found.heights);
+        let extremes = extremes.map(|(extreme, height)| Told {
+            measure: extreme.measure,
+            first_order: extreme.linear.value,
+            bound: extreme.bound,
+            contribution: extreme.linear.contribution,
+            height,
+        });
+        let status = match prepared.status {
+            Status::Ok if found.blocked => Status::Singular,
+            other => other,
+        };
+        Worst { fallbacks: found.fallbacks, ..self.in_order(extremes.collect(), status) }
+    }
+
+    /// Extremes in the order of a result: of position, of both ends of every component and, where bodies turn freely,
+    /// of rotation.
+    pub(crate) fn in_order(&self, mut extremes: Vec<Told>, status: Status) -> Worst {
         let (size, translations) = (self.size(), self.n_translations());
-        let (mut extremes, mut heights) = (prepared.extremes, found.heights);
         if !self.turns_freely() {
-            let larger = |of: &dyn Fn(usize) -> f64| {
-                if of(2 * size).abs() >= of(2 * size - 1).abs() { 2 * size } else { 2 * size - 1 }
+            let larger = |of: &dyn Fn(&Told) -> f64| {
+                let (low, high) = (&extremes[2 * size - 1], &extremes[2 * size]);
+                if of(high).abs() >= of(low).abs() { 2 * size } else { 2 * size - 1 }
             };
-            let (exact, linear) = (larger(&|k| heights[k].value), larger(&|k| extremes[k].linear.value));
-            heights.push(heights[exact].clone());
-            let linear = extremes[linear].linear.clone();
-            extremes.push(Extreme { measure: Measure::Rotation, bound: linear.value, linear, starts: Vec::new() });
+            let (exact, linear) = (larger(&|told| told.height.value), larger(&|told| told.first_order));
+            let (height, linear) = (extremes[exact].height.clone(), &extremes[linear]);
+            extremes.push(Told {
+                measure: Measure::Rotation,
+                first_order: linear.first_order,
+                bound: linear.first_order,
+                contribution: linear.contribution.clone(),
+                height,
+            });
         }
         let rotation = extremes.len() - 1;
         let order = || [0, rotation].into_iter().chain(1..=2 * size);
         let sign =
             |k: usize| if matches!(extremes[k].measure, Measure::Component { lowest: true, .. }) { -1.0 } else { 1.0 };
-        let ends = |of: &dyn Fn(usize) -> f64| -> Vec<[f64; 2]> {
-            (0..size).map(|i| [2 * i + 1, 2 * i + 2].map(|k| sign(k) * of(k))).collect()
+        let ends = |of: &dyn Fn(&Told) -> f64| -> Vec<[f64; 2]> {
+            (0..size).map(|i| [2 * i + 1, 2 * i + 2].map(|k| sign(k) * of(&extremes[k]))).collect()
         };
         let along = |k: usize, range: std::ops::Range<usize>| -> Vec<f64> {
-            heights[k].error[range].iter().map(|e| e / heights[k].value).collect()
+            let height = &extremes[k].height;
+            height.error[range].iter().map(|e| e / height.value).collect()
         };
         Worst {
-            position: heights[0].value,
-            position_first_order: extremes[0].linear.value,
+            position: extremes[0].height.value,
+            position_first_order: extremes[0].first_order,
             position_bound: extremes[0].bound,
-            rotation: heights[rotation].value,
-            rotation_first_order: extremes[rotation].linear.value,
+            rotation: extremes[rotation].height.value,
+            rotation_first_order: extremes[rotation].first_order,
             rotation_bound: extremes[rotation].bound,
-            component: ends(&|k| heights[k].value),
-            component_first_order: ends(&|k| extremes[k].linear.value),
+            component: ends(&|told| told.height.value),
+            component_first_order: ends(&|told| told.first_order),
             direction: along(0, 0..translations),
             rotation_direction: if self.turns_freely() { along(rotation, translations..size) } else { Vec::new() },
-            offset: order().map(|k| heights[k].parameters.clone()).collect(),
-            contribution: order()
-                .map(|k| extremes[k].linear.contribution.iter().map(|c| sign(k) * c).collect())
-                .collect(),
-            fallbacks: found.fallbacks,
-            status: match prepared.status {
-                Status::Ok if found.blocked => Status::Singular,
-                other => other,
-            },
+            offset: order().map(|k| extremes[k].height.parameters.clone()).collect(),
+            contribution: order().map(|k| extremes[k].contribution.iter().map(|c| sign(k) * c).collect()).collect(),
+            fallbacks: 0,
+            status,
         }
     }
 }

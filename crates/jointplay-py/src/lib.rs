@@ -51,10 +51,6 @@ impl Mechanism {
     }
 }
 
-impl Mechanism {
-    /// The columns that were kept.
-}
-
 #[pymethods]
 impl Mechanism {
     #[new]

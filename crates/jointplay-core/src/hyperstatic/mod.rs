@@ -9,6 +9,7 @@ mod basis;
 mod compatibility;
 mod given;
 mod loaded;
+mod open;
 mod settle;
 mod system;
 mod trace;

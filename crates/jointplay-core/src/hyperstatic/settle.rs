@@ -1,21 +1,25 @@
 //! From the linearised answer to the exact one: sequential cone programs.
 //!
 //! The basis is closed for the displacements that a program asks of its rows, everything is linearised
-//! there, and the next program corrects them, until they stand still. Steps are shortened where they do
-//! not: where a reaction passes through zero on the way, the program jumps from one side of a clearance
-//! to the other, and the pose lies between.
+//! there, and the next program corrects them, until they stand still. Where they do not, because a reaction
+//! passes through zero on the way and the program jumps from one side of a clearance to the other, every
+//! offset is drawn to where it is by a spring, the stiffer the less it comes to rest (proximal points,
+//! Rockafellar, SIAM J. Control Optim. 14, 1976, 877): the spring does not move the point of rest.
 
 use super::compatibility::Compatibility;
-use super::system::{Ask, Balance, System};
+use super::system::{Ask, Balance, Give, System};
 use crate::closure::Inputs;
 use crate::solver::{Solver, State};
 
 /// Programs in a row.
 const MOST_STEPS: usize = 60;
-/// Steps that take away less than this part of what they could are shortened.
-const LITTLE: f64 = 0.3;
-/// Steps that take away more than this part of what they could are lengthened.
-const MUCH: f64 = 0.6;
+/// A change should be below this part of the one before.
+const SHRINKS: f64 = 0.7;
+/// Changes that are not, until springs are drawn in or become stiffer.
+const PATIENCE: usize = 2;
+/// The factor by which they become so, and how stiff they are at most.
+const STIFFER: f64 = 4.0;
+const STIFFEST: f64 = 256.0;
 /// The shortest part of a step.
 const SHORTEST: f64 = 1.0 / 256.0;
 /// Changes below this part of all displacements that do not shrink any more are the programs' rounding.
@@ -58,36 +62,59 @@ impl System<'_> {
         mut ask: impl FnMut(&State, &Compatibility) -> Ask,
     ) -> Result<Settled, Failure> {
         let mut state = start;
-        let (mut part, mut last) = (1.0_f64, f64::INFINITY);
-        let (mut longest, mut lengthened) = (1.0_f64, false);
-        let mut steps = 0;
+        let mut at: Vec<Vec<f64>> = self.offsets_at(&state, known);
+        // Springs have the stiffness `stiffness * pull`.
+        let (mut last, mut stiffness, mut pull) = (f64::INFINITY, 0.0_f64, 0.0);
+        let (mut steps, mut restless) = (0, 0);
         loop {
             let c = Compatibility::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
-            let balance = self.balance(&c, &c.right(&state, known), &ask(&state, &c)).ok_or(Failure::Incompatible)?;
+            let (right, asked) = (c.right(&state, known), ask(&state, &c));
+            let balance = if pull > 0.0 {
+                self.balance_near(&c, &right, &asked, &at, stiffness * pull)
+            } else {
+                self.balance(&c, &right, &asked)
+            };
+            let balance = balance.ok_or(Failure::Incompatible)?;
             let mut target = known.to_vec();
             target.iter_mut().zip(self.displacements(&balance)).for_each(|(t, d)| *t += d);
             let own = &state.inputs.parameters;
             let change = self.difference(own, &target);
             let size = self.difference(known, &target).max(self.difference(known, own));
-            let still = change <= self.mechanism.still() * size || change <= NOISE * size && change > 0.5 * last;
+            // Stiff springs make small changes of what would be larger ones.
+            let still = change * stiffness.max(1.0) <= self.mechanism.still() * size
+                || change * stiffness.max(1.0) <= NOISE * size && change > 0.5 * last;
             if still || steps == MOST_STEPS {
                 return Ok(Settled { state, compatibility: c, balance, steps, still });
             }
-            // A part of a step can take away that part of the change.
-            if change > (1.0 - LITTLE * part) * last {
-                if lengthened {
-                    longest = 0.5 * part;
-                }
-                part = (0.5 * part).max(SHORTEST);
-                lengthened = false;
-            } else {
-                lengthened = change < (1.0 - MUCH * part) * last && part < longest;
-                part = if lengthened { 2.0 * part } else { part };
-            }
+            restless += usize::from(change > SHRINKS * last);
             last = change;
-            state = step(solver, &state, &target, &mut part)?;
+            if restless > PATIENCE {
+                if pull == 0.0 && !matches!(asked, Ask::Factor) {
+                    // The largest force stretches a spring as far as the largest displacement.
+                    pull = self.force_scale(&balance.forces) * self.mechanism.length / size;
+                    stiffness = 1.0;
+                } else {
+                    stiffness = (STIFFER * stiffness).min(STIFFEST);
+                }
+                restless = 0;
+            }
+            let part;
+            (state, part) = step(solver, &state, &target)?;
+            for (at, given) in at.iter_mut().zip(&balance.given) {
+                at.iter_mut().zip(given).for_each(|(a, g)| *a += part * (g - *a));
+            }
             steps += 1;
         }
+    }
+
+    /// The offsets at which a state is closed; of what is elastic none is known.
+    fn offsets_at(&self, state: &State, known: &[f64]) -> Vec<Vec<f64>> {
+        let own = |&column: &usize| state.inputs.parameters[column] - known[column];
+        let of = |give: &Give| match give.source {
+            Some(_) => give.columns.iter().map(own).collect(),
+            None => vec![0.0; give.columns.len()],
+        };
+        self.gives.iter().map(of).collect()
     }
 
     /// The largest difference of two sets of displacements, in characteristic lengths and radians.
@@ -96,17 +123,17 @@ impl System<'_> {
     }
 }
 
-/// Closes the basis a part of the way to the target, a smaller one where it cannot be reached.
-fn step(solver: &Solver<'_>, from: &State, target: &[f64], part: &mut f64) -> Result<State, Failure> {
-    loop {
-        let mix = |(a, b): (&f64, &f64)| a + *part * (b - a);
-        let parameters =
-            if *part < 1.0 { from.inputs.parameters.iter().zip(target).map(mix).collect() } else { target.to_vec() };
+/// Closes the basis for the target, or a part of the way where it cannot be reached; tells which part.
+fn step(solver: &Solver<'_>, from: &State, target: &[f64]) -> Result<(State, f64), Failure> {
+    let mut part = 1.0;
+    while part >= SHORTEST {
+        let mix = |(a, b): (&f64, &f64)| if part >= 1.0 { *b } else { a + part * (b - a) };
+        let parameters = from.inputs.parameters.iter().zip(target).map(mix).collect();
         let inputs = Inputs { drives: from.inputs.drives.clone(), parameters };
-        match solver.follow(from, &inputs) {
-            Ok(state) => return Ok(state),
-            Err(_) if *part > SHORTEST => *part *= 0.5,
-            Err(_) => return Err(Failure::Unreachable),
+        if let Ok(state) = solver.follow(from, &inputs) {
+            return Ok((state, part));
         }
+        part *= 0.5;
     }
+    Err(Failure::Unreachable)
 }

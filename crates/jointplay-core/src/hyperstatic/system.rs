@@ -4,18 +4,18 @@
 //! support point of the reaction, a deformation the compliance times it. The others are decided together by
 //! a cone program, whose multipliers are the self-stresses.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::basis::Basis;
 use super::compatibility::{Compatibility, FITS};
 use crate::ascent::UNDECIDED;
-use crate::clearance::{Face, inner};
+use crate::clearance::Face;
 use crate::cone::{Answer, Block, Kind, Outcome, Program, Springs};
 use crate::mechanism::Mechanism;
 use crate::space::Component;
 
 /// A reaction found by a cone program is zero below this part of the largest one.
-const UNDECIDED_TOGETHER: f64 = 1e-7;
+pub(super) const UNDECIDED_TOGETHER: f64 = 1e-7;
 
 /// Displacements that give way together: the offset of a clearance, or the deformation of an elastic joint.
 #[derive(Clone, Debug)]
@@ -94,31 +94,41 @@ impl<'m> System<'m> {
         equations.flat_map(|k| give.columns.iter().map(move |&row| c.equations[(k, row)])).collect()
     }
 
-    fn is_tied(give: &Give, c: &Compatibility) -> bool {
+    pub(super) fn is_tied(give: &Give, c: &Compatibility) -> bool {
         give.columns.iter().any(|&row| c.equations.column(row).iter().any(|a| *a != 0.0))
     }
 
     /// The program of the tied gives under forces; `right` is what their displacements add up to.
-    fn program(&self, c: &Compatibility, right: &DVector<f64>, forces: &DVector<f64>) -> Program {
-        let block = |give: &Give| Block {
-            kind: give.kind.clone(),
-            map: Self::map(give, c),
-            force: give.columns.iter().map(|&column| forces[column]).collect(),
-        };
+    pub(super) fn program(&self, c: &Compatibility, right: &DVector<f64>, forces: &DVector<f64>) -> Program {
+        let block =
+            |give: &Give| Block { kind: give.kind.clone(), map: Self::map(give, c), force: Self::along(give, forces) };
         let tied = self.gives.iter().filter(|give| Self::is_tied(give, c));
-        // What rounding leaves of a closed loop is no misfit.
+        Program { right: self.cleaned(right), blocks: tied.map(block).collect() }
+    }
+
+    /// Right sides without what rounding leaves of a closed loop: that is no misfit.
+    fn cleaned(&self, right: &DVector<f64>) -> Vec<f64> {
         let clean = |(&row, b): (&usize, &f64)| if b.abs() <= FITS * self.basis.unit(row) { 0.0 } else { *b };
-        let right = self.basis.redundant.iter().zip(right.iter()).map(clean).collect();
-        Program { right, blocks: tied.map(block).collect() }
+        self.basis.redundant.iter().zip(right.iter()).map(clean).collect()
+    }
+
+    /// What is asked, as forces on all displacements that the basis alone bears.
+    fn forces(c: &Compatibility, ask: &Ask) -> DVector<f64> {
+        match ask {
+            Ask::Load => c.load.clone(),
+            Ask::Stress | Ask::Factor => DVector::zeros(c.load.len()),
+            Ask::Along(direction) => c.output.parameters.tr_mul(&DVector::from_column_slice(direction)),
+        }
+    }
+
+    /// The part of forces that works on a give.
+    fn along(give: &Give, forces: &DVector<f64>) -> Vec<f64> {
+        give.columns.iter().map(|&column| forces[column]).collect()
     }
 
     /// Answers what is asked; `None` where no displacements are compatible.
     pub fn balance(&self, c: &Compatibility, right: &DVector<f64>, ask: &Ask) -> Option<Balance> {
-        let forces = match ask {
-            Ask::Load => c.load.clone(),
-            Ask::Stress | Ask::Factor => DVector::zeros(c.load.len()),
-            Ask::Along(direction) => c.output.parameters.tr_mul(&DVector::from_column_slice(direction)),
-        };
+        let forces = Self::forces(c, ask);
         let program = self.program(c, right, &forces);
         let none = |factor| Balance {
             given: self.gives.iter().map(|give| vec![0.0; give.columns.len()]).collect(),
@@ -171,6 +181,59 @@ impl<'m> System<'m> {
             let assembled = program.assembly(Springs::Rigid);
             assembled.outcome == Outcome::Solved && assembled.factor <= 1.0
         }
+    }
+
+    /// The same with every offset drawn to where it is by a spring of the given stiffness, in energy per
+    /// characteristic length and radian squared: a step that is long only where much is gained.
+    pub fn balance_near(
+        &self,
+        c: &Compatibility,
+        right: &DVector<f64>,
+        ask: &Ask,
+        at: &[Vec<f64>],
+        stiffness: f64,
+    ) -> Option<Balance> {
+        let forces = Self::forces(c, ask);
+        let offsets = || self.gives.iter().zip(at).filter(|(give, _)| give.source.is_some());
+        let ties: usize = offsets().map(|(give, _)| give.columns.len()).sum();
+        let n = c.equations.nrows();
+        let mut right: Vec<f64> = self.cleaned(right);
+        let (mut blocks, mut springs) = (Vec::new(), Vec::new());
+        for (give, at) in self.gives.iter().zip(at) {
+            let (size, first) = (give.columns.len(), right.len() - n);
+            let mut map = Self::map(give, c);
+            map.resize(size * (n + ties), 0.0);
+            if give.source.is_some() {
+                // Offset minus elongation of its spring: where it is.
+                let mut elongation = vec![0.0; map.len()];
+                let mut compliance = vec![0.0; size * size];
+                for (k, &column) in give.columns.iter().enumerate() {
+                    let entry = size * (n + first + k) + k;
+                    (map[entry], elongation[entry]) = (1.0, -1.0);
+                    compliance[k * (size + 1)] = self.basis.unit(column).powi(2) / stiffness;
+                }
+                right.extend(at);
+                springs.push(Block { kind: Kind::Spring(compliance), map: elongation, force: vec![0.0; size] });
+            }
+            blocks.push(Block { kind: give.kind.clone(), map, force: Self::along(give, &forces) });
+        }
+        blocks.extend(springs);
+        let mut answer = Program { right, blocks }.pose();
+        if answer.outcome == Outcome::Infeasible {
+            return None;
+        }
+        answer.multipliers.truncate(n);
+        let given = answer.displacements[..self.gives.len()].to_vec();
+        let tied = given.iter().zip(&self.gives).filter(|(_, give)| Self::is_tied(give, c));
+        answer.displacements = tied.map(|(given, _)| given.clone()).collect();
+        Some(Balance {
+            given,
+            forces: c.with_stress(&forces, &answer.multipliers),
+            factor: 1.0,
+            gap: answer.gap,
+            solved: answer.outcome == Outcome::Solved,
+            answer: Some(answer),
+        })
     }
 
     /// The middle of what is open among the tied gives; `None` where nothing is.
@@ -227,135 +290,11 @@ impl<'m> System<'m> {
     }
 
     /// The face of a clearance that the forces expose.
-    fn face(&self, give: &Give, c: &Compatibility, forces: &DVector<f64>) -> Option<Face> {
+    pub(super) fn face(&self, give: &Give, c: &Compatibility, forces: &DVector<f64>) -> Option<Face> {
         let (Kind::Clearance(set) | Kind::Fixed(set), Some(number)) = (&give.kind, give.source) else { return None };
         let force: Vec<f64> = give.columns.iter().map(|&row| forces[row]).collect();
         let part = if Self::is_tied(give, c) { UNDECIDED_TOGETHER } else { UNDECIDED };
         let source = &self.mechanism.sources[number];
         Some(set.face(&force, self.mechanism.undecided(source, part * self.force_scale(forces))))
-    }
-
-    /// Widens what every source leaves open in the output, source by source, tells which sources the load does
-    /// not decide, and gives how far all together reach from where they are; `map` is the output by displacements.
-    pub fn leave_open(
-        &self,
-        c: &Compatibility,
-        right: &DVector<f64>,
-        balance: &Balance,
-        open: &mut [f64],
-        decided: &mut [bool],
-    ) -> Vec<f64> {
-        let size = self.mechanism.size();
-        let map = &c.output.parameters;
-        let row_of = |give: &Give, k: usize| -> Vec<f64> { give.columns.iter().map(|&row| map[(k, row)]).collect() };
-        let mut widths = vec![0.0; size];
-        let mut together = false;
-        for give in &self.gives {
-            let (Some(face), Some(source)) = (self.face(give, c, &balance.forces), give.source) else { continue };
-            decided[source] &= face.is_point();
-            if Self::is_tied(give, c) {
-                together |= !face.is_point();
-                continue;
-            }
-            for k in 0..size {
-                let width = face.half_width(&row_of(give, k));
-                open[source * size + k] = width.max(open[source * size + k]);
-                widths[k] += width;
-            }
-        }
-        if together {
-            self.widen(c, right, balance, open, &mut widths);
-        }
-        widths
-    }
-
-    /// What the tied clearances leave open: how far they reach from where they are, together in `widths`, each
-    /// by itself in `open`.
-    fn widen(&self, c: &Compatibility, right: &DVector<f64>, balance: &Balance, open: &mut [f64], widths: &mut [f64]) {
-        let Some(answer) = &balance.answer else { return };
-        let size = widths.len();
-        let program = self.program(c, right, &c.load);
-        let all = self.gives.iter().zip(&balance.given);
-        let tied: Vec<(&Give, &Vec<f64>)> = all.filter(|(give, _)| Self::is_tied(give, c)).collect();
-        let face = |give: &Give| self.face(give, c, &balance.forces).filter(|face| !face.is_point());
-        for k in 0..size {
-            let row = |give: &Give| -> Vec<f64> { give.columns.iter().map(|&r| c.output.parameters[(k, r)]).collect() };
-            // How far the output moves from where it is when only some of them count, the others giving way.
-            let reach = |counts: &dyn Fn(usize) -> bool| {
-                let end = |sign: f64| {
-                    let direction = tied.iter().enumerate().map(|(g, (give, _))| {
-                        row(give).iter().map(|m| if counts(g) { sign * m } else { 0.0 }).collect()
-                    });
-                    program.extreme(answer, &direction.collect::<Vec<Vec<f64>>>(), UNDECIDED_TOGETHER)
-                };
-                let (high, low) = (end(1.0), end(-1.0));
-                if high.outcome == Outcome::Solved && low.outcome == Outcome::Solved {
-                    let at = |(g, (give, given)): (usize, &(&Give, &Vec<f64>))| {
-                        if counts(g) { inner(&row(give), given) } else { 0.0 }
-                    };
-                    let at: f64 = tied.iter().enumerate().map(at).sum();
-                    return (high.value - at).max(low.value + at).max(0.0);
-                }
-                // Each face by itself leaves at least half as much open, to both sides.
-                let alone = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| {
-                    if counts(g) { face(give).map_or(0.0, |face| 2.0 * face.half_width(&row(give))) } else { 0.0 }
-                };
-                tied.iter().enumerate().map(alone).sum()
-            };
-            widths[k] += reach(&|_| true);
-            for (g, (give, _)) in tied.iter().enumerate() {
-                let (Some(source), Some(_)) = (give.source, face(give)) else { continue };
-                let slot = &mut open[source * size + k];
-                *slot = slot.max(reach(&|other| other == g));
-            }
-        }
-    }
-
-    /// The joints whose reactions nothing decides: they take part in a self-stress that no clearance and no
-    /// compliance feels.
-    pub fn unknown_reactions(&self, c: &Compatibility) -> Vec<bool> {
-        let m = self.mechanism;
-        let mut unknown = vec![false; m.n_joints()];
-        let s = c.equations.nrows();
-        if s == 0 {
-            return unknown;
-        }
-        // What every give can do in the equations, both in units of the redundant rows.
-        let mut felt = DMatrix::<f64>::zeros(s, m.n_rows());
-        for give in &self.gives {
-            for (k, &row) in give.columns.iter().enumerate() {
-                let moves = match &give.kind {
-                    Kind::Clearance(set) | Kind::Fixed(set) => set.half_width(k) > 0.0,
-                    Kind::Spring(compliance) => compliance[k * (give.columns.len() + 1)] > 0.0,
-                };
-                if moves {
-                    for equation in 0..s {
-                        let unit = self.basis.unit(self.basis.redundant[equation]);
-                        felt[(equation, row)] = c.equations[(equation, row)] * self.basis.unit(row) / unit;
-                    }
-                }
-            }
-        }
-        let svd = felt.svd(true, false);
-        let Some(directions) = svd.u else { return unknown };
-        let smallest = UNDECIDED * svd.singular_values.max();
-        // The left null space: what is orthogonal to every direction that is felt.
-        let mut null = DMatrix::<f64>::identity(s, s);
-        for (k, value) in svd.singular_values.iter().enumerate() {
-            if *value > smallest {
-                let direction = directions.column(k);
-                null -= direction * direction.transpose();
-            }
-        }
-        for (number, row) in m.rows.iter().enumerate() {
-            let stress = (0..s).map(|k| {
-                let along: f64 = (0..s)
-                    .map(|e| null[(k, e)] * c.equations[(e, number)] / self.basis.unit(self.basis.redundant[e]))
-                    .sum();
-                (along * self.basis.unit(number)).abs()
-            });
-            unknown[row.joint] |= stress.fold(0.0, f64::max) > UNDECIDED;
-        }
-        unknown
     }
 }

@@ -12,9 +12,10 @@ use nalgebra::DVector;
 use super::compatibility::{Compatibility, FITS};
 use super::system::{Ask, Give, System};
 use crate::ascent::Measure;
+use crate::batch::Height;
 use crate::closure::Inputs;
 use crate::cone::Kind;
-use crate::extremes::Worst;
+use crate::extremes::{Told, Worst};
 use crate::loaded::Case;
 use crate::mechanism::{Mechanism, Source};
 use crate::mesh::{cosine_of_radius, mesh, spread};
@@ -162,9 +163,9 @@ impl Site<'_> {
 
     /// The highest exact pose that the sequences of programs from the starts of an extreme meet. All of them are
     /// admissible, and those that close count.
-    fn summit(&self, solver: &Solver<'_>, built: &State, extreme: &Extreme) -> Option<Summit> {
+    fn summit(&self, solver: &Solver<'_>, built: &State, extreme: &Extreme) -> Option<Height> {
         let (m, basis) = (self.system.mechanism, self.system.basis);
-        let mut best: Option<Summit> = None;
+        let mut best: Option<Height> = None;
         for start in &extreme.starts {
             let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: start.clone() };
             let start = solver.follow(built, &inputs).unwrap_or_else(|_| built.clone());
@@ -180,7 +181,7 @@ impl Site<'_> {
                 let closed = basis.scaled_misfit(&c.misfit) <= FITS;
                 if closed && best.as_ref().is_none_or(|best| value > best.value) {
                     let of = |p: usize| state.inputs.parameters[m.place_of(p)];
-                    best = Some(Summit { value, error, parameters: (0..m.n_parameters()).map(of).collect() });
+                    best = Some(Height { value, error, parameters: (0..m.n_parameters()).map(of).collect() });
                 }
                 Ask::Along(weights)
             };
@@ -189,14 +190,6 @@ impl Site<'_> {
         }
         best
     }
-}
-
-/// An exact extreme.
-#[derive(Clone)]
-struct Summit {
-    value: f64,
-    error: Vec<f64>,
-    parameters: Vec<f64>,
 }
 
 impl Mechanism {
@@ -239,62 +232,27 @@ impl Mechanism {
         let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };
         let built = solver.follow(nominal, &built)?;
         let mut blocked = false;
-        let heights: Vec<Summit> = extremes
-            .iter()
+        let told: Vec<Told> = extremes
+            .into_iter()
             .map(|extreme| {
-                site.summit(solver, &built, extreme).unwrap_or_else(|| {
+                let height = site.summit(solver, &built, &extreme).unwrap_or_else(|| {
                     blocked = true;
                     let nan = |n: usize| vec![f64::NAN; n];
-                    Summit { value: f64::NAN, error: nan(self.size()), parameters: nan(self.n_parameters()) }
-                })
+                    Height { value: f64::NAN, error: nan(self.size()), parameters: nan(self.n_parameters()) }
+                });
+                Told {
+                    measure: extreme.measure,
+                    first_order: extreme.linear.value,
+                    bound: extreme.bound,
+                    contribution: extreme.linear.contribution,
+                    height,
+                }
             })
             .collect();
         let status = match self.nominal_status(nominal) {
             Status::Ok if blocked => Status::Singular,
             status => status,
         };
-        Ok(self.told_together(extremes, heights, status))
-    }
-
-    /// The extremes in their order.
-    fn told_together(&self, mut extremes: Vec<Extreme>, mut heights: Vec<Summit>, status: Status) -> Worst {
-        let (size, translations) = (self.size(), self.n_translations());
-        if !self.turns_freely() {
-            // In the plane the largest rotation is one end or the other of the angle's range.
-            let (low, high) = (2 * size - 1, 2 * size);
-            let exact = if heights[high].value.abs() >= heights[low].value.abs() { high } else { low };
-            let linear = if extremes[high].linear.value.abs() >= extremes[low].linear.value.abs() { high } else { low };
-            heights.push(heights[exact].clone());
-            let linear = extremes[linear].linear.clone();
-            extremes.push(Extreme { measure: Measure::Rotation, bound: linear.value, linear, starts: Vec::new() });
-        }
-        let rotation = extremes.len() - 1;
-        let sign =
-            |k: usize| if matches!(extremes[k].measure, Measure::Component { lowest: true, .. }) { -1.0 } else { 1.0 };
-        let ends = |of: &dyn Fn(usize) -> f64| -> Vec<[f64; 2]> {
-            (0..size).map(|i| [2 * i + 1, 2 * i + 2].map(|k| sign(k) * of(k))).collect()
-        };
-        let along = |k: usize, range: std::ops::Range<usize>| -> Vec<f64> {
-            heights[k].error[range].iter().map(|e| e / heights[k].value).collect()
-        };
-        let order = || [0, rotation].into_iter().chain(1..=2 * size);
-        Worst {
-            position: heights[0].value,
-            position_first_order: extremes[0].linear.value,
-            position_bound: extremes[0].bound,
-            rotation: heights[rotation].value,
-            rotation_first_order: extremes[rotation].linear.value,
-            rotation_bound: extremes[rotation].bound,
-            component: ends(&|k| heights[k].value),
-            component_first_order: ends(&|k| extremes[k].linear.value),
-            direction: along(0, 0..translations),
-            rotation_direction: if self.turns_freely() { along(rotation, translations..size) } else { Vec::new() },
-            offset: order().map(|k| heights[k].parameters.clone()).collect(),
-            contribution: order()
-                .map(|k| extremes[k].linear.contribution.iter().map(|c| sign(k) * c).collect())
-                .collect(),
-            fallbacks: 0,
-            status,
-        }
+        Ok(self.in_order(told, status))
     }
 }

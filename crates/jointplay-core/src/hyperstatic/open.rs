@@ -1,0 +1,135 @@
+//! What the load leaves open: offsets that nothing pushes, and reactions that nothing decides.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::compatibility::Compatibility;
+use super::system::{Balance, Give, System, UNDECIDED_TOGETHER};
+use crate::ascent::UNDECIDED;
+use crate::clearance::inner;
+use crate::cone::{Kind, Outcome};
+
+impl System<'_> {
+    /// Widens what every source leaves open in the output, source by source, tells which sources the load does
+    /// not decide, and gives how far all together reach from where they are; `map` is the output by displacements.
+    pub fn leave_open(
+        &self,
+        c: &Compatibility,
+        right: &DVector<f64>,
+        balance: &Balance,
+        open: &mut [f64],
+        decided: &mut [bool],
+    ) -> Vec<f64> {
+        let size = self.mechanism.size();
+        let map = &c.output.parameters;
+        let row_of = |give: &Give, k: usize| -> Vec<f64> { give.columns.iter().map(|&row| map[(k, row)]).collect() };
+        let mut widths = vec![0.0; size];
+        let mut together = false;
+        for give in &self.gives {
+            let (Some(face), Some(source)) = (self.face(give, c, &balance.forces), give.source) else { continue };
+            decided[source] &= face.is_point();
+            if Self::is_tied(give, c) {
+                together |= !face.is_point();
+                continue;
+            }
+            for k in 0..size {
+                let width = face.half_width(&row_of(give, k));
+                open[source * size + k] = width.max(open[source * size + k]);
+                widths[k] += width;
+            }
+        }
+        if together {
+            self.widen(c, right, balance, open, &mut widths);
+        }
+        widths
+    }
+
+    /// What the tied clearances leave open: how far they reach from where they are, together in `widths`, each
+    /// by itself in `open`.
+    fn widen(&self, c: &Compatibility, right: &DVector<f64>, balance: &Balance, open: &mut [f64], widths: &mut [f64]) {
+        let Some(answer) = &balance.answer else { return };
+        let size = widths.len();
+        let program = self.program(c, right, &c.load);
+        let all = self.gives.iter().zip(&balance.given);
+        let tied: Vec<(&Give, &Vec<f64>)> = all.filter(|(give, _)| Self::is_tied(give, c)).collect();
+        let face = |give: &Give| self.face(give, c, &balance.forces).filter(|face| !face.is_point());
+        for k in 0..size {
+            let row = |give: &Give| -> Vec<f64> { give.columns.iter().map(|&r| c.output.parameters[(k, r)]).collect() };
+            // How far the output moves from where it is when only some of them count, the others giving way.
+            let reach = |counts: &dyn Fn(usize) -> bool| {
+                let end = |sign: f64| {
+                    let direction = tied.iter().enumerate().map(|(g, (give, _))| {
+                        row(give).iter().map(|m| if counts(g) { sign * m } else { 0.0 }).collect()
+                    });
+                    program.extreme(answer, &direction.collect::<Vec<Vec<f64>>>(), UNDECIDED_TOGETHER)
+                };
+                let (high, low) = (end(1.0), end(-1.0));
+                if high.outcome == Outcome::Solved && low.outcome == Outcome::Solved {
+                    let at = |(g, (give, given)): (usize, &(&Give, &Vec<f64>))| {
+                        if counts(g) { inner(&row(give), given) } else { 0.0 }
+                    };
+                    let at: f64 = tied.iter().enumerate().map(at).sum();
+                    return (high.value - at).max(low.value + at).max(0.0);
+                }
+                // Each face by itself leaves at least half as much open, to both sides.
+                let alone = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| {
+                    if counts(g) { face(give).map_or(0.0, |face| 2.0 * face.half_width(&row(give))) } else { 0.0 }
+                };
+                tied.iter().enumerate().map(alone).sum()
+            };
+            widths[k] += reach(&|_| true);
+            for (g, (give, _)) in tied.iter().enumerate() {
+                let (Some(source), Some(_)) = (give.source, face(give)) else { continue };
+                let slot = &mut open[source * size + k];
+                *slot = slot.max(reach(&|other| other == g));
+            }
+        }
+    }
+
+    /// The joints whose reactions nothing decides: they take part in a self-stress that no clearance and no
+    /// compliance feels.
+    pub fn unknown_reactions(&self, c: &Compatibility) -> Vec<bool> {
+        let m = self.mechanism;
+        let mut unknown = vec![false; m.n_joints()];
+        let s = c.equations.nrows();
+        if s == 0 {
+            return unknown;
+        }
+        // What every give can do in the equations, both in units of the redundant rows.
+        let mut felt = DMatrix::<f64>::zeros(s, m.n_rows());
+        for give in &self.gives {
+            for (k, &row) in give.columns.iter().enumerate() {
+                let moves = match &give.kind {
+                    Kind::Clearance(set) | Kind::Fixed(set) => set.half_width(k) > 0.0,
+                    Kind::Spring(compliance) => compliance[k * (give.columns.len() + 1)] > 0.0,
+                };
+                if moves {
+                    for equation in 0..s {
+                        let unit = self.basis.unit(self.basis.redundant[equation]);
+                        felt[(equation, row)] = c.equations[(equation, row)] * self.basis.unit(row) / unit;
+                    }
+                }
+            }
+        }
+        let svd = felt.svd(true, false);
+        let Some(directions) = svd.u else { return unknown };
+        let smallest = UNDECIDED * svd.singular_values.max();
+        // The left null space: what is orthogonal to every direction that is felt.
+        let mut null = DMatrix::<f64>::identity(s, s);
+        for (k, value) in svd.singular_values.iter().enumerate() {
+            if *value > smallest {
+                let direction = directions.column(k);
+                null -= direction * direction.transpose();
+            }
+        }
+        for (number, row) in m.rows.iter().enumerate() {
+            let stress = (0..s).map(|k| {
+                let along: f64 = (0..s)
+                    .map(|e| null[(k, e)] * c.equations[(e, number)] / self.basis.unit(self.basis.redundant[e]))
+                    .sum();
+                (along * self.basis.unit(number)).abs()
+            });
+            unknown[row.joint] |= stress.fold(0.0, f64::max) > UNDECIDED;
+        }
+        unknown
+    }
+}
