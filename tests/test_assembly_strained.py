@@ -200,6 +200,18 @@ def test_the_last_step_of_the_antenna_support_is_the_finished_structure() -> Non
     assert last.clearance_factor.item() == pytest.approx(finished.clearance_factor.item(), rel=1e-6)
 
 
+def test_where_all_units_fit_the_worst_is_that_of_the_finished_structure() -> None:
+    m = example("antenna-support").with_(
+        {"loads": None, "dimensions.DF.tolerance": 0.3, "dimensions.BD.tolerance": 0.2}
+    )
+    last = jp.assemble(m, "worst").isel(step=-1)
+    assert last.worst_clearance_factor < 1
+    assert last.worst_position.item() == pytest.approx(jp.worst(m).worst_position[0].item(), rel=1e-6)
+    # A unit with its own deviations is not beyond it, wherever its play takes it.
+    unit = jp.assemble(m).isel(step=-1)
+    assert np.hypot(*unit.error.sel(component=["x", "y"])) <= last.worst_position
+
+
 @pytest.mark.parametrize("question", ["unit", "worst", "random"])
 def test_perfect_parts_without_play_go_together_without_anything(question: str) -> None:
     m = example("antenna-support")

@@ -1,8 +1,9 @@
 """The worst that an assembly can be, step by step, over all clearances and tolerances.
 
-Determinate steps: the exact extremes of `worst` for every centre. Over-constrained steps: every corner of the box of
-tolerances is a unit (corners in turn where there are too many). The factor on the clearances is a convex function of
-the deviations, so that its largest value is at a corner; forces and errors are the largest met there.
+In over-constrained steps every corner of the box of tolerances is a unit (corners in turn where there are too many).
+The factor on the clearances is a convex function of the deviations, so that its largest value is at a corner; forces
+are the largest met there. Errors are the exact extremes of `worst` for every centre, as long as no unit is strained;
+otherwise the largest met at a corner, at the far end of what is left open there.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from .part import Floats, Part
 from .report import Place, each, finished, report
 from .state import ENDS, SERIOUS, Held
 from .steps import Step, steps
-from .units import solve
+from .units import FITS, solve
 
 #: places from which the worst of the output, and that of every other centre, is climbed
 STARTS, FEWER_STARTS = 24, 8
@@ -62,7 +63,7 @@ class _Extremes:
         self.units = solve(self.held, members, self.corners)
         self.force = np.max(np.abs(self.units.force), axis=1)
         self.factor = float(self.units.clearance_factor.max())
-        largest = self._over_corners if self.held.redundant else self._exact
+        largest = self._exact if self.factor <= FITS else self._over_corners
         sizes = {point: largest(point) for point in self.held.points()}
         self.centres = np.full((2, len(m.joints)), np.nan)
         for k, ends in self.held.centres().items():
@@ -74,7 +75,7 @@ class _Extremes:
         self.status = max([*statuses, "underconstrained" if self.held.free else "ok"], key=SERIOUS.index)
 
     def _exact(self, point: int) -> float:
-        """Largest position error of a point of a determinate part."""
+        """Largest position error of a point of a part that is not strained, however elastic it is."""
         core = self.held.core(point, joints=self.held.rigid_joints)
         starts = STARTS if point == self.held.output else FEWER_STARTS
         return float(core.worst(self.held.drives, self.held.poses, starts)["position"][0])
