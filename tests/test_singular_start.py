@@ -18,6 +18,7 @@ joints.D = { type = "revolute", on = { high = [100, 0], right = [100, 0] } }
 joints.E = { type = "revolute", on = { ground = [200, 0], right = [0, 0] } }
 start = { left.angle = 90, low.angle = 0, high.angle = 0, right.angle = 90 }
 drives = { a.joint = "A", b.joint = "E" }
+path = { x = [100], y = [100] }
 output = { body = "low", at = [100, 0] }
 """
 
@@ -42,7 +43,6 @@ def test_targets_on_either_side_are_reached_from_the_stretched_pose() -> None:
 
 
 def test_the_stretched_pose_itself_is_singular_and_stops_nothing() -> None:
-    result = jp.solve(jp.loads(STRETCHED).with_({"path": {"x": [100, 100, 100], "y": [100, 120, 100.0]}}))
-    assert result.status.values.tolist() == ["singular", "ok", "singular"] or result.status[1] == "ok"
-    assert result.status[0] == "singular"
+    result = jp.solve(jp.loads(STRETCHED).with_({"path": {"x": [100, 100], "y": [100, 120]}}))
+    assert result.status.values.tolist() == ["singular", "ok"]
     np.testing.assert_allclose([result.a[0], result.b[0]], 90.0, rtol=0, atol=1e-9)

@@ -20,6 +20,7 @@
 //! where the forces balance. The derivative ds/dy is taken by differences along the coordinates that move.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
@@ -255,10 +256,10 @@ impl<'s, 'm> Newton<'s, 'm> {
                 (0..n).filter(|&k| projected.gives[k].is_some() || projected.residual[k].abs() > 0.1 * STILL).collect();
             let mut matrix = DMatrix::<f64>::identity(moving.len(), moving.len());
             for (c, &column) in moving.iter().enumerate() {
-                if !bends.contains_key(&column) {
-                    bends.insert(column, self.bend(&linearised, at, own, column)?);
-                }
-                let bend = &bends[&column];
+                let bend = match bends.entry(column) {
+                    Entry::Occupied(known) => known.into_mut(),
+                    Entry::Vacant(new) => new.insert(self.bend(&linearised, at, own, column)?),
+                };
                 for (r, &row) in moving.iter().enumerate() {
                     let Some((first, gives)) = projected.gives[row] else { continue };
                     let t = projected.t[row];

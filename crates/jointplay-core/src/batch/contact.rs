@@ -146,10 +146,9 @@ impl<'m> Contact<'m> {
                 continue;
             }
             let map = |k: usize, p: usize| self.statics.output(statics, at.map + k * n_u + p).0[i];
-            let mute = |s: usize| mutes[s][i];
+            let (mute, mut felt) = (|s: usize| mutes[s][i], false);
             widths.fill(0.0);
             decided.fill(true);
-            let mut felt = false;
             if open[i] {
                 let force = |p: usize| self.statics.output(statics, at.gradient + p).0[i];
                 let load = Pressing { force, scale: self.statics.output(statics, at.scale).0[i], mute };

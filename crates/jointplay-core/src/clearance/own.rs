@@ -183,8 +183,7 @@ mod tests {
         for set in SETS.into_iter().filter(|s| matches!(s.shape(), Shape::Tapered(_))) {
             for _ in 0..2000 {
                 let n = set.size();
-                let mut unit: Vec<f64> = projected(&set, &within(1.5, n, &mut rng));
-                unit.iter_mut().for_each(|u| *u *= 0.99);
+                let unit: Vec<f64> = projected(&set, &within(1.5, n, &mut rng)).into_iter().map(|u| 0.99 * u).collect();
                 let step = within(3.0, n, &mut rng);
                 let part = set.part_within(&unit, &step);
                 let at = |part: f64| {
