@@ -69,7 +69,8 @@ mod tests {
     #[test]
     fn the_closed_form_is_the_solvers_answer() {
         let block = |kind: Kind, map: &[f64]| Block { kind, map: map.to_vec(), force: vec![0.0; map.len()] };
-        for right in [-0.9, -0.31, 0.3, 0.32, 2.0] {
+        // Not 0.3, where the dead band ends: the energy is so flat there that 1e-13 of it leaves 1e-5 of the force.
+        for right in [-0.9, -0.31, 0.25, 0.32, 2.0] {
             let program = Program {
                 right: vec![right],
                 blocks: vec![
@@ -80,7 +81,7 @@ mod tests {
             };
             let (line, solved) = (program.unloaded(), program.pose());
             assert_eq!((line.outcome, solved.outcome), (Outcome::Solved, Outcome::Solved));
-            assert!((line.multipliers[0] - solved.multipliers[0]).abs() < 1e-6, "{right}");
+            assert!((line.multipliers[0] - solved.multipliers[0]).abs() < 1e-6, "{right} {line:?} {solved:?}");
             assert!((line.value - solved.value).abs() < 1e-8);
             let sum: f64 = program.blocks.iter().zip(&line.displacements).map(|(b, d)| inner(b.row(0), d)).sum();
             assert!((sum - right).abs() < 1e-14);
