@@ -39,6 +39,7 @@ fn questions(c: &mut Criterion) {
             limit_position: f64::NAN,
             limit_rotation: f64::NAN,
             law: None,
+            loaded: false,
             keep: false,
         };
         group.bench_function("random", |b| b.iter(|| black_box(m.random(&cases[..1], &request))));
