@@ -122,7 +122,7 @@ def test_the_published_jacobian_of_the_dyad() -> None:
         jp.examples.text("antenna-support", {"radial": "0", "angle_a": "0", "angle_f": "0", "elastic": "none"})
     )
     # The dyad alone: without DF, DI and the outer panel.
-    removed = dict.fromkeys(("joints.F", "joints.F_DF", "joints.I", "dimensions.FI", "dimensions.DF"))
+    removed = dict.fromkeys(("joints.F", "joints.F_DF", "joints.I", "dimensions.FI", "dimensions.DF", "assembly"))
     m = m.with_({
         **removed, "dimensions.DI": None, "dimensions.AF": None, "joints.D.bodies": ["BD", "ED"],
         "output": {"body": "BD", "at": "D"}, "loads": [{"force": [1, 0]}],
