@@ -1,4 +1,4 @@
-"""Inverse kinematics of a mechanism that is drawn in a singular pose: the output leads out of it, where drives do not."""
+"""Inverse kinematics of a mechanism drawn in a singular pose: the output leads out of it, where drives do not."""
 
 from __future__ import annotations
 
