@@ -12,10 +12,13 @@ use crate::closure::Inputs;
 use crate::mechanism::{Mechanism, Source};
 use crate::semismooth::Newton;
 use crate::sensitivity::Gradient;
-use crate::solver::{Linearised, Solver, State};
+use crate::solver::{Linearised, Solver, State, between};
 
 /// Whole steps to the support points.
 const WHOLE_STEPS: usize = 25;
+/// Parts of a step that are tried where all of it leads to where the mechanism cannot be assembled, each half
+/// of the one before.
+const WALLS: i32 = 6;
 /// Steps in which contacts find their sides.
 const FIRST: usize = 5;
 /// Four steps that leave more than this part of the change will not settle soon.
@@ -75,18 +78,29 @@ impl Solver<'_> {
                 return Some(at);
             }
             let before = std::mem::replace(&mut changes[step % 4], change);
-            if step >= FIRST && change > SHRUNK * before {
+            if step >= FIRST && !at.blocked && change > SHRUNK * before {
                 break;
             }
-            let Ok(state) = self.follow(&at.state, &pressed) else {
-                at.blocked = true;
-                break;
-            };
-            let gradient = m.load_gradient(&self.linearise(&state)?, &state);
-            let next = Contact { state, gradient, steps: at.steps + 1, ..at };
+            let Some(next) = self.towards(&at, &pressed) else { break };
             newton.learn(&at, &next);
             at = next;
         }
-        newton.settle(at)
+        Some(newton.settle(at))
+    }
+
+    /// The contact after a step, or as much of it as can be assembled.
+    fn towards(&self, at: &Contact, to: &Inputs<f64>) -> Option<Contact> {
+        let part = |k: i32| {
+            let next = self.contact(at, &between(&at.state.inputs, to, 0.5_f64.powi(k)))?;
+            Some(Contact { blocked: true, ..next })
+        };
+        self.contact(at, to).or_else(|| (1..WALLS).find_map(part))
+    }
+
+    /// The contact at other offsets; none where the mechanism cannot be assembled there or is singular.
+    pub(crate) fn contact(&self, at: &Contact, inputs: &Inputs<f64>) -> Option<Contact> {
+        let state = self.follow(&at.state, inputs).ok()?;
+        let gradient = self.mechanism.load_gradient(&self.linearise(&state)?, &state);
+        Some(Contact { state, gradient, steps: at.steps + 1, ..*at })
     }
 }

@@ -1,11 +1,10 @@
 //! Where the load pushes every joint.
 //!
-//! Without friction a joint's offset lies where its set supports the transmitted wrench: the pose
-//! maximises the work of the load over all admissible offsets. To first order the error is
-//! `E = A u` with u those support points; on the exact closure contact and reactions are brought to
-//! agree by [`crate::ascent`]. Where a reaction vanishes, or two corners of a guide compete, the load
+//! Without friction a joint's offset lies where its set supports the transmitted wrench. To first order the
+//! error is `E = A u` with u those support points; on the exact closure contact and reactions are brought to
+//! agree by [`crate::contact`]. Where a reaction vanishes, or two corners of a guide compete, the load
 //! does not decide: the offset is put in the middle of the exposed face, and the half-width of the
-//! output's error over all exposed faces is given beside it.
+//! output's error over all exposed faces that it feels is given beside it.
 
 // Kernels must be inlined into callers compiled for a width of vector registers.
 #![allow(clippy::inline_always)]
@@ -27,8 +26,8 @@ use crate::status::Status;
 use crate::table::{Keep, Rows, Table};
 use crate::trace::{self, CLEAR, trace_runs};
 
-/// What the load leaves undecided is felt by the output when it moves it by more than this part of what all
-/// play together could.
+/// What the load leaves undecided is felt by the output when it moves it, to first order, by more than this part
+/// of what all play together could.
 pub(crate) const UNFELT: f64 = 1e-9;
 /// Configurations that one task solves.
 const RUN: usize = 16 * LANES;

@@ -27,7 +27,6 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::ascent::UNDECIDED;
 use crate::clearance::{MAX_SIZE, Mute, inner};
-use crate::closure::Inputs;
 use crate::contact::Contact;
 use crate::mechanism::Source;
 use crate::solver::{Linearised, Solver, State};
@@ -165,7 +164,7 @@ impl<'s, 'm> Newton<'s, 'm> {
     }
 
     /// Brings contact and reactions to agree.
-    pub fn settle(&self, mut at: Contact) -> Option<Contact> {
+    pub fn settle(&self, mut at: Contact) -> Contact {
         let m = self.solver.mechanism;
         let mut own = self.at(&at);
         let mut bends = BTreeMap::new();
@@ -183,11 +182,17 @@ impl<'s, 'm> Newton<'s, 'm> {
                 bends.clear();
             }
             let residual = projected.residual.clone();
-            let step = self.step(&at, &own, projected, HOLDS[number / RENEWED], &mut bends)?;
+            let Some(step) = self.step(&at, &own, projected, HOLDS[number / RENEWED], &mut bends) else {
+                at.blocked = true;
+                break;
+            };
             // The forces push away from the balance that lies behind, and lead on to another.
             if inner(&residual, &step) < 0.0 {
                 let pressed = m.pressed(&at.gradient, &at.state.inputs, self.mutes);
-                let Some(next) = self.contact(&at, &pressed) else { break };
+                let Some(next) = self.solver.contact(&at, &pressed) else {
+                    at.blocked = true;
+                    break;
+                };
                 own = self.at(&next);
                 at = next;
                 continue;
@@ -210,7 +215,7 @@ impl<'s, 'm> Newton<'s, 'm> {
             let Some((_, next, tried)) = best else { break };
             (at, own) = (next, tried);
         }
-        Some(at)
+        at
     }
 
     /// The contact after a step; what leaves a set is projected back, or cut off where it leaves.
@@ -229,14 +234,7 @@ impl<'s, 'm> Newton<'s, 'm> {
             }
             first = range.end;
         }
-        self.contact(at, &inputs)
-    }
-
-    /// The contact at other offsets.
-    fn contact(&self, at: &Contact, inputs: &Inputs<f64>) -> Option<Contact> {
-        let state = self.solver.follow(&at.state, inputs).ok()?;
-        let gradient = self.solver.mechanism.load_gradient(&self.solver.linearise(&state)?, &state);
-        Some(Contact { state, gradient, steps: at.steps + 1, ..*at })
+        self.solver.contact(at, &inputs)
     }
 
     /// Newton's step.

@@ -346,7 +346,8 @@ pub(crate) fn scaled_size(mechanism: &Mechanism, twists: &[f64]) -> f64 {
     })
 }
 
-fn between(from: &Inputs<f64>, to: &Inputs<f64>, t: f64) -> Inputs<f64> {
+/// Inputs a part of the way from some to others.
+pub(crate) fn between(from: &Inputs<f64>, to: &Inputs<f64>, t: f64) -> Inputs<f64> {
     let mix = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect();
     Inputs { drives: mix(&from.drives, &to.drives), parameters: mix(&from.parameters, &to.parameters) }
 }

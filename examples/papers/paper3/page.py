@@ -30,8 +30,6 @@ TEMPLATE = Path(__file__).parent / "page.md"
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 #: rounding noise has no digits worth printing
 NOTHING = 5e-7
-#: half-widths that are smaller matter to nobody, mm
-SLIGHT = 1e-3
 
 
 def fixed(value: float, digits: int) -> str:
@@ -231,7 +229,7 @@ def values(study: Study, maps: Maps) -> dict[str, str]:
     apart = np.concatenate(
         [np.abs(v.position / v.position_first_order - 1)[v.status != "singular"] for v in maps.levels]
     )
-    hanging = np.concatenate([level.undetermined[level.status == "undetermined"] for level in maps.levels])
+    floating = np.concatenate([level.undetermined[level.status == "undetermined"] for level in maps.levels])
     length, z = study.poses[0].lengths[0], study.poses[0].position[2]
     small = int(np.argmin(np.abs(RATIOS - 0.25)))
     low = int(np.argmin(np.abs(HEIGHTS - 200)))
@@ -264,12 +262,8 @@ def values(study: Study, maps: Maps) -> dict[str, str]:
         "apart_half": fixed(100 * float(np.median(apart)), 1),
         "apart_90": fixed(100 * float(np.quantile(apart, 0.9)), 0),
         "apart_most": fixed(100 * float(apart.max()), 0),
-        "open": str(len(hanging)),
-        "hanging": str(int(((hanging > 0) & (hanging < SLIGHT)).sum())),
-        "slight": f"{1e3 * SLIGHT:g}",
-        "wide": str(int((hanging >= SLIGHT).sum())),
-        "wide_most": fixed(float(hanging.max()), 2),
-        "unsettled": str(int((hanging == 0).sum())),
+        "open": str(len(floating)),
+        "wide_most": fixed(float(floating.max()), 2),
         "singular_sentence": singular,
         "worst_nodes": str(maps.largest.position.size),
         "worst_low": fixed(float(maps.largest.position.min()), 2),
