@@ -181,3 +181,10 @@ def test_the_exact_pose_has_the_least_energy(seed: int, size: float) -> None:
     at = 2 * names.index("C")
     np.testing.assert_allclose(found.error[0, :2], sharp[at : at + 2], atol=1e-9 * size)
     np.testing.assert_allclose(found.member_elongation[0], bars(sharp)[0], atol=1e-9 * size)
+
+
+def test_two_structures_without_drives_are_compared_where_they_stand() -> None:
+    stiff, soft = (mechanism(random_square(2, stiffness=dict.fromkeys(square().names, k))) for k in (4000.0, 400.0))
+    found = jp.compare(stiff, soft, "loaded")
+    for k, m in enumerate((stiff, soft)):
+        np.testing.assert_allclose(found.error.isel(mechanism=k).values, jp.loaded(m).error.values, rtol=1e-12)

@@ -381,6 +381,10 @@ impl Mechanism {
         };
         let mut state = from.clone();
         let mut error = gap(&state);
+        if self.n_drives == 0 {
+            // A structure is where it is.
+            return Ok((state, error.norm()));
+        }
         for _ in 0..INVERSE_STEPS {
             let linearised = solver.linearise(&state).ok_or(Status::Singular)?;
             let Output { drives, .. } = self.output_sensitivity(&linearised, &state);

@@ -275,7 +275,7 @@ impl Tally {
         self.products.iter().enumerate().map(of).collect()
     }
 
-    /// A quantile of every quantity, interpolated within its fine bin.
+    /// A quantile of every quantity, interpolated within its fine bin; no further out than any sample.
     pub fn quantiles(&self, ranges: &Ranges, probability: f64) -> Vec<f64> {
         (0..ranges.len())
             .map(|q| {
@@ -286,7 +286,8 @@ impl Tally {
                     let here = count as f64;
                     if here > 0.0 && below + here >= rank {
                         let place = b as f64 + ((rank - below) / here).clamp(0.0, 1.0);
-                        return ranges.low[q] + ranges.width[q] * place / (BINS * FINE) as f64;
+                        let value = ranges.low[q] + ranges.width[q] * place / (BINS * FINE) as f64;
+                        return value.clamp(-self.largest[q], self.largest[q]);
                     }
                     below += here;
                 }
