@@ -18,8 +18,8 @@ use crate::trace::CLEAR;
 /// Rounding of the factor on the clearances.
 const FACTOR: f64 = 1e-9;
 /// What is left open is felt by the output when it moves it by more than this part of what all play together
-/// could; below are the roundings of cone programs.
-const FELT: f64 = 1e-7;
+/// could. Below is rounding: cone programs give offsets in round sets to about 1e-7 of the clearance.
+const FELT: f64 = 1e-6;
 /// A basis whose smallest singular value is below this part of that of all rows is left for another one.
 const OUTGROWN: f64 = 0.1;
 
@@ -163,8 +163,7 @@ impl Mechanism {
         let error_first_order = self.first_order_error(system, &c, &known, case, nominal, &balance);
         let mut open = vec![0.0; self.sources.len() * self.size()];
         let mut decided = vec![true; self.sources.len()];
-        let mut widths = system.leave_open(&c, &right, &balance, &mut open, &mut decided);
-        let mut felt = self.is_felt(&c, &widths);
+        let mut widths = self.felt(&c, system.leave_open(&c, &right, &balance, &mut open, &mut decided));
         let mut found = Strain {
             loaded: Loaded {
                 error: error_first_order.clone(),
@@ -195,7 +194,7 @@ impl Mechanism {
             let (c, balance) = (&settled.compatibility, &settled.balance);
             let right = c.right(&settled.state, &known);
             let wider = system.leave_open(c, &right, balance, &mut open, &mut decided);
-            felt |= self.is_felt(c, &wider);
+            let wider = self.felt(c, wider);
             widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
             found.loaded.error = basis.kept.error(&settled.state, nominal);
             found.loaded.reaction = self.bearable(c, &balance.forces, &unknown);
@@ -210,6 +209,7 @@ impl Mechanism {
         {
             found.prestress = self.bearable(&c, &stress.forces, &unknown);
         }
+        let felt = widths.iter().any(|width| *width > 0.0);
         found.loaded.undetermined = widths;
         (found.loaded.open, found.loaded.decided) = (open, decided);
         found.loaded.status = match status {
@@ -304,16 +304,19 @@ impl Mechanism {
         row.unwrap_or(self.n_rows() + parameter)
     }
 
-    /// Whether the output feels what the load leaves open.
-    fn is_felt(&self, c: &Compatibility, widths: &[f64]) -> bool {
-        let reach = |i: usize| -> f64 {
-            let of = |source: &Source| {
+    /// The half-widths of what the load leaves open, zero where the output does not feel them.
+    fn felt(&self, c: &Compatibility, mut widths: Vec<f64>) -> Vec<f64> {
+        for (i, width) in widths.iter_mut().enumerate() {
+            let reach = |source: &Source| {
                 let row: Vec<f64> = source.range().map(|p| c.output.parameters[(i, self.place_of(p))]).collect();
                 source.set.reach(&row)
             };
-            self.sources.iter().filter(|s| s.is_clearance).map(of).sum()
-        };
-        widths.iter().enumerate().any(|(i, width)| *width > FELT * reach(i))
+            let all: f64 = self.sources.iter().filter(|s| s.is_clearance).map(reach).sum();
+            if !(*width > FELT * all) {
+                *width = 0.0;
+            }
+        }
+        widths
     }
 
     /// Reactions of forces on the rows, unknown where nothing decides them.
