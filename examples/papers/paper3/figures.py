@@ -129,8 +129,10 @@ def workspace(study: Study, maps: Maps) -> Figure:
 
 def heights(study: Study, maps: Maps) -> Figure:
     """The same on three levels, one scale of colours for all."""
-    figure = Figure(figsize=(9.6, 6.4))
-    axes_of: Any = figure.subplots(2, len(LEVELS), sharex=True, sharey=True)
+    # Labels of contours at the edges would upset the automatic layout.
+    figure = Figure(figsize=(9.6, 6.0), layout="none")
+    room = {"left": 0.08, "right": 0.98, "bottom": 0.09, "top": 0.94, "wspace": 0.1, "hspace": 0.2}
+    axes_of: Any = figure.subplots(2, len(LEVELS), sharex=True, sharey=True, gridspec_kw=room)
     for row, (name, word, unit, lines) in enumerate(
         (("position", "displacement", "mm", (1, 2, 3, 5, 10)), ("rotation", "rotation", "°", (0.2, 0.3, 0.5, 1, 2)))
     ):
