@@ -4,12 +4,12 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+mod columns;
 mod cones;
 
-use jointplay_core::hyperstatic::StrainTable;
 use jointplay_core::sampling::{BINS, Request};
 use jointplay_core::spec::Law;
-use jointplay_core::table::{Keep, Table as LoadTable};
+use jointplay_core::table::Keep;
 use jointplay_core::{Mechanism as Core, Spec, Status};
 use numpy::{PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -17,6 +17,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use arrays::{Configurations, Table, flat_rows, rows};
+use columns::{pushed, strained};
 
 /// A checked, immutable mechanism.
 #[pyclass(frozen, module = "jointplay._core")]
@@ -517,43 +518,6 @@ impl Mechanism {
             .status(results.iter().map(|r| r.status))?
             .finish())
     }
-}
-
-/// What every mechanism tells of `n` configurations under load.
-fn pushed<'py>(core: &Core, table: Table<'py>, found: LoadTable, keep: Keep) -> PyResult<Table<'py>> {
-    let (n, size, sources) = (found.status.len(), core.size(), core.sources().len());
-    let mut table = table
-        .status(found.status.iter().copied())?
-        .array("error", &[n, size], found.error)?
-        .array("undetermined", &[n, size], found.undetermined)?
-        .array("iterations", &[n], found.steps)?
-        .value("fallbacks", found.fallbacks)?;
-    if keep.offset {
-        table = table.array("offset", &[n, core.n_parameters()], found.offset)?;
-    }
-    if keep.details {
-        table = table
-            .array("error_first_order", &[n, size], found.error_first_order)?
-            .array("undetermined_contribution", &[n, sources, size], found.open)?
-            .array("decided", &[n, sources], found.decided)?
-            .array("reaction", &[n, core.n_joints(), size], found.reaction)?
-            .array("contribution", &[n, sources, size], found.contribution)?;
-    }
-    Ok(table)
-}
-
-/// What over-constrained and elastic mechanisms tell beside.
-fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, keep: Keep) -> PyResult<Table<'py>> {
-    let (n, size) = (found.gap.len(), core.size());
-    let table = table
-        .array("clearance_factor", &[n], found.clearance_factor)?
-        .array("prestress", &[n, core.n_joints(), size], found.prestress)?
-        .array("force", &[n, core.n_rows()], found.force)?
-        .array("deformation", &[n, core.deformations().count()], found.deformation)?
-        .array("contribution_elastic", &[n, core.n_joints(), size], found.elastic)?
-        .array("gap", &[n], found.gap)?
-        .array("lack_of_fit", &[n], found.lack_of_fit)?;
-    pushed(core, table, found.loaded, keep)
 }
 
 /// The law of a name.
