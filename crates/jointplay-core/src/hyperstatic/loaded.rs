@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::basis::Basis;
 use super::compatibility::Compatibility;
-use super::settle::{Failure, Settled};
+use super::settle::{Failure, Settled, is_apart};
 use super::system::{Ask, Balance, System};
 use crate::closure::Inputs;
 use crate::loaded::{Case, Loaded};
@@ -15,8 +15,6 @@ use crate::status::Status;
 use crate::table::Table;
 use crate::trace::CLEAR;
 
-/// Rounding of the factor on the clearances.
-const FACTOR: f64 = 1e-9;
 /// What is left open is felt by the output when it moves it by more than this part of what all play together
 /// could. Below is rounding: cone programs give offsets in round sets to about 1e-7 of the clearance.
 const FELT: f64 = 1e-6;
@@ -204,7 +202,7 @@ impl Mechanism {
             found.deformation = self.deformation(system, balance);
             found.gap = balance.gap;
             settled_all = settled.still && balance.solved;
-        } else if factor > 1.0 + FACTOR
+        } else if is_apart(factor)
             && let Some(stress) = system.balance(&c, &right, &Ask::Stress)
         {
             found.prestress = self.bearable(&c, &stress.forces, &unknown);
@@ -213,7 +211,7 @@ impl Mechanism {
         found.loaded.undetermined = widths;
         (found.loaded.open, found.loaded.decided) = (open, decided);
         found.loaded.status = match status {
-            Status::Ok if found.clearance_factor > 1.0 + FACTOR => Status::Strained,
+            Status::Ok if is_apart(found.clearance_factor) => Status::Strained,
             Status::Ok if felt || !settled_all => Status::Undetermined,
             other => other,
         };
@@ -232,13 +230,8 @@ impl Mechanism {
         let known = self.displacements(&self.centre);
         let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
         let start = solver.follow(nominal, &built).map_err(|_| Failure::Unreachable)?;
-        let assembled = system.settle(solver, start.clone(), &known, |_, _| Ask::Factor);
-        found.clearance_factor = match assembled {
-            Ok(assembled) => assembled.balance.factor,
-            Err(Failure::Incompatible | Failure::Unreachable) => f64::INFINITY,
-            Err(Failure::Singular) => return Err(Failure::Singular),
-        };
-        if found.clearance_factor > 1.0 + FACTOR {
+        found.clearance_factor = system.assembly_factor(solver, start.clone(), &known)?;
+        if is_apart(found.clearance_factor) {
             let stressed = system.settle(solver, start.clone(), &known, |_, _| Ask::Stress)?;
             let unknown = system.unknown_reactions(&stressed.compatibility);
             found.prestress = self.bearable(&stressed.compatibility, &stressed.balance.forces, &unknown);

@@ -51,7 +51,25 @@ pub(crate) enum Failure {
     Unreachable,
 }
 
+/// Rounding of the factor on the clearances.
+const FACTOR: f64 = 1e-9;
+
+/// Whether rigid bodies that need this factor on their clearances do not go together.
+pub(crate) fn is_apart(factor: f64) -> bool {
+    factor > 1.0 + FACTOR
+}
+
 impl System<'_> {
+    /// The smallest factor on the clearances with which rigid bodies go together, from a state closed for the known
+    /// displacements.
+    pub fn assembly_factor(&self, solver: &Solver<'_>, start: State, known: &[f64]) -> Result<f64, Failure> {
+        match self.settle(solver, start, known, |_, _| Ask::Factor) {
+            Ok(assembled) => Ok(assembled.balance.factor),
+            Err(Failure::Incompatible | Failure::Unreachable) => Ok(f64::INFINITY),
+            Err(Failure::Singular) => Err(Failure::Singular),
+        }
+    }
+
     /// Goes from a state closed for the known displacements to where what is asked at every state stands
     /// still.
     pub fn settle(

@@ -1,15 +1,12 @@
 //! Many units of one over-constrained or elastic mechanism: the same case, each with deviations of its own.
 
-use super::settle::Failure;
+use super::settle::is_apart;
 use super::system::{Ask, System};
 use crate::closure::Inputs;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
 use crate::status::Status;
-
-/// Rounding of the factor on the clearances.
-const FITS: f64 = 1.0 + 1e-9;
 
 /// What is asked of every unit, column by column, row after row.
 #[derive(Clone, Debug, Default)]
@@ -79,10 +76,9 @@ impl Mechanism {
         let known = self.displacements(&self.centre);
         let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
         let Ok(start) = solver.follow(nominal, &built) else { return self.no_unit(Status::NotAssembled, f64::NAN) };
-        let factor = match system.settle(solver, start.clone(), &known, |_, _| Ask::Factor) {
-            Ok(assembled) => assembled.balance.factor,
-            Err(Failure::Singular) => return self.no_unit(Status::Singular, f64::NAN),
-            Err(Failure::Incompatible | Failure::Unreachable) => f64::INFINITY,
+        let factor = match system.assembly_factor(solver, start.clone(), &known) {
+            Ok(factor) => factor,
+            Err(failure) => return self.no_unit(failure.status(), f64::NAN),
         };
         let settled = match system.settle(solver, start, &known, |_, _| Ask::Load) {
             Ok(settled) => settled,
@@ -95,7 +91,7 @@ impl Mechanism {
             force: self.known(&balance.forces, &unknown),
             reaction: self.bearable(c, &balance.forces, &unknown),
             offset: self.offsets(system, balance),
-            status: if factor > FITS { Status::Strained } else { Status::Ok },
+            status: if is_apart(factor) { Status::Strained } else { Status::Ok },
             coordinates: settled.state.coordinates,
         }
     }

@@ -7,15 +7,13 @@ use super::section::{Member, Section};
 use crate::closure::Inputs;
 use crate::cone::Kind;
 use crate::hyperstatic::compatibility::{Compatibility, FITS};
-use crate::hyperstatic::settle::Failure;
+use crate::hyperstatic::settle::{Failure, is_apart};
 use crate::hyperstatic::system::{Ask, Balance, Give, System};
 use crate::mechanism::Mechanism;
 use crate::sampling::Request;
 use crate::solver::{Solver, State};
 use crate::status::Status;
 
-/// Rounding of the factor on the clearances.
-const FACTOR: f64 = 1e-9;
 /// A clearance is loose when its force does less than this part of the largest one.
 const LOOSE: f64 = 1e-7;
 /// Corrections that make linearly compatible displacements exactly so: each leaves a part of the misfit that is
@@ -193,7 +191,7 @@ impl<'a> Job<'a> {
     /// How the unit fits; where the clearances take up the misfit, offsets are drawn that do.
     pub fn fit(&self, misfit: &DVector<f64>, loosest: Loosest, unit: &mut Unit, dice: &mut Dice) -> Fit {
         unit.factor = loosest.factor;
-        let apart = loosest.factor > 1.0 + FACTOR;
+        let apart = is_apart(loosest.factor);
         if apart && self.rigid {
             return Fit::Apart;
         }
@@ -214,7 +212,7 @@ impl<'a> Job<'a> {
         let known = start.inputs.parameters.clone();
         let ask = if self.request.loaded { Ask::Load } else { Ask::Stress };
         let settled = self.system.settle(self.solver, start, &known, |_, _| ask.clone()).map_err(Failure::status)?;
-        if unit.factor > 1.0 + FACTOR {
+        if is_apart(unit.factor) {
             unit.status = Status::Strained;
         }
         let (c, balance) = (&settled.compatibility, &settled.balance);
