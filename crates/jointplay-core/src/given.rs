@@ -56,7 +56,7 @@ impl Mechanism {
                         error: self.error(&state, &nominal),
                         error_first_order,
                         coordinates: state.coordinates,
-                        status: self.nominal_status(&nominal),
+                        status: self.status_of(&linearised, &nominal),
                     },
                     Err(status) => Given { error_first_order, ..missing(status) },
                 }
@@ -82,7 +82,7 @@ impl Mechanism {
                     || missing(Status::Singular),
                     |linearised| Sensitivity {
                         output: self.output_sensitivity(&linearised, &nominal),
-                        status: self.nominal_status(&nominal),
+                        status: self.status_of(&linearised, &nominal),
                     },
                 )
             },

@@ -177,7 +177,7 @@ impl Tree {
             let slides = m.space.components().iter().any(|c| matches!(c, Component::Along(_)) && is_free(joint, c));
             let driven =
                 held[joint].iter().any(|&(r, c)| m.rows[r].drive.is_some() && matches!(c, Component::Along(_)));
-            matches!(m.joints[joint].frame, Frame::Ground) && ends(joint)[0].is_some() && (slides || driven)
+            m.joints[joint].frame == Frame::Ground && ends(joint)[0].is_some() && (slides || driven)
         };
         if (0..m.n_joints()).any(apart) {
             return None;
