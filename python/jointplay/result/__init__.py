@@ -4,8 +4,7 @@ from .blame import Blame, blame
 from .build import STATUSES, Builder, axes_of, version
 from .combine import align, merge, stack
 from .dataset import from_dataset, to_dataset
-from .quantity import quantities, quantity
-from .sizes import size, split, unit_of
+from .quantity import quantities, quantity, size, split, unit_of
 from .structure import Attribute, Result, Variable
 
 __all__ = [
