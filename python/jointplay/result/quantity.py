@@ -66,6 +66,11 @@ def _chosen(result: Result, quantity: str) -> list[str]:
     return lengths if quantity == "position" else angles
 
 
+def typical(result: Result) -> float:
+    """The one of the probabilities of a scatter that is nearest to `TYPICAL`."""
+    return float(min(result.labels("probability"), key=lambda level: abs(level - TYPICAL)))
+
+
 def quantities(question: str) -> tuple[str, ...]:
     """The quantities of a question, the most telling one first."""
     return tuple(BEHIND[question])
@@ -127,8 +132,9 @@ def _only(result: Result | xr.Dataset, source: str, known: list[str]) -> Result:
 def _behind(result: Result, source: str, name: str) -> Variable:
     found = result.data[source]
     if source == "quantile":
-        values, unit = result.get(source, probability=TYPICAL, quantity=name), result.unit(source, quantity=name)
-        words = f"{name}, {100 * TYPICAL:.0f} % of the units below"
+        level = typical(result)
+        values, unit = result.get(source, probability=level, quantity=name), result.unit(source, quantity=name)
+        words = f"{name}, {100 * level:g} % of the units below"
         return _without(found, ("probability", "quantity"), values, unit, words)
     if "component" not in found.dims:
         return found
