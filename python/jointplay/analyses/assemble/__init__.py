@@ -58,7 +58,7 @@ def assemble(
     Returns
     -------
     xarray.Dataset
-        Over `step`: `kind` (``fixed``, ``connected``, ``closing``, ``redundant``, ``loose``), `members`, `links`,
+        Over `step`: `kind` (``fixed``, ``connected``, ``closing``, ``redundant``, ``loose``, ``redundant and loose``), `members`, `links`,
         `mobility` and `redundancy` of what is assembled, `held` (what is free and therefore held at its nominal
         place), `status`. What is not there yet is nan.
 
