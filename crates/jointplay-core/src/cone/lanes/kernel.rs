@@ -229,7 +229,8 @@ impl Solve<'_> {
                 st.dy[i] = st.q[i].times_plus(a * st.per_stiffness, st.dy[i]);
             }
         }
-        solve(s, &st.matrix, &mut st.dy);
+        self.solve();
+        let st = &mut *self.state;
         let factor_step = if self.variable { (dot(&st.q, &st.dy) - a) * st.per_stiffness } else { V::ZERO };
         for (force, left) in st.force.iter_mut().zip(&st.left) {
             *force = -*left;
@@ -263,6 +264,35 @@ impl Solve<'_> {
             limit = (-multiplier_step / self.state.factor_multiplier).max(limit);
         }
         (limit, factor_step)
+    }
+
+    /// Solves the normal equations for `dy`.
+    ///
+    /// For the factor more parts of the sets are met at the same time than there are ways to move along them, the more
+    /// so the more equations there are for every coordinate. The normal equations get so bad near the optimum that
+    /// their solution violates the equations; one step of refinement, by the equations themselves, mends it.
+    #[inline(always)]
+    fn solve(&mut self) {
+        let (data, s, n) = (self.data, self.data.s, self.data.n);
+        let st = &mut *self.state;
+        let refine = self.variable && 2 * s > n;
+        st.columns[..s].copy_from_slice(&st.dy);
+        solve(s, &st.matrix, &mut st.dy);
+        if !refine {
+            return;
+        }
+        st.force.fill(V::ZERO);
+        add_transposed(&data.e, &st.dy, &mut st.force);
+        for cone in self.cones {
+            let scaling = &of!(cone, st.scaling, scaling);
+            cone.inverse(scaling, &of!(cone, st.force, coordinates), &mut of!(cone, st.dp, coordinates));
+        }
+        let part = dot(&st.q, &st.dy) * st.per_stiffness;
+        times(&data.e, n, &st.dp, |i, sum| st.columns[i] = part.times_from(st.q[i], st.columns[i] - sum));
+        solve(s, &st.matrix, &mut st.columns[..s]);
+        for (dy, more) in st.dy.iter_mut().zip(&st.columns) {
+            *dy = *dy + *more;
+        }
     }
 
     /// Step of the multiplier of `tau >= 0`.
