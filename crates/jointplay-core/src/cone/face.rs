@@ -49,12 +49,15 @@ impl Program {
         if standard.n == 0 {
             return Some(pose.displacements.clone());
         }
-        standard.central = true;
-        let raw = standard.solve(&vec![0.0; standard.n], None);
-        if raw.infeasible || Outcome::judged((raw.value - raw.dual_value).abs(), 0.0) != Outcome::Solved {
-            return None;
-        }
-        let mut middle = standard.displacements(self, &raw.x);
+        // Where no condition binds, they are least squares.
+        let least = standard.least().filter(|x| standard.violation(x) == 0.0);
+        let x = least.or_else(|| {
+            standard.central = true;
+            let raw = standard.solve(&vec![0.0; standard.n], None);
+            let gap = (raw.value - raw.dual_value).abs();
+            (!raw.infeasible && Outcome::judged(gap, 0.0) == Outcome::Solved).then_some(raw.x)
+        })?;
+        let mut middle = standard.displacements(self, &x);
         for (k, middle) in middle.iter_mut().enumerate() {
             for (i, m) in middle.iter_mut().enumerate() {
                 // Moved along the face from where the pose is, so that what a reaction decides stays to the last digit.

@@ -4,6 +4,8 @@
 //! in them, energies in what the load can do within the sets. Equations that others imply, as far as
 //! anything can move in them, are left out; they are consistent or the program is infeasible.
 
+use nalgebra::{DMatrix, DVector};
+
 use super::sets::Region;
 use super::{Block, Kind, Program, Springs, springs};
 
@@ -231,6 +233,22 @@ impl Standard {
         let largest = self.right.iter().fold(0.0_f64, |largest, b| largest.max(b.abs()));
         let fixed = self.parts.iter().any(|part| matches!(part.body, Body::Offsets { scaled: false, .. }));
         if fixed && largest > 0.0 { largest.max(1.0) } else { largest }
+    }
+
+    /// The smallest coordinates that fulfil the equations, whatever the sets are.
+    pub fn least(&self) -> Option<Vec<f64>> {
+        let matrix = DMatrix::from_fn(self.rows.len(), self.n, |i, k| self.matrix[i][k]);
+        let y = (&matrix * matrix.transpose()).cholesky()?.solve(&DVector::from_column_slice(&self.right));
+        Some(matrix.tr_mul(&y).data.into())
+    }
+
+    /// How far coordinates are outside of the sets, as a part of them.
+    pub fn violation(&self, x: &[f64]) -> f64 {
+        let outside = self.parts.iter().map(|part| match &part.body {
+            Body::Offsets { region, .. } => region.violation(&x[part.first..part.first + part.count()], 1.0),
+            Body::Deformation(_) => 0.0,
+        });
+        outside.fold(0.0, f64::max)
     }
 
     /// Displacements of all blocks.

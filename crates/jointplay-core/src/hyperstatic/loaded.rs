@@ -190,7 +190,7 @@ impl Mechanism {
                 Err(failure) => return apart(failure.status(), found.clearance_factor),
             };
             let (c, balance) = (&settled.compatibility, &settled.balance);
-            let right = c.right(&settled.state, &known);
+            let right = c.right(&settled.state.inputs.parameters, &known);
             let wider = system.leave_open(c, &right, balance, &mut open, &mut decided);
             let wider = self.felt(c, wider);
             widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));

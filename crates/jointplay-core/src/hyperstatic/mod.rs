@@ -13,6 +13,7 @@ mod open;
 mod scatter;
 mod settle;
 mod system;
+mod together;
 mod trace;
 mod units;
 mod worst;

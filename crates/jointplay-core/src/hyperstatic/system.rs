@@ -7,7 +7,7 @@
 use nalgebra::DVector;
 
 use super::basis::Basis;
-use super::compatibility::{Compatibility, FITS};
+use super::compatibility::{Compatibility, FITS, Ties};
 use crate::ascent::UNDECIDED;
 use crate::clearance::Face;
 use crate::cone::{Answer, Block, Kind, Outcome, Program, Springs};
@@ -89,18 +89,18 @@ impl<'m> System<'m> {
     }
 
     /// Coefficients of a give in the equations, row-major.
-    pub fn map(give: &Give, c: &Compatibility) -> Vec<f64> {
+    pub fn map(give: &Give, c: &Ties) -> Vec<f64> {
         let equations = 0..c.equations.nrows();
         equations.flat_map(|k| give.columns.iter().map(move |&row| c.equations[(k, row)])).collect()
     }
 
     /// Whether an equation asks for it.
-    pub fn is_tied(give: &Give, c: &Compatibility) -> bool {
+    pub fn is_tied(give: &Give, c: &Ties) -> bool {
         give.columns.iter().any(|&row| c.equations.column(row).iter().any(|a| *a != 0.0))
     }
 
     /// The program of the tied gives under forces; `right` is what their displacements add up to.
-    pub(super) fn program(&self, c: &Compatibility, right: &DVector<f64>, forces: &DVector<f64>) -> Program {
+    pub(super) fn program(&self, c: &Ties, right: &DVector<f64>, forces: &DVector<f64>) -> Program {
         let block =
             |give: &Give| Block { kind: give.kind.clone(), map: Self::map(give, c), force: Self::along(give, forces) };
         let tied = self.gives.iter().filter(|give| Self::is_tied(give, c));
@@ -108,7 +108,7 @@ impl<'m> System<'m> {
     }
 
     /// Right sides without what rounding leaves of a closed loop: that is no misfit.
-    fn cleaned(&self, right: &DVector<f64>) -> Vec<f64> {
+    pub(super) fn cleaned(&self, right: &DVector<f64>) -> Vec<f64> {
         let clean = |(&row, b): (&usize, &f64)| if b.abs() <= FITS * self.basis.unit(row) { 0.0 } else { *b };
         self.basis.redundant.iter().zip(right.iter()).map(clean).collect()
     }
@@ -131,23 +131,13 @@ impl<'m> System<'m> {
     pub fn balance(&self, c: &Compatibility, right: &DVector<f64>, ask: &Ask) -> Option<Balance> {
         let forces = Self::forces(c, ask);
         let program = self.program(c, right, &forces);
-        let none = |factor| Balance {
-            given: self.gives.iter().map(|give| vec![0.0; give.columns.len()]).collect(),
-            forces: forces.clone(),
-            factor,
-            gap: 0.0,
-            solved: true,
-            answer: None,
-        };
         if matches!(ask, Ask::Stress | Ask::Factor) && program.right.iter().all(|b| *b == 0.0) {
-            return Some(none(0.0));
+            return Some(Balance { factor: 0.0, ..self.nothing(&forces) });
         }
         if program.n_equations() == 0 {
-            let mut balance = none(1.0);
-            self.fill(c, &mut balance, &[]);
-            return Some(balance);
+            return Some(self.free(c, &forces));
         }
-        let mut answer = match ask {
+        let answer = match ask {
             Ask::Factor => program.assembly(Springs::Rigid),
             Ask::Load | Ask::Along(_) => program.pose(),
             Ask::Stress => program.unloaded(),
@@ -155,25 +145,57 @@ impl<'m> System<'m> {
         if answer.outcome == Outcome::Infeasible {
             return None;
         }
-        if !matches!(ask, Ask::Factor) && Self::is_slack(&program) {
+        let is_slack = !matches!(ask, Ask::Factor) && Self::is_slack(&program);
+        Some(self.answered(c, &program, &forces, ask, answer, is_slack))
+    }
+
+    /// No displacement, whatever the forces.
+    fn nothing(&self, forces: &DVector<f64>) -> Balance {
+        Balance {
+            given: self.gives.iter().map(|give| vec![0.0; give.columns.len()]).collect(),
+            forces: forces.clone(),
+            factor: 1.0,
+            gap: 0.0,
+            solved: true,
+            answer: None,
+        }
+    }
+
+    /// Where nothing ties displacements to each other, forces alone decide them.
+    pub(super) fn free(&self, c: &Ties, forces: &DVector<f64>) -> Balance {
+        let mut balance = self.nothing(forces);
+        self.fill(c, &mut balance, &[]);
+        balance
+    }
+
+    /// What the answer of a program tells of all gives; of one that is slack it does not tell any forces.
+    pub(super) fn answered(
+        &self,
+        c: &Ties,
+        program: &Program,
+        forces: &DVector<f64>,
+        ask: &Ask,
+        mut answer: Answer,
+        is_slack: bool,
+    ) -> Balance {
+        if is_slack {
             // What a program has for these forces is rounding, which would decide where every clearance goes.
             answer.multipliers.fill(0.0);
         }
         let mut balance = Balance {
-            forces: c.with_stress(&forces, &answer.multipliers),
             factor: answer.factor,
             gap: answer.gap,
             solved: answer.outcome == Outcome::Solved,
-            ..none(1.0)
+            ..self.nothing(&c.with_stress(forces, &answer.multipliers))
         };
         // What the forces leave open is put in the middle.
         let middle = match ask {
-            Ask::Load | Ask::Along(_) => self.middle(c, &program, &balance.forces, &answer),
+            Ask::Load | Ask::Along(_) => self.middle(c, program, &balance.forces, &answer),
             Ask::Stress | Ask::Factor => None,
         };
         self.fill(c, &mut balance, middle.as_ref().unwrap_or(&answer.displacements));
         balance.answer = Some(answer);
-        Some(balance)
+        balance
     }
 
     /// Whether nothing pushes and the clearances take up all of the misfit, so that no joint transmits anything.
@@ -241,7 +263,7 @@ impl<'m> System<'m> {
     /// The middle of what is open among the tied gives; `None` where nothing is.
     fn middle(
         &self,
-        c: &Compatibility,
+        c: &Ties,
         program: &Program,
         forces: &DVector<f64>,
         answer: &Answer,
@@ -252,7 +274,7 @@ impl<'m> System<'m> {
     }
 
     /// Puts the displacements: of what is tied as the program says, of the others by the forces.
-    fn fill(&self, c: &Compatibility, balance: &mut Balance, tied: &[Vec<f64>]) {
+    fn fill(&self, c: &Ties, balance: &mut Balance, tied: &[Vec<f64>]) {
         let mut tied = tied.iter();
         let tolerance = UNDECIDED * self.force_scale(&balance.forces);
         for (give, slot) in self.gives.iter().zip(&mut balance.given) {
@@ -292,7 +314,7 @@ impl<'m> System<'m> {
     }
 
     /// The face of a clearance that the forces expose.
-    pub(super) fn face(&self, give: &Give, c: &Compatibility, forces: &DVector<f64>) -> Option<Face> {
+    pub(super) fn face(&self, give: &Give, c: &Ties, forces: &DVector<f64>) -> Option<Face> {
         let (Kind::Clearance(set) | Kind::Fixed(set), Some(number)) = (&give.kind, give.source) else { return None };
         let force: Vec<f64> = give.columns.iter().map(|&row| forces[row]).collect();
         let part = if Self::is_tied(give, c) { UNDECIDED_TOGETHER } else { UNDECIDED };

@@ -71,6 +71,8 @@ pub struct Answers {
     pub dual_values: Vec<f64>,
     /// Relative difference of the two.
     pub gaps: Vec<f64>,
+    /// The largest violation of an equation, as a part of its reach.
+    pub residuals: Vec<f64>,
     /// Programs that were solved by themselves, because eight at a time did not prove their answers.
     pub alone: usize,
     /// Programs that were solved by themselves for comparison.
@@ -254,6 +256,30 @@ impl Programs {
 }
 
 impl Answers {
+    /// The answer to one of the programs.
+    #[must_use]
+    pub fn answer(&self, programs: &Programs, number: usize) -> Answer {
+        let (s, width) = (programs.n_equations, programs.width());
+        let mut rest = &self.displacements[number * width..(number + 1) * width];
+        let mut of_block = |kind: &Kind| {
+            let (own, others) = rest.split_at(kind.size());
+            rest = others;
+            own.to_vec()
+        };
+        let (value, dual_value) = (self.values[number], self.dual_values[number]);
+        Answer {
+            outcome: self.outcomes[number],
+            displacements: programs.kinds(number).iter().map(&mut of_block).collect(),
+            multipliers: self.multipliers[number * s..(number + 1) * s].to_vec(),
+            factor: self.factors[number],
+            value,
+            dual_value,
+            gap: self.gaps[number],
+            unit: value.abs().max(dual_value.abs()),
+            residual: self.residuals[number],
+        }
+    }
+
     fn append(&mut self, other: Self) {
         self.outcomes.extend(other.outcomes);
         self.displacements.extend(other.displacements);
@@ -262,6 +288,7 @@ impl Answers {
         self.values.extend(other.values);
         self.dual_values.extend(other.dual_values);
         self.gaps.extend(other.gaps);
+        self.residuals.extend(other.residuals);
         self.alone += other.alone;
     }
 
@@ -273,6 +300,7 @@ impl Answers {
         self.values.push(answer.value);
         self.dual_values.push(answer.dual_value);
         self.gaps.push(answer.gap);
+        self.residuals.push(answer.residual);
     }
 
     fn push_lane(&mut self, layout: &Layout, n_equations: usize, lane: usize, memory: &Memory) {
@@ -287,5 +315,6 @@ impl Answers {
         self.values.push(memory.value.0[lane]);
         self.dual_values.push(memory.dual_value.0[lane]);
         self.gaps.push(memory.gap.0[lane]);
+        self.residuals.push(memory.residual.0[lane]);
     }
 }

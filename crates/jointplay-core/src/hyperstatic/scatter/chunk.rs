@@ -1,4 +1,4 @@
-//! One chunk of units: drawn block by block, solved one by one, counted.
+//! One chunk of units: drawn block by block, solved group by group, counted.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,6 +9,7 @@ use crate::batch::Bound;
 use crate::batch::draw::Stream;
 use crate::batch::lanes::{Block, LANES, Mask};
 use crate::hyperstatic::compatibility::Compatibility;
+use crate::hyperstatic::together::Together;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::sampling::CHUNK;
@@ -16,6 +17,8 @@ use crate::sampling::sketch::Sketch;
 use crate::sampling::tally::{Kept, Ranges, Sums, Tally};
 use crate::space::norm;
 
+/// Units that are solved together.
+const GROUP: usize = 1024;
 /// A sum of terms below this part of their sizes is zero.
 const ROUNDING: f64 = 1e-13;
 
@@ -144,32 +147,42 @@ pub fn draw(
     let mut count = Count::new(m, ranges);
     count.tally.kept = job.request.keep.then(Kept::default);
     let mut sums = Sums::new(n, n + 2);
-    let mut solver = Lanes { job, bound, fallbacks: 0 };
+    let together = bound.map(|bound| Together { system: &job.system, bound });
+    let mut solver = Lanes { job, together, fallbacks: 0 };
     let mut stream = Stream::new(job.request.seed, number);
     let mut drawn = vec![Block::splat(0.0); m.n_parameters()];
     let mut quantities = vec![Block::splat(0.0); n + 2];
-    for first in (0..samples).step_by(LANES) {
-        for source in m.sources() {
-            stream.draw(&source.set, Mechanism::law(source, job.request), &mut drawn[source.range()]);
-            for p in source.range() {
-                drawn[p] = drawn[p].add(&Block::splat(m.centre[p]));
+    for first in (0..samples).step_by(GROUP) {
+        let n_units = GROUP.min(samples - first);
+        let mut units_drawn = Vec::with_capacity(n_units);
+        for at in (0..n_units).step_by(LANES) {
+            for source in m.sources() {
+                stream.draw(&source.set, Mechanism::law(source, job.request), &mut drawn[source.range()]);
+                for p in source.range() {
+                    drawn[p] = drawn[p].add(&Block::splat(m.centre[p]));
+                }
             }
+            let lanes = 0..LANES.min(n_units - at);
+            units_drawn.extend(lanes.map(|lane| drawn.iter().map(|block| block.0[lane]).collect::<Vec<f64>>()));
         }
-        let mut good = Mask::NONE;
-        let units = solver.solve(&drawn, number * CHUNK as u64 + first as u64, LANES.min(samples - first));
-        for (lane, unit) in units.into_iter().enumerate() {
-            if let Some(error) = count.unit(m, linear, unit) {
-                good.0[lane] = u64::MAX;
-                quantities.iter_mut().zip(&error).for_each(|(block, e)| block.0[lane] = *e);
-                let (translations, rotations) = error.split_at(m.n_translations());
-                let (position, rotation) = (norm(translations), norm(rotations));
-                (quantities[n].0[lane], quantities[n + 1].0[lane]) = (position, rotation);
-                let out = position > job.request.limit_position || rotation > job.request.limit_rotation;
-                count.tally.outside += u64::from(out);
+        let units = solver.solve(&units_drawn, number * CHUNK as u64 + first as u64);
+        let mut units = units.into_iter();
+        for _ in (0..n_units).step_by(LANES) {
+            let mut good = Mask::NONE;
+            for (lane, unit) in units.by_ref().take(LANES).enumerate() {
+                if let Some(error) = count.unit(m, linear, unit) {
+                    good.0[lane] = u64::MAX;
+                    quantities.iter_mut().zip(&error).for_each(|(block, e)| block.0[lane] = *e);
+                    let (translations, rotations) = error.split_at(m.n_translations());
+                    let (position, rotation) = (norm(translations), norm(rotations));
+                    (quantities[n].0[lane], quantities[n + 1].0[lane]) = (position, rotation);
+                    let out = position > job.request.limit_position || rotation > job.request.limit_rotation;
+                    count.tally.outside += u64::from(out);
+                }
             }
+            sums.add(&quantities, &good, shift);
+            count.tally.count_block(ranges, &quantities, &good);
         }
-        sums.add(&quantities, &good, shift);
-        count.tally.count_block(ranges, &quantities, &good);
     }
     count.tally.absorb(&sums, shift);
     count.tally.fallbacks = solver.fallbacks;

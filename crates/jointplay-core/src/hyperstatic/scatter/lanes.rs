@@ -1,122 +1,127 @@
-//! Blocks of units that go together rigidly: closed lane by lane, on the recorded iteration of the basis.
+//! Groups of units: closed lane by lane on the recorded iteration of the basis, their programs solved together.
 
 use nalgebra::DVector;
 
 use super::dice::Dice;
 use super::unit::{CORRECTIONS, Fit, Job, Loosest, Unit};
-use crate::batch::Bound;
-use crate::batch::lanes::{Block, LANES, Mask};
-use crate::batch::simd::{Kernel, dispatch};
 use crate::cone::Outcome;
 use crate::cone::lanes::{Programs, Question};
 use crate::hyperstatic::compatibility::FITS;
 use crate::hyperstatic::system::Give;
+use crate::hyperstatic::together::Together;
 use crate::status::Status;
 
-/// Solves blocks of units.
+/// Solves groups of units.
 pub struct Lanes<'a> {
     pub job: &'a Job<'a>,
-    /// The recorded iteration; without it every unit is solved plainly.
-    pub bound: Option<Bound<'a>>,
+    /// Without the recorded iteration every unit is solved plainly.
+    pub together: Option<Together<'a, 'a>>,
     /// Units in doubt that were solved plainly.
     pub fallbacks: u64,
 }
 
-struct Close<'a, 'n>(&'a mut Bound<'n>);
-
-impl Kernel for Close<'_, '_> {
-    type Output = Mask;
-
-    #[inline(always)]
-    fn run(self) -> Mask {
-        self.0.solve()
-    }
-}
-
-/// What becomes of a lane.
+/// What becomes of a unit.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Lane {
     /// Its displacements are being corrected.
-    Open,
-    Done,
+    Loose,
     /// Load or misfit decide it.
     Forced,
+    Done,
     /// For the plain solver.
     Doubt,
 }
 
 impl Lanes<'_> {
-    /// Solves the units of a block, of which the first has the given number.
-    pub fn solve(&mut self, drawn: &[Block], first: u64, count: usize) -> Vec<Unit> {
+    /// Solves units with what has been drawn for them, of which the first has the given number.
+    pub fn solve(&mut self, drawn: &[Vec<f64>], first: u64) -> Vec<Unit> {
         let job = self.job;
-        let of = |lane: usize| -> Vec<f64> { drawn.iter().map(|block| block.0[lane]).collect() };
-        let mut units: Vec<Unit> = (0..count).map(|lane| job.drawn(&of(lane))).collect();
-        let lanes = match &mut self.bound {
-            Some(bound) => together(job, bound, &mut units, first),
-            None => vec![Lane::Doubt; count],
-        };
-        for (k, lane) in lanes.into_iter().enumerate() {
-            if matches!(lane, Lane::Forced | Lane::Doubt) {
-                self.fallbacks += u64::from(lane == Lane::Doubt);
-                units[k] = job.solve(first + k as u64, &of(k));
+        let mut units: Vec<Unit> = drawn.iter().map(|drawn| job.drawn(drawn)).collect();
+        let mut dice: Vec<Dice> = (0..).take(units.len()).map(|k| Dice::new(job.request.seed, first + k)).collect();
+        let lanes = self.together.as_mut().map(|together| Group { job, together, units: &mut units }.solve(&mut dice));
+        for (k, lane) in lanes.unwrap_or_else(|| vec![Lane::Doubt; drawn.len()]).into_iter().enumerate() {
+            if lane == Lane::Doubt {
+                self.fallbacks += 1;
+                units[k] = job.solve(first + k as u64, &drawn[k]);
             }
         }
         units
     }
 }
 
-fn together(job: &Job<'_>, bound: &mut Bound<'_>, units: &mut [Unit], first: u64) -> Vec<Lane> {
-    let put = |bound: &mut Bound<'_>, lane: usize, displacements: &[f64]| {
-        bound.parameters().iter_mut().zip(displacements).for_each(|(block, d)| block.0[lane] = *d);
-    };
-    for lane in 0..LANES {
-        // What is left over at the end of a chunk repeats its last unit.
-        put(bound, lane, &units[lane.min(units.len() - 1)].displacements);
+struct Group<'g, 'a> {
+    job: &'a Job<'a>,
+    together: &'g mut Together<'a, 'a>,
+    units: &'g mut [Unit],
+}
+
+impl Group<'_, '_> {
+    fn solve(&mut self, dice: &mut [Dice]) -> Vec<Lane> {
+        let closed = self.together.close(self.units.iter().map(|unit| unit.displacements.as_slice()), false);
+        let mut lanes = vec![Lane::Doubt; self.units.len()];
+        let good: Vec<usize> = (0..lanes.len()).filter(|k| closed[*k].is_some()).collect();
+        let misfits: Vec<DVector<f64>> = closed.into_iter().flatten().map(|closed| closed.misfit).collect();
+        let loosest = factors(self.job, &misfits);
+        for ((k, misfit), loosest) in good.into_iter().zip(&misfits).zip(loosest) {
+            let unit = &mut self.units[k];
+            lanes[k] = match self.job.fit(misfit, loosest, unit, &mut dice[k]) {
+                Fit::Loose => Lane::Loose,
+                Fit::Forced => Lane::Forced,
+                Fit::Apart => {
+                    unit.status = Status::NotAssemblable;
+                    Lane::Done
+                }
+            };
+        }
+        self.correct(&mut lanes);
+        self.settle(&mut lanes, dice);
+        lanes
     }
-    let good = dispatch(Close(bound));
-    let basis = job.system.basis;
-    let left = |bound: &Bound<'_>, lane: usize| {
-        DVector::from_iterator(basis.redundancy(), (0..basis.redundancy()).map(|k| bound.left(k).0[lane]))
-    };
-    let mut lanes = vec![Lane::Doubt; units.len()];
-    let misfits: Vec<DVector<f64>> = (0..units.len()).map(|lane| left(bound, lane)).collect();
-    let loosest = factors(job, &misfits);
-    for (lane, loosest) in loosest.into_iter().enumerate().filter(|(lane, _)| good.has(*lane)) {
-        let mut dice = Dice::new(job.request.seed, first + lane as u64);
-        let unit = &mut units[lane];
-        lanes[lane] = match job.fit(&misfits[lane], loosest, unit, &mut dice) {
-            Fit::Loose => Lane::Open,
-            Fit::Forced => Lane::Forced,
-            Fit::Apart => {
-                unit.status = Status::NotAssemblable;
-                Lane::Done
+
+    /// Closes the mechanism for displacements that are compatible to first order, changing them by what is left.
+    fn correct(&mut self, lanes: &mut [Lane]) {
+        let (job, basis) = (self.job, self.job.system.basis);
+        let mut open: Vec<usize> = (0..lanes.len()).filter(|k| lanes[*k] == Lane::Loose).collect();
+        let mut corrected: Vec<Vec<f64>> = open.iter().map(|k| self.units[*k].displacements.clone()).collect();
+        for _ in 0..CORRECTIONS {
+            let closed = self.together.close(corrected.iter().map(Vec::as_slice), false);
+            let (before, moved) = (std::mem::take(&mut open), std::mem::take(&mut corrected));
+            for ((k, mut displacements), closed) in before.into_iter().zip(moved).zip(closed) {
+                let Some(closed) = closed else {
+                    lanes[k] = Lane::Doubt;
+                    continue;
+                };
+                if basis.scaled_misfit(&closed.misfit) <= FITS {
+                    lanes[k] = Lane::Done;
+                    self.units[k].error = Some(closed.error);
+                    continue;
+                }
+                let change = &job.correction * closed.misfit;
+                displacements.iter_mut().zip(change.iter()).for_each(|(d, c)| *d += c);
+                job.move_offsets(&mut self.units[k], &change);
+                open.push(k);
+                corrected.push(displacements);
             }
-        };
+        }
+        open.into_iter().for_each(|k| lanes[k] = Lane::Doubt);
     }
-    let mut corrected: Vec<Vec<f64>> = units.iter().map(|unit| unit.displacements.clone()).collect();
-    for _ in 0..CORRECTIONS {
-        if !lanes.contains(&Lane::Open) {
-            break;
-        }
-        for (lane, displacements) in corrected.iter().enumerate() {
-            put(bound, lane, displacements);
-        }
-        let good = dispatch(Close(bound));
-        for lane in (0..units.len()).filter(|lane| lanes[*lane] == Lane::Open).collect::<Vec<_>>() {
-            let misfit = left(bound, lane);
-            if !good.has(lane) {
-                lanes[lane] = Lane::Doubt;
-            } else if basis.scaled_misfit(&misfit) <= FITS {
-                lanes[lane] = Lane::Done;
-                units[lane].error = Some((0..bound.n_outputs()).map(|k| bound.error(k).0[lane]).collect());
-            } else {
-                let change = &job.correction * misfit;
-                corrected[lane].iter_mut().zip(change.iter()).for_each(|(d, c)| *d += c);
-                job.move_offsets(&mut units[lane], &change);
-            }
+
+    /// Where load or misfit strain what is elastic, or push rigid bodies.
+    fn settle(&mut self, lanes: &mut [Lane], dice: &mut [Dice]) {
+        let job = self.job;
+        let forced: Vec<usize> = (0..lanes.len()).filter(|k| lanes[*k] == Lane::Forced).collect();
+        let known: Vec<Vec<f64>> = forced.iter().map(|k| self.units[*k].displacements.clone()).collect();
+        let rested = self.together.settle(&known, &job.ask());
+        for (k, rested) in forced.into_iter().zip(rested) {
+            lanes[k] = match rested {
+                Some(rested) => {
+                    job.take(rested, &mut self.units[k], &mut dice[k]);
+                    Lane::Done
+                }
+                None => Lane::Doubt,
+            };
         }
     }
-    lanes
 }
 
 /// The smallest factors on the clearances; where several equations decide them, by programs of one structure.
@@ -130,8 +135,6 @@ fn factors(job: &Job<'_>, misfits: &[DVector<f64>]) -> Vec<Loosest> {
     let equations = 0..basis.redundancy();
     let row = |e: usize| gives.iter().flat_map(move |give| give.columns.iter().map(move |&c| (e, c)));
     let map: Vec<f64> = equations.flat_map(row).map(|at| job.compatibility.equations[at]).collect();
-    // A lane in doubt may hold anything.
-    let clean = |b: f64| if b.is_finite() { b } else { 0.0 };
     let programs = Programs {
         n: misfits.len(),
         n_equations: basis.redundancy(),
@@ -139,7 +142,7 @@ fn factors(job: &Job<'_>, misfits: &[DVector<f64>]) -> Vec<Loosest> {
         kinds: gives.iter().map(|give| give.kind.clone()).collect(),
         maps: map.repeat(misfits.len()),
         forces: vec![0.0; width * misfits.len()],
-        rights: misfits.iter().flat_map(|misfit| misfit.iter().map(|b| clean(*b))).collect(),
+        rights: misfits.iter().flat_map(|misfit| misfit.iter().copied()).collect(),
     };
     let answers = programs.solve(Question::Assembly);
     let offsets = |number: usize| {

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use super::compatibility::Compatibility;
 use super::system::System;
-use crate::batch::Newton;
+use crate::batch::{Beside, Newton};
 use crate::closure::Inputs;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
@@ -108,8 +108,8 @@ impl Mechanism {
         // The unit with nothing but known deviations.
         let middle = job.solve(u64::MAX, &self.centre).error;
         let shift = middle.unwrap_or_else(|| linear.error(&known.parameters));
-        let beside = Some((&system.basis.all, system.basis.redundant.as_slice()));
-        let newton = Newton::record_beside(solver, self.largest_angle(), beside);
+        let beside = Beside { all: &system.basis.all, redundant: &system.basis.redundant, statics: job.settles() };
+        let newton = Newton::record_beside(solver, self.largest_angle(), Some(&beside));
         let lanes = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal, case.drives));
         let ranges = Reach { system, c: &at_nominal, request }.ranges(&linear.error(&known.parameters));
         let mut count = Count::new(self, &ranges);

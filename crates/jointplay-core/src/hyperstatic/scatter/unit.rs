@@ -9,6 +9,7 @@ use crate::cone::Kind;
 use crate::hyperstatic::compatibility::{Compatibility, FITS};
 use crate::hyperstatic::settle::{Failure, is_apart};
 use crate::hyperstatic::system::{Ask, Balance, Give, System};
+use crate::hyperstatic::together::Rested;
 use crate::mechanism::Mechanism;
 use crate::sampling::Request;
 use crate::solver::{Solver, State};
@@ -99,6 +100,11 @@ impl<'a> Job<'a> {
         Self { system, solver, request, nominal, built, compatibility, correction, tied, section, rigid }
     }
 
+    /// Whether load or misfit decide where units are.
+    pub const fn settles(&self) -> bool {
+        self.request.loaded || !self.rigid
+    }
+
     const fn mechanism(&self) -> &Mechanism {
         self.system.mechanism
     }
@@ -131,9 +137,19 @@ impl<'a> Job<'a> {
         let mut dice = Dice::new(self.request.seed, number);
         let found = match self.fit(&misfit, self.factor(&misfit), &mut unit, &mut dice) {
             Fit::Apart => Err(Status::NotAssemblable),
-            Fit::Forced => self.settle(start, &mut unit, &mut dice),
+            Fit::Forced => {
+                let known = start.inputs.parameters.clone();
+                self.settle(start, &known, &mut unit, &mut dice)
+            }
             Fit::Loose => self.correct(&start, &mut unit, &self.correction),
         };
+        self.put_state(found, &mut unit);
+        unit
+    }
+
+    /// Notes the error at a unit's last state, or why there is none.
+    fn put_state(&self, found: Result<State, Status>, unit: &mut Unit) {
+        unit.error = None;
         match found {
             Ok(state) if state.negative == self.built.negative => {
                 unit.error = Some(self.system.basis.kept.error(&state, self.nominal));
@@ -141,7 +157,6 @@ impl<'a> Job<'a> {
             Ok(_) => unit.status = Status::Singular,
             Err(status) => unit.status = status,
         }
-        unit
     }
 
     /// Notes the offset of a clearance.
@@ -207,34 +222,70 @@ impl<'a> Job<'a> {
         Fit::Loose
     }
 
+    /// What decides where units are that do not go together by themselves.
+    pub const fn ask(&self) -> Ask {
+        if self.request.loaded { Ask::Load } else { Ask::Stress }
+    }
+
     /// Where load or misfit strain what is elastic, or push rigid bodies; clearances that carry nothing scatter.
-    fn settle(&self, start: State, unit: &mut Unit, dice: &mut Dice) -> Result<State, Status> {
-        let known = start.inputs.parameters.clone();
-        let ask = if self.request.loaded { Ask::Load } else { Ask::Stress };
-        let settled = self.system.settle(self.solver, start, &known, |_, _| ask.clone()).map_err(Failure::status)?;
-        if is_apart(unit.factor) {
-            unit.status = Status::Strained;
-        }
-        let (c, balance) = (&settled.compatibility, &settled.balance);
-        unit.forces.clone_from(&balance.forces);
-        unit.displacements.clone_from(&settled.state.inputs.parameters);
-        balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, unit));
-        if self.request.loaded {
-            return Ok(settled.state);
-        }
-        let loose = self.loose(balance);
+    fn settle(&self, start: State, known: &[f64], unit: &mut Unit, dice: &mut Dice) -> Result<State, Status> {
+        let settled = self.system.settle(self.solver, start, known, |_, _| self.ask()).map_err(Failure::status)?;
+        self.note(&settled.balance, settled.state.inputs.parameters.clone(), unit);
+        let loose = self.loose(&settled.balance);
         if loose.is_empty() {
             return Ok(settled.state);
         }
-        let mut rest = c.right(&settled.state, &known);
+        self.scatter(&loose, &settled.state, &settled.compatibility, &settled.balance, known, unit, dice)
+    }
+
+    /// The same where the unit has settled together with others.
+    pub fn take(&self, rested: Rested, unit: &mut Unit, dice: &mut Dice) {
+        let known = std::mem::take(&mut unit.displacements);
+        let Rested { displacements, balance, error } = rested;
+        self.note(&balance, displacements, unit);
+        unit.error = Some(error);
+        let loose = self.loose(&balance);
+        if loose.is_empty() {
+            return;
+        }
+        let scattered = self.close(self.built, unit.displacements.clone()).and_then(|state| {
+            let c = Compatibility::at(self.system.basis, self.solver, &state).ok_or(Status::Singular)?;
+            self.scatter(&loose, &state, &c, &balance, &known, unit, dice)
+        });
+        self.put_state(scattered, unit);
+    }
+
+    /// Notes where a unit has settled.
+    fn note(&self, balance: &Balance, displacements: Vec<f64>, unit: &mut Unit) {
+        if is_apart(unit.factor) {
+            unit.status = Status::Strained;
+        }
+        unit.forces.clone_from(&balance.forces);
+        unit.displacements = displacements;
+        balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, unit));
+    }
+
+    /// Draws the offsets of clearances that are loose where the others are held, and closes the mechanism.
+    #[allow(clippy::too_many_arguments)] // what a settled unit is
+    fn scatter(
+        &self,
+        loose: &[usize],
+        state: &State,
+        c: &Compatibility,
+        balance: &Balance,
+        known: &[f64],
+        unit: &mut Unit,
+        dice: &mut Dice,
+    ) -> Result<State, Status> {
+        let mut rest = c.right(&state.inputs.parameters, known);
         for (g, (give, given)) in self.system.gives.iter().zip(&balance.given).enumerate() {
             if !loose.contains(&g) {
                 give.columns.iter().zip(given).for_each(|(&row, d)| rest -= c.equations.column(row) * *d);
             }
         }
-        let section = section(&self.system, c, &loose, self.request);
+        let section = section(&self.system, c, loose, self.request);
         let interior = || Some(loose.iter().map(|&g| balance.given[g].clone()).collect());
-        let Some(offsets) = section.draw(&rest, dice, interior) else { return Ok(settled.state) };
+        let Some(offsets) = section.draw(&rest, dice, interior) else { return Ok(state.clone()) };
         for (&g, offset) in loose.iter().zip(&offsets) {
             let give = &self.system.gives[g];
             self.put(g, offset, unit);
@@ -242,12 +293,15 @@ impl<'a> Job<'a> {
                 unit.displacements[row] += d - before;
             }
         }
-        let correction = least_displacements(&self.system, c, &loose);
-        self.correct(&settled.state, unit, &correction)
+        let correction = least_displacements(&self.system, c, loose);
+        self.correct(state, unit, &correction)
     }
 
-    /// The tied clearances that no force holds.
+    /// The tied clearances that no force holds and that scatter, therefore.
     fn loose(&self, balance: &Balance) -> Vec<usize> {
+        if self.request.loaded {
+            return Vec::new();
+        }
         let reach = |&g: &usize| {
             let give = &self.system.gives[g];
             let force: Vec<f64> = give.columns.iter().map(|&row| balance.forces[row]).collect();
