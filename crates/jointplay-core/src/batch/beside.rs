@@ -1,7 +1,8 @@
 //! Self-stresses of an over-constrained mechanism and the statics of its basis, for blocks of closed samples.
 //!
 //! At the pose where the basis is closed, `J_B' l = J_k'` for every redundant row k gives the self-stress that has
-//! one there: `-l` on the rows of the basis. The load's multipliers are what the basis alone bears it with.
+//! one there: `-l` on the rows of the basis. The load's multipliers are what the basis alone bears it with, and those
+//! of a component of the output what the rows' displacements do to it.
 
 use super::contact::{gradient, poses_of};
 use super::lanes::Block;
@@ -26,13 +27,24 @@ pub(crate) struct Beside<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Statics {
     program: Program,
-    /// Rows of the basis.
+    /// Rows of the basis, and redundant ones.
     n_rows: usize,
+    n_redundant: usize,
+}
+
+/// What the rows of the basis bear.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Borne {
+    Load,
+    /// The redundant row of the given number.
+    Redundant(usize),
+    /// One component of the output.
+    Component(usize),
 }
 
 impl Beside<'_> {
-    /// Records the multipliers of the load, row by row of the basis, then those of every redundant row, at any
-    /// pose; `solver` is that of the basis.
+    /// Records the multipliers at any pose, row by row of the basis, as [`Borne`] orders them; `solver` is that of
+    /// the basis.
     pub(super) fn record(
         &self,
         solver: &Solver<'_>,
@@ -61,7 +73,11 @@ impl Beside<'_> {
             linear.solve_transposed(&mut twists, &mut multipliers);
             outputs.extend(multipliers);
         }
-        Some(Statics { program: Program::after(after, recorder, &outputs)?, n_rows: kept.n_rows() })
+        for k in 0..size {
+            outputs.extend(gradient(kept, &linear, &poses, kept.component_cost(k, &poses, &any.inputs.parameters)).1);
+        }
+        let program = Program::after(after, recorder, &outputs)?;
+        Some(Statics { program, n_rows: kept.n_rows(), n_redundant: self.redundant.len() })
     }
 }
 
@@ -82,12 +98,17 @@ impl Bound<'_> {
         true
     }
 
-    /// The multipliers of the load, row by row of the basis; with `Some`, of the redundant row of that number.
+    /// The multipliers, row by row of the basis.
     #[inline(always)]
-    pub(crate) fn multipliers(&self, redundant: Option<usize>) -> impl Iterator<Item = &Block> + Clone {
-        let first = redundant.map_or(0, |k| k + 1);
-        let rows = move |statics: &Statics| first * statics.n_rows..(first + 1) * statics.n_rows;
-        let outputs = self.newton.statics.iter().flat_map(move |statics| rows(statics).map(move |k| (statics, k)));
-        outputs.map(|(statics, k)| statics.program.output(&self.memory, k))
+    pub(crate) fn multipliers(&self, of: Borne) -> impl Iterator<Item = &Block> + Clone {
+        self.newton.statics.iter().flat_map(move |statics| {
+            let first = match of {
+                Borne::Load => 0,
+                Borne::Redundant(k) => 1 + k,
+                Borne::Component(k) => 1 + statics.n_redundant + k,
+            };
+            let rows = first * statics.n_rows..(first + 1) * statics.n_rows;
+            rows.map(|k| statics.program.output(&self.memory, k))
+        })
     }
 }

@@ -27,7 +27,7 @@ pub mod tape;
 mod tree;
 mod worker;
 
-pub(crate) use beside::Beside;
+pub(crate) use beside::{Beside, Borne};
 pub use climb::{Climb, Site, Task};
 pub use contact::Contact;
 pub use first_order::FirstOrder;

@@ -20,7 +20,7 @@ use std::ops::Deref;
 use nalgebra::{DMatrix, DVector};
 
 use super::basis::Basis;
-use crate::batch::Bound;
+use crate::batch::{Borne, Bound};
 use crate::closure::Inputs;
 use crate::sensitivity::Output;
 use crate::solver::{Linearised, Solver, State};
@@ -87,15 +87,14 @@ impl Ties {
         let n = basis.all.n_parameters();
         let mut equations = DMatrix::zeros(basis.redundancy(), n);
         for (k, &row) in basis.redundant.iter().enumerate() {
-            let multipliers = bound.multipliers(Some(k)).map(|block| block.0[lane]);
+            let multipliers = bound.multipliers(Borne::Redundant(k)).map(|block| block.0[lane]);
             put_stress(basis, row, multipliers, |r, stress| equations[(k, r)] = stress);
         }
         let mut load = DVector::zeros(n);
-        basis.rows.iter().zip(bound.multipliers(None)).for_each(|(&r, block)| load[r] = block.0[lane]);
+        basis.rows.iter().zip(bound.multipliers(Borne::Load)).for_each(|(&r, block)| load[r] = block.0[lane]);
         let misfit = DVector::from_fn(basis.redundancy(), |k, _| bound.left(k).0[lane]);
         Self { equations, misfit, load }
     }
-
 
     /// What displacements beside the known ones must add up to, the state being closed for others, its own.
     pub fn right(&self, own: &[f64], known: &[f64]) -> DVector<f64> {

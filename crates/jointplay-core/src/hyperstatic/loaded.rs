@@ -300,16 +300,25 @@ impl Mechanism {
     /// The half-widths of what the load leaves open, zero where the output does not feel them.
     fn felt(&self, c: &Compatibility, mut widths: Vec<f64>) -> Vec<f64> {
         for (i, width) in widths.iter_mut().enumerate() {
-            let reach = |source: &Source| {
-                let row: Vec<f64> = source.range().map(|p| c.output.parameters[(i, self.place_of(p))]).collect();
-                source.set.reach(&row)
-            };
-            let all: f64 = self.sources.iter().filter(|s| s.is_clearance).map(reach).sum();
-            if !(*width > FELT * all) {
+            if !(*width > FELT * self.play(c, i)) {
                 *width = 0.0;
             }
         }
         widths
+    }
+
+    /// What is felt of what is left open, component by component.
+    pub(super) fn feels(&self, c: &Compatibility) -> Vec<f64> {
+        (0..self.size()).map(|component| FELT * self.play(c, component)).collect()
+    }
+
+    /// What all play together can do to a component of the output.
+    pub(super) fn play(&self, c: &Compatibility, component: usize) -> f64 {
+        let reach = |source: &Source| {
+            let row: Vec<f64> = source.range().map(|p| c.output.parameters[(component, self.place_of(p))]).collect();
+            source.set.reach(&row)
+        };
+        self.sources.iter().filter(|source| source.is_clearance).map(reach).sum()
     }
 
     /// Reactions of forces on the rows, unknown where nothing decides them.

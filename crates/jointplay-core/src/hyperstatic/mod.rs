@@ -7,6 +7,7 @@
 
 mod basis;
 mod compatibility;
+mod felt;
 mod given;
 mod loaded;
 mod open;

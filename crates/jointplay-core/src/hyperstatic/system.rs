@@ -261,13 +261,7 @@ impl<'m> System<'m> {
     }
 
     /// The middle of what is open among the tied gives; `None` where nothing is.
-    fn middle(
-        &self,
-        c: &Ties,
-        program: &Program,
-        forces: &DVector<f64>,
-        answer: &Answer,
-    ) -> Option<Vec<Vec<f64>>> {
+    fn middle(&self, c: &Ties, program: &Program, forces: &DVector<f64>, answer: &Answer) -> Option<Vec<Vec<f64>>> {
         let open = |give: &Give| self.face(give, c, forces).is_some_and(|face| !face.is_point());
         let any = self.gives.iter().any(|give| Self::is_tied(give, c) && open(give));
         if any { program.middle(answer, UNDECIDED_TOGETHER) } else { None }

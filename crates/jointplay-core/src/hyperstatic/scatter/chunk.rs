@@ -59,7 +59,7 @@ pub struct Linear<'a> {
     /// What drive values and the nominal misfit do to the output.
     constant: Vec<f64>,
     /// What displacements must add up to.
-    right: DVector<f64>,
+    right: &'a DVector<f64>,
     /// What makes displacements that are compatible elsewhere so at the nominal pose.
     correction: DMatrix<f64>,
     /// Place of every parameter among the displacements.
@@ -67,7 +67,8 @@ pub struct Linear<'a> {
 }
 
 impl<'a> Linear<'a> {
-    pub fn new(job: &Job<'a>, c: &'a Compatibility, case: &Case<'_>) -> Self {
+    pub fn new(job: &'a Job<'a>, case: &Case<'_>) -> Self {
+        let c = job.at_nominal.compatibility;
         let m = job.system.mechanism;
         let misfit = &c.shared * &c.misfit;
         let shift = m.drive_shift(&c.output, case, job.nominal);
@@ -75,7 +76,7 @@ impl<'a> Linear<'a> {
             mechanism: m,
             compatibility: c,
             constant: shift.iter().zip(misfit.iter()).map(|(d, m)| d - m).collect(),
-            right: m.first_order_right(c, &vec![0.0; c.load.len()], case, job.nominal),
+            right: &job.at_nominal.right,
             correction: least_displacements(&job.system, c, &job.tied),
             places: (0..m.n_parameters()).map(|p| m.place_of(p)).collect(),
         }
@@ -102,7 +103,7 @@ impl<'a> Linear<'a> {
         let n = m.size();
         let mut own = displacements.to_vec();
         let mut offsets = parameters.to_vec();
-        let off = &self.right - &self.compatibility.equations * DVector::from_column_slice(displacements);
+        let off = self.right - &self.compatibility.equations * DVector::from_column_slice(displacements);
         for (row, d) in (&self.correction * off).iter().enumerate() {
             own[row] += d;
         }
@@ -147,7 +148,7 @@ pub fn draw(
     let mut count = Count::new(m, ranges);
     count.tally.kept = job.request.keep.then(Kept::default);
     let mut sums = Sums::new(n, n + 2);
-    let together = bound.map(|bound| Together { system: &job.system, bound });
+    let together = bound.map(|bound| Together { system: &job.system, nominal: &job.at_nominal, bound });
     let mut solver = Lanes { job, together, fallbacks: 0 };
     let mut stream = Stream::new(job.request.seed, number);
     let mut drawn = vec![Block::splat(0.0); m.n_parameters()];

@@ -57,7 +57,7 @@ struct Group<'g, 'a> {
 
 impl Group<'_, '_> {
     fn solve(&mut self, dice: &mut [Dice]) -> Vec<Lane> {
-        let closed = self.together.close(self.units.iter().map(|unit| unit.displacements.as_slice()), false);
+        let closed = self.together.close(self.units.iter().map(|unit| unit.displacements.as_slice()));
         let mut lanes = vec![Lane::Doubt; self.units.len()];
         let good: Vec<usize> = (0..lanes.len()).filter(|k| closed[*k].is_some()).collect();
         let misfits: Vec<DVector<f64>> = closed.into_iter().flatten().map(|closed| closed.misfit).collect();
@@ -84,7 +84,7 @@ impl Group<'_, '_> {
         let mut open: Vec<usize> = (0..lanes.len()).filter(|k| lanes[*k] == Lane::Loose).collect();
         let mut corrected: Vec<Vec<f64>> = open.iter().map(|k| self.units[*k].displacements.clone()).collect();
         for _ in 0..CORRECTIONS {
-            let closed = self.together.close(corrected.iter().map(Vec::as_slice), false);
+            let closed = self.together.close(corrected.iter().map(Vec::as_slice));
             let (before, moved) = (std::mem::take(&mut open), std::mem::take(&mut corrected));
             for ((k, mut displacements), closed) in before.into_iter().zip(moved).zip(closed) {
                 let Some(closed) = closed else {

@@ -21,6 +21,7 @@ use rayon::prelude::*;
 
 use super::compatibility::Compatibility;
 use super::system::System;
+use super::together::Nominal;
 use crate::batch::{Beside, Newton};
 use crate::closure::Inputs;
 use crate::loaded::Case;
@@ -103,8 +104,10 @@ impl Mechanism {
         let known = Inputs { drives: case.drives.to_vec(), parameters: self.displacements(&self.centre) };
         let built = solver.follow(nominal, &known)?;
         let at_built = Compatibility::at(system.basis, solver, &built).ok_or(Status::Singular)?;
-        let job = Job::new(system, solver, request, nominal, &built, &at_built);
-        let linear = Linear::new(&job, &at_nominal, case);
+        let right = self.first_order_right(&at_nominal, &vec![0.0; at_nominal.load.len()], case, nominal);
+        let first = Nominal { compatibility: &at_nominal, right };
+        let job = Job::new(system, solver, request, nominal, first, &built, &at_built);
+        let linear = Linear::new(&job, case);
         // The unit with nothing but known deviations.
         let middle = job.solve(u64::MAX, &self.centre).error;
         let shift = middle.unwrap_or_else(|| linear.error(&known.parameters));

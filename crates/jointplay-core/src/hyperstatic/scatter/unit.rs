@@ -9,7 +9,7 @@ use crate::cone::Kind;
 use crate::hyperstatic::compatibility::{Compatibility, FITS};
 use crate::hyperstatic::settle::{Failure, is_apart};
 use crate::hyperstatic::system::{Ask, Balance, Give, System};
-use crate::hyperstatic::together::Rested;
+use crate::hyperstatic::together::{Nominal, Rested};
 use crate::mechanism::Mechanism;
 use crate::sampling::Request;
 use crate::solver::{Solver, State};
@@ -31,6 +31,9 @@ pub struct Job<'a> {
     pub solver: &'a Solver<'a>,
     pub request: &'a Request,
     pub nominal: &'a State,
+    pub at_nominal: Nominal<'a>,
+    /// How far the output moves where that is felt.
+    feels: Vec<f64>,
     /// The basis, closed for the known deviations.
     pub built: &'a State,
     /// The linearisation there.
@@ -85,6 +88,7 @@ impl<'a> Job<'a> {
         solver: &'a Solver<'a>,
         request: &'a Request,
         nominal: &'a State,
+        at_nominal: Nominal<'a>,
         built: &'a State,
         compatibility: &'a Compatibility,
     ) -> Self {
@@ -97,7 +101,20 @@ impl<'a> Job<'a> {
         let section = section(&system, compatibility, &tied, request);
         let correction = least_displacements(&system, compatibility, &tied);
         let rigid = system.gives.iter().all(|give| give.source.is_some());
-        Self { system, solver, request, nominal, built, compatibility, correction, tied, section, rigid }
+        Self {
+            feels: system.mechanism.feels(at_nominal.compatibility),
+            system,
+            solver,
+            request,
+            nominal,
+            at_nominal,
+            built,
+            compatibility,
+            correction,
+            tied,
+            section,
+            rigid,
+        }
     }
 
     /// Whether load or misfit decide where units are.
@@ -231,6 +248,18 @@ impl<'a> Job<'a> {
     fn settle(&self, start: State, known: &[f64], unit: &mut Unit, dice: &mut Dice) -> Result<State, Status> {
         let settled = self.system.settle(self.solver, start, known, |_, _| self.ask()).map_err(Failure::status)?;
         self.note(&settled.balance, settled.state.inputs.parameters.clone(), unit);
+        if self.request.loaded && unit.status == Status::Ok {
+            let (c, balance) = (&settled.compatibility, &settled.balance);
+            let right = c.right(&settled.state.inputs.parameters, known);
+            let first =
+                self.system.balance(self.at_nominal.compatibility, &self.at_nominal.right_beside(known), &Ask::Load);
+            let undetermined = !(settled.still && balance.solved)
+                || first.is_some_and(|first| self.is_felt_first(known, &first))
+                || self.system.is_felt(c, &c.output.parameters, &right, balance, &self.feels);
+            if undetermined {
+                unit.status = Status::Undetermined;
+            }
+        }
         let loose = self.loose(&settled.balance);
         if loose.is_empty() {
             return Ok(settled.state);
@@ -241,9 +270,16 @@ impl<'a> Job<'a> {
     /// The same where the unit has settled together with others.
     pub fn take(&self, rested: Rested, unit: &mut Unit, dice: &mut Dice) {
         let known = std::mem::take(&mut unit.displacements);
-        let Rested { displacements, balance, error } = rested;
+        let Rested { displacements, error, first, balance, ties, output } = rested;
         self.note(&balance, displacements, unit);
         unit.error = Some(error);
+        if self.request.loaded && unit.status == Status::Ok {
+            let right = ties.right(&unit.displacements, &known);
+            if self.is_felt_first(&known, &first) || self.system.is_felt(&ties, &output, &right, &balance, &self.feels)
+            {
+                unit.status = Status::Undetermined;
+            }
+        }
         let loose = self.loose(&balance);
         if loose.is_empty() {
             return;
@@ -253,6 +289,13 @@ impl<'a> Job<'a> {
             self.scatter(&loose, &state, &c, &balance, &known, unit, dice)
         });
         self.put_state(scattered, unit);
+    }
+
+    /// Whether the output feels what the load leaves open at the nominal pose: that is so at any size of the
+    /// play, even where the exact pose then falls to one side.
+    fn is_felt_first(&self, known: &[f64], first: &Balance) -> bool {
+        let c = self.at_nominal.compatibility;
+        self.system.is_felt(c, &c.output.parameters, &self.at_nominal.right_beside(known), first, &self.feels)
     }
 
     /// Notes where a unit has settled.
