@@ -42,7 +42,7 @@ impl System<'_> {
         })
     }
 
-    /// How far all tied clearances together take a component of the output from where it is.
+    /// Half of the range in which all tied clearances together take a component of the output.
     fn reach_together(
         &self,
         c: &Ties,
@@ -53,20 +53,14 @@ impl System<'_> {
     ) -> Option<f64> {
         let answer = balance.answer.as_ref()?;
         let program = self.program(c, right, &c.load);
-        let all = self.gives.iter().zip(&balance.given);
-        let tied: Vec<(&Give, &Vec<f64>)> = all.filter(|(give, _)| Self::is_tied(give, c)).collect();
-        let along = |sign: f64| -> Vec<Vec<f64>> {
-            let row =
-                |(give, _): &(&Give, _)| give.columns.iter().map(|&row| sign * output[(component, row)]).collect();
-            tied.iter().map(row).collect()
+        let end = |sign: f64| {
+            let row = |give: &Give| give.columns.iter().map(|&row| sign * output[(component, row)]).collect();
+            let tied = self.gives.iter().filter(|give| Self::is_tied(give, c));
+            let extreme = program.extreme(answer, &tied.map(row).collect::<Vec<Vec<f64>>>(), UNDECIDED_TOGETHER);
+            (extreme.outcome == Outcome::Solved).then_some(extreme.value)
         };
-        let end = |direction: &[Vec<f64>]| {
-            let extreme = program.extreme(answer, direction, UNDECIDED_TOGETHER);
-            let given = tied.iter().flat_map(|(_, given)| given.iter());
-            let at: f64 = direction.iter().flatten().zip(given).map(|(w, d)| w * d).sum();
-            (extreme.outcome == Outcome::Solved).then_some(extreme.value - at)
-        };
-        Some(end(&along(1.0))?.max(end(&along(-1.0))?).max(0.0))
+        // Between the ends, since where the offsets are is known to the programs' rounding only.
+        Some(0.5 * (end(1.0)? + end(-1.0)?))
     }
 }
 
