@@ -10,32 +10,28 @@ use super::standard::Standard;
 use super::{Answer, Extreme, Kind, Outcome, Program};
 use crate::clearance::{Face, Set, inner};
 
-/// The program on the faces that the reactions expose, in coordinates from their middles.
-struct OnFaces {
+/// The optimal displacements, in coordinates from the middles of the faces that the reactions expose.
+pub struct OptimalFace {
     standard: Standard,
     /// The middle of every face, and the deformation of what is elastic.
     centres: Vec<Vec<f64>>,
-    /// The points of the faces nearest to the optimal offsets: they hold the equations.
-    nearest: Vec<Vec<f64>>,
+    /// The same, moved by what keeps the optimal offsets from the points of the faces nearest to them, which hold the
+    /// equations.
+    shifts: Vec<Vec<f64>>,
 }
 
-impl Program {
+impl OptimalFace {
     /// The largest value of `sum_j direction_j . displacement_j` over all optimal poses.
-    ///
-    /// A reaction counts as zero, and two that compete for the same offset as equal, where what they can
-    /// do within their set is less than `tolerance` times the most that any reaction can do in its own.
-    /// What is elastic has one optimal deformation only.
     #[must_use]
-    pub fn extreme(&self, pose: &Answer, direction: &[Vec<f64>], tolerance: f64) -> Extreme {
-        let OnFaces { standard, centres, .. } = self.on_faces(pose, tolerance);
-        let value: f64 = direction.iter().zip(&centres).map(|(d, centre)| inner(d, centre)).sum();
-        let cost: Vec<f64> = standard.coefficients(direction.iter().map(Vec::as_slice)).iter().map(|c| -c).collect();
-        let reach: f64 = cost.iter().map(|c| c.abs()).sum();
+    pub fn extreme(&self, direction: &[Vec<f64>]) -> Extreme {
+        let value: f64 = direction.iter().zip(&self.centres).map(|(d, centre)| inner(d, centre)).sum();
+        let along = self.standard.coefficients(direction.iter().map(Vec::as_slice));
+        let reach: f64 = along.iter().map(|c| c.abs()).sum();
         if reach == 0.0 {
             return Extreme { outcome: Outcome::judged(0.0, 0.0), value, gap: 0.0 };
         }
-        let scaled: Vec<f64> = cost.iter().map(|c| c / reach).collect();
-        let raw = standard.solve(&scaled, None);
+        let cost: Vec<f64> = along.iter().map(|c| -c / reach).collect();
+        let raw = self.standard.solve(&cost, None);
         let gap = (raw.value - raw.dual_value).abs();
         let outcome = if raw.infeasible { Outcome::Infeasible } else { Outcome::judged(gap, 0.0) };
         Extreme { outcome, value: value - reach * raw.value, gap }
@@ -44,36 +40,31 @@ impl Program {
     /// The optimal displacements nearest to the middles of the faces, each offset measured in what its set
     /// allows; `None` where the programs' rounding leaves none.
     #[must_use]
-    pub fn middle(&self, pose: &Answer, tolerance: f64) -> Option<Vec<Vec<f64>>> {
-        let OnFaces { mut standard, centres, nearest } = self.on_faces(pose, tolerance);
-        if standard.n == 0 {
-            return Some(pose.displacements.clone());
-        }
-        // Where no condition binds, they are least squares.
-        let least = standard.least().filter(|x| standard.violation(x) == 0.0);
-        let x = least.or_else(|| {
-            standard.central = true;
-            let raw = standard.solve(&vec![0.0; standard.n], None);
-            let gap = (raw.value - raw.dual_value).abs();
-            (!raw.infeasible && Outcome::judged(gap, 0.0) == Outcome::Solved).then_some(raw.x)
-        })?;
-        let mut middle = standard.displacements(self, &x);
-        for (k, middle) in middle.iter_mut().enumerate() {
-            for (i, m) in middle.iter_mut().enumerate() {
-                // Moved along the face from where the pose is, so that what a reaction decides stays to the last digit.
-                *m += pose.displacements[k][i] + centres[k][i] - nearest[k][i];
-            }
+    pub fn middle(&self, program: &Program) -> Option<Vec<Vec<f64>>> {
+        let x = self.standard.nearest_to_middle()?;
+        let mut middle = self.standard.displacements(program, &x);
+        for (middle, shift) in middle.iter_mut().zip(&self.shifts) {
+            // Moved along the face from where the pose is, so that what a reaction decides stays to the last digit.
+            middle.iter_mut().zip(shift).for_each(|(m, shift)| *m += shift);
         }
         Some(middle)
     }
+}
 
-    fn on_faces(&self, pose: &Answer, tolerance: f64) -> OnFaces {
+impl Program {
+    /// What the load leaves open at an optimal pose.
+    ///
+    /// A reaction counts as zero, and two that compete for the same offset as equal, where what they can
+    /// do within their set is less than `tolerance` times the most that any reaction can do in its own.
+    /// What is elastic has one optimal deformation only.
+    #[must_use]
+    pub fn optimal_face(&self, pose: &Answer, tolerance: f64) -> OptimalFace {
         let mut right = vec![0.0; self.n_equations()];
-        let (mut regions, mut centres, mut all_nearest) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut regions, mut centres, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
         for ((face, block), at) in self.faces(pose, tolerance).iter().zip(&self.blocks).zip(&pose.displacements) {
             let Some((set, face)) = face else {
                 centres.push(at.clone());
-                all_nearest.push(at.clone());
+                shifts.push(at.clone());
                 continue;
             };
             let nearest = face.nearest(at);
@@ -81,10 +72,10 @@ impl Program {
             (0..right.len()).for_each(|i| right[i] += inner(block.row(i), &from_centre));
             regions.push(Region::of(set).face(&face.centre));
             centres.push(face.centre[..at.len()].to_vec());
-            all_nearest.push(nearest[..at.len()].to_vec());
+            shifts.push(at.iter().zip(&from_centre).map(|(a, d)| a - d).collect());
         }
         let standard = Standard::within(self, regions.into_iter(), &right);
-        OnFaces { standard, centres, nearest: all_nearest }
+        OptimalFace { standard, centres, shifts }
     }
 
     /// The faces that the reactions expose.

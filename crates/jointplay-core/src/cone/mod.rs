@@ -17,13 +17,14 @@
 //! functions h of the sets, is a bound from below that proves how near an answer is to the optimum.
 //!
 //! Where the load does not decide all offsets, the optimal ones are a face of the product of the sets
-//! cut by the equations; [`Program::extreme`] goes to its ends.
+//! cut by the equations; [`OptimalFace`] goes to its ends and to its middle.
 
 mod answer;
 mod face;
 pub mod lanes;
 mod line;
 mod own;
+mod rounds;
 mod sets;
 mod single;
 mod springs;
@@ -31,6 +32,8 @@ mod standard;
 
 use crate::clearance::Set;
 pub use answer::{Answer, Extreme, Outcome};
+pub use face::OptimalFace;
+pub(crate) use rounds::Rounds;
 pub(crate) use springs::factor;
 
 /// What a block of displacements may be.

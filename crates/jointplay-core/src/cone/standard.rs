@@ -221,6 +221,26 @@ impl Standard {
         self
     }
 
+    /// The coordinates of least size that fulfil the equations.
+    pub fn least(&self) -> Option<Vec<f64>> {
+        let (s, n) = (self.matrix.len(), self.n);
+        if self.right.iter().all(|b| *b == 0.0) {
+            return Some(vec![0.0; n]);
+        }
+        let matrix = DMatrix::from_fn(s, n, |i, j| self.matrix[i][j]);
+        let right = DVector::from_column_slice(&self.right);
+        let multipliers = (&matrix * matrix.transpose()).cholesky()?.solve(&right);
+        Some(matrix.tr_mul(&multipliers).as_slice().to_vec())
+    }
+
+    /// Whether coordinates are within all sets.
+    pub fn is_within(&self, x: &[f64]) -> bool {
+        self.parts.iter().all(|part| match &part.body {
+            Body::Offsets { region, .. } => region.violation(&x[part.first..part.first + part.count()], 1.0) == 0.0,
+            Body::Deformation(_) => true,
+        })
+    }
+
     /// Coefficients of the coordinates in what the load does, as a cost.
     pub fn cost(&self, program: &Program) -> Vec<f64> {
         let forces = program.blocks.iter().map(|block| block.force.as_slice());
@@ -233,22 +253,6 @@ impl Standard {
         let largest = self.right.iter().fold(0.0_f64, |largest, b| largest.max(b.abs()));
         let fixed = self.parts.iter().any(|part| matches!(part.body, Body::Offsets { scaled: false, .. }));
         if fixed && largest > 0.0 { largest.max(1.0) } else { largest }
-    }
-
-    /// The smallest coordinates that fulfil the equations, whatever the sets are.
-    pub fn least(&self) -> Option<Vec<f64>> {
-        let matrix = DMatrix::from_fn(self.rows.len(), self.n, |i, k| self.matrix[i][k]);
-        let y = (&matrix * matrix.transpose()).cholesky()?.solve(&DVector::from_column_slice(&self.right));
-        Some(matrix.tr_mul(&y).data.into())
-    }
-
-    /// How far coordinates are outside of the sets, as a part of them.
-    pub fn violation(&self, x: &[f64]) -> f64 {
-        let outside = self.parts.iter().map(|part| match &part.body {
-            Body::Offsets { region, .. } => region.violation(&x[part.first..part.first + part.count()], 1.0),
-            Body::Deformation(_) => 0.0,
-        });
-        outside.fold(0.0, f64::max)
     }
 
     /// Displacements of all blocks.

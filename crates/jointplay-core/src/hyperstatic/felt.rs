@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::balance::Balance;
 use super::compatibility::Ties;
-use super::system::{Balance, Give, System, UNDECIDED_TOGETHER};
+use super::system::{Give, System, UNDECIDED_TOGETHER};
 use crate::clearance::Face;
 use crate::cone::Outcome;
 
@@ -53,10 +54,11 @@ impl System<'_> {
     ) -> Option<f64> {
         let answer = balance.answer.as_ref()?;
         let program = self.program(c, right, &c.load);
+        let optimal = program.optimal_face(answer, UNDECIDED_TOGETHER);
         let end = |sign: f64| {
             let row = |give: &Give| give.columns.iter().map(|&row| sign * output[(component, row)]).collect();
             let tied = self.gives.iter().filter(|give| Self::is_tied(give, c));
-            let extreme = program.extreme(answer, &tied.map(row).collect::<Vec<Vec<f64>>>(), UNDECIDED_TOGETHER);
+            let extreme = optimal.extreme(&tied.map(row).collect::<Vec<Vec<f64>>>());
             (extreme.outcome == Outcome::Solved).then_some(extreme.value)
         };
         // Between the ends, since where the offsets are is known to the programs' rounding only.

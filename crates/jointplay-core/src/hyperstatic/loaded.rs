@@ -1,26 +1,22 @@
 //! Where the load pushes an over-constrained or elastic mechanism.
 
 use nalgebra::DVector;
-use rayon::prelude::*;
 
-use super::basis::Basis;
 use super::compatibility::Compatibility;
+use super::placed::{CHUNK, Placed};
 use super::settle::{Failure, Settled, is_apart};
 use super::system::{Ask, Balance, System};
 use crate::closure::Inputs;
+use crate::cone::Rounds;
 use crate::loaded::{Case, Loaded};
 use crate::mechanism::{Elastic, Mechanism, Row, Source};
-use crate::solver::{Solver, State};
+use crate::solver::State;
 use crate::status::Status;
 use crate::table::Table;
-use crate::trace::CLEAR;
 
 /// What is left open is felt by the output when it moves it by more than this part of what all play together
 /// could. Below is rounding: cone programs give offsets in round sets to about 1e-7 of the clearance.
 const FELT: f64 = 1e-6;
-/// A basis whose smallest singular value is below this part of that of all rows is left for another one.
-const OUTGROWN: f64 = 0.1;
-
 /// What an over-constrained or elastic mechanism tells of one configuration.
 #[derive(Clone, Debug)]
 pub struct Strain {
@@ -74,9 +70,10 @@ impl Mechanism {
     /// `exact`, told to first order at the nominal pose. A determinate rigid one is welcome, too.
     #[must_use]
     pub fn strained(&self, cases: &[Case<'_>], exact: bool) -> StrainTable {
-        let found: Vec<Strain> = self.each_on_basis(
+        let found: Vec<Strain> = self.chunks_on_basis(
             cases,
-            |system, solver, _, case, nominal| self.strain_at(system, solver, case, &nominal, exact),
+            CHUNK,
+            |placed| Rounds::each(placed.iter(), async |rounds, at| self.strain_at(rounds, at, exact).await),
             |status| self.no_strain(status),
         );
         let mut table = StrainTable::default();
@@ -84,43 +81,6 @@ impl Mechanism {
             table.push(row);
         }
         table
-    }
-
-    /// Runs an analysis on every case that is assembled, on a basis that is regular there; the others
-    /// get `missing`.
-    pub(crate) fn each_on_basis<T: Send>(
-        &self,
-        cases: &[Case<'_>],
-        analysis: impl Fn(&System<'_>, &Solver<'_>, usize, &Case<'_>, State) -> T + Sync,
-        missing: impl Fn(Status) -> T + Sync,
-    ) -> Vec<T> {
-        let basis = match self.basis() {
-            Ok(basis) => basis,
-            Err(status) => return cases.iter().map(|_| missing(status)).collect(),
-        };
-        let common = basis.kept.solver(cases);
-        cases
-            .par_iter()
-            .enumerate()
-            .map(|(number, case)| {
-                let Some(solver) = &common else { return missing(Status::NotAssembled) };
-                let Some(nominal) = basis.kept.restore(solver, case.coordinates, case.drives) else {
-                    return missing(Status::NotAssembled);
-                };
-                if !self.outgrown(&basis, solver, &nominal) {
-                    return analysis(&System::new(self, &basis), solver, number, case, nominal);
-                }
-                let other = match self.basis_at(&nominal.coordinates) {
-                    Ok(other) => other,
-                    Err(status) => return missing(status),
-                };
-                let solver = other.solver(&nominal.coordinates);
-                match other.kept.restore(&solver, case.coordinates, case.drives) {
-                    Some(nominal) => analysis(&System::new(self, &other), &solver, number, case, nominal),
-                    None => missing(Status::NotAssembled),
-                }
-            })
-            .collect()
     }
 
     fn no_strain(&self, status: Status) -> Strain {
@@ -137,23 +97,17 @@ impl Mechanism {
         }
     }
 
-    fn strain_at(
-        &self,
-        system: &System<'_>,
-        solver: &Solver<'_>,
-        case: &Case<'_>,
-        nominal: &State,
-        exact: bool,
-    ) -> Strain {
+    async fn strain_at(&self, rounds: &Rounds, at: &Placed<'_>, exact: bool) -> Strain {
+        let Placed { system, solver, case, nominal, .. } = at;
         let basis = system.basis;
         let Some(c) = Compatibility::at(basis, solver, nominal) else { return self.no_strain(Status::Singular) };
         let status = self.nominal_status(nominal);
         let lack_of_fit = self.length * basis.scaled_misfit(&c.misfit);
         let known = self.displacements(&self.centre);
         let right = self.first_order_right(&c, &known, case, nominal);
-        let factor = system.balance(&c, &right, &Ask::Factor).map_or(f64::INFINITY, |b| b.factor);
+        let factor = system.balance_in(rounds, &c, &right, &Ask::Factor).await.map_or(f64::INFINITY, |b| b.factor);
         let apart = |status, clearance_factor| Strain { clearance_factor, lack_of_fit, ..self.no_strain(status) };
-        let Some(balance) = system.balance(&c, &right, &Ask::Load) else {
+        let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Load).await else {
             return apart(Status::NotAssemblable, factor);
         };
         let unknown = system.unknown_reactions(&c);
@@ -185,7 +139,7 @@ impl Mechanism {
         };
         let mut settled_all = balance.solved;
         if exact {
-            let settled = match self.settle_exactly(system, solver, case, nominal, &mut found) {
+            let settled = match self.settle_exactly(rounds, at, &mut found).await {
                 Ok(settled) => settled,
                 Err(failure) => return apart(failure.status(), found.clearance_factor),
             };
@@ -203,7 +157,7 @@ impl Mechanism {
             found.gap = balance.gap;
             settled_all = settled.still && balance.solved;
         } else if is_apart(factor)
-            && let Some(stress) = system.balance(&c, &right, &Ask::Stress)
+            && let Some(stress) = system.balance_in(rounds, &c, &right, &Ask::Stress).await
         {
             found.prestress = self.bearable(&c, &stress.forces, &unknown);
         }
@@ -219,24 +173,18 @@ impl Mechanism {
     }
 
     /// The exact pose; puts the factor on the clearances and the prestress.
-    fn settle_exactly(
-        &self,
-        system: &System<'_>,
-        solver: &Solver<'_>,
-        case: &Case<'_>,
-        nominal: &State,
-        found: &mut Strain,
-    ) -> Result<Settled, Failure> {
+    async fn settle_exactly(&self, rounds: &Rounds, at: &Placed<'_>, found: &mut Strain) -> Result<Settled, Failure> {
+        let Placed { system, solver, case, nominal, .. } = at;
         let known = self.displacements(&self.centre);
         let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
         let start = solver.follow(nominal, &built).map_err(|_| Failure::Unreachable)?;
-        found.clearance_factor = system.assembly_factor(solver, start.clone(), &known)?;
+        found.clearance_factor = system.assembly_factor_in(rounds, solver, start.clone(), &known).await?;
         if is_apart(found.clearance_factor) {
-            let stressed = system.settle(solver, start.clone(), &known, |_, _| Ask::Stress)?;
+            let stressed = system.settle_in(rounds, solver, start.clone(), &known, |_, _| Ask::Stress).await?;
             let unknown = system.unknown_reactions(&stressed.compatibility);
             found.prestress = self.bearable(&stressed.compatibility, &stressed.balance.forces, &unknown);
         }
-        system.settle(solver, start, &known, |_, _| Ask::Load)
+        system.settle_in(rounds, solver, start, &known, |_, _| Ask::Load).await
     }
 
     /// What displacements must add up to at the nominal pose beside the known ones, with drive values near the
@@ -355,18 +303,5 @@ impl Mechanism {
             give.columns.iter().zip(given).for_each(|(&row, v)| by_row[row] = *v);
         }
         self.elastic.iter().flat_map(Elastic::yielding).map(|row| by_row[row]).collect()
-    }
-
-    /// Whether a basis is so near to a singular state that another one is better, where the rows together
-    /// are not.
-    pub(crate) fn outgrown(&self, basis: &Basis, solver: &Solver<'_>, state: &State) -> bool {
-        if basis.redundancy() == 0 {
-            return false;
-        }
-        let estimate = solver.linearise(state).map_or(0.0, |l| basis.kept.singular_estimate(&l));
-        if estimate >= CLEAR * self.singular_value {
-            return false;
-        }
-        basis.kept.singular_value_at(state).0 < OUTGROWN * self.singular_value_at(state).0
     }
 }

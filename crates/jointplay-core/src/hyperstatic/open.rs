@@ -1,12 +1,15 @@
 //! What the load leaves open: offsets that nothing pushes, and reactions that nothing decides.
 
+use std::cell::OnceCell;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::compatibility::Compatibility;
 use super::system::{Balance, Give, System, UNDECIDED_TOGETHER};
 use crate::ascent::UNDECIDED;
-use crate::clearance::inner;
+use crate::clearance::{Face, inner};
 use crate::cone::{Kind, Outcome};
+use crate::loaded::UNFELT;
 
 impl System<'_> {
     /// Widens what every source leaves open in the output, source by source, tells which sources the load does
@@ -51,16 +54,29 @@ impl System<'_> {
         let program = self.program(c, right, &c.load);
         let all = self.gives.iter().zip(&balance.given);
         let tied: Vec<(&Give, &Vec<f64>)> = all.filter(|(give, _)| Self::is_tied(give, c)).collect();
-        let face = |give: &Give| self.face(give, c, &balance.forces).filter(|face| !face.is_point());
+        let open_faces: Vec<Option<Face>> =
+            tied.iter().map(|(give, _)| self.face(give, c, &balance.forces).filter(|face| !face.is_point())).collect();
+        let optimal = OnceCell::new();
         for k in 0..size {
             let row = |give: &Give| -> Vec<f64> { give.columns.iter().map(|&r| c.output.parameters[(k, r)]).collect() };
+            let felt = UNFELT * self.mechanism.play(c, k);
             // How far the output moves from where it is when only some of them count, the others giving way.
             let reach = |counts: &dyn Fn(usize) -> bool| {
+                // Each face by itself leaves at least half as much open, to both sides.
+                let alone = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| match &open_faces[g] {
+                    Some(face) if counts(g) => 2.0 * face.half_width(&row(give)),
+                    _ => 0.0,
+                };
+                let most: f64 = tied.iter().enumerate().map(alone).sum();
+                if most <= felt {
+                    return 0.0;
+                }
+                let optimal = optimal.get_or_init(|| program.optimal_face(answer, UNDECIDED_TOGETHER));
                 let end = |sign: f64| {
                     let direction = tied.iter().enumerate().map(|(g, (give, _))| {
                         row(give).iter().map(|m| if counts(g) { sign * m } else { 0.0 }).collect()
                     });
-                    program.extreme(answer, &direction.collect::<Vec<Vec<f64>>>(), UNDECIDED_TOGETHER)
+                    optimal.extreme(&direction.collect::<Vec<Vec<f64>>>())
                 };
                 let (high, low) = (end(1.0), end(-1.0));
                 if high.outcome == Outcome::Solved && low.outcome == Outcome::Solved {
@@ -70,15 +86,11 @@ impl System<'_> {
                     let at: f64 = tied.iter().enumerate().map(at).sum();
                     return (high.value - at).max(low.value + at).max(0.0);
                 }
-                // Each face by itself leaves at least half as much open, to both sides.
-                let alone = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| {
-                    if counts(g) { face(give).map_or(0.0, |face| 2.0 * face.half_width(&row(give))) } else { 0.0 }
-                };
-                tied.iter().enumerate().map(alone).sum()
+                most
             };
             widths[k] += reach(&|_| true);
             for (g, (give, _)) in tied.iter().enumerate() {
-                let (Some(source), Some(_)) = (give.source, face(give)) else { continue };
+                let (Some(source), Some(_)) = (give.source, &open_faces[g]) else { continue };
                 let slot = &mut open[source * size + k];
                 *slot = slot.max(reach(&|other| other == g));
             }

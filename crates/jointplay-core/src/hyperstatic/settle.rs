@@ -9,6 +9,7 @@
 use super::compatibility::Compatibility;
 use super::system::{Ask, Balance, Give, System};
 use crate::closure::Inputs;
+use crate::cone::Rounds;
 use crate::solver::{Solver, State};
 
 /// Programs in a row.
@@ -62,8 +63,14 @@ pub(crate) fn is_apart(factor: f64) -> bool {
 impl System<'_> {
     /// The smallest factor on the clearances with which rigid bodies go together, from a state closed for the known
     /// displacements.
-    pub fn assembly_factor(&self, solver: &Solver<'_>, start: State, known: &[f64]) -> Result<f64, Failure> {
-        match self.settle(solver, start, known, |_, _| Ask::Factor) {
+    pub async fn assembly_factor_in(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        start: State,
+        known: &[f64],
+    ) -> Result<f64, Failure> {
+        match self.settle_in(rounds, solver, start, known, |_, _| Ask::Factor).await {
             Ok(assembled) => Ok(assembled.balance.factor),
             Err(Failure::Incompatible | Failure::Unreachable) => Ok(f64::INFINITY),
             Err(Failure::Singular) => Err(Failure::Singular),
@@ -74,6 +81,18 @@ impl System<'_> {
     /// still.
     pub fn settle(
         &self,
+        solver: &Solver<'_>,
+        start: State,
+        known: &[f64],
+        ask: impl FnMut(&State, &Compatibility) -> Ask,
+    ) -> Result<Settled, Failure> {
+        Rounds::alone(async |rounds| self.settle_in(rounds, solver, start, known, ask).await)
+    }
+
+    /// The same beside others.
+    pub async fn settle_in(
+        &self,
+        rounds: &Rounds,
         solver: &Solver<'_>,
         start: State,
         known: &[f64],
@@ -88,9 +107,9 @@ impl System<'_> {
             let c = Compatibility::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
             let (right, asked) = (c.right(&state.inputs.parameters, known), ask(&state, &c));
             let balance = if pull > 0.0 {
-                self.balance_near(&c, &right, &asked, &at, stiffness * pull)
+                self.balance_near(rounds, &c, &right, &asked, &at, stiffness * pull).await
             } else {
-                self.balance(&c, &right, &asked)
+                self.balance_in(rounds, &c, &right, &asked).await
             };
             let balance = balance.ok_or(Failure::Incompatible)?;
             let mut target = known.to_vec();

@@ -228,7 +228,7 @@ impl Together<'_, '_> {
             programs.forces.extend(columns.iter().map(|&c| forces[c]));
             programs.rights.extend(system.cleaned(right));
         }
-        let answers = programs.solve(Question::Pose);
+        let answers = programs.solve_here(Question::Pose);
         let of = |(k, Asked { ties, right }): (usize, &Asked<'_>)| {
             let forces = forces(ties);
             if system.basis.redundancy() == 0 {
@@ -236,7 +236,7 @@ impl Together<'_, '_> {
             }
             let program = system.program(ties, right, &forces);
             let answer = if single {
-                program.unloaded()
+                program.on_a_line(Question::Pose)?
             } else {
                 // Where nothing pushes it takes more to tell whether anything is transmitted.
                 let pushed = program.blocks.iter().flat_map(|block| &block.force).any(|force| *force != 0.0);
@@ -247,7 +247,7 @@ impl Together<'_, '_> {
                 let of_unit = tied.iter().zip(answer.displacements).filter(|(give, _)| System::is_tied(give, ties));
                 Answer { displacements: of_unit.map(|(_, d)| d).collect(), ..answer }
             };
-            (answer.outcome == Outcome::Solved).then(|| system.answered(ties, &program, &forces, ask, answer, false))
+            (answer.outcome == Outcome::Solved).then(|| system.answered(ties, &program, &forces, ask, answer))
         };
         units.iter().enumerate().map(of).collect()
     }

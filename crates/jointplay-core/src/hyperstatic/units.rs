@@ -1,11 +1,12 @@
 //! Many units of one over-constrained or elastic mechanism: the same case, each with deviations of its own.
 
+use super::placed::{CHUNK, Placed};
 use super::settle::is_apart;
 use super::system::{Ask, System};
 use crate::closure::Inputs;
+use crate::cone::Rounds;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
-use crate::solver::{Solver, State};
 use crate::status::Status;
 
 /// What is asked of every unit, column by column, row after row.
@@ -40,11 +41,15 @@ impl Mechanism {
     #[must_use]
     pub fn strained_units(&self, case: Case<'_>, centres: &[Vec<f64>]) -> UnitTable {
         let cases = vec![case; centres.len()];
-        let found: Vec<Unit> = self.each_on_basis(
+        let found: Vec<Unit> = self.chunks_on_basis(
             &cases,
-            |system, solver, number, case, nominal| {
-                let unit = Self { centre: centres[number].clone(), ..self.clone() };
-                unit.unit_at(&System::new(&unit, system.basis), solver, case, &nominal)
+            CHUNK,
+            |placed| {
+                Rounds::each(placed.iter(), async |rounds, at| {
+                    let unit = Self { centre: centres[at.number].clone(), ..self.clone() };
+                    let system = System::new(&unit, at.system.basis);
+                    unit.unit_at(rounds, &Placed { system: &system, nominal: at.nominal.clone(), ..*at }).await
+                })
             },
             |status| self.no_unit(status, f64::NAN),
         );
@@ -72,15 +77,16 @@ impl Mechanism {
         }
     }
 
-    fn unit_at(&self, system: &System<'_>, solver: &Solver<'_>, case: &Case<'_>, nominal: &State) -> Unit {
+    async fn unit_at(&self, rounds: &Rounds, at: &Placed<'_>) -> Unit {
+        let Placed { system, solver, case, nominal, .. } = at;
         let known = self.displacements(&self.centre);
         let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
         let Ok(start) = solver.follow(nominal, &built) else { return self.no_unit(Status::NotAssembled, f64::NAN) };
-        let factor = match system.assembly_factor(solver, start.clone(), &known) {
+        let factor = match system.assembly_factor_in(rounds, solver, start.clone(), &known).await {
             Ok(factor) => factor,
             Err(failure) => return self.no_unit(failure.status(), f64::NAN),
         };
-        let settled = match system.settle(solver, start, &known, |_, _| Ask::Load) {
+        let settled = match system.settle_in(rounds, solver, start, &known, |_, _| Ask::Load).await {
             Ok(settled) => settled,
             Err(failure) => return self.no_unit(failure.status(), factor),
         };

@@ -144,7 +144,7 @@ fn factors(job: &Job<'_>, misfits: &[DVector<f64>]) -> Vec<Loosest> {
         forces: vec![0.0; width * misfits.len()],
         rights: misfits.iter().flat_map(|misfit| misfit.iter().copied()).collect(),
     };
-    let answers = programs.solve(Question::Assembly);
+    let answers = programs.solve_here(Question::Assembly);
     let offsets = |number: usize| {
         let mut first = number * width;
         let mut offsets = Vec::with_capacity(gives.len());
