@@ -5,7 +5,7 @@
 //! a cone program, whose multipliers are the self-stresses. Programs of many configurations are solved together
 //! ([`Rounds`]).
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::compatibility::{Compatibility, Ties};
 use super::system::{Give, System, UNDECIDED_TOGETHER};
@@ -45,19 +45,24 @@ pub(crate) enum Ask {
 
 impl Ask {
     /// The program that answers it.
-    const fn question(&self) -> Question {
+    pub(super) const fn question(&self) -> Question {
         match self {
             Self::Factor => Question::Assembly,
             Self::Load | Self::Stress | Self::Along(_) => Question::Pose,
         }
     }
 
-    /// What is asked, as forces on all displacements that the basis alone bears.
-    fn forces(&self, c: &Compatibility) -> DVector<f64> {
+    /// Whether no load is in it.
+    pub(super) const fn is_unloaded(&self) -> bool {
+        matches!(self, Self::Stress | Self::Factor)
+    }
+
+    /// What is asked, as forces on all displacements that the basis alone bears; `output` is what these do to it.
+    pub(super) fn forces(&self, c: &Ties, output: &DMatrix<f64>) -> DVector<f64> {
         match self {
             Self::Load => c.load.clone(),
             Self::Stress | Self::Factor => DVector::zeros(c.load.len()),
-            Self::Along(direction) => c.output.parameters.tr_mul(&DVector::from_column_slice(direction)),
+            Self::Along(direction) => output.tr_mul(&DVector::from_column_slice(direction)),
         }
     }
 }
@@ -76,9 +81,9 @@ impl System<'_> {
         right: &DVector<f64>,
         ask: &Ask,
     ) -> Option<Balance> {
-        let forces = ask.forces(c);
+        let forces = ask.forces(c, &c.output.parameters);
         let program = self.program(c, right, &forces);
-        let unloaded = matches!(ask, Ask::Stress | Ask::Factor);
+        let unloaded = ask.is_unloaded();
         if unloaded && program.right.iter().all(|b| *b == 0.0) {
             return Some(Balance { factor: 0.0, ..self.nothing(&forces) });
         }
@@ -135,8 +140,7 @@ impl System<'_> {
             ..self.nothing(&c.with_stress(forces, &answer.multipliers))
         };
         // What the forces leave open is put in the middle.
-        let unloaded = matches!(ask, Ask::Stress | Ask::Factor);
-        let middle = if unloaded { None } else { self.middle(c, program, &balance.forces, &answer) };
+        let middle = if ask.is_unloaded() { None } else { self.middle(c, program, &balance.forces, &answer) };
         self.fill(c, &mut balance, middle.as_ref().unwrap_or(&answer.displacements));
         balance.answer = Some(answer);
         balance
@@ -167,7 +171,7 @@ impl System<'_> {
         at: &[Vec<f64>],
         stiffness: f64,
     ) -> Option<Balance> {
-        let forces = ask.forces(c);
+        let forces = ask.forces(c, &c.output.parameters);
         let offsets = || self.gives.iter().zip(at).filter(|(give, _)| give.source.is_some());
         let ties: usize = offsets().map(|(give, _)| give.columns.len()).sum();
         let n = c.equations.nrows();

@@ -11,6 +11,7 @@ use crate::cone::Rounds;
 use crate::loaded::{Case, Loaded};
 use crate::mechanism::{Elastic, Mechanism, Row, Source};
 use crate::solver::State;
+use crate::space::Pose;
 use crate::status::Status;
 use crate::table::Table;
 
@@ -123,7 +124,7 @@ impl Mechanism {
                 undetermined: Vec::new(),
                 open: Vec::new(),
                 decided: Vec::new(),
-                reaction: self.bearable(&c, &balance.forces, &unknown),
+                reaction: self.bearable(&c.poses, &balance.forces, &unknown),
                 offset: self.offsets(system, &balance),
                 contribution,
                 steps: 0,
@@ -149,7 +150,7 @@ impl Mechanism {
             let wider = self.felt(c, wider);
             widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
             found.loaded.error = basis.kept.error(&settled.state, nominal);
-            found.loaded.reaction = self.bearable(c, &balance.forces, &unknown);
+            found.loaded.reaction = self.bearable(&c.poses, &balance.forces, &unknown);
             found.loaded.offset = self.offsets(system, balance);
             found.loaded.steps = settled.steps;
             found.force = self.known(&balance.forces, &unknown);
@@ -159,7 +160,7 @@ impl Mechanism {
         } else if is_apart(factor)
             && let Some(stress) = system.balance_in(rounds, &c, &right, &Ask::Stress).await
         {
-            found.prestress = self.bearable(&c, &stress.forces, &unknown);
+            found.prestress = self.bearable(&c.poses, &stress.forces, &unknown);
         }
         let felt = widths.iter().any(|width| *width > 0.0);
         found.loaded.undetermined = widths;
@@ -182,7 +183,7 @@ impl Mechanism {
         if is_apart(found.clearance_factor) {
             let stressed = system.settle_in(rounds, solver, start.clone(), &known, |_, _| Ask::Stress).await?;
             let unknown = system.unknown_reactions(&stressed.compatibility);
-            found.prestress = self.bearable(&stressed.compatibility, &stressed.balance.forces, &unknown);
+            found.prestress = self.bearable(&stressed.compatibility.poses, &stressed.balance.forces, &unknown);
         }
         system.settle_in(rounds, solver, start, &known, |_, _| Ask::Load).await
     }
@@ -270,8 +271,8 @@ impl Mechanism {
     }
 
     /// Reactions of forces on the rows, unknown where nothing decides them.
-    pub(crate) fn bearable(&self, c: &Compatibility, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
-        let mut reactions = self.reactions(&c.poses, forces.as_slice());
+    pub(crate) fn bearable(&self, poses: &[Pose<f64>], forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
+        let mut reactions = self.reactions(poses, forces.as_slice());
         for (wrench, unknown) in reactions.chunks_exact_mut(self.size()).zip(unknown) {
             if *unknown {
                 wrench.fill(f64::NAN);

@@ -4,10 +4,10 @@ use std::cell::OnceCell;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::compatibility::Compatibility;
+use super::compatibility::{Compatibility, Ties};
 use super::system::{Balance, Give, System, UNDECIDED_TOGETHER};
 use crate::ascent::UNDECIDED;
-use crate::clearance::{Face, inner};
+use crate::clearance::Face;
 use crate::cone::{Kind, Outcome};
 use crate::loaded::UNFELT;
 
@@ -72,18 +72,16 @@ impl System<'_> {
                     return 0.0;
                 }
                 let optimal = optimal.get_or_init(|| program.optimal_face(answer, UNDECIDED_TOGETHER));
-                let end = |sign: f64| {
-                    let direction = tied.iter().enumerate().map(|(g, (give, _))| {
+                let along = |sign: f64| -> Vec<Vec<f64>> {
+                    let of = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| {
                         row(give).iter().map(|m| if counts(g) { sign * m } else { 0.0 }).collect()
-                    });
-                    optimal.extreme(&direction.collect::<Vec<Vec<f64>>>())
-                };
-                let (high, low) = (end(1.0), end(-1.0));
-                if high.outcome == Outcome::Solved && low.outcome == Outcome::Solved {
-                    let at = |(g, (give, given)): (usize, &(&Give, &Vec<f64>))| {
-                        if counts(g) { inner(&row(give), given) } else { 0.0 }
                     };
-                    let at: f64 = tied.iter().enumerate().map(at).sum();
+                    tied.iter().enumerate().map(of).collect()
+                };
+                let (high, low) = (optimal.extreme(&along(1.0)), optimal.extreme(&along(-1.0)));
+                if high.outcome == Outcome::Solved && low.outcome == Outcome::Solved {
+                    let given: Vec<Vec<f64>> = tied.iter().map(|(_, given)| (*given).clone()).collect();
+                    let at = optimal.value(&along(1.0), &given);
                     return (high.value - at).max(low.value + at).max(0.0);
                 }
                 most
@@ -99,7 +97,7 @@ impl System<'_> {
 
     /// The joints whose reactions nothing decides: they take part in a self-stress that no clearance and no
     /// compliance feels.
-    pub fn unknown_reactions(&self, c: &Compatibility) -> Vec<bool> {
+    pub fn unknown_reactions(&self, c: &Ties) -> Vec<bool> {
         let m = self.mechanism;
         let mut unknown = vec![false; m.n_joints()];
         let s = c.equations.nrows();

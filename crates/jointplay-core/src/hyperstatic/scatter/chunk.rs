@@ -2,10 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::lanes::Lanes;
+use super::group::Group;
 use super::moments::Moments;
 use super::unit::{Job, Unit, least_displacements};
-use crate::batch::Bound;
 use crate::batch::draw::Stream;
 use crate::batch::lanes::{Block, LANES, Mask};
 use crate::hyperstatic::compatibility::Compatibility;
@@ -18,7 +17,7 @@ use crate::sampling::tally::{Kept, Ranges, Sums, Tally};
 use crate::space::norm;
 
 /// Units that are solved together.
-const GROUP: usize = 1024;
+const UNITS: usize = 1024;
 /// A sum of terms below this part of their sizes is zero.
 const ROUNDING: f64 = 1e-13;
 
@@ -68,15 +67,15 @@ pub struct Linear<'a> {
 
 impl<'a> Linear<'a> {
     pub fn new(job: &'a Job<'a>, case: &Case<'_>) -> Self {
-        let c = job.at_nominal.compatibility;
+        let c = job.nominal.compatibility;
         let m = job.system.mechanism;
         let misfit = &c.shared * &c.misfit;
-        let shift = m.drive_shift(&c.output, case, job.nominal);
+        let shift = m.drive_shift(&c.output, case, job.nominal.state);
         Self {
             mechanism: m,
             compatibility: c,
             constant: shift.iter().zip(misfit.iter()).map(|(d, m)| d - m).collect(),
-            right: &job.at_nominal.right,
+            right: &job.nominal.right,
             correction: least_displacements(&job.system, c, &job.tied),
             places: (0..m.n_parameters()).map(|p| m.place_of(p)).collect(),
         }
@@ -136,7 +135,7 @@ impl<'a> Linear<'a> {
 /// Products are summed about `shift`, an error near the mean.
 pub fn draw(
     job: &Job<'_>,
-    bound: Option<Bound<'_>>,
+    mut together: Together<'_>,
     linear: &Linear<'_>,
     ranges: &Ranges,
     shift: &[f64],
@@ -148,13 +147,11 @@ pub fn draw(
     let mut count = Count::new(m, ranges);
     count.tally.kept = job.request.keep.then(Kept::default);
     let mut sums = Sums::new(n, n + 2);
-    let together = bound.map(|bound| Together { system: &job.system, nominal: &job.at_nominal, bound });
-    let mut solver = Lanes { job, together, fallbacks: 0 };
     let mut stream = Stream::new(job.request.seed, number);
     let mut drawn = vec![Block::splat(0.0); m.n_parameters()];
     let mut quantities = vec![Block::splat(0.0); n + 2];
-    for first in (0..samples).step_by(GROUP) {
-        let n_units = GROUP.min(samples - first);
+    for first in (0..samples).step_by(UNITS) {
+        let n_units = UNITS.min(samples - first);
         let mut units_drawn = Vec::with_capacity(n_units);
         for at in (0..n_units).step_by(LANES) {
             for source in m.sources() {
@@ -166,8 +163,8 @@ pub fn draw(
             let lanes = 0..LANES.min(n_units - at);
             units_drawn.extend(lanes.map(|lane| drawn.iter().map(|block| block.0[lane]).collect::<Vec<f64>>()));
         }
-        let units = solver.solve(&units_drawn, number * CHUNK as u64 + first as u64);
-        let mut units = units.into_iter();
+        let group = Group::new(job, &mut together, &units_drawn, number * CHUNK as u64 + first as u64);
+        let mut units = group.solve().into_iter();
         for _ in (0..n_units).step_by(LANES) {
             let mut good = Mask::NONE;
             for (lane, unit) in units.by_ref().take(LANES).enumerate() {
@@ -186,7 +183,6 @@ pub fn draw(
         }
     }
     count.tally.absorb(&sums, shift);
-    count.tally.fallbacks = solver.fallbacks;
     count
 }
 
@@ -194,6 +190,7 @@ impl Count {
     /// Counts a unit; gives its error where it has one.
     fn unit(&mut self, m: &Mechanism, linear: &Linear<'_>, unit: Unit) -> Option<Vec<f64>> {
         self.tally.statuses[unit.status as usize] += 1;
+        self.tally.fallbacks += u64::from(unit.plainly);
         if !unit.factor.is_nan() {
             self.factor.add(unit.factor);
         }

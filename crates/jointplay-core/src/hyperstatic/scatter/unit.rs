@@ -4,23 +4,17 @@ use nalgebra::{DMatrix, DVector};
 
 use super::dice::Dice;
 use super::section::{Member, Section};
-use crate::closure::Inputs;
 use crate::cone::Kind;
-use crate::hyperstatic::compatibility::{Compatibility, FITS};
-use crate::hyperstatic::settle::{Failure, is_apart};
+use crate::hyperstatic::compatibility::{Compatibility, FITS, Ties};
+use crate::hyperstatic::settle::is_apart;
 use crate::hyperstatic::system::{Ask, Balance, Give, System};
 use crate::hyperstatic::together::{Nominal, Rested};
 use crate::mechanism::Mechanism;
 use crate::sampling::Request;
-use crate::solver::{Solver, State};
 use crate::status::Status;
 
 /// A clearance is loose when its force does less than this part of the largest one.
 const LOOSE: f64 = 1e-7;
-/// Corrections that make linearly compatible displacements exactly so: each leaves a part of the misfit that is
-/// of the order of the displacements over the dimensions.
-pub const CORRECTIONS: usize = 12;
-
 /// What is elastic takes part in a correction by the square of this, beside clearances.
 const DEFORMS: f64 = 1e-3;
 
@@ -28,15 +22,11 @@ const DEFORMS: f64 = 1e-3;
 pub struct Job<'a> {
     /// What gives way together: clearances that scatter by themselves are left out, unless the load decides.
     pub system: System<'a>,
-    pub solver: &'a Solver<'a>,
     pub request: &'a Request,
-    pub nominal: &'a State,
-    pub at_nominal: Nominal<'a>,
+    pub nominal: &'a Nominal<'a>,
     /// How far the output moves where that is felt.
     feels: Vec<f64>,
-    /// The basis, closed for the known deviations.
-    pub built: &'a State,
-    /// The linearisation there.
+    /// The linearisation where the basis is closed for the known deviations.
     pub compatibility: &'a Compatibility,
     /// What changes a misfit with the least displacements: length-scaled, of everything that gives way.
     pub correction: DMatrix<f64>,
@@ -78,6 +68,8 @@ pub struct Unit {
     pub displacements: Vec<f64>,
     /// Error of the output, where there is one.
     pub error: Option<Vec<f64>>,
+    /// Whether it took the plain solver.
+    pub plainly: bool,
     /// Forces on the rows.
     pub forces: DVector<f64>,
 }
@@ -85,11 +77,8 @@ pub struct Unit {
 impl<'a> Job<'a> {
     pub fn new(
         whole: &System<'a>,
-        solver: &'a Solver<'a>,
         request: &'a Request,
-        nominal: &'a State,
-        at_nominal: Nominal<'a>,
-        built: &'a State,
+        nominal: &'a Nominal<'a>,
         compatibility: &'a Compatibility,
     ) -> Self {
         let takes_part = |give: &&Give| request.loaded || give.source.is_none() || System::is_tied(give, compatibility);
@@ -102,13 +91,10 @@ impl<'a> Job<'a> {
         let correction = least_displacements(&system, compatibility, &tied);
         let rigid = system.gives.iter().all(|give| give.source.is_some());
         Self {
-            feels: system.mechanism.feels(at_nominal.compatibility),
+            feels: system.mechanism.feels(nominal.compatibility),
             system,
-            solver,
             request,
             nominal,
-            at_nominal,
-            built,
             compatibility,
             correction,
             tied,
@@ -139,40 +125,8 @@ impl<'a> Job<'a> {
             displacements: m.displacements(&parameters),
             parameters,
             error: None,
+            plainly: false,
             forces: DVector::zeros(self.compatibility.load.len()),
-        }
-    }
-
-    /// Solves the unit with the given number, whose parameters have been drawn by their laws one by one.
-    pub fn solve(&self, number: u64, drawn: &[f64]) -> Unit {
-        let mut unit = self.drawn(drawn);
-        let start = match self.close(self.built, unit.displacements.clone()) {
-            Ok(start) => start,
-            Err(status) => return Unit { status, ..unit },
-        };
-        let misfit = self.system.basis.misfit(&start);
-        let mut dice = Dice::new(self.request.seed, number);
-        let found = match self.fit(&misfit, self.factor(&misfit), &mut unit, &mut dice) {
-            Fit::Apart => Err(Status::NotAssemblable),
-            Fit::Forced => {
-                let known = start.inputs.parameters.clone();
-                self.settle(start, &known, &mut unit, &mut dice)
-            }
-            Fit::Loose => self.correct(&start, &mut unit, &self.correction),
-        };
-        self.put_state(found, &mut unit);
-        unit
-    }
-
-    /// Notes the error at a unit's last state, or why there is none.
-    fn put_state(&self, found: Result<State, Status>, unit: &mut Unit) {
-        unit.error = None;
-        match found {
-            Ok(state) if state.negative == self.built.negative => {
-                unit.error = Some(self.system.basis.kept.error(&state, self.nominal));
-            }
-            Ok(_) => unit.status = Status::Singular,
-            Err(status) => unit.status = status,
         }
     }
 
@@ -181,11 +135,6 @@ impl<'a> Job<'a> {
         let m = self.mechanism();
         let Some(source) = self.system.gives[give].source else { return };
         m.sources[source].range().zip(offset).for_each(|(p, d)| unit.parameters[p] = m.centre[p] + d);
-    }
-
-    fn close(&self, from: &State, parameters: Vec<f64>) -> Result<State, Status> {
-        let inputs = Inputs { drives: self.built.inputs.drives.clone(), parameters };
-        self.solver.close(from, &inputs).map_or_else(|| self.solver.follow(from, &inputs), Ok)
     }
 
     /// The smallest factor on the clearances.
@@ -244,91 +193,41 @@ impl<'a> Job<'a> {
         if self.request.loaded { Ask::Load } else { Ask::Stress }
     }
 
-    /// Where load or misfit strain what is elastic, or push rigid bodies; clearances that carry nothing scatter.
-    fn settle(&self, start: State, known: &[f64], unit: &mut Unit, dice: &mut Dice) -> Result<State, Status> {
-        let settled = self.system.settle(self.solver, start, known, |_, _| self.ask()).map_err(Failure::status)?;
-        self.note(&settled.balance, settled.state.inputs.parameters.clone(), unit);
-        if self.request.loaded && unit.status == Status::Ok {
-            let (c, balance) = (&settled.compatibility, &settled.balance);
-            let right = c.right(&settled.state.inputs.parameters, known);
-            let first =
-                self.system.balance(self.at_nominal.compatibility, &self.at_nominal.right_beside(known), &Ask::Load);
-            let undetermined = !(settled.still && balance.solved)
-                || first.is_some_and(|first| self.is_felt_first(known, &first))
-                || self.system.is_felt(c, &c.output.parameters, &right, balance, &self.feels);
-            if undetermined {
-                unit.status = Status::Undetermined;
-            }
-        }
-        let loose = self.loose(&settled.balance);
-        if loose.is_empty() {
-            return Ok(settled.state);
-        }
-        self.scatter(&loose, &settled.state, &settled.compatibility, &settled.balance, known, unit, dice)
-    }
-
-    /// The same where the unit has settled together with others.
-    pub fn take(&self, rested: Rested, unit: &mut Unit, dice: &mut Dice) {
+    /// Notes where a unit has settled. Clearances that carry nothing are drawn where they scatter, which leaves a
+    /// misfit of the second order: then gives what corrects it.
+    pub fn take(&self, rested: Rested, unit: &mut Unit, dice: &mut Dice) -> Option<DMatrix<f64>> {
         let known = std::mem::take(&mut unit.displacements);
-        let Rested { displacements, error, first, balance, ties, output } = rested;
-        self.note(&balance, displacements, unit);
+        let Rested { displacements, error, first, balance, ties, output, still, plainly } = rested;
+        unit.plainly |= plainly;
         unit.error = Some(error);
-        if self.request.loaded && unit.status == Status::Ok {
-            let right = ties.right(&unit.displacements, &known);
-            if self.is_felt_first(&known, &first) || self.system.is_felt(&ties, &output, &right, &balance, &self.feels)
-            {
-                unit.status = Status::Undetermined;
-            }
-        }
+        unit.forces.clone_from(&balance.forces);
+        balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, unit));
+        let right = ties.right(&displacements, &known);
+        unit.displacements = displacements;
+        unit.status = if is_apart(unit.factor) {
+            Status::Strained
+        } else if self.request.loaded
+            && (!still
+                || first.is_some_and(|first| self.is_felt_first(&known, &first))
+                || self.system.is_felt(&ties, &output, &right, &balance, &self.feels))
+        {
+            Status::Undetermined
+        } else {
+            Status::Ok
+        };
         let loose = self.loose(&balance);
         if loose.is_empty() {
-            return;
+            return None;
         }
-        let scattered = self.close(self.built, unit.displacements.clone()).and_then(|state| {
-            let c = Compatibility::at(self.system.basis, self.solver, &state).ok_or(Status::Singular)?;
-            self.scatter(&loose, &state, &c, &balance, &known, unit, dice)
-        });
-        self.put_state(scattered, unit);
-    }
-
-    /// Whether the output feels what the load leaves open at the nominal pose: that is so at any size of the
-    /// play, even where the exact pose then falls to one side.
-    fn is_felt_first(&self, known: &[f64], first: &Balance) -> bool {
-        let c = self.at_nominal.compatibility;
-        self.system.is_felt(c, &c.output.parameters, &self.at_nominal.right_beside(known), first, &self.feels)
-    }
-
-    /// Notes where a unit has settled.
-    fn note(&self, balance: &Balance, displacements: Vec<f64>, unit: &mut Unit) {
-        if is_apart(unit.factor) {
-            unit.status = Status::Strained;
-        }
-        unit.forces.clone_from(&balance.forces);
-        unit.displacements = displacements;
-        balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, unit));
-    }
-
-    /// Draws the offsets of clearances that are loose where the others are held, and closes the mechanism.
-    #[allow(clippy::too_many_arguments)] // what a settled unit is
-    fn scatter(
-        &self,
-        loose: &[usize],
-        state: &State,
-        c: &Compatibility,
-        balance: &Balance,
-        known: &[f64],
-        unit: &mut Unit,
-        dice: &mut Dice,
-    ) -> Result<State, Status> {
-        let mut rest = c.right(&state.inputs.parameters, known);
+        let mut rest = right;
         for (g, (give, given)) in self.system.gives.iter().zip(&balance.given).enumerate() {
             if !loose.contains(&g) {
-                give.columns.iter().zip(given).for_each(|(&row, d)| rest -= c.equations.column(row) * *d);
+                give.columns.iter().zip(given).for_each(|(&row, d)| rest -= ties.equations.column(row) * *d);
             }
         }
-        let section = section(&self.system, c, loose, self.request);
+        let section = section(&self.system, &ties, &loose, self.request);
         let interior = || Some(loose.iter().map(|&g| balance.given[g].clone()).collect());
-        let Some(offsets) = section.draw(&rest, dice, interior) else { return Ok(state.clone()) };
+        let offsets = section.draw(&rest, dice, interior)?;
         for (&g, offset) in loose.iter().zip(&offsets) {
             let give = &self.system.gives[g];
             self.put(g, offset, unit);
@@ -336,8 +235,14 @@ impl<'a> Job<'a> {
                 unit.displacements[row] += d - before;
             }
         }
-        let correction = least_displacements(&self.system, c, loose);
-        self.correct(state, unit, &correction)
+        Some(least_displacements(&self.system, &ties, &loose))
+    }
+
+    /// Whether the output feels what the load leaves open at the nominal pose: that is so at any size of the
+    /// play, even where the exact pose then falls to one side.
+    fn is_felt_first(&self, known: &[f64], first: &Balance) -> bool {
+        let c = self.nominal.compatibility;
+        self.system.is_felt(c, &c.output.parameters, &self.nominal.right_beside(known), first, &self.feels)
     }
 
     /// The tied clearances that no force holds and that scatter, therefore.
@@ -354,24 +259,6 @@ impl<'a> Job<'a> {
         self.tied.iter().copied().filter(|g| reach(g) <= LOOSE * most).collect()
     }
 
-    /// Closes the mechanism for displacements that are compatible to first order, changing them by what is left.
-    fn correct(&self, from: &State, unit: &mut Unit, correction: &DMatrix<f64>) -> Result<State, Status> {
-        let basis = self.system.basis;
-        let mut parameters = unit.displacements.clone();
-        let mut state = self.close(from, parameters.clone())?;
-        for _ in 0..CORRECTIONS {
-            let left = basis.misfit(&state);
-            if basis.scaled_misfit(&left) <= FITS {
-                return Ok(state);
-            }
-            let change = correction * left;
-            parameters.iter_mut().zip(change.iter()).for_each(|(p, d)| *p += d);
-            self.move_offsets(unit, &change);
-            state = self.close(&state, parameters.clone())?;
-        }
-        Err(Status::NotAssembled)
-    }
-
     /// Notes a change of the rows' displacements in the offsets of the clearances.
     pub fn move_offsets(&self, unit: &mut Unit, change: &DVector<f64>) {
         for give in &self.system.gives {
@@ -383,7 +270,7 @@ impl<'a> Job<'a> {
 }
 
 /// The section of some clearances.
-fn section(system: &System<'_>, c: &Compatibility, numbers: &[usize], request: &Request) -> Section {
+fn section(system: &System<'_>, c: &Ties, numbers: &[usize], request: &Request) -> Section {
     let member = |&g: &usize| {
         let give = &system.gives[g];
         let (Kind::Clearance(set), Some(source)) = (&give.kind, give.source) else { return None };
@@ -395,7 +282,7 @@ fn section(system: &System<'_>, c: &Compatibility, numbers: &[usize], request: &
 
 /// Displacements of all rows, of least length-scaled size, that make up for a misfit: offsets of the given
 /// clearances, and deformations where these cannot.
-pub fn least_displacements(system: &System<'_>, c: &Compatibility, clearances: &[usize]) -> DMatrix<f64> {
+pub fn least_displacements(system: &System<'_>, c: &Ties, clearances: &[usize]) -> DMatrix<f64> {
     let rows = system.mechanism.n_rows();
     if c.equations.nrows() == 0 {
         return DMatrix::zeros(rows, 0);
