@@ -82,11 +82,11 @@ impl Mechanism {
         let known = self.displacements(&self.centre);
         let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
         let Ok(start) = solver.follow(nominal, &built) else { return self.no_unit(Status::NotAssembled, f64::NAN) };
-        let factor = match system.assembly_factor_in(rounds, solver, start.clone(), &known).await {
+        let factor = match system.assembly_factor_in(rounds, solver, start.clone(), &known, None).await {
             Ok(factor) => factor,
             Err(failure) => return self.no_unit(failure.status(), f64::NAN),
         };
-        let settled = match system.settle_in(rounds, solver, start, &known, |_, _| Ask::Load).await {
+        let settled = match system.settle_in(rounds, solver, start, &known, None, |_, _| Ask::Load).await {
             Ok(settled) => settled,
             Err(failure) => return self.no_unit(failure.status(), factor),
         };
