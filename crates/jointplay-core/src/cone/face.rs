@@ -5,10 +5,13 @@
 //! a face are equalities on it, the others remain. So the programs for its ends are exact, while a
 //! bound on the value within a tolerance would leave a disc an arc as wide as the tolerance's root.
 
-use super::sets::Region;
+use super::lanes::Question;
+use super::own::{Atom, Own};
+use super::rounds::Rounds;
+use super::sets::{Form, Region, TIGHT};
 use super::standard::Standard;
-use super::{Answer, Extreme, Kind, Outcome, Program};
-use crate::clearance::{Face, Set, inner};
+use super::{Answer, Block, Extreme, Kind, Outcome, Program};
+use crate::clearance::{Face, MAX_SIZE, Set, inner};
 
 /// The optimal displacements, in coordinates from the middles of the faces that the reactions expose.
 pub struct OptimalFace {
@@ -18,23 +21,55 @@ pub struct OptimalFace {
     /// The same, moved by what keeps the optimal offsets from the points of the faces nearest to them, which hold the
     /// equations.
     shifts: Vec<Vec<f64>>,
+    /// The bodies that are open and the equations between them; none where a tapered one is open in part, whose faces
+    /// are bodies of no kind.
+    bodies: Option<Vec<Body>>,
+    right: Vec<f64>,
+}
+
+/// An open body.
+struct Body {
+    /// Which block has it, and what its coordinates displace there.
+    owner: usize,
+    columns: Vec<Form>,
+    set: Set,
+    map: Vec<f64>,
 }
 
 impl OptimalFace {
     /// The largest value of `sum_j direction_j . displacement_j` over all optimal poses.
     #[must_use]
     pub fn extreme(&self, direction: &[Vec<f64>]) -> Extreme {
+        Rounds::alone(async |rounds| self.extreme_in(rounds, direction).await)
+    }
+
+    /// The same beside others.
+    pub(crate) async fn extreme_in(&self, rounds: &Rounds, direction: &[Vec<f64>]) -> Extreme {
         let value: f64 = direction.iter().zip(&self.centres).map(|(d, centre)| inner(d, centre)).sum();
         let along = self.standard.coefficients(direction.iter().map(Vec::as_slice));
         let reach: f64 = along.iter().map(|c| c.abs()).sum();
         if reach == 0.0 {
             return Extreme { outcome: Outcome::judged(0.0, 0.0), value, gap: 0.0 };
         }
-        let cost: Vec<f64> = along.iter().map(|c| -c / reach).collect();
-        let raw = self.standard.solve(&cost, None);
-        let gap = (raw.value - raw.dual_value).abs();
-        let outcome = if raw.infeasible { Outcome::Infeasible } else { Outcome::judged(gap, 0.0) };
-        Extreme { outcome, value: value - reach * raw.value, gap }
+        if let Some(constant) = self.standard.constant(&along) {
+            return Extreme { outcome: Outcome::judged(0.0, 0.0), value: value + constant, gap: 0.0 };
+        }
+        let Some(bodies) = &self.bodies else {
+            let cost: Vec<f64> = along.iter().map(|c| -c / reach).collect();
+            let raw = self.standard.solve(&cost, None);
+            let gap = (raw.value - raw.dual_value).abs();
+            let outcome = if raw.infeasible { Outcome::Infeasible } else { Outcome::judged(gap, 0.0) };
+            return Extreme { outcome, value: value - reach * raw.value, gap };
+        };
+        let block = |body: &Body| Block {
+            kind: Kind::Fixed(body.set),
+            map: body.map.clone(),
+            force: body.columns.iter().map(|column| inner(column, &direction[body.owner])).collect(),
+        };
+        let program = Program { right: self.right.clone(), blocks: bodies.iter().map(block).collect() };
+        let answer = rounds.solve(Question::Pose, &program, Some(&Answer::pushed(&program))).await;
+        let gap = (answer.value - answer.dual_value).abs() / reach;
+        Extreme { outcome: answer.outcome, value: value - answer.value, gap }
     }
 
     /// The value of `sum_j direction_j . displacement_j` at optimal displacements, moved onto the faces by what
@@ -73,7 +108,9 @@ impl Program {
     pub fn optimal_face(&self, pose: &Answer, tolerance: f64) -> OptimalFace {
         let mut right = vec![0.0; self.n_equations()];
         let (mut regions, mut centres, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
-        for ((face, block), at) in self.faces(pose, tolerance).iter().zip(&self.blocks).zip(&pose.displacements) {
+        let mut bodies = Some(Vec::new());
+        let blocks = self.blocks.iter().zip(&pose.displacements).enumerate();
+        for (face, (owner, (block, at))) in self.faces(pose, tolerance).iter().zip(blocks) {
             let Some((set, face)) = face else {
                 centres.push(at.clone());
                 shifts.push(at.clone());
@@ -83,11 +120,18 @@ impl Program {
             let from_centre: Vec<f64> = nearest.iter().zip(&face.centre).map(|(a, c)| a - c).collect();
             (0..right.len()).for_each(|i| right[i] += inner(block.row(i), &from_centre));
             regions.push(Region::of(set).face(&face.centre));
+            if !face.is_point() {
+                let open = open_bodies(owner, block, set, &face.centre[..block.size()]);
+                bodies = bodies.zip(open).map(|(mut bodies, open)| {
+                    bodies.extend(open);
+                    bodies
+                });
+            }
             centres.push(face.centre[..at.len()].to_vec());
             shifts.push(at.iter().zip(&from_centre).map(|(a, d)| a - d).collect());
         }
         let standard = Standard::within(self, regions.into_iter(), &right);
-        OptimalFace { standard, centres, shifts }
+        OptimalFace { standard, centres, shifts, bodies, right }
     }
 
     /// The faces that the reactions expose.
@@ -109,4 +153,41 @@ impl Program {
         };
         sets.into_iter().map(|set| set.map(face)).collect()
     }
+}
+
+/// The bodies of a block's set that are open around the middle of a face; none where one is open in part.
+fn open_bodies(owner: usize, block: &Block, set: &Set, middle: &[f64]) -> Option<Vec<Body>> {
+    let own = Own::of(set);
+    let at: Vec<f64> = own.coordinates(set, middle).collect();
+    let mut open = Vec::new();
+    for (first, atom) in own.atoms() {
+        let range = first..first + atom.size();
+        let slack = atom.slack(&at[range.clone()]);
+        if slack <= TIGHT && !matches!(atom, Atom::Tapered { .. }) {
+            continue;
+        }
+        let (columns, free) = match atom {
+            Atom::Interval { low, high } => {
+                (own.columns()[range.clone()].to_vec(), Set::Interval { low: low - at[first], high: high - at[first] })
+            }
+            Atom::Round { size } => {
+                let set = if size == 2 { Set::Disc { radius: 1.0 } } else { Set::Ball { radius: 1.0 } };
+                (own.columns()[range.clone()].to_vec(), set)
+            }
+            Atom::Tapered { .. } => ((0..block.size()).map(unit_form).collect(), *set),
+        };
+        if !matches!(atom, Atom::Interval { .. }) && slack < 1.0 - TIGHT {
+            return None;
+        }
+        let equations = 0..block.map.len() / block.size();
+        let map = equations.flat_map(|i| columns.iter().map(move |column| inner(column, block.row(i)))).collect();
+        open.push(Body { owner, columns, set: free, map });
+    }
+    Some(open)
+}
+
+fn unit_form(k: usize) -> Form {
+    let mut form = [0.0; MAX_SIZE];
+    form[k] = 1.0;
+    form
 }

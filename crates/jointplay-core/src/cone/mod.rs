@@ -21,8 +21,10 @@
 
 mod answer;
 mod face;
+mod form;
 pub mod lanes;
 mod line;
+mod newton;
 mod own;
 mod rounds;
 mod sets;

@@ -13,7 +13,7 @@ use std::pin::{Pin, pin};
 use std::task::{Context, Poll, Waker};
 
 use super::lanes::{Programs, Question};
-use super::{Answer, Block, Program};
+use super::{Answer, Block, Outcome, Program, Springs};
 
 /// Where courses hand in their programs.
 #[derive(Default)]
@@ -30,20 +30,13 @@ struct Asked {
 }
 
 impl Rounds {
-    /// The answer to a program, in the next round.
-    pub async fn solve(&self, question: Question, program: Program) -> Answer {
-        let ticket = self.hand_in(question, program);
-        self.answer(ticket).await
-    }
-
-    /// The answers to several programs, all in the next round.
-    pub async fn solve_all(&self, question: Question, programs: Vec<Program>) -> Vec<Answer> {
-        let tickets: Vec<usize> = programs.into_iter().map(|program| self.hand_in(question, program)).collect();
-        let mut answers = Vec::with_capacity(tickets.len());
-        for ticket in tickets {
-            answers.push(self.answer(ticket).await);
+    /// The answer to a program: from one nearby where that leads there, or in the next round.
+    pub async fn solve(&self, question: Question, program: &Program, near: Option<&Answer>) -> Answer {
+        if let Some(answer) = near.and_then(|near| program.answer_near(question, near)) {
+            return answer;
         }
-        answers
+        let ticket = self.hand_in(question, program.clone());
+        poll_fn(|_| self.answers.borrow_mut().remove(&ticket).map_or(Poll::Pending, Poll::Ready)).await
     }
 
     fn hand_in(&self, question: Question, program: Program) -> usize {
@@ -51,10 +44,6 @@ impl Rounds {
         self.tickets.set(ticket + 1);
         self.asked.borrow_mut().push(Asked { ticket, question, program });
         ticket
-    }
-
-    async fn answer(&self, ticket: usize) -> Answer {
-        poll_fn(|_| self.answers.borrow_mut().remove(&ticket).map_or(Poll::Pending, Poll::Ready)).await
     }
 
     /// Takes a course for every item, all of them side by side.
@@ -111,9 +100,31 @@ impl Rounds {
         }
         let mut answers = self.answers.borrow_mut();
         for (question, tickets, programs) in structures {
-            let programs = Programs::of(&programs);
-            let solved = programs.solve_here(question);
-            answers.extend(tickets.into_iter().enumerate().map(|(k, ticket)| (ticket, solved.answer(&programs, k))));
+            let together = Programs::of(&programs);
+            let solved = together.solve_here(question);
+            for (k, (ticket, program)) in tickets.into_iter().zip(&programs).enumerate() {
+                let answer = solved.answer(&together, k);
+                answers.insert(ticket, program.polished(question, answer));
+            }
+        }
+    }
+}
+
+impl Program {
+    /// The answer to the last digits. An interior point is good to the root of its gap where the value is flat; where
+    /// Newton's method does not take it further, the program is solved by itself, which goes a little further.
+    fn polished(&self, question: Question, answer: Answer) -> Answer {
+        if answer.outcome == Outcome::Infeasible {
+            return answer;
+        }
+        self.answer_near(question, &answer).unwrap_or_else(|| self.alone(question))
+    }
+
+    /// The answer of a program solved by itself.
+    fn alone(&self, question: Question) -> Answer {
+        match question {
+            Question::Pose => self.pose(),
+            Question::Assembly => self.assembly(Springs::Rigid),
         }
     }
 }

@@ -233,6 +233,17 @@ impl Standard {
         Some(matrix.tr_mul(&multipliers).as_slice().to_vec())
     }
 
+    /// The value of a linear function of the coordinates where the equations leave it only one.
+    pub fn constant(&self, along: &[f64]) -> Option<f64> {
+        let (s, n) = (self.matrix.len(), self.n);
+        let matrix = DMatrix::from_fn(s, n, |i, j| self.matrix[i][j]);
+        let along = DVector::from_column_slice(along);
+        let parts = (&matrix * matrix.transpose()).cholesky()?.solve(&(&matrix * &along));
+        let rest = &along - matrix.tr_mul(&parts);
+        let constant: f64 = parts.iter().zip(&self.right).map(|(part, b)| part * b).sum();
+        (rest.amax() <= DEPENDENT * along.amax()).then_some(constant)
+    }
+
     /// Whether coordinates are within all sets.
     pub fn is_within(&self, x: &[f64]) -> bool {
         self.parts.iter().all(|part| match &part.body {

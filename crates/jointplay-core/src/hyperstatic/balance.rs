@@ -70,16 +70,17 @@ impl Ask {
 impl System<'_> {
     /// Answers what is asked of one configuration; `None` where no displacements are compatible.
     pub fn balance(&self, c: &Compatibility, right: &DVector<f64>, ask: &Ask) -> Option<Balance> {
-        Rounds::alone(async |rounds| self.balance_in(rounds, c, right, ask).await)
+        Rounds::alone(async |rounds| self.balance_in(rounds, c, right, ask, None).await)
     }
 
-    /// The same beside others.
+    /// The same beside others, perhaps from an answer nearby.
     pub async fn balance_in(
         &self,
         rounds: &Rounds,
         c: &Compatibility,
         right: &DVector<f64>,
         ask: &Ask,
+        near: Option<&Answer>,
     ) -> Option<Balance> {
         let forces = ask.forces(c, &c.output.parameters);
         let program = self.program(c, right, &forces);
@@ -93,7 +94,7 @@ impl System<'_> {
         let known = if unloaded { program.on_a_line(ask.question()) } else { None };
         let mut answer = match known {
             Some(answer) => answer,
-            None => rounds.solve(ask.question(), program.clone()).await,
+            None => rounds.solve(ask.question(), &program, near).await,
         };
         if answer.outcome == Outcome::Infeasible {
             return None;
@@ -155,7 +156,7 @@ impl System<'_> {
         }
         let assembled = match program.on_a_line(Question::Assembly) {
             Some(answer) => answer,
-            None => rounds.solve(Question::Assembly, program.clone()).await,
+            None => rounds.solve(Question::Assembly, program, None).await,
         };
         assembled.outcome == Outcome::Solved && assembled.factor <= 1.0
     }
@@ -196,7 +197,7 @@ impl System<'_> {
             blocks.push(Block { kind: give.kind.clone(), map, force: Self::along(give, &forces) });
         }
         blocks.extend(springs);
-        let mut answer = rounds.solve(Question::Pose, Program { right, blocks }).await;
+        let mut answer = rounds.solve(Question::Pose, &Program { right, blocks }, None).await;
         if answer.outcome == Outcome::Infeasible {
             return None;
         }

@@ -70,13 +70,13 @@ impl Mechanism {
         };
         // First order at the nominal pose.
         let right = self.first_order_right(&c, &u, case, nominal);
-        if let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Stress).await {
+        if let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Stress, None).await {
             found.given.error_first_order = self.first_order_error(&system, &c, &u, case, nominal, &balance);
         }
         let start = Inputs { drives: case.drives.to_vec(), parameters: u.clone() };
         let Ok(start) = solver.follow(nominal, &start) else { return found };
         found.lack_of_fit = self.length * system.basis.scaled_misfit(&system.basis.misfit(&start));
-        let settled = match system.settle_in(rounds, solver, start, &u, |_, _| Ask::Stress).await {
+        let settled = match system.settle_in(rounds, solver, start, &u, None, |_, _| Ask::Stress).await {
             Ok(settled) => settled,
             Err(failure) => {
                 found.given.status = failure.status();

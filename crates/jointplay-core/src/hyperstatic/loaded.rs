@@ -7,7 +7,7 @@ use super::placed::{CHUNK, Placed};
 use super::settle::{Failure, Settled, is_apart};
 use super::system::{Ask, Balance, System};
 use crate::closure::Inputs;
-use crate::cone::Rounds;
+use crate::cone::{Answer, Rounds};
 use crate::loaded::{Case, Loaded};
 use crate::mechanism::{Elastic, Mechanism, Row, Source};
 use crate::solver::State;
@@ -106,9 +106,10 @@ impl Mechanism {
         let lack_of_fit = self.length * basis.scaled_misfit(&c.misfit);
         let known = self.displacements(&self.centre);
         let right = self.first_order_right(&c, &known, case, nominal);
-        let factor = system.balance_in(rounds, &c, &right, &Ask::Factor).await.map_or(f64::INFINITY, |b| b.factor);
+        let factor = system.balance_in(rounds, &c, &right, &Ask::Factor, None).await;
+        let (factor, loosest) = factor.map_or((f64::INFINITY, None), |balance| (balance.factor, balance.answer));
         let apart = |status, clearance_factor| Strain { clearance_factor, lack_of_fit, ..self.no_strain(status) };
-        let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Load).await else {
+        let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Load, None).await else {
             return apart(Status::NotAssemblable, factor);
         };
         let unknown = system.unknown_reactions(&c);
@@ -116,7 +117,8 @@ impl Mechanism {
         let error_first_order = self.first_order_error(system, &c, &known, case, nominal, &balance);
         let mut open = vec![0.0; self.sources.len() * self.size()];
         let mut decided = vec![true; self.sources.len()];
-        let mut widths = self.felt(&c, system.leave_open(&c, &right, &balance, &mut open, &mut decided));
+        let widths = system.leave_open(rounds, &c, &right, &balance, &mut open, &mut decided).await;
+        let mut widths = self.felt(&c, widths);
         let mut found = Strain {
             loaded: Loaded {
                 error: error_first_order.clone(),
@@ -140,13 +142,13 @@ impl Mechanism {
         };
         let mut settled_all = balance.solved;
         if exact {
-            let settled = match self.settle_exactly(rounds, at, &mut found).await {
+            let settled = match self.settle_exactly(rounds, at, [loosest, balance.answer], &mut found).await {
                 Ok(settled) => settled,
                 Err(failure) => return apart(failure.status(), found.clearance_factor),
             };
             let (c, balance) = (&settled.compatibility, &settled.balance);
             let right = c.right(&settled.state.inputs.parameters, &known);
-            let wider = system.leave_open(c, &right, balance, &mut open, &mut decided);
+            let wider = system.leave_open(rounds, c, &right, balance, &mut open, &mut decided).await;
             let wider = self.felt(c, wider);
             widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
             found.loaded.error = basis.kept.error(&settled.state, nominal);
@@ -158,7 +160,7 @@ impl Mechanism {
             found.gap = balance.gap;
             settled_all = settled.still && balance.solved;
         } else if is_apart(factor)
-            && let Some(stress) = system.balance_in(rounds, &c, &right, &Ask::Stress).await
+            && let Some(stress) = system.balance_in(rounds, &c, &right, &Ask::Stress, None).await
         {
             found.prestress = self.bearable(&c.poses, &stress.forces, &unknown);
         }
@@ -174,18 +176,24 @@ impl Mechanism {
     }
 
     /// The exact pose; puts the factor on the clearances and the prestress.
-    async fn settle_exactly(&self, rounds: &Rounds, at: &Placed<'_>, found: &mut Strain) -> Result<Settled, Failure> {
+    async fn settle_exactly(
+        &self,
+        rounds: &Rounds,
+        at: &Placed<'_>,
+        [loosest, near]: [Option<Answer>; 2],
+        found: &mut Strain,
+    ) -> Result<Settled, Failure> {
         let Placed { system, solver, case, nominal, .. } = at;
         let known = self.displacements(&self.centre);
         let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
         let start = solver.follow(nominal, &built).map_err(|_| Failure::Unreachable)?;
-        found.clearance_factor = system.assembly_factor_in(rounds, solver, start.clone(), &known).await?;
+        found.clearance_factor = system.assembly_factor_in(rounds, solver, start.clone(), &known, loosest).await?;
         if is_apart(found.clearance_factor) {
-            let stressed = system.settle_in(rounds, solver, start.clone(), &known, |_, _| Ask::Stress).await?;
+            let stressed = system.settle_in(rounds, solver, start.clone(), &known, None, |_, _| Ask::Stress).await?;
             let unknown = system.unknown_reactions(&stressed.compatibility);
             found.prestress = self.bearable(&stressed.compatibility.poses, &stressed.balance.forces, &unknown);
         }
-        system.settle_in(rounds, solver, start, &known, |_, _| Ask::Load).await
+        system.settle_in(rounds, solver, start, &known, near, |_, _| Ask::Load).await
     }
 
     /// What displacements must add up to at the nominal pose beside the known ones, with drive values near the

@@ -8,14 +8,15 @@ use super::compatibility::{Compatibility, Ties};
 use super::system::{Balance, Give, System, UNDECIDED_TOGETHER};
 use crate::ascent::UNDECIDED;
 use crate::clearance::Face;
-use crate::cone::{Kind, Outcome};
+use crate::cone::{Kind, Outcome, Rounds};
 use crate::loaded::UNFELT;
 
 impl System<'_> {
     /// Widens what every source leaves open in the output, source by source, tells which sources the load does
     /// not decide, and gives how far all together reach from where they are; `map` is the output by displacements.
-    pub fn leave_open(
+    pub async fn leave_open(
         &self,
+        rounds: &Rounds,
         c: &Compatibility,
         right: &DVector<f64>,
         balance: &Balance,
@@ -41,14 +42,22 @@ impl System<'_> {
             }
         }
         if together {
-            self.widen(c, right, balance, open, &mut widths);
+            self.widen(rounds, c, right, balance, open, &mut widths).await;
         }
         widths
     }
 
     /// What the tied clearances leave open: how far they reach from where they are, together in `widths`, each
     /// by itself in `open`.
-    fn widen(&self, c: &Compatibility, right: &DVector<f64>, balance: &Balance, open: &mut [f64], widths: &mut [f64]) {
+    async fn widen(
+        &self,
+        rounds: &Rounds,
+        c: &Compatibility,
+        right: &DVector<f64>,
+        balance: &Balance,
+        open: &mut [f64],
+        widths: &mut [f64],
+    ) {
         let Some(answer) = &balance.answer else { return };
         let size = widths.len();
         let program = self.program(c, right, &c.load);
@@ -61,7 +70,7 @@ impl System<'_> {
             let row = |give: &Give| -> Vec<f64> { give.columns.iter().map(|&r| c.output.parameters[(k, r)]).collect() };
             let felt = UNFELT * self.mechanism.play(c, k);
             // How far the output moves from where it is when only some of them count, the others giving way.
-            let reach = |counts: &dyn Fn(usize) -> bool| {
+            let reach = async |counts: &dyn Fn(usize) -> bool| {
                 // Each face by itself leaves at least half as much open, to both sides.
                 let alone = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| match &open_faces[g] {
                     Some(face) if counts(g) => 2.0 * face.half_width(&row(give)),
@@ -78,7 +87,8 @@ impl System<'_> {
                     };
                     tied.iter().enumerate().map(of).collect()
                 };
-                let (high, low) = (optimal.extreme(&along(1.0)), optimal.extreme(&along(-1.0)));
+                let high = optimal.extreme_in(rounds, &along(1.0)).await;
+                let low = optimal.extreme_in(rounds, &along(-1.0)).await;
                 if high.outcome == Outcome::Solved && low.outcome == Outcome::Solved {
                     let given: Vec<Vec<f64>> = tied.iter().map(|(_, given)| (*given).clone()).collect();
                     let at = optimal.value(&along(1.0), &given);
@@ -86,11 +96,11 @@ impl System<'_> {
                 }
                 most
             };
-            widths[k] += reach(&|_| true);
+            widths[k] += reach(&|_| true).await;
             for (g, (give, _)) in tied.iter().enumerate() {
                 let (Some(source), Some(_)) = (give.source, &open_faces[g]) else { continue };
                 let slot = &mut open[source * size + k];
-                *slot = slot.max(reach(&|other| other == g));
+                *slot = slot.max(reach(&|other| other == g).await);
             }
         }
     }

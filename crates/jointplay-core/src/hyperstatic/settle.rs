@@ -9,7 +9,7 @@
 use super::compatibility::Compatibility;
 use super::system::{Ask, Balance, Give, System};
 use crate::closure::Inputs;
-use crate::cone::Rounds;
+use crate::cone::{Answer, Rounds};
 use crate::solver::{Solver, State};
 
 /// Programs in a row.
@@ -69,8 +69,9 @@ impl System<'_> {
         solver: &Solver<'_>,
         start: State,
         known: &[f64],
+        near: Option<Answer>,
     ) -> Result<f64, Failure> {
-        match self.settle_in(rounds, solver, start, known, |_, _| Ask::Factor).await {
+        match self.settle_in(rounds, solver, start, known, near, |_, _| Ask::Factor).await {
             Ok(assembled) => Ok(assembled.balance.factor),
             Err(Failure::Incompatible | Failure::Unreachable) => Ok(f64::INFINITY),
             Err(Failure::Singular) => Err(Failure::Singular),
@@ -86,16 +87,17 @@ impl System<'_> {
         known: &[f64],
         ask: impl FnMut(&State, &Compatibility) -> Ask,
     ) -> Result<Settled, Failure> {
-        Rounds::alone(async |rounds| self.settle_in(rounds, solver, start, known, ask).await)
+        Rounds::alone(async |rounds| self.settle_in(rounds, solver, start, known, None, ask).await)
     }
 
-    /// The same beside others.
+    /// The same beside others, perhaps from an answer nearby.
     pub async fn settle_in(
         &self,
         rounds: &Rounds,
         solver: &Solver<'_>,
         start: State,
         known: &[f64],
+        mut near: Option<Answer>,
         mut ask: impl FnMut(&State, &Compatibility) -> Ask,
     ) -> Result<Settled, Failure> {
         let mut state = start;
@@ -109,7 +111,7 @@ impl System<'_> {
             let balance = if pull > 0.0 {
                 self.balance_near(rounds, &c, &right, &asked, &at, stiffness * pull).await
             } else {
-                self.balance_in(rounds, &c, &right, &asked).await
+                self.balance_in(rounds, &c, &right, &asked, near.as_ref()).await
             };
             let balance = balance.ok_or(Failure::Incompatible)?;
             let mut target = known.to_vec();
@@ -140,6 +142,7 @@ impl System<'_> {
             for (at, given) in at.iter_mut().zip(&balance.given) {
                 at.iter_mut().zip(given).for_each(|(a, g)| *a += part * (g - *a));
             }
+            near = balance.answer;
             steps += 1;
         }
     }
