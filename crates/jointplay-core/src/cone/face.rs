@@ -119,7 +119,7 @@ impl Program {
             let nearest = face.nearest(at);
             let from_centre: Vec<f64> = nearest.iter().zip(&face.centre).map(|(a, c)| a - c).collect();
             (0..right.len()).for_each(|i| right[i] += inner(block.row(i), &from_centre));
-            regions.push(Region::of(set).face(&face.centre));
+            regions.push(if face.is_point() { Region::point() } else { Region::of(set).face(&face.centre) });
             if !face.is_point() {
                 let open = open_bodies(owner, block, set, &face.centre[..block.size()]);
                 bodies = bodies.zip(open).map(|(mut bodies, open)| {
