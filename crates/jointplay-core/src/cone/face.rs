@@ -72,6 +72,18 @@ impl OptimalFace {
         Extreme { outcome: answer.outcome, value: value - answer.value, gap }
     }
 
+    /// The value of `sum_j direction_j . displacement_j` at optimal displacements, moved onto the faces by what
+    /// rounding keeps them from.
+    #[must_use]
+    pub fn value(&self, direction: &[Vec<f64>], displacements: &[Vec<f64>]) -> f64 {
+        let moved = displacements.iter().zip(&self.shifts).zip(&self.centres);
+        let along = |(d, ((at, shift), centre)): (&Vec<f64>, ((&Vec<f64>, &Vec<f64>), &Vec<f64>))| -> f64 {
+            let places = at.iter().zip(shift).zip(centre).map(|((at, shift), centre)| at - shift + centre);
+            d.iter().zip(places).map(|(d, at)| d * at).sum()
+        };
+        direction.iter().zip(moved).map(along).sum()
+    }
+
     /// The optimal displacements nearest to the middles of the faces, each offset measured in what its set
     /// allows; `None` where the programs' rounding leaves none.
     #[must_use]

@@ -5,9 +5,9 @@
 //! a cone program, whose multipliers are the self-stresses. Programs of many configurations are solved together
 //! ([`Rounds`]).
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
-use super::compatibility::Compatibility;
+use super::compatibility::{Compatibility, Ties};
 use super::system::{Give, System, UNDECIDED_TOGETHER};
 use crate::ascent::UNDECIDED;
 use crate::cone::lanes::Question;
@@ -45,19 +45,24 @@ pub(crate) enum Ask {
 
 impl Ask {
     /// The program that answers it.
-    const fn question(&self) -> Question {
+    pub(super) const fn question(&self) -> Question {
         match self {
             Self::Factor => Question::Assembly,
             Self::Load | Self::Stress | Self::Along(_) => Question::Pose,
         }
     }
 
-    /// What is asked, as forces on all displacements that the basis alone bears.
-    fn forces(&self, c: &Compatibility) -> DVector<f64> {
+    /// Whether no load is in it.
+    pub(super) const fn is_unloaded(&self) -> bool {
+        matches!(self, Self::Stress | Self::Factor)
+    }
+
+    /// What is asked, as forces on all displacements that the basis alone bears; `output` is what these do to it.
+    pub(super) fn forces(&self, c: &Ties, output: &DMatrix<f64>) -> DVector<f64> {
         match self {
             Self::Load => c.load.clone(),
             Self::Stress | Self::Factor => DVector::zeros(c.load.len()),
-            Self::Along(direction) => c.output.parameters.tr_mul(&DVector::from_column_slice(direction)),
+            Self::Along(direction) => output.tr_mul(&DVector::from_column_slice(direction)),
         }
     }
 }
@@ -77,24 +82,14 @@ impl System<'_> {
         ask: &Ask,
         near: Option<&Answer>,
     ) -> Option<Balance> {
-        let forces = ask.forces(c);
+        let forces = ask.forces(c, &c.output.parameters);
         let program = self.program(c, right, &forces);
-        let none = |factor| Balance {
-            given: self.gives.iter().map(|give| vec![0.0; give.columns.len()]).collect(),
-            forces: forces.clone(),
-            factor,
-            gap: 0.0,
-            solved: true,
-            answer: None,
-        };
-        let unloaded = matches!(ask, Ask::Stress | Ask::Factor);
+        let unloaded = ask.is_unloaded();
         if unloaded && program.right.iter().all(|b| *b == 0.0) {
-            return Some(none(0.0));
+            return Some(Balance { factor: 0.0, ..self.nothing(&forces) });
         }
         if program.n_equations() == 0 {
-            let mut balance = none(1.0);
-            self.fill(c, &mut balance, &[]);
-            return Some(balance);
+            return Some(self.free(c, &forces));
         }
         let known = if unloaded { program.on_a_line(ask.question()) } else { None };
         let mut answer = match known {
@@ -108,18 +103,48 @@ impl System<'_> {
             // What a program has for these forces is rounding, which would decide where every clearance goes.
             answer.multipliers.fill(0.0);
         }
+        Some(self.answered(c, &program, &forces, ask, answer))
+    }
+
+    /// No displacement, whatever the forces.
+    fn nothing(&self, forces: &DVector<f64>) -> Balance {
+        Balance {
+            given: self.gives.iter().map(|give| vec![0.0; give.columns.len()]).collect(),
+            forces: forces.clone(),
+            factor: 1.0,
+            gap: 0.0,
+            solved: true,
+            answer: None,
+        }
+    }
+
+    /// Where nothing ties displacements to each other, forces alone decide them.
+    pub(super) fn free(&self, c: &Ties, forces: &DVector<f64>) -> Balance {
+        let mut balance = self.nothing(forces);
+        self.fill(c, &mut balance, &[]);
+        balance
+    }
+
+    /// What the answer of the program of the tied gives tells of all of them.
+    pub(super) fn answered(
+        &self,
+        c: &Ties,
+        program: &Program,
+        forces: &DVector<f64>,
+        ask: &Ask,
+        answer: Answer,
+    ) -> Balance {
         let mut balance = Balance {
-            forces: c.with_stress(&forces, &answer.multipliers),
             factor: answer.factor,
             gap: answer.gap,
             solved: answer.outcome == Outcome::Solved,
-            ..none(1.0)
+            ..self.nothing(&c.with_stress(forces, &answer.multipliers))
         };
         // What the forces leave open is put in the middle.
-        let middle = if unloaded { None } else { self.middle(c, &program, &balance.forces, &answer) };
+        let middle = if ask.is_unloaded() { None } else { self.middle(c, program, &balance.forces, &answer) };
         self.fill(c, &mut balance, middle.as_ref().unwrap_or(&answer.displacements));
         balance.answer = Some(answer);
-        Some(balance)
+        balance
     }
 
     /// Whether nothing pushes and the clearances take up all of the misfit, so that no joint transmits anything.
@@ -147,7 +172,7 @@ impl System<'_> {
         at: &[Vec<f64>],
         stiffness: f64,
     ) -> Option<Balance> {
-        let forces = ask.forces(c);
+        let forces = ask.forces(c, &c.output.parameters);
         let offsets = || self.gives.iter().zip(at).filter(|(give, _)| give.source.is_some());
         let ties: usize = offsets().map(|(give, _)| give.columns.len()).sum();
         let n = c.equations.nrows();
@@ -191,20 +216,14 @@ impl System<'_> {
     }
 
     /// The middle of what is open among the tied gives; `None` where nothing is.
-    fn middle(
-        &self,
-        c: &Compatibility,
-        program: &Program,
-        forces: &DVector<f64>,
-        answer: &Answer,
-    ) -> Option<Vec<Vec<f64>>> {
+    fn middle(&self, c: &Ties, program: &Program, forces: &DVector<f64>, answer: &Answer) -> Option<Vec<Vec<f64>>> {
         let open = |give: &Give| self.face(give, c, forces).is_some_and(|face| !face.is_point());
         let any = self.gives.iter().any(|give| Self::is_tied(give, c) && open(give));
         if any { program.optimal_face(answer, UNDECIDED_TOGETHER).middle(program) } else { None }
     }
 
     /// Puts the displacements: of what is tied as the program says, of the others by the forces.
-    fn fill(&self, c: &Compatibility, balance: &mut Balance, tied: &[Vec<f64>]) {
+    fn fill(&self, c: &Ties, balance: &mut Balance, tied: &[Vec<f64>]) {
         let mut tied = tied.iter();
         let tolerance = UNDECIDED * self.force_scale(&balance.forces);
         for (give, slot) in self.gives.iter().zip(&mut balance.given) {

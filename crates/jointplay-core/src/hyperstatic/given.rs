@@ -84,7 +84,7 @@ impl Mechanism {
             }
         };
         let (c, balance) = (&settled.compatibility, &settled.balance);
-        found.prestress = self.bearable(c, &balance.forces, &system.unknown_reactions(c));
+        found.prestress = self.bearable(&c.poses, &balance.forces, &system.unknown_reactions(c));
         found.deformation = self.deformation(&system, balance);
         found.given.error = system.basis.kept.error(&settled.state, nominal);
         found.given.coordinates = settled.state.coordinates;

@@ -11,6 +11,7 @@ use crate::cone::{Answer, Rounds};
 use crate::loaded::{Case, Loaded};
 use crate::mechanism::{Elastic, Mechanism, Row, Source};
 use crate::solver::State;
+use crate::space::Pose;
 use crate::status::Status;
 use crate::table::Table;
 
@@ -125,7 +126,7 @@ impl Mechanism {
                 undetermined: Vec::new(),
                 open: Vec::new(),
                 decided: Vec::new(),
-                reaction: self.bearable(&c, &balance.forces, &unknown),
+                reaction: self.bearable(&c.poses, &balance.forces, &unknown),
                 offset: self.offsets(system, &balance),
                 contribution,
                 steps: 0,
@@ -146,12 +147,12 @@ impl Mechanism {
                 Err(failure) => return apart(failure.status(), found.clearance_factor),
             };
             let (c, balance) = (&settled.compatibility, &settled.balance);
-            let right = c.right(&settled.state, &known);
+            let right = c.right(&settled.state.inputs.parameters, &known);
             let wider = system.leave_open(rounds, c, &right, balance, &mut open, &mut decided).await;
             let wider = self.felt(c, wider);
             widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
             found.loaded.error = basis.kept.error(&settled.state, nominal);
-            found.loaded.reaction = self.bearable(c, &balance.forces, &unknown);
+            found.loaded.reaction = self.bearable(&c.poses, &balance.forces, &unknown);
             found.loaded.offset = self.offsets(system, balance);
             found.loaded.steps = settled.steps;
             found.force = self.known(&balance.forces, &unknown);
@@ -161,7 +162,7 @@ impl Mechanism {
         } else if is_apart(factor)
             && let Some(stress) = system.balance_in(rounds, &c, &right, &Ask::Stress, None).await
         {
-            found.prestress = self.bearable(&c, &stress.forces, &unknown);
+            found.prestress = self.bearable(&c.poses, &stress.forces, &unknown);
         }
         let felt = widths.iter().any(|width| *width > 0.0);
         found.loaded.undetermined = widths;
@@ -190,7 +191,7 @@ impl Mechanism {
         if is_apart(found.clearance_factor) {
             let stressed = system.settle_in(rounds, solver, start.clone(), &known, None, |_, _| Ask::Stress).await?;
             let unknown = system.unknown_reactions(&stressed.compatibility);
-            found.prestress = self.bearable(&stressed.compatibility, &stressed.balance.forces, &unknown);
+            found.prestress = self.bearable(&stressed.compatibility.poses, &stressed.balance.forces, &unknown);
         }
         system.settle_in(rounds, solver, start, &known, near, |_, _| Ask::Load).await
     }
@@ -263,19 +264,23 @@ impl Mechanism {
         widths
     }
 
+    /// What is felt of what is left open, component by component.
+    pub(super) fn feels(&self, c: &Compatibility) -> Vec<f64> {
+        (0..self.size()).map(|component| FELT * self.play(c, component)).collect()
+    }
+
     /// What all play together can do to a component of the output.
     pub(super) fn play(&self, c: &Compatibility, component: usize) -> f64 {
         let reach = |source: &Source| {
-            let row: Vec<f64> =
-                source.range().map(|p| c.output.parameters[(component, self.place_of(p))]).collect();
+            let row: Vec<f64> = source.range().map(|p| c.output.parameters[(component, self.place_of(p))]).collect();
             source.set.reach(&row)
         };
         self.sources.iter().filter(|source| source.is_clearance).map(reach).sum()
     }
 
     /// Reactions of forces on the rows, unknown where nothing decides them.
-    pub(crate) fn bearable(&self, c: &Compatibility, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
-        let mut reactions = self.reactions(&c.poses, forces.as_slice());
+    pub(crate) fn bearable(&self, poses: &[Pose<f64>], forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
+        let mut reactions = self.reactions(poses, forces.as_slice());
         for (wrench, unknown) in reactions.chunks_exact_mut(self.size()).zip(unknown) {
             if *unknown {
                 wrench.fill(f64::NAN);

@@ -8,6 +8,7 @@
 mod balance;
 mod basis;
 mod compatibility;
+mod felt;
 mod given;
 mod loaded;
 mod open;
@@ -15,6 +16,7 @@ mod placed;
 mod scatter;
 mod settle;
 mod system;
+mod together;
 mod trace;
 mod units;
 mod worst;

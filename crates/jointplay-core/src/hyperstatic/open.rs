@@ -4,10 +4,10 @@ use std::cell::OnceCell;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::compatibility::Compatibility;
+use super::compatibility::{Compatibility, Ties};
 use super::system::{Balance, Give, System, UNDECIDED_TOGETHER};
 use crate::ascent::UNDECIDED;
-use crate::clearance::{Face, inner};
+use crate::clearance::Face;
 use crate::cone::{Kind, Outcome, Rounds};
 use crate::loaded::UNFELT;
 
@@ -63,10 +63,8 @@ impl System<'_> {
         let program = self.program(c, right, &c.load);
         let all = self.gives.iter().zip(&balance.given);
         let tied: Vec<(&Give, &Vec<f64>)> = all.filter(|(give, _)| Self::is_tied(give, c)).collect();
-        let open_faces: Vec<Option<Face>> = tied
-            .iter()
-            .map(|(give, _)| self.face(give, c, &balance.forces).filter(|face| !face.is_point()))
-            .collect();
+        let open_faces: Vec<Option<Face>> =
+            tied.iter().map(|(give, _)| self.face(give, c, &balance.forces).filter(|face| !face.is_point())).collect();
         let optimal = OnceCell::new();
         for k in 0..size {
             let row = |give: &Give| -> Vec<f64> { give.columns.iter().map(|&r| c.output.parameters[(k, r)]).collect() };
@@ -83,18 +81,17 @@ impl System<'_> {
                     return 0.0;
                 }
                 let optimal = optimal.get_or_init(|| program.optimal_face(answer, UNDECIDED_TOGETHER));
-                let end = async |sign: f64| {
-                    let direction = tied.iter().enumerate().map(|(g, (give, _))| {
+                let along = |sign: f64| -> Vec<Vec<f64>> {
+                    let of = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| {
                         row(give).iter().map(|m| if counts(g) { sign * m } else { 0.0 }).collect()
-                    });
-                    optimal.extreme_in(rounds, &direction.collect::<Vec<Vec<f64>>>()).await
-                };
-                let (high, low) = (end(1.0).await, end(-1.0).await);
-                if high.outcome == Outcome::Solved && low.outcome == Outcome::Solved {
-                    let at = |(g, (give, given)): (usize, &(&Give, &Vec<f64>))| {
-                        if counts(g) { inner(&row(give), given) } else { 0.0 }
                     };
-                    let at: f64 = tied.iter().enumerate().map(at).sum();
+                    tied.iter().enumerate().map(of).collect()
+                };
+                let high = optimal.extreme_in(rounds, &along(1.0)).await;
+                let low = optimal.extreme_in(rounds, &along(-1.0)).await;
+                if high.outcome == Outcome::Solved && low.outcome == Outcome::Solved {
+                    let given: Vec<Vec<f64>> = tied.iter().map(|(_, given)| (*given).clone()).collect();
+                    let at = optimal.value(&along(1.0), &given);
                     return (high.value - at).max(low.value + at).max(0.0);
                 }
                 most
@@ -110,7 +107,7 @@ impl System<'_> {
 
     /// The joints whose reactions nothing decides: they take part in a self-stress that no clearance and no
     /// compliance feels.
-    pub fn unknown_reactions(&self, c: &Compatibility) -> Vec<bool> {
+    pub fn unknown_reactions(&self, c: &Ties) -> Vec<bool> {
         let m = self.mechanism;
         let mut unknown = vec![false; m.n_joints()];
         let s = c.equations.nrows();

@@ -107,7 +107,7 @@ impl System<'_> {
         let (mut steps, mut restless) = (0, 0);
         loop {
             let c = Compatibility::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
-            let (right, asked) = (c.right(&state, known), ask(&state, &c));
+            let (right, asked) = (c.right(&state.inputs.parameters, known), ask(&state, &c));
             let balance = if pull > 0.0 {
                 self.balance_near(rounds, &c, &right, &asked, &at, stiffness * pull).await
             } else {
@@ -158,7 +158,7 @@ impl System<'_> {
     }
 
     /// The largest difference of two sets of displacements, in characteristic lengths and radians.
-    fn difference(&self, a: &[f64], b: &[f64]) -> f64 {
+    pub(super) fn difference(&self, a: &[f64], b: &[f64]) -> f64 {
         a.iter().zip(b).enumerate().map(|(k, (a, b))| (a - b).abs() / self.basis.unit(k)).fold(0.0, f64::max)
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 pub(crate) use super::balance::{Ask, Balance};
 use super::basis::Basis;
-use super::compatibility::{Compatibility, FITS};
+use super::compatibility::{FITS, Ties};
 use crate::ascent::UNDECIDED;
 use crate::clearance::Face;
 use crate::cone::{Block, Kind, Program};
@@ -56,18 +56,18 @@ impl<'m> System<'m> {
     }
 
     /// Coefficients of a give in the equations, row-major.
-    pub fn map(give: &Give, c: &Compatibility) -> Vec<f64> {
+    pub fn map(give: &Give, c: &Ties) -> Vec<f64> {
         let equations = 0..c.equations.nrows();
         equations.flat_map(|k| give.columns.iter().map(move |&row| c.equations[(k, row)])).collect()
     }
 
     /// Whether an equation asks for it.
-    pub fn is_tied(give: &Give, c: &Compatibility) -> bool {
+    pub fn is_tied(give: &Give, c: &Ties) -> bool {
         give.columns.iter().any(|&row| c.equations.column(row).iter().any(|a| *a != 0.0))
     }
 
     /// The program of the tied gives under forces; `right` is what their displacements add up to.
-    pub(super) fn program(&self, c: &Compatibility, right: &DVector<f64>, forces: &DVector<f64>) -> Program {
+    pub(super) fn program(&self, c: &Ties, right: &DVector<f64>, forces: &DVector<f64>) -> Program {
         let block =
             |give: &Give| Block { kind: give.kind.clone(), map: Self::map(give, c), force: Self::along(give, forces) };
         let tied = self.gives.iter().filter(|give| Self::is_tied(give, c));
@@ -106,7 +106,7 @@ impl<'m> System<'m> {
     }
 
     /// The face of a clearance that the forces expose.
-    pub(super) fn face(&self, give: &Give, c: &Compatibility, forces: &DVector<f64>) -> Option<Face> {
+    pub(super) fn face(&self, give: &Give, c: &Ties, forces: &DVector<f64>) -> Option<Face> {
         let (Kind::Clearance(set) | Kind::Fixed(set), Some(number)) = (&give.kind, give.source) else { return None };
         let force: Vec<f64> = give.columns.iter().map(|&row| forces[row]).collect();
         let part = if Self::is_tied(give, c) { UNDECIDED_TOGETHER } else { UNDECIDED };
