@@ -21,8 +21,8 @@ pub struct OptimalFace {
     /// The same, moved by what keeps the optimal offsets from the points of the faces nearest to them, which hold the
     /// equations.
     shifts: Vec<Vec<f64>>,
-    /// The bodies that are open and the equations between them; none where a tapered one is open in part, whose faces
-    /// are bodies of no kind.
+    /// The bodies that are open, with the independent equations between them; none where a tapered one is open in part,
+    /// whose faces are bodies of no kind.
     bodies: Option<Vec<Body>>,
     right: Vec<f64>,
 }
@@ -67,6 +67,10 @@ impl OptimalFace {
             force: body.columns.iter().map(|column| inner(column, &direction[body.owner])).collect(),
         };
         let program = Program { right: self.right.clone(), blocks: bodies.iter().map(block).collect() };
+        if program.right.is_empty() {
+            let alone: f64 = program.blocks.iter().zip(bodies).map(|(block, body)| body.set.support(&block.force)).sum();
+            return Extreme { outcome: Outcome::judged(0.0, 0.0), value: value + alone, gap: 0.0 };
+        }
         let answer = rounds.solve(Question::Pose, &program, Some(&Answer::pushed(&program))).await;
         let gap = (answer.value - answer.dual_value).abs() / reach;
         Extreme { outcome: answer.outcome, value: value - answer.value, gap }
@@ -121,7 +125,7 @@ impl Program {
             (0..right.len()).for_each(|i| right[i] += inner(block.row(i), &from_centre));
             regions.push(Region::of(set).face(&face.centre));
             if !face.is_point() {
-                let open = open_bodies(owner, block, set, &face.centre[..block.size()]);
+                let open = open_bodies(owner, set, &face.centre[..block.size()]);
                 bodies = bodies.zip(open).map(|(mut bodies, open)| {
                     bodies.extend(open);
                     bodies
@@ -131,6 +135,12 @@ impl Program {
             shifts.push(at.iter().zip(&from_centre).map(|(a, d)| a - d).collect());
         }
         let standard = Standard::within(self, regions.into_iter(), &right);
+        for body in bodies.iter_mut().flatten() {
+            let block = &self.blocks[body.owner];
+            let row = |i: &usize| body.columns.iter().map(|column| inner(column, block.row(*i))).collect::<Vec<f64>>();
+            body.map = standard.rows.iter().flat_map(row).collect();
+        }
+        let right = standard.rows.iter().map(|i| right[*i]).collect();
         OptimalFace { standard, centres, shifts, bodies, right }
     }
 
@@ -156,7 +166,7 @@ impl Program {
 }
 
 /// The bodies of a block's set that are open around the middle of a face; none where one is open in part.
-fn open_bodies(owner: usize, block: &Block, set: &Set, middle: &[f64]) -> Option<Vec<Body>> {
+fn open_bodies(owner: usize, set: &Set, middle: &[f64]) -> Option<Vec<Body>> {
     let own = Own::of(set);
     let at: Vec<f64> = own.coordinates(set, middle).collect();
     let mut open = Vec::new();
@@ -174,14 +184,12 @@ fn open_bodies(owner: usize, block: &Block, set: &Set, middle: &[f64]) -> Option
                 let set = if size == 2 { Set::Disc { radius: 1.0 } } else { Set::Ball { radius: 1.0 } };
                 (own.columns()[range.clone()].to_vec(), set)
             }
-            Atom::Tapered { .. } => ((0..block.size()).map(unit_form).collect(), *set),
+            Atom::Tapered { .. } => ((0..set.size()).map(unit_form).collect(), *set),
         };
         if !matches!(atom, Atom::Interval { .. }) && slack < 1.0 - TIGHT {
             return None;
         }
-        let equations = 0..block.map.len() / block.size();
-        let map = equations.flat_map(|i| columns.iter().map(move |column| inner(column, block.row(i)))).collect();
-        open.push(Body { owner, columns, set: free, map });
+        open.push(Body { owner, columns, set: free, map: Vec::new() });
     }
     Some(open)
 }
