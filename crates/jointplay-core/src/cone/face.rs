@@ -21,8 +21,8 @@ pub struct OptimalFace {
     /// The same, moved by what keeps the optimal offsets from the points of the faces nearest to them, which hold the
     /// equations.
     shifts: Vec<Vec<f64>>,
-    /// The bodies that are open and the equations between them; none where a tapered one is open in part, whose faces
-    /// are bodies of no kind.
+    /// The bodies that are open, with the independent equations between them; none where a tapered one is open in part,
+    /// whose faces are bodies of no kind.
     bodies: Option<Vec<Body>>,
     right: Vec<f64>,
 }
@@ -67,6 +67,11 @@ impl OptimalFace {
             force: body.columns.iter().map(|column| inner(column, &direction[body.owner])).collect(),
         };
         let program = Program { right: self.right.clone(), blocks: bodies.iter().map(block).collect() };
+        if program.right.is_empty() {
+            let alone: f64 =
+                program.blocks.iter().zip(bodies).map(|(block, body)| body.set.support(&block.force)).sum();
+            return Extreme { outcome: Outcome::judged(0.0, 0.0), value: value + alone, gap: 0.0 };
+        }
         let answer = rounds.solve(Question::Pose, &program, Some(&Answer::pushed(&program))).await;
         let gap = (answer.value - answer.dual_value).abs() / reach;
         Extreme { outcome: answer.outcome, value: value - answer.value, gap }
@@ -86,8 +91,7 @@ impl OptimalFace {
 
     /// The optimal displacements nearest to the middles of the faces, each offset measured in what its set
     /// allows; `None` where the programs' rounding leaves none.
-    #[must_use]
-    pub fn middle(&self, program: &Program) -> Option<Vec<Vec<f64>>> {
+    fn middle(&self, program: &Program) -> Option<Vec<Vec<f64>>> {
         let x = self.standard.nearest_to_middle()?;
         let mut middle = self.standard.displacements(program, &x);
         for (middle, shift) in middle.iter_mut().zip(&self.shifts) {
@@ -106,11 +110,30 @@ impl Program {
     /// What is elastic has one optimal deformation only.
     #[must_use]
     pub fn optimal_face(&self, pose: &Answer, tolerance: f64) -> OptimalFace {
+        let faces = self.faces(pose, tolerance);
+        let mut bodies = Some(Vec::new());
+        for (owner, (face, block)) in faces.iter().zip(&self.blocks).enumerate() {
+            let Some((set, face)) = face.as_ref().filter(|(_, face)| !face.is_point()) else { continue };
+            let open = open_bodies(owner, set, &face.centre[..block.size()]);
+            bodies = bodies.zip(open).map(|(mut bodies, open)| {
+                bodies.extend(open);
+                bodies
+            });
+        }
+        OptimalFace { bodies, ..self.around(&faces, pose) }
+    }
+
+    /// Its middle only.
+    #[must_use]
+    pub fn middle(&self, pose: &Answer, tolerance: f64) -> Option<Vec<Vec<f64>>> {
+        self.around(&self.faces(pose, tolerance), pose).middle(self)
+    }
+
+    /// The optimal face as a program on the faces of the sets, its bodies left out.
+    fn around(&self, faces: &[Option<(Set, Face)>], pose: &Answer) -> OptimalFace {
         let mut right = vec![0.0; self.n_equations()];
         let (mut regions, mut centres, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
-        let mut bodies = Some(Vec::new());
-        let blocks = self.blocks.iter().zip(&pose.displacements).enumerate();
-        for (face, (owner, (block, at))) in self.faces(pose, tolerance).iter().zip(blocks) {
+        for (face, (block, at)) in faces.iter().zip(self.blocks.iter().zip(&pose.displacements)) {
             let Some((set, face)) = face else {
                 centres.push(at.clone());
                 shifts.push(at.clone());
@@ -120,18 +143,11 @@ impl Program {
             let from_centre: Vec<f64> = nearest.iter().zip(&face.centre).map(|(a, c)| a - c).collect();
             (0..right.len()).for_each(|i| right[i] += inner(block.row(i), &from_centre));
             regions.push(if face.is_point() { Region::point() } else { Region::of(set).face(&face.centre) });
-            if !face.is_point() {
-                let open = open_bodies(owner, block, set, &face.centre[..block.size()]);
-                bodies = bodies.zip(open).map(|(mut bodies, open)| {
-                    bodies.extend(open);
-                    bodies
-                });
-            }
             centres.push(face.centre[..at.len()].to_vec());
             shifts.push(at.iter().zip(&from_centre).map(|(a, d)| a - d).collect());
         }
         let standard = Standard::within(self, regions.into_iter(), &right);
-        OptimalFace { standard, centres, shifts, bodies, right }
+        OptimalFace { standard, centres, shifts, bodies: None, right }
     }
 
     /// The faces that the reactions expose.
@@ -156,7 +172,7 @@ impl Program {
 }
 
 /// The bodies of a block's set that are open around the middle of a face; none where one is open in part.
-fn open_bodies(owner: usize, block: &Block, set: &Set, middle: &[f64]) -> Option<Vec<Body>> {
+fn open_bodies(owner: usize, set: &Set, middle: &[f64]) -> Option<Vec<Body>> {
     let own = Own::of(set);
     let at: Vec<f64> = own.coordinates(set, middle).collect();
     let mut open = Vec::new();
@@ -174,14 +190,12 @@ fn open_bodies(owner: usize, block: &Block, set: &Set, middle: &[f64]) -> Option
                 let set = if size == 2 { Set::Disc { radius: 1.0 } } else { Set::Ball { radius: 1.0 } };
                 (own.columns()[range.clone()].to_vec(), set)
             }
-            Atom::Tapered { .. } => ((0..block.size()).map(unit_form).collect(), *set),
+            Atom::Tapered { .. } => ((0..set.size()).map(unit_form).collect(), *set),
         };
         if !matches!(atom, Atom::Interval { .. }) && slack < 1.0 - TIGHT {
             return None;
         }
-        let equations = 0..block.map.len() / block.size();
-        let map = equations.flat_map(|i| columns.iter().map(move |column| inner(column, block.row(i)))).collect();
-        open.push(Body { owner, columns, set: free, map });
+        open.push(Body { owner, columns, set: free, map: Vec::new() });
     }
     Some(open)
 }

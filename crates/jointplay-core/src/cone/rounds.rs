@@ -32,7 +32,10 @@ struct Asked {
 impl Rounds {
     /// The answer to a program: from one nearby where that leads there, or in the next round.
     pub async fn solve(&self, question: Question, program: &Program, near: Option<&Answer>) -> Answer {
-        if let Some(answer) = near.and_then(|near| program.answer_near(question, near)) {
+        // Springs alone are linear: any start is as good.
+        let linear = question == Question::Pose && program.blocks.iter().all(|block| block.kind.set().is_none());
+        let start = linear.then(|| Answer::pushed(program));
+        if let Some(answer) = near.or(start.as_ref()).and_then(|near| program.answer_near(question, near)) {
             return answer;
         }
         let ticket = self.hand_in(question, program.clone());

@@ -82,7 +82,19 @@ impl System<'_> {
         ask: &Ask,
         near: Option<&Answer>,
     ) -> Option<Balance> {
-        let forces = ask.forces(c, &c.output.parameters);
+        self.balance_under(rounds, c, right, ask, ask.forces(c, &c.output.parameters), near).await
+    }
+
+    /// The same for the forces that are what is asked.
+    pub(super) async fn balance_under(
+        &self,
+        rounds: &Rounds,
+        c: &Ties,
+        right: &DVector<f64>,
+        ask: &Ask,
+        forces: DVector<f64>,
+        near: Option<&Answer>,
+    ) -> Option<Balance> {
         let program = self.program(c, right, &forces);
         let unloaded = ask.is_unloaded();
         if unloaded && program.right.iter().all(|b| *b == 0.0) {
@@ -166,13 +178,12 @@ impl System<'_> {
     pub async fn balance_near(
         &self,
         rounds: &Rounds,
-        c: &Compatibility,
+        c: &Ties,
         right: &DVector<f64>,
-        ask: &Ask,
+        forces: &DVector<f64>,
         at: &[Vec<f64>],
         stiffness: f64,
     ) -> Option<Balance> {
-        let forces = ask.forces(c, &c.output.parameters);
         let offsets = || self.gives.iter().zip(at).filter(|(give, _)| give.source.is_some());
         let ties: usize = offsets().map(|(give, _)| give.columns.len()).sum();
         let n = c.equations.nrows();
@@ -194,7 +205,7 @@ impl System<'_> {
                 right.extend(at);
                 springs.push(Block { kind: Kind::Spring(compliance), map: elongation, force: vec![0.0; size] });
             }
-            blocks.push(Block { kind: give.kind.clone(), map, force: Self::along(give, &forces) });
+            blocks.push(Block { kind: give.kind.clone(), map, force: Self::along(give, forces) });
         }
         blocks.extend(springs);
         let mut answer = rounds.solve(Question::Pose, &Program { right, blocks }, None).await;
@@ -207,7 +218,7 @@ impl System<'_> {
         answer.displacements = tied.map(|(given, _)| given.clone()).collect();
         Some(Balance {
             given,
-            forces: c.with_stress(&forces, &answer.multipliers),
+            forces: c.with_stress(forces, &answer.multipliers),
             factor: 1.0,
             gap: answer.gap,
             solved: answer.outcome == Outcome::Solved,
@@ -219,7 +230,7 @@ impl System<'_> {
     fn middle(&self, c: &Ties, program: &Program, forces: &DVector<f64>, answer: &Answer) -> Option<Vec<Vec<f64>>> {
         let open = |give: &Give| self.face(give, c, forces).is_some_and(|face| !face.is_point());
         let any = self.gives.iter().any(|give| Self::is_tied(give, c) && open(give));
-        if any { program.optimal_face(answer, UNDECIDED_TOGETHER).middle(program) } else { None }
+        if any { program.middle(answer, UNDECIDED_TOGETHER) } else { None }
     }
 
     /// Puts the displacements: of what is tied as the program says, of the others by the forces.

@@ -60,16 +60,12 @@ impl Compatibility {
     /// Linearises at a state of the basis; `None` where the basis is singular.
     pub fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
         let linearised = solver.linearise(state)?;
-        let (equations, drives) = equations(basis, &linearised, state);
-        let kept = &basis.kept;
-        let load = kept.gradient(&linearised, kept.load_cost(&linearised.poses, &state.inputs.parameters));
-        let load = DVector::from_vec(load.inputs.parameters);
-        let mut output = kept.output_sensitivity(&linearised, state);
-        let shared = share(basis, &equations, &output.parameters);
-        output.parameters += &shared * &equations;
+        let (ties, drives) = tie(basis, &linearised, state);
+        let mut output = basis.kept.output_sensitivity(&linearised, state);
+        let shared = share(basis, &ties.equations, &output.parameters);
+        output.parameters += &shared * &ties.equations;
         output.drives += &shared * &drives;
-        let misfit = basis.misfit(state);
-        Some(Self { ties: Ties { equations, misfit, load }, drives, output, shared, poses: linearised.poses })
+        Some(Self { ties, drives, output, shared, poses: linearised.poses })
     }
 }
 
@@ -82,6 +78,11 @@ impl Deref for Compatibility {
 }
 
 impl Ties {
+    /// Those at a state of the basis; `None` where the basis is singular.
+    pub fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
+        Some(tie(basis, &solver.linearise(state)?, state).0)
+    }
+
     /// Those at one lane of a block that is closed and whose multipliers are solved.
     pub fn of_lane(basis: &Basis, bound: &Bound<'_>, lane: usize) -> Self {
         let n = basis.all.n_parameters();
@@ -108,10 +109,11 @@ impl Ties {
     }
 }
 
-/// The self-stresses, one per row, as coefficients of all displacements and drives.
-fn equations(basis: &Basis, linearised: &Linearised<'_>, state: &State) -> (DMatrix<f64>, DMatrix<f64>) {
-    let all = &basis.all;
-    let redundant = basis.redundant_derivatives(state);
+/// The self-stresses, one per row, as coefficients of all displacements and, apart from them, of the drives; misfit
+/// and load.
+fn tie(basis: &Basis, linearised: &Linearised<'_>, state: &State) -> (Ties, DMatrix<f64>) {
+    let (all, kept) = (&basis.all, &basis.kept);
+    let (misfit, redundant) = basis.redundant_at(&linearised.poses, state);
     let mut equations = DMatrix::zeros(basis.redundancy(), all.n_parameters());
     let mut drives = DMatrix::zeros(basis.redundancy(), all.n_drives());
     let mut reaction = vec![0.0; basis.rows.len()];
@@ -125,7 +127,8 @@ fn equations(basis: &Basis, linearised: &Linearised<'_>, state: &State) -> (DMat
         equations.row_mut(k).iter_mut().zip(&along.parameters).for_each(|(e, p)| *e = *p);
         drives.row_mut(k).iter_mut().zip(&along.drives).for_each(|(e, d)| *e = *d);
     }
-    (equations, drives)
+    let load = kept.gradient(linearised, kept.load_cost(&linearised.poses, &state.inputs.parameters));
+    (Ties { equations, misfit, load: DVector::from_vec(load.inputs.parameters) }, drives)
 }
 
 /// The self-stress with one on a redundant row, on the rows where it is more than rounding, from the multipliers

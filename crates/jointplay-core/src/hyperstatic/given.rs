@@ -76,7 +76,7 @@ impl Mechanism {
         let start = Inputs { drives: case.drives.to_vec(), parameters: u.clone() };
         let Ok(start) = solver.follow(nominal, &start) else { return found };
         found.lack_of_fit = self.length * system.basis.scaled_misfit(&system.basis.misfit(&start));
-        let settled = match system.settle_in(rounds, solver, start, &u, None, |_, _| Ask::Stress).await {
+        let settled = match system.rest_in(rounds, solver, start, &u, None, Ask::Stress).await {
             Ok(settled) => settled,
             Err(failure) => {
                 found.given.status = failure.status();
@@ -84,12 +84,13 @@ impl Mechanism {
             }
         };
         let (c, balance) = (&settled.compatibility, &settled.balance);
-        found.prestress = self.bearable(&c.poses, &balance.forces, &system.unknown_reactions(c));
+        found.prestress =
+            self.bearable(&self.poses(&settled.state.coordinates), &balance.forces, &system.unknown_reactions(c));
         found.deformation = self.deformation(&system, balance);
         found.given.error = system.basis.kept.error(&settled.state, nominal);
         found.given.coordinates = settled.state.coordinates;
         let strained = balance.given.iter().flatten().any(|v| *v != 0.0);
-        found.given.status = match self.nominal_status(nominal) {
+        found.given.status = match at.nominal_status() {
             Status::Ok if strained => Status::Strained,
             status => status,
         };

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::compatibility::Compatibility;
+use super::compatibility::{Compatibility, Ties};
 use super::placed::{CHUNK, Placed};
 use super::settle::{Failure, Settled, is_apart};
 use super::system::{Ask, Balance, System};
@@ -102,7 +102,7 @@ impl Mechanism {
         let Placed { system, solver, case, nominal, .. } = at;
         let basis = system.basis;
         let Some(c) = Compatibility::at(basis, solver, nominal) else { return self.no_strain(Status::Singular) };
-        let status = self.nominal_status(nominal);
+        let status = at.nominal_status();
         let lack_of_fit = self.length * basis.scaled_misfit(&c.misfit);
         let known = self.displacements(&self.centre);
         let right = self.first_order_right(&c, &known, case, nominal);
@@ -146,7 +146,10 @@ impl Mechanism {
                 Ok(settled) => settled,
                 Err(failure) => return apart(failure.status(), found.clearance_factor),
             };
-            let (c, balance) = (&settled.compatibility, &settled.balance);
+            let Some(c) = &Compatibility::at(basis, solver, &settled.state) else {
+                return apart(Status::Singular, found.clearance_factor);
+            };
+            let balance = &settled.balance;
             let right = c.right(&settled.state.inputs.parameters, &known);
             let wider = system.leave_open(rounds, c, &right, balance, &mut open, &mut decided).await;
             let wider = self.felt(c, wider);
@@ -182,18 +185,19 @@ impl Mechanism {
         at: &Placed<'_>,
         [loosest, near]: [Option<Answer>; 2],
         found: &mut Strain,
-    ) -> Result<Settled, Failure> {
+    ) -> Result<Settled<Ties>, Failure> {
         let Placed { system, solver, case, nominal, .. } = at;
         let known = self.displacements(&self.centre);
         let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
         let start = solver.follow(nominal, &built).map_err(|_| Failure::Unreachable)?;
         found.clearance_factor = system.assembly_factor_in(rounds, solver, start.clone(), &known, loosest).await?;
         if is_apart(found.clearance_factor) {
-            let stressed = system.settle_in(rounds, solver, start.clone(), &known, None, |_, _| Ask::Stress).await?;
+            let stressed = system.rest_in(rounds, solver, start.clone(), &known, None, Ask::Stress).await?;
             let unknown = system.unknown_reactions(&stressed.compatibility);
-            found.prestress = self.bearable(&stressed.compatibility.poses, &stressed.balance.forces, &unknown);
+            found.prestress =
+                self.bearable(&self.poses(&stressed.state.coordinates), &stressed.balance.forces, &unknown);
         }
-        system.settle_in(rounds, solver, start, &known, near, |_, _| Ask::Load).await
+        system.rest_in(rounds, solver, start, &known, near, Ask::Load).await
     }
 
     /// What displacements must add up to at the nominal pose beside the known ones, with drive values near the

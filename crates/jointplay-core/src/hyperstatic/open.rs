@@ -11,6 +11,9 @@ use crate::clearance::Face;
 use crate::cone::{Kind, Outcome, Rounds};
 use crate::loaded::UNFELT;
 
+/// Pivots that differ by less are no matter of rounding.
+const CLEARLY: f64 = 1e-4;
+
 impl System<'_> {
     /// Widens what every source leaves open in the output, source by source, tells which sources the load does
     /// not decide, and gives how far all together reach from where they are; `map` is the output by displacements.
@@ -130,6 +133,10 @@ impl System<'_> {
                 }
             }
         }
+        // Mostly every equation is felt by itself.
+        if (&felt * felt.transpose()).cholesky().is_some_and(|factors| is_clear(factors.l_dirty())) {
+            return unknown;
+        }
         let svd = felt.svd(true, false);
         let Some(directions) = svd.u else { return unknown };
         let smallest = UNDECIDED * svd.singular_values.max();
@@ -152,4 +159,10 @@ impl System<'_> {
         }
         unknown
     }
+}
+
+/// Whether the least pivot of a factored matrix is not small beside the largest one.
+fn is_clear(factors: &DMatrix<f64>) -> bool {
+    let pivots = factors.diagonal();
+    pivots.min() > CLEARLY * pivots.max()
 }

@@ -23,6 +23,15 @@ pub(crate) struct Placed<'a> {
     pub number: usize,
     pub case: &'a Case<'a>,
     pub nominal: State,
+    /// Whether the basis is plainly regular there, and all rows with it.
+    pub regular: bool,
+}
+
+impl Placed<'_> {
+    /// Whether the nominal state is too near a singular one.
+    pub fn nominal_status(&self) -> Status {
+        if self.regular { Status::Ok } else { self.system.mechanism.nominal_status(&self.nominal) }
+    }
 }
 
 impl Mechanism {
@@ -59,18 +68,22 @@ impl Mechanism {
             let others: Vec<Option<(Solver<'_>, System<'_>)>> = suited
                 .iter()
                 .map(|suited| {
-                    let Ok(Suited { nominal, other: Some(other) }) = suited else { return None };
+                    let Ok(Suited { nominal, other: Some(other), .. }) = suited else { return None };
                     Some((other.solver(&nominal.coordinates), System::new(self, other)))
                 })
                 .collect();
             let place = |k: usize| {
                 let (case, number) = (&chunk[k], number * size + k);
-                let nominal = &suited[k].as_ref().map_err(|status| *status)?.nominal;
+                let suited = suited[k].as_ref().map_err(|status| *status)?;
                 match &others[k] {
-                    None => Ok(Placed { system: &system, solver: common, number, case, nominal: nominal.clone() }),
+                    None => {
+                        let (nominal, regular) = (suited.nominal.clone(), suited.regular);
+                        Ok(Placed { system: &system, solver: common, number, case, nominal, regular })
+                    }
                     Some((solver, system)) => {
                         let nominal = system.basis.kept.restore(solver, case.coordinates, case.drives);
-                        Ok(Placed { system, solver, number, case, nominal: nominal.ok_or(Status::NotAssembled)? })
+                        let nominal = nominal.ok_or(Status::NotAssembled)?;
+                        Ok(Placed { system, solver, number, case, nominal, regular: false })
                     }
                 }
             };
@@ -92,27 +105,28 @@ impl Mechanism {
     /// The nominal state of a case, and another basis where that one is better.
     fn suited(&self, basis: &Basis, solver: &Solver<'_>, case: &Case<'_>) -> Result<Suited, Status> {
         let nominal = basis.kept.restore(solver, case.coordinates, case.drives).ok_or(Status::NotAssembled)?;
-        let outgrown = self.outgrown(basis, solver, &nominal);
+        let regular = self.plainly_regular(basis, solver, &nominal);
+        let outgrown = !regular && self.outgrown(basis, &nominal);
         let other = if outgrown { Some(self.basis_at(&nominal.coordinates)?) } else { None };
-        Ok(Suited { nominal, other })
+        Ok(Suited { nominal, regular, other })
     }
 
-    /// Whether a basis is so near to a singular state that another one is better, where the rows together
-    /// are not.
-    pub(crate) fn outgrown(&self, basis: &Basis, solver: &Solver<'_>, state: &State) -> bool {
-        if basis.redundancy() == 0 {
-            return false;
-        }
+    /// Whether a basis is far from a singular state; all rows are farther.
+    pub(crate) fn plainly_regular(&self, basis: &Basis, solver: &Solver<'_>, state: &State) -> bool {
         let estimate = solver.linearise(state).map_or(0.0, |l| basis.kept.singular_estimate(&l));
-        if estimate >= CLEAR * self.singular_value {
-            return false;
-        }
-        basis.kept.singular_value_at(state).0 < OUTGROWN * self.singular_value_at(state).0
+        estimate >= CLEAR * self.singular_value
+    }
+
+    /// Whether a basis that is not is so near to a singular state that another one is better, where the rows together
+    /// are not.
+    pub(crate) fn outgrown(&self, basis: &Basis, state: &State) -> bool {
+        basis.redundancy() > 0 && basis.kept.singular_value_at(state).0 < OUTGROWN * self.singular_value_at(state).0
     }
 }
 
-/// A case on the common basis, and the basis that suits it better.
+/// A case on the common basis, whether that is plainly regular there, and the basis that suits it better.
 struct Suited {
     nominal: State,
+    regular: bool,
     other: Option<Basis>,
 }

@@ -6,7 +6,10 @@
 //! offset is drawn to where it is by a spring, the stiffer the less it comes to rest (proximal points,
 //! Rockafellar, SIAM J. Control Optim. 14, 1976, 877): the spring does not move the point of rest.
 
-use super::compatibility::Compatibility;
+use nalgebra::DVector;
+
+use super::basis::Basis;
+use super::compatibility::{Compatibility, Ties};
 use super::system::{Ask, Balance, Give, System};
 use crate::closure::Inputs;
 use crate::cone::{Answer, Rounds};
@@ -28,11 +31,11 @@ const NOISE: f64 = 1e-6;
 
 /// Where displacements, reactions and pose agree.
 #[derive(Clone, Debug)]
-pub(crate) struct Settled {
+pub(crate) struct Settled<C = Compatibility> {
     /// The basis, closed for the displacements.
     pub state: State,
     /// The linearisation there.
-    pub compatibility: Compatibility,
+    pub compatibility: C,
     /// What the last program gave.
     pub balance: Balance,
     /// Programs solved.
@@ -71,7 +74,7 @@ impl System<'_> {
         known: &[f64],
         near: Option<Answer>,
     ) -> Result<f64, Failure> {
-        match self.settle_in(rounds, solver, start, known, near, |_, _| Ask::Factor).await {
+        match self.rest_in(rounds, solver, start, known, near, Ask::Factor).await {
             Ok(assembled) => Ok(assembled.balance.factor),
             Err(Failure::Incompatible | Failure::Unreachable) => Ok(f64::INFINITY),
             Err(Failure::Singular) => Err(Failure::Singular),
@@ -97,21 +100,47 @@ impl System<'_> {
         solver: &Solver<'_>,
         start: State,
         known: &[f64],
-        mut near: Option<Answer>,
-        mut ask: impl FnMut(&State, &Compatibility) -> Ask,
+        near: Option<Answer>,
+        ask: impl FnMut(&State, &Compatibility) -> Ask,
     ) -> Result<Settled, Failure> {
+        self.settle_by(rounds, solver, start, known, near, ask).await
+    }
+
+    /// The same where one thing is asked at every state, which does not depend on the output.
+    pub async fn rest_in(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        start: State,
+        known: &[f64],
+        near: Option<Answer>,
+        ask: Ask,
+    ) -> Result<Settled<Ties>, Failure> {
+        self.settle_by(rounds, solver, start, known, near, |_: &State, _: &Ties| ask.clone()).await
+    }
+
+    async fn settle_by<C: Linear>(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        start: State,
+        known: &[f64],
+        mut near: Option<Answer>,
+        mut ask: impl FnMut(&State, &C) -> Ask,
+    ) -> Result<Settled<C>, Failure> {
         let mut state = start;
         let mut at: Vec<Vec<f64>> = self.offsets_at(&state, known);
         // Springs have the stiffness `stiffness * pull`.
         let (mut last, mut stiffness, mut pull) = (f64::INFINITY, 0.0_f64, 0.0);
         let (mut steps, mut restless) = (0, 0);
         loop {
-            let c = Compatibility::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
-            let (right, asked) = (c.right(&state.inputs.parameters, known), ask(&state, &c));
+            let c = C::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
+            let (right, asked) = (c.ties().right(&state.inputs.parameters, known), ask(&state, &c));
+            let forces = c.forces(&asked);
             let balance = if pull > 0.0 {
-                self.balance_near(rounds, &c, &right, &asked, &at, stiffness * pull).await
+                self.balance_near(rounds, c.ties(), &right, &forces, &at, stiffness * pull).await
             } else {
-                self.balance_in(rounds, &c, &right, &asked, near.as_ref()).await
+                self.balance_under(rounds, c.ties(), &right, &asked, forces, near.as_ref()).await
             };
             let balance = balance.ok_or(Failure::Incompatible)?;
             let mut target = known.to_vec();
@@ -160,6 +189,45 @@ impl System<'_> {
     /// The largest difference of two sets of displacements, in characteristic lengths and radians.
     pub(super) fn difference(&self, a: &[f64], b: &[f64]) -> f64 {
         a.iter().zip(b).enumerate().map(|(k, (a, b))| (a - b).abs() / self.basis.unit(k)).fold(0.0, f64::max)
+    }
+}
+
+/// A linearisation, as much of it as is needed.
+trait Linear: Sized {
+    /// The one at a state of the basis; `None` where the basis is singular.
+    fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self>;
+
+    fn ties(&self) -> &Ties;
+
+    /// What is asked, as forces.
+    fn forces(&self, ask: &Ask) -> DVector<f64>;
+}
+
+impl Linear for Compatibility {
+    fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
+        Self::at(basis, solver, state)
+    }
+
+    fn ties(&self) -> &Ties {
+        self
+    }
+
+    fn forces(&self, ask: &Ask) -> DVector<f64> {
+        ask.forces(self, &self.output.parameters)
+    }
+}
+
+impl Linear for Ties {
+    fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
+        Self::at(basis, solver, state)
+    }
+
+    fn ties(&self) -> &Ties {
+        self
+    }
+
+    fn forces(&self, ask: &Ask) -> DVector<f64> {
+        if matches!(ask, Ask::Load) { self.load.clone() } else { DVector::zeros(self.load.len()) }
     }
 }
 

@@ -21,7 +21,7 @@ use crate::status::Status;
 const MOST_ROUNDS: usize = 12;
 /// A change below this part of all displacements is the last: the next one would be smaller by as much as the
 /// displacements are beside the dimensions, and the programs' rounding is not.
-const LAST_CHANGE: f64 = 1e-7;
+const LAST_CHANGE: f64 = 1e-6;
 
 /// One unit whose displacements stand still.
 #[derive(Clone, Debug)]
@@ -58,8 +58,6 @@ struct Asked<'r> {
     ties: Cow<'r, Ties>,
     output: Cow<'r, DMatrix<f64>>,
     right: DVector<f64>,
-    /// The answer before.
-    near: Option<Answer>,
 }
 
 impl Together<'_> {
@@ -84,19 +82,23 @@ impl Together<'_> {
                     rested[number] = Some(Ok(found));
                 } else {
                     let right = ties.right(&unit.displacements, &known[unit.number]);
-                    let near = unit.balance.answer.clone();
-                    asked.push(Asked { ties: Cow::Owned(ties), output: Cow::Owned(output), right, near });
+                    asked.push(Asked { ties: Cow::Owned(ties), output: Cow::Owned(output), right });
                     moving.push(unit);
                 }
             }
             let balances = self.system.balances(&asked, ask);
-            for (mut unit, balance) in moving.into_iter().zip(balances) {
+            for ((mut unit, asked), balance) in moving.into_iter().zip(&asked).zip(balances) {
                 let Some(balance) = balance else { continue };
                 let known = &known[unit.number];
                 let target = self.target(known, &balance);
                 let change = self.system.difference(&unit.displacements, &target);
                 unit.is_last = change <= LAST_CHANGE * self.system.difference(known, &target);
                 (unit.displacements, unit.balance) = (target, balance);
+                if unit.is_last
+                    && let Some(balance) = self.system.polished(asked, ask, &unit.balance)
+                {
+                    (unit.displacements, unit.balance) = (self.target(known, &balance), balance);
+                }
                 open.push(unit);
             }
         }
@@ -113,7 +115,6 @@ impl Together<'_> {
             ties: Cow::Borrowed(&c.ties),
             output: Cow::Borrowed(&c.output.parameters),
             right: self.nominal.right_beside(known),
-            near: None,
         };
         let balances = self.system.balances(&known.iter().map(asked).collect::<Vec<_>>(), ask);
         let unit = |(number, first): (usize, Option<Balance>)| {
@@ -168,21 +169,29 @@ impl System<'_> {
         // Where nothing pushes it takes another program to tell whether anything is transmitted.
         let pushed = |program: &Program| program.blocks.iter().flat_map(|block| &block.force).any(|f| *f != 0.0);
         let is_one = |program: &Program| !program.blocks.is_empty() && (ask.is_unloaded() || pushed(program));
-        let near = |(unit, program): (&Asked<'_>, &Program)| {
-            let on_a_line = if ask.is_unloaded() { program.on_a_line(ask.question()) } else { None };
-            on_a_line.or_else(|| program.answer_near(ask.question(), unit.near.as_ref()?))
+        let on_a_line = |program: &Program| {
+            if ask.is_unloaded() { program.on_a_line(ask.question()) } else { None }
         };
-        let mut answers: Vec<Option<Answer>> = units.iter().zip(&programs).map(near).collect();
+        let mut answers: Vec<Option<Answer>> = programs.iter().map(on_a_line).collect();
         let left: Vec<usize> = (0..units.len()).filter(|k| answers[*k].is_none() && is_one(&programs[*k])).collect();
         for (k, answer) in left.iter().zip(self.answers(units, &forces, &left, ask)) {
-            // An interior point is good to the root of its gap where the value is flat.
-            answers[*k] = Some(programs[*k].answer_near(ask.question(), &answer).unwrap_or(answer));
+            answers[*k] = Some(answer);
         }
         let balance = |((unit, forces), (program, answer)): ((&Asked<'_>, _), (&Program, Option<Answer>))| {
             let answer = answer.filter(|answer| answer.outcome == Outcome::Solved)?;
             Some(self.answered(&unit.ties, program, forces, ask, answer))
         };
         each().zip(programs.iter().zip(answers)).map(balance).collect()
+    }
+
+    /// A balance to the last digits, where Newton's method takes it there: an interior point is good to the root of
+    /// its gap where the value is flat.
+    fn polished(&self, unit: &Asked<'_>, ask: &Ask, balance: &Balance) -> Option<Balance> {
+        let answer = balance.answer.as_ref().filter(|answer| answer.gap > 0.0)?;
+        let forces = ask.forces(&unit.ties, &unit.output);
+        let program = self.program(&unit.ties, &unit.right, &forces);
+        let answer = program.answer_near(ask.question(), answer)?;
+        Some(self.answered(&unit.ties, &program, &forces, ask, answer))
     }
 
     /// Answers of some units by programs of one structure: what is tied in one unit takes part in all.
