@@ -111,6 +111,8 @@ impl Program {
     #[must_use]
     pub fn optimal_face(&self, pose: &Answer, tolerance: f64) -> OptimalFace {
         let faces = self.faces(pose, tolerance);
+        let around = self.around(&faces, pose);
+        let rows = &around.standard.rows;
         let mut bodies = Some(Vec::new());
         for (owner, (face, block)) in faces.iter().zip(&self.blocks).enumerate() {
             let Some((set, face)) = face.as_ref().filter(|(_, face)| !face.is_point()) else { continue };
@@ -120,7 +122,13 @@ impl Program {
                 bodies
             });
         }
-        OptimalFace { bodies, ..self.around(&faces, pose) }
+        for body in bodies.iter_mut().flatten() {
+            let block = &self.blocks[body.owner];
+            let row = |i: &usize| body.columns.iter().map(|column| inner(column, block.row(*i))).collect::<Vec<f64>>();
+            body.map = rows.iter().flat_map(row).collect();
+        }
+        let right = rows.iter().map(|i| around.right[*i]).collect();
+        OptimalFace { bodies, right, ..around }
     }
 
     /// Its middle only.
