@@ -68,7 +68,8 @@ impl OptimalFace {
         };
         let program = Program { right: self.right.clone(), blocks: bodies.iter().map(block).collect() };
         if program.right.is_empty() {
-            let alone: f64 = program.blocks.iter().zip(bodies).map(|(block, body)| body.set.support(&block.force)).sum();
+            let alone: f64 =
+                program.blocks.iter().zip(bodies).map(|(block, body)| body.set.support(&block.force)).sum();
             return Extreme { outcome: Outcome::judged(0.0, 0.0), value: value + alone, gap: 0.0 };
         }
         let answer = rounds.solve(Question::Pose, &program, Some(&Answer::pushed(&program))).await;

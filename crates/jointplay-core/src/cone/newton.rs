@@ -181,7 +181,8 @@ impl Form<'_> {
                 rest.axpy(-change, &self.e.column(*k), 1.0);
             }
         }
-        let inside = |(first, body, _): &(usize, Atom, bool)| body.slack(&at.p[*first..first + body.size()]) >= -ROUNDING;
+        let inside =
+            |(first, body, _): &(usize, Atom, bool)| body.slack(&at.p[*first..first + body.size()]) >= -ROUNDING;
         let proved = at.factor > 0.0 && rest.amax() <= ROUNDING && self.bodies.iter().all(inside);
         proved.then(|| self.answer(&at.y, &at.p, at.factor, rest.amax()))
     }

@@ -120,8 +120,7 @@ impl Mechanism {
     /// Whether a basis that is not is so near to a singular state that another one is better, where the rows together
     /// are not.
     pub(crate) fn outgrown(&self, basis: &Basis, state: &State) -> bool {
-        basis.redundancy() > 0
-            && basis.kept.singular_value_at(state).0 < OUTGROWN * self.singular_value_at(state).0
+        basis.redundancy() > 0 && basis.kept.singular_value_at(state).0 < OUTGROWN * self.singular_value_at(state).0
     }
 }
 
