@@ -91,8 +91,7 @@ impl OptimalFace {
 
     /// The optimal displacements nearest to the middles of the faces, each offset measured in what its set
     /// allows; `None` where the programs' rounding leaves none.
-    #[must_use]
-    pub fn middle(&self, program: &Program) -> Option<Vec<Vec<f64>>> {
+    fn middle(&self, program: &Program) -> Option<Vec<Vec<f64>>> {
         let x = self.standard.nearest_to_middle()?;
         let mut middle = self.standard.displacements(program, &x);
         for (middle, shift) in middle.iter_mut().zip(&self.shifts) {
@@ -111,11 +110,37 @@ impl Program {
     /// What is elastic has one optimal deformation only.
     #[must_use]
     pub fn optimal_face(&self, pose: &Answer, tolerance: f64) -> OptimalFace {
+        let faces = self.faces(pose, tolerance);
+        let around = self.around(&faces, pose);
+        let rows = &around.standard.rows;
+        let mut bodies = Some(Vec::new());
+        for (owner, (face, block)) in faces.iter().zip(&self.blocks).enumerate() {
+            let Some((set, face)) = face.as_ref().filter(|(_, face)| !face.is_point()) else { continue };
+            let open = open_bodies(owner, set, &face.centre[..block.size()]);
+            bodies = bodies.zip(open).map(|(mut bodies, mut open)| {
+                for body in &mut open {
+                    let row = |i| body.columns.iter().map(move |column| inner(column, block.row(i)));
+                    body.map = rows.iter().flat_map(|i| row(*i)).collect();
+                }
+                bodies.extend(open);
+                bodies
+            });
+        }
+        let right = rows.iter().map(|i| around.right[*i]).collect();
+        OptimalFace { bodies, right, ..around }
+    }
+
+    /// Its middle only.
+    #[must_use]
+    pub fn middle(&self, pose: &Answer, tolerance: f64) -> Option<Vec<Vec<f64>>> {
+        self.around(&self.faces(pose, tolerance), pose).middle(self)
+    }
+
+    /// The optimal face as a program on the faces of the sets, its bodies left out.
+    fn around(&self, faces: &[Option<(Set, Face)>], pose: &Answer) -> OptimalFace {
         let mut right = vec![0.0; self.n_equations()];
         let (mut regions, mut centres, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
-        let mut bodies = Some(Vec::new());
-        let blocks = self.blocks.iter().zip(&pose.displacements).enumerate();
-        for (face, (owner, (block, at))) in self.faces(pose, tolerance).iter().zip(blocks) {
+        for (face, (block, at)) in faces.iter().zip(self.blocks.iter().zip(&pose.displacements)) {
             let Some((set, face)) = face else {
                 centres.push(at.clone());
                 shifts.push(at.clone());
@@ -124,25 +149,12 @@ impl Program {
             let nearest = face.nearest(at);
             let from_centre: Vec<f64> = nearest.iter().zip(&face.centre).map(|(a, c)| a - c).collect();
             (0..right.len()).for_each(|i| right[i] += inner(block.row(i), &from_centre));
-            regions.push(Region::of(set).face(&face.centre));
-            if !face.is_point() {
-                let open = open_bodies(owner, set, &face.centre[..block.size()]);
-                bodies = bodies.zip(open).map(|(mut bodies, open)| {
-                    bodies.extend(open);
-                    bodies
-                });
-            }
+            regions.push(if face.is_point() { Region::point() } else { Region::of(set).face(&face.centre) });
             centres.push(face.centre[..at.len()].to_vec());
             shifts.push(at.iter().zip(&from_centre).map(|(a, d)| a - d).collect());
         }
         let standard = Standard::within(self, regions.into_iter(), &right);
-        for body in bodies.iter_mut().flatten() {
-            let block = &self.blocks[body.owner];
-            let row = |i: &usize| body.columns.iter().map(|column| inner(column, block.row(*i))).collect::<Vec<f64>>();
-            body.map = standard.rows.iter().flat_map(row).collect();
-        }
-        let right = standard.rows.iter().map(|i| right[*i]).collect();
-        OptimalFace { standard, centres, shifts, bodies, right }
+        OptimalFace { standard, centres, shifts, bodies: None, right }
     }
 
     /// The faces that the reactions expose.

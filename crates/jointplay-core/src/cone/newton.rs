@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector};
 use super::form::Form;
 use super::lanes::Question;
 use super::own::Atom;
-use super::{Answer, Program};
+use super::{Answer, Block, Program};
 use crate::space::norm;
 
 const STEPS: usize = 12;
@@ -79,9 +79,20 @@ struct At {
 }
 
 impl Program {
+    /// Whether an answer has as many multipliers and displacements as the program.
+    fn has_shape_of(&self, answer: &Answer) -> bool {
+        let sizes = |(block, offset): (&Block, &Vec<f64>)| block.size() == offset.len();
+        self.n_equations() == answer.multipliers.len()
+            && self.blocks.len() == answer.displacements.len()
+            && self.blocks.iter().zip(&answer.displacements).all(sizes)
+    }
+
     /// The answer, from another one nearby; `None` where that does not lead there.
     #[must_use]
     pub fn answer_near(&self, question: Question, near: &Answer) -> Option<Answer> {
+        if !self.has_shape_of(near) {
+            return None;
+        }
         let form = Form::new(self, question);
         let scaled = near.multipliers.iter().zip(&form.scales).map(|(y, scale)| y * scale);
         let (y, factor) = (DVector::from_iterator(form.scales.len(), scaled), near.factor);

@@ -32,7 +32,6 @@ struct Asked {
 impl Rounds {
     /// The answer to a program: from one nearby where that leads there, or in the next round.
     pub async fn solve(&self, question: Question, program: &Program, near: Option<&Answer>) -> Answer {
-        let near = near.filter(|near| program.has_shape_of(near));
         // Springs alone are linear: any start is as good.
         let linear = question == Question::Pose && program.blocks.iter().all(|block| block.kind.set().is_none());
         let start = linear.then(|| Answer::pushed(program));
@@ -115,14 +114,6 @@ impl Rounds {
 }
 
 impl Program {
-    /// Whether an answer has as many multipliers and displacements as the program.
-    fn has_shape_of(&self, answer: &Answer) -> bool {
-        let sizes = |(block, offset): (&Block, &Vec<f64>)| block.size() == offset.len();
-        self.n_equations() == answer.multipliers.len()
-            && self.blocks.len() == answer.displacements.len()
-            && self.blocks.iter().zip(&answer.displacements).all(sizes)
-    }
-
     /// The answer to the last digits. An interior point is good to the root of its gap where the value is flat; where
     /// Newton's method does not take it further, the program is solved by itself, which goes a little further.
     fn polished(&self, question: Question, answer: Answer) -> Answer {

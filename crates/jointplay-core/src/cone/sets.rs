@@ -99,6 +99,11 @@ impl Region {
         Self { unit, basis, conditions }
     }
 
+    /// A face that is a point: nothing moves.
+    pub const fn point() -> Self {
+        Self { unit: [0.0; MAX_SIZE], basis: Vec::new(), conditions: Vec::new() }
+    }
+
     /// The face around an offset in its middle: conditions that are tight there are equalities.
     pub fn face(&self, middle: &[f64]) -> Self {
         let at = self.coordinates(middle);

@@ -230,7 +230,7 @@ impl System<'_> {
     fn middle(&self, c: &Ties, program: &Program, forces: &DVector<f64>, answer: &Answer) -> Option<Vec<Vec<f64>>> {
         let open = |give: &Give| self.face(give, c, forces).is_some_and(|face| !face.is_point());
         let any = self.gives.iter().any(|give| Self::is_tied(give, c) && open(give));
-        if any { program.optimal_face(answer, UNDECIDED_TOGETHER).middle(program) } else { None }
+        if any { program.middle(answer, UNDECIDED_TOGETHER) } else { None }
     }
 
     /// Puts the displacements: of what is tied as the program says, of the others by the forces.

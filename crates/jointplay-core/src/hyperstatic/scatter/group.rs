@@ -9,13 +9,17 @@ use super::unit::{Fit, Job, Loosest, Unit};
 use crate::cone::Outcome;
 use crate::cone::lanes::{Programs, Question};
 use crate::hyperstatic::compatibility::FITS;
-use crate::hyperstatic::system::Give;
+use crate::hyperstatic::system::{Ask, Give};
 use crate::hyperstatic::together::Together;
 use crate::status::Status;
 
 /// Corrections that make linearly compatible displacements exactly so: each leaves a part of the misfit that is
 /// of the order of the displacements over the dimensions.
 const CORRECTIONS: usize = 12;
+
+/// A factor that differs from one by less may be on the other side on the exact closure: it changes by the order of the
+/// displacements over the dimensions.
+const NEAR: f64 = 0.05;
 
 /// Units that are solved together.
 pub struct Group<'g, 'a> {
@@ -55,8 +59,10 @@ impl<'g, 'a> Group<'g, 'a> {
         }
         let misfits: Vec<DVector<f64>> = assembled.iter().map(|(_, misfit)| misfit.clone()).collect();
         let correction = Rc::new(self.job.correction.clone());
+        let mut loosest = factors(self.job, &misfits);
+        self.refine(&assembled, &mut loosest);
         let (mut loose, mut forced) = (Vec::new(), Vec::new());
-        for ((k, misfit), loosest) in assembled.into_iter().zip(factors(self.job, &misfits)) {
+        for ((k, misfit), loosest) in assembled.into_iter().zip(loosest) {
             let unit = &mut self.units[k];
             match self.job.fit(&misfit, loosest, unit, &mut self.dice[k]) {
                 Fit::Loose => loose.push(Loose {
@@ -72,6 +78,17 @@ impl<'g, 'a> Group<'g, 'a> {
         let loose = self.settle(forced);
         self.correct(loose);
         self.units
+    }
+
+    /// Near one, where it decides, the factor is that of the exact closure.
+    fn refine(&mut self, assembled: &[(usize, DVector<f64>)], loosest: &mut [Loosest]) {
+        let near: Vec<usize> = (0..loosest.len()).filter(|k| (loosest[*k].factor - 1.0).abs() < NEAR).collect();
+        let known: Vec<Vec<f64>> = near.iter().map(|k| self.units[assembled[*k].0].displacements.clone()).collect();
+        for (k, rested) in near.into_iter().zip(self.together.settle(&known, &Ask::Factor)) {
+            if let Ok(rested) = rested {
+                loosest[k].settle_at(rested.balance.factor);
+            }
+        }
     }
 
     /// Closes the mechanism for displacements that are compatible to first order, changing them by what is left.
@@ -165,14 +182,11 @@ fn factors(job: &Job<'_>, misfits: &[DVector<f64>]) -> Vec<Loosest> {
     };
     let of = |(number, misfit): (usize, &DVector<f64>)| {
         if job.fits(misfit) {
-            return Loosest { factor: 0.0, offsets: None };
+            return Loosest::new(0.0, None);
         }
         let factor = answers.factors[number];
         let possible = answers.outcomes[number] != Outcome::Infeasible;
-        Loosest {
-            factor: if possible { factor } else { f64::INFINITY },
-            offsets: if possible { Some(offsets(number)) } else { None },
-        }
+        if possible { Loosest::new(factor, Some(offsets(number))) } else { Loosest::new(f64::INFINITY, None) }
     };
     misfits.iter().enumerate().map(of).collect()
 }

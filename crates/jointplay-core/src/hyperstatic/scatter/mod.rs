@@ -109,7 +109,7 @@ impl Mechanism {
         let nominal = Nominal { state: nominal, compatibility: &at_nominal, right };
         let job = Job::new(system, request, &nominal, &at_built);
         let linear = Linear::new(&job, case);
-        let beside = Beside { all: &system.basis.all, redundant: &system.basis.redundant, statics: job.settles() };
+        let beside = Beside { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
         let newton = Newton::record_beside(solver, self.largest_angle(), Some(&beside));
         let bound = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal.state, case.drives));
         let together =

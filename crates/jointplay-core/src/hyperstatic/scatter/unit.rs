@@ -43,7 +43,22 @@ pub struct Loosest {
     /// The smallest factor on all clearances.
     pub factor: f64,
     /// Offsets of the tied clearances at it, where they are known.
-    pub offsets: Option<Vec<Vec<f64>>>,
+    offsets: Option<Vec<Vec<f64>>>,
+    /// The factor as a part of the linearised one.
+    part: f64,
+}
+
+impl Loosest {
+    /// By the linearisation.
+    pub const fn new(factor: f64, offsets: Option<Vec<Vec<f64>>>) -> Self {
+        Self { factor, offsets, part: 1.0 }
+    }
+
+    /// On the exact closure.
+    pub fn settle_at(&mut self, factor: f64) {
+        self.part = factor / self.factor;
+        self.factor = factor;
+    }
 }
 
 /// How a unit goes together.
@@ -103,11 +118,6 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Whether load or misfit decide where units are.
-    pub const fn settles(&self) -> bool {
-        self.request.loaded || !self.rigid
-    }
-
     const fn mechanism(&self) -> &Mechanism {
         self.system.mechanism
     }
@@ -139,7 +149,7 @@ impl<'a> Job<'a> {
 
     /// The smallest factor on the clearances.
     pub fn factor(&self, misfit: &DVector<f64>) -> Loosest {
-        let none = |factor| Loosest { factor, offsets: None };
+        let none = |factor| Loosest::new(factor, None);
         if self.fits(misfit) {
             return none(0.0);
         }
@@ -163,9 +173,8 @@ impl<'a> Job<'a> {
     /// The factor by a program, with the offsets at it.
     fn loosest(&self, misfit: &DVector<f64>) -> Loosest {
         let balance = self.system.balance(self.compatibility, misfit, &Ask::Factor);
-        balance.map_or(Loosest { factor: f64::INFINITY, offsets: None }, |balance| Loosest {
-            factor: balance.factor,
-            offsets: Some(self.tied.iter().map(|&g| balance.given[g].clone()).collect()),
+        balance.map_or(Loosest::new(f64::INFINITY, None), |balance| {
+            Loosest::new(balance.factor, Some(self.tied.iter().map(|&g| balance.given[g].clone()).collect()))
         })
     }
 
@@ -179,8 +188,14 @@ impl<'a> Job<'a> {
         if apart || self.request.loaded {
             return Fit::Forced;
         }
-        let interior = || loosest.offsets.or_else(|| self.loosest(misfit).offsets);
-        let Some(offsets) = self.section.draw(misfit, dice, interior) else { return Fit::Apart };
+        // With the part of the misfit that leaves as much room as there is on the exact closure.
+        let misfit = misfit * loosest.part;
+        let interior = || {
+            let Some(mut offsets) = loosest.offsets else { return self.loosest(&misfit).offsets };
+            offsets.iter_mut().flatten().for_each(|d| *d *= loosest.part);
+            Some(offsets)
+        };
+        let Some(offsets) = self.section.draw(&misfit, dice, interior) else { return Fit::Apart };
         for (&g, offset) in self.tied.iter().zip(&offsets) {
             self.put(g, offset, unit);
             self.system.gives[g].columns.iter().zip(offset).for_each(|(&row, d)| unit.displacements[row] += d);

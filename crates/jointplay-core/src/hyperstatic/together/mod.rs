@@ -161,3 +161,98 @@ fn map_of_lane(basis: &Basis, bound: &Bound<'_>, lane: usize) -> DMatrix<f64> {
     }
     map
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::batch::{Beside, Newton};
+    use crate::loaded::Case;
+    use crate::mechanism::Mechanism;
+
+    /// Three cranks on one coupler, a load on it, and a dimension of the coupler.
+    fn three_cranks() -> Mechanism {
+        let (mut points, mut joints) = (Vec::new(), Vec::new());
+        let feet = [[0.0, 0.0], [0.1, 0.0], [0.04, 0.03]];
+        for (crank, [x, y]) in (0_i32..).zip(feet) {
+            let places = [(-1, x, y), (crank, 0.0, 0.0), (crank, 0.05, 0.0), (3, x, y)];
+            for first in [points.len(), points.len() + 2] {
+                let axes = ([1.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
+                joints.push(json!({"kind": "revolute", "first": first, "second": first + 1,
+                                   "axis_first": axes.0, "axis_second": axes.1}));
+            }
+            points.extend(places.map(|(body, x, y)| json!({"body": body, "at": [x, y, 0.0]})));
+        }
+        points.push(json!({"body": 3, "at": [0.05, 0.05, 0.0]}));
+        let (s, c) = 1.0_f64.sin_cos();
+        let guess = feet.map(|[x, y]| [x, y, 1.0]).into_iter().chain([[0.05 * c, 0.05 * s, 0.0]]);
+        let disc = |joint: usize| {
+            json!({"kind": "clearance", "joint": joint, "set": {"disc": {"radius": 1e-4}},
+                                         "centre": [0.0, 0.0], "law": "uniform"})
+        };
+        let long = json!({"kind": "dimension", "from": 3, "to": 7, "centre": [0.0], "law": "uniform",
+                          "set": {"interval": {"low": -1e-4, "high": 1e-4}}});
+        let spec = json!({
+            "space": "planar", "n_bodies": 4, "length": 0.1, "singular_value": 1e-3,
+            "guess": guess.collect::<Vec<_>>(), "points": points, "joints": joints, "drives": [{"joint": 0}],
+            "output": {"point": 12}, "loads": [{"point": 12, "force": [3.0, -20.0, 0.0], "moment": [0.0, 0.0, 0.2]}],
+            "sources": (0..6).map(disc).chain([long]).collect::<Vec<_>>(),
+        });
+        Mechanism::new(&serde_json::from_value(spec).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn lanes_are_linearised_as_the_plain_solver_does() {
+        let m = three_cranks();
+        let trace = m.trace(1, &[1.0]);
+        let cases = [Case { drives: &[1.0], coordinates: &trace.coordinates }];
+        let compared = m.each_on_basis(
+            &cases,
+            |system, solver, _, case, state| {
+                let c = Compatibility::at(system.basis, solver, &state).unwrap();
+                let right = m.first_order_right(&c, &vec![0.0; c.load.len()], case, &state);
+                let nominal = Nominal { state: &state, compatibility: &c, right };
+                let beside = Beside { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
+                let newton = Newton::record_beside(solver, m.largest_angle(), Some(&beside)).unwrap();
+                let bound = Some(newton.bind(&system.basis.kept, &state, case.drives));
+                let mut lanes = Together { system, solver, nominal: &nominal, built: &state, bound };
+                // More units than lanes, the offsets and the length without a pattern.
+                let number = |unit: usize, p: usize| 2e-4 * ((0.618 * (7 * unit + p) as f64).fract() - 0.5);
+                let of = |unit: usize| (0..m.n_parameters()).map(|p| number(unit, p)).collect::<Vec<f64>>();
+                let units: Vec<Vec<f64>> = (0..LANES + 3).map(|unit| m.displacements(&of(unit))).collect();
+                let all: Vec<&[f64]> = units.iter().map(Vec::as_slice).collect();
+                let found = lanes.linearise(&all);
+                lanes.bound = None;
+                for (found, plain) in found.into_iter().zip(lanes.linearise(&all)) {
+                    let ((closed, at), (closed_plainly, plainly)) = (found.unwrap(), plain.unwrap());
+                    assert!(!closed.plainly && closed_plainly.plainly);
+                    let near = |a: &[f64], b: &[f64], size: f64| {
+                        assert_eq!(a.len(), b.len());
+                        a.iter().zip(b).for_each(|(a, b)| assert!((a - b).abs() <= 1e-11 * size, "{a} {b}"));
+                    };
+                    near(closed.misfit.as_slice(), closed_plainly.misfit.as_slice(), 0.1);
+                    near(&closed.error, &closed_plainly.error, 1.0);
+                    let rows = 0..m.n_rows();
+                    near(at.ties.misfit.as_slice(), plainly.ties.misfit.as_slice(), 0.1);
+                    near(&at.ties.load.as_slice()[rows.clone()], &plainly.ties.load.as_slice()[rows.clone()], 100.0);
+                    let columns =
+                        |matrix: &DMatrix<f64>| matrix.columns(0, m.n_rows()).iter().copied().collect::<Vec<f64>>();
+                    near(&columns(&at.ties.equations), &columns(&plainly.ties.equations), 10.0);
+                    // Both do the same for displacements that keep compatible.
+                    let shared = &plainly.output - &at.output;
+                    let (shared, ties) = (shared.columns(0, m.n_rows()), at.ties.equations.columns(0, m.n_rows()));
+                    let redundant = system.basis.redundant[0];
+                    for k in 0..m.size() {
+                        let part = shared[(k, redundant)] / ties[(0, redundant)];
+                        (0..m.n_rows())
+                            .for_each(|row| assert!((shared[(k, row)] - part * ties[(0, row)]).abs() < 1e-9));
+                    }
+                }
+                units.len()
+            },
+            |status| panic!("{status:?}"),
+        );
+        assert_eq!(compared, [LANES + 3]);
+    }
+}

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Linearised, Nominal, Together};
 use crate::cone::lanes::Programs;
-use crate::cone::{Answer, Outcome, Rounds};
+use crate::cone::{Answer, Outcome, Program, Rounds};
 use crate::hyperstatic::compatibility::Ties;
 use crate::hyperstatic::settle::Failure;
 use crate::hyperstatic::system::{Ask, Balance, Give, System};
@@ -21,7 +21,7 @@ use crate::status::Status;
 const MOST_ROUNDS: usize = 12;
 /// A change below this part of all displacements is the last: the next one would be smaller by as much as the
 /// displacements are beside the dimensions, and the programs' rounding is not.
-const LAST_CHANGE: f64 = 1e-7;
+const LAST_CHANGE: f64 = 1e-6;
 
 /// One unit whose displacements stand still.
 #[derive(Clone, Debug)]
@@ -48,8 +48,9 @@ struct Unit {
     first: Balance,
     /// What it is closed for.
     displacements: Vec<f64>,
-    /// What the last program gave, where the change was the last one.
-    last: Option<Balance>,
+    /// What the last program gave, and whether that changed little.
+    balance: Balance,
+    is_last: bool,
 }
 
 /// What a unit is asked for.
@@ -74,27 +75,30 @@ impl Together<'_> {
             for (unit, closed) in open.drain(..).zip(closed) {
                 // What cannot be closed on the way may be reached in smaller steps.
                 let Ok((closed, Linearised { ties, output })) = closed else { continue };
-                let Unit { number, first, displacements, last } = unit;
-                if let Some(balance) = last {
+                if unit.is_last {
+                    let Unit { number, first, displacements, balance, .. } = unit;
                     let (first, error, plainly) = (Some(first), closed.error, closed.plainly);
                     let found = Rested { displacements, error, first, balance, ties, output, still: true, plainly };
                     rested[number] = Some(Ok(found));
                 } else {
-                    let right = ties.right(&displacements, &known[number]);
+                    let right = ties.right(&unit.displacements, &known[unit.number]);
                     asked.push(Asked { ties: Cow::Owned(ties), output: Cow::Owned(output), right });
-                    moving.push(Unit { number, first, displacements, last });
+                    moving.push(unit);
                 }
             }
             let balances = self.system.balances(&asked, ask);
-            for (mut unit, balance) in moving.into_iter().zip(balances) {
+            for ((mut unit, asked), balance) in moving.into_iter().zip(&asked).zip(balances) {
                 let Some(balance) = balance else { continue };
                 let known = &known[unit.number];
                 let target = self.target(known, &balance);
                 let change = self.system.difference(&unit.displacements, &target);
-                if change <= LAST_CHANGE * self.system.difference(known, &target) {
-                    unit.last = Some(balance);
+                unit.is_last = change <= LAST_CHANGE * self.system.difference(known, &target);
+                (unit.displacements, unit.balance) = (target, balance);
+                if unit.is_last
+                    && let Some(balance) = self.system.polished(asked, ask, &unit.balance)
+                {
+                    (unit.displacements, unit.balance) = (self.target(known, &balance), balance);
                 }
-                unit.displacements = target;
                 open.push(unit);
             }
         }
@@ -115,7 +119,8 @@ impl Together<'_> {
         let balances = self.system.balances(&known.iter().map(asked).collect::<Vec<_>>(), ask);
         let unit = |(number, first): (usize, Option<Balance>)| {
             let first = first?;
-            Some(Unit { number, displacements: self.target(&known[number], &first), first, last: None })
+            let displacements = self.target(&known[number], &first);
+            Some(Unit { number, displacements, balance: first.clone(), first, is_last: false })
         };
         balances.into_iter().enumerate().filter_map(unit).collect()
     }
@@ -152,48 +157,69 @@ impl Together<'_> {
 }
 
 impl System<'_> {
-    /// Answers what is asked of every unit, programs of one structure together; `None` where that takes more
-    /// than one program, or gives nothing.
+    /// Answers what is asked of every unit; `None` where that takes more than one program, or gives nothing.
     fn balances(&self, units: &[Asked<'_>], ask: &Ask) -> Vec<Option<Balance>> {
         let forces: Vec<DVector<f64>> = units.iter().map(|unit| ask.forces(&unit.ties, &unit.output)).collect();
-        let on_a_line = ask.is_unloaded() && self.basis.redundancy() == 1;
-        // Programs of one structure: what is tied in one unit takes part in all.
-        let is_tied = |give: &&Give| units.iter().any(|unit| Self::is_tied(give, &unit.ties));
-        let tied: Vec<&Give> = if on_a_line { Vec::new() } else { self.gives.iter().filter(is_tied).collect() };
+        let each = || units.iter().zip(&forces);
+        if self.basis.redundancy() == 0 {
+            return each().map(|(unit, forces)| Some(self.free(&unit.ties, forces))).collect();
+        }
+        let programs: Vec<Program> =
+            each().map(|(unit, forces)| self.program(&unit.ties, &unit.right, forces)).collect();
+        // Where nothing pushes it takes another program to tell whether anything is transmitted.
+        let pushed = |program: &Program| program.blocks.iter().flat_map(|block| &block.force).any(|f| *f != 0.0);
+        let is_one = |program: &Program| !program.blocks.is_empty() && (ask.is_unloaded() || pushed(program));
+        let on_a_line = |program: &Program| {
+            if ask.is_unloaded() { program.on_a_line(ask.question()) } else { None }
+        };
+        let mut answers: Vec<Option<Answer>> = programs.iter().map(on_a_line).collect();
+        let left: Vec<usize> = (0..units.len()).filter(|k| answers[*k].is_none() && is_one(&programs[*k])).collect();
+        for (k, answer) in left.iter().zip(self.answers(units, &forces, &left, ask)) {
+            answers[*k] = Some(answer);
+        }
+        let balance = |((unit, forces), (program, answer)): ((&Asked<'_>, _), (&Program, Option<Answer>))| {
+            let answer = answer.filter(|answer| answer.outcome == Outcome::Solved)?;
+            Some(self.answered(&unit.ties, program, forces, ask, answer))
+        };
+        each().zip(programs.iter().zip(answers)).map(balance).collect()
+    }
+
+    /// A balance to the last digits, where Newton's method takes it there: an interior point is good to the root of
+    /// its gap where the value is flat.
+    fn polished(&self, unit: &Asked<'_>, ask: &Ask, balance: &Balance) -> Option<Balance> {
+        let answer = balance.answer.as_ref().filter(|answer| answer.gap > 0.0)?;
+        let forces = ask.forces(&unit.ties, &unit.output);
+        let program = self.program(&unit.ties, &unit.right, &forces);
+        let answer = program.answer_near(ask.question(), answer)?;
+        Some(self.answered(&unit.ties, &program, &forces, ask, answer))
+    }
+
+    /// Answers of some units by programs of one structure: what is tied in one unit takes part in all.
+    fn answers(&self, units: &[Asked<'_>], forces: &[DVector<f64>], some: &[usize], ask: &Ask) -> Vec<Answer> {
+        let is_tied = |give: &&Give| some.iter().any(|k| Self::is_tied(give, &units[*k].ties));
+        let tied: Vec<&Give> = self.gives.iter().filter(is_tied).collect();
         let columns: Vec<usize> = tied.iter().flat_map(|give| &give.columns).copied().collect();
         let mut programs = Programs {
-            n: if columns.is_empty() { 0 } else { units.len() },
+            n: some.len(),
             n_equations: self.basis.redundancy(),
             n_blocks: tied.len(),
             kinds: tied.iter().map(|give| give.kind.clone()).collect(),
             ..Programs::default()
         };
-        for (Asked { ties, right, .. }, forces) in units.iter().zip(&forces).take(programs.n) {
+        for &k in some {
+            let Asked { ties, right, .. } = &units[k];
             let rows = ties.equations.row_iter();
             programs.maps.extend(rows.flat_map(|row| columns.iter().map(move |&c| row[c])));
-            programs.forces.extend(columns.iter().map(|&c| forces[c]));
+            programs.forces.extend(columns.iter().map(|&c| forces[k][c]));
             programs.rights.extend(self.cleaned(right));
         }
         let answers = programs.solve_here(ask.question());
-        let of = |(k, (Asked { ties, right, .. }, forces)): (usize, (&Asked<'_>, &DVector<f64>))| {
-            if self.basis.redundancy() == 0 {
-                return Some(self.free(ties, forces));
-            }
-            let program = self.program(ties, right, forces);
-            let answer = if on_a_line {
-                program.on_a_line(ask.question())?
-            } else {
-                // Where nothing pushes it takes another program to tell whether anything is transmitted.
-                let pushed = program.blocks.iter().flat_map(|block| &block.force).any(|force| *force != 0.0);
-                if programs.n == 0 || !pushed && !ask.is_unloaded() {
-                    return None;
-                }
-                let answer = answers.answer(&programs, k);
-                let of_unit = tied.iter().zip(answer.displacements).filter(|(give, _)| Self::is_tied(give, ties));
-                Answer { displacements: of_unit.map(|(_, d)| d).collect(), ..answer }
-            };
-            (answer.outcome == Outcome::Solved).then(|| self.answered(ties, &program, forces, ask, answer))
+        let of = |(number, k): (usize, &usize)| {
+            let answer = answers.answer(&programs, number);
+            let of_unit =
+                tied.iter().zip(answer.displacements).filter(|(give, _)| Self::is_tied(give, &units[*k].ties));
+            Answer { displacements: of_unit.map(|(_, d)| d).collect(), ..answer }
         };
-        units.iter().zip(&forces).enumerate().map(of).collect()
+        some.iter().enumerate().map(of).collect()
     }
 }
