@@ -117,15 +117,14 @@ impl Program {
         for (owner, (face, block)) in faces.iter().zip(&self.blocks).enumerate() {
             let Some((set, face)) = face.as_ref().filter(|(_, face)| !face.is_point()) else { continue };
             let open = open_bodies(owner, set, &face.centre[..block.size()]);
-            bodies = bodies.zip(open).map(|(mut bodies, open)| {
+            bodies = bodies.zip(open).map(|(mut bodies, mut open)| {
+                for body in &mut open {
+                    let row = |i| body.columns.iter().map(move |column| inner(column, block.row(i)));
+                    body.map = rows.iter().flat_map(|i| row(*i)).collect();
+                }
                 bodies.extend(open);
                 bodies
             });
-        }
-        for body in bodies.iter_mut().flatten() {
-            let block = &self.blocks[body.owner];
-            let row = |i: &usize| body.columns.iter().map(|column| inner(column, block.row(*i))).collect::<Vec<f64>>();
-            body.map = rows.iter().flat_map(row).collect();
         }
         let right = rows.iter().map(|i| around.right[*i]).collect();
         OptimalFace { bodies, right, ..around }

@@ -70,22 +70,23 @@ impl Mechanism {
         };
         // First order at the nominal pose.
         let right = self.first_order_right(&c, &u, case, nominal);
-        if let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Stress, None).await {
-            found.given.error_first_order = self.first_order_error(&system, &c, &u, case, nominal, &balance);
+        let first = system.balance_in(rounds, &c, &right, &Ask::Stress, None).await;
+        if let Some(balance) = &first {
+            found.given.error_first_order = self.first_order_error(&system, &c, &u, case, nominal, balance);
         }
         let start = Inputs { drives: case.drives.to_vec(), parameters: u.clone() };
         let Ok(start) = solver.follow(nominal, &start) else { return found };
         found.lack_of_fit = self.length * system.basis.scaled_misfit(&system.basis.misfit(&start));
-        let settled = match system.rest_in(rounds, solver, start, &u, None, Ask::Stress).await {
+        let settled = match system.rest_in(rounds, solver, start, &u, first.as_ref(), Ask::Stress).await {
             Ok(settled) => settled,
             Err(failure) => {
                 found.given.status = failure.status();
                 return found;
             }
         };
-        let (c, balance) = (&settled.compatibility, &settled.balance);
-        found.prestress =
-            self.bearable(&self.poses(&settled.state.coordinates), &balance.forces, &system.unknown_reactions(c));
+        let balance = &settled.balance;
+        let poses = self.poses(&settled.state.coordinates);
+        found.prestress = self.bearable(&poses, &balance.forces, &system.unknown_reactions(&c));
         found.deformation = self.deformation(&system, balance);
         found.given.error = system.basis.kept.error(&settled.state, nominal);
         found.given.coordinates = settled.state.coordinates;

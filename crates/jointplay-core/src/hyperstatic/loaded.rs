@@ -2,12 +2,12 @@
 
 use nalgebra::DVector;
 
-use super::compatibility::{Compatibility, Ties};
+use super::compatibility::Compatibility;
 use super::placed::{CHUNK, Placed};
-use super::settle::{Failure, Settled, is_apart};
+use super::settle::{Failure, Rest, is_apart};
 use super::system::{Ask, Balance, System};
 use crate::closure::Inputs;
-use crate::cone::{Answer, Rounds};
+use crate::cone::Rounds;
 use crate::loaded::{Case, Loaded};
 use crate::mechanism::{Elastic, Mechanism, Row, Source};
 use crate::solver::State;
@@ -66,6 +66,13 @@ impl StrainTable {
     }
 }
 
+/// What is known at the nominal pose to first order.
+struct FirstOrder {
+    factor: Option<Balance>,
+    stress: Option<Balance>,
+    load: Balance,
+}
+
 impl Mechanism {
     /// Where the load pushes the output of an over-constrained or elastic mechanism, for every case; if not
     /// `exact`, told to first order at the nominal pose. A determinate rigid one is welcome, too.
@@ -106,9 +113,12 @@ impl Mechanism {
         let lack_of_fit = self.length * basis.scaled_misfit(&c.misfit);
         let known = self.displacements(&self.centre);
         let right = self.first_order_right(&c, &known, case, nominal);
-        let factor = system.balance_in(rounds, &c, &right, &Ask::Factor, None).await;
-        let (factor, loosest) = factor.map_or((f64::INFINITY, None), |balance| (balance.factor, balance.answer));
+        let loosest = system.balance_in(rounds, &c, &right, &Ask::Factor, None).await;
+        let factor = loosest.as_ref().map_or(f64::INFINITY, |balance| balance.factor);
         let apart = |status, clearance_factor| Strain { clearance_factor, lack_of_fit, ..self.no_strain(status) };
+        if is_apart(factor) && system.is_rigid() {
+            return apart(Status::NotAssemblable, factor);
+        }
         let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Load, None).await else {
             return apart(Status::NotAssemblable, factor);
         };
@@ -141,30 +151,37 @@ impl Mechanism {
             lack_of_fit,
         };
         let mut settled_all = balance.solved;
+        let stress =
+            if is_apart(factor) { system.balance_in(rounds, &c, &right, &Ask::Stress, None).await } else { None };
         if exact {
-            let settled = match self.settle_exactly(rounds, at, [loosest, balance.answer], &mut found).await {
-                Ok(settled) => settled,
+            let first = FirstOrder { factor: loosest, stress, load: balance };
+            let (rest, stress) = match self.rest_exactly(rounds, at, &first, &mut found.clearance_factor).await {
+                Ok(found) => found,
                 Err(failure) => return apart(failure.status(), found.clearance_factor),
             };
-            let Some(c) = &Compatibility::at(basis, solver, &settled.state) else {
-                return apart(Status::Singular, found.clearance_factor);
-            };
-            let balance = &settled.balance;
-            let right = c.right(&settled.state.inputs.parameters, &known);
-            let wider = system.leave_open(rounds, c, &right, balance, &mut open, &mut decided).await;
-            let wider = self.felt(c, wider);
-            widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
-            found.loaded.error = basis.kept.error(&settled.state, nominal);
-            found.loaded.reaction = self.bearable(&c.poses, &balance.forces, &unknown);
+            let Rest { state, balance, .. } = &rest;
+            if system.leaves_open(&c, &balance.forces) {
+                let Some(c) = Compatibility::at(basis, solver, state) else {
+                    return apart(Status::Singular, found.clearance_factor);
+                };
+                let right = c.right(&state.inputs.parameters, &known);
+                let wider = system.leave_open(rounds, &c, &right, balance, &mut open, &mut decided).await;
+                let wider = self.felt(&c, wider);
+                widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
+            }
+            found.loaded.error = basis.kept.error(state, nominal);
+            found.loaded.reaction = self.bearable(&self.poses(&state.coordinates), &balance.forces, &unknown);
             found.loaded.offset = self.offsets(system, balance);
-            found.loaded.steps = settled.steps;
+            found.loaded.steps = rest.steps;
             found.force = self.known(&balance.forces, &unknown);
             found.deformation = self.deformation(system, balance);
             found.gap = balance.gap;
-            settled_all = settled.still && balance.solved;
-        } else if is_apart(factor)
-            && let Some(stress) = system.balance_in(rounds, &c, &right, &Ask::Stress, None).await
-        {
+            settled_all = rest.still && balance.solved;
+            if let Some(stress) = stress {
+                let poses = self.poses(&stress.state.coordinates);
+                found.prestress = self.bearable(&poses, &stress.balance.forces, &unknown);
+            }
+        } else if let Some(stress) = stress {
             found.prestress = self.bearable(&c.poses, &stress.forces, &unknown);
         }
         let felt = widths.iter().any(|width| *width > 0.0);
@@ -178,26 +195,26 @@ impl Mechanism {
         found
     }
 
-    /// The exact pose; puts the factor on the clearances and the prestress.
-    async fn settle_exactly(
+    /// The exact pose, and the prestress where members have to be strained; puts the factor on the clearances.
+    async fn rest_exactly(
         &self,
         rounds: &Rounds,
         at: &Placed<'_>,
-        [loosest, near]: [Option<Answer>; 2],
-        found: &mut Strain,
-    ) -> Result<Settled<Ties>, Failure> {
+        first: &FirstOrder,
+        factor: &mut f64,
+    ) -> Result<(Rest, Option<Rest>), Failure> {
         let Placed { system, solver, case, nominal, .. } = at;
         let known = self.displacements(&self.centre);
         let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
         let start = solver.follow(nominal, &built).map_err(|_| Failure::Unreachable)?;
-        found.clearance_factor = system.assembly_factor_in(rounds, solver, start.clone(), &known, loosest).await?;
-        if is_apart(found.clearance_factor) {
-            let stressed = system.rest_in(rounds, solver, start.clone(), &known, None, Ask::Stress).await?;
-            let unknown = system.unknown_reactions(&stressed.compatibility);
-            found.prestress =
-                self.bearable(&self.poses(&stressed.state.coordinates), &stressed.balance.forces, &unknown);
+        *factor = system.assembly_factor_in(rounds, solver, start.clone(), &known, first.factor.as_ref()).await?;
+        let mut stress = None;
+        if is_apart(*factor) {
+            let first = first.stress.as_ref();
+            stress = Some(system.rest_in(rounds, solver, start.clone(), &known, first, Ask::Stress).await?);
         }
-        system.rest_in(rounds, solver, start, &known, near, Ask::Load).await
+        let load = system.rest_in(rounds, solver, start, &known, Some(&first.load), Ask::Load).await?;
+        Ok((load, stress))
     }
 
     /// What displacements must add up to at the nominal pose beside the known ones, with drive values near the

@@ -15,6 +15,11 @@ use crate::loaded::UNFELT;
 const CLEARLY: f64 = 1e-4;
 
 impl System<'_> {
+    /// Whether forces leave anything open.
+    pub fn leaves_open(&self, c: &Ties, forces: &DVector<f64>) -> bool {
+        self.gives.iter().any(|give| self.face(give, c, forces).is_some_and(|face| !face.is_point()))
+    }
+
     /// Widens what every source leaves open in the output, source by source, tells which sources the load does
     /// not decide, and gives how far all together reach from where they are; `map` is the output by displacements.
     pub async fn leave_open(

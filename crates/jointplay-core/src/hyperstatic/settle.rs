@@ -27,21 +27,39 @@ const STIFFEST: f64 = 256.0;
 /// The shortest part of a step.
 const SHORTEST: f64 = 1.0 / 256.0;
 /// Changes below this part of all displacements that do not shrink any more are the programs' rounding.
-const NOISE: f64 = 1e-6;
+pub(super) const NOISE: f64 = 1e-6;
 
 /// Where displacements, reactions and pose agree.
 #[derive(Clone, Debug)]
-pub(crate) struct Settled<C = Compatibility> {
+pub(crate) struct Settled {
     /// The basis, closed for the displacements.
     pub state: State,
     /// The linearisation there.
-    pub compatibility: C,
+    pub compatibility: Compatibility,
     /// What the last program gave.
     pub balance: Balance,
-    /// Programs solved.
-    pub steps: usize,
     /// Whether displacements and pose stand still.
     pub still: bool,
+}
+
+/// The same without the linearisation.
+#[derive(Clone, Debug)]
+pub(crate) struct Rest {
+    pub state: State,
+    pub balance: Balance,
+    /// Steps that led there.
+    pub steps: usize,
+    pub still: bool,
+}
+
+/// Where a sequence begins.
+struct Start {
+    state: State,
+    /// An answer nearby.
+    near: Option<Answer>,
+    /// The change that led there, and how many there were.
+    last: f64,
+    steps: usize,
 }
 
 /// Why there is no such place.
@@ -72,9 +90,9 @@ impl System<'_> {
         solver: &Solver<'_>,
         start: State,
         known: &[f64],
-        near: Option<Answer>,
+        first: Option<&Balance>,
     ) -> Result<f64, Failure> {
-        match self.rest_in(rounds, solver, start, known, near, Ask::Factor).await {
+        match self.rest_in(rounds, solver, start, known, first, Ask::Factor).await {
             Ok(assembled) => Ok(assembled.balance.factor),
             Err(Failure::Incompatible | Failure::Unreachable) => Ok(f64::INFINITY),
             Err(Failure::Singular) => Err(Failure::Singular),
@@ -103,36 +121,56 @@ impl System<'_> {
         near: Option<Answer>,
         ask: impl FnMut(&State, &Compatibility) -> Ask,
     ) -> Result<Settled, Failure> {
-        self.settle_by(rounds, solver, start, known, near, ask).await
+        let start = Start { state: start, near, last: f64::INFINITY, steps: 0 };
+        let rest = self.settle_by(rounds, solver, start, known, false, ask).await?;
+        let Rest { state, balance, still, .. } = rest;
+        let compatibility = Compatibility::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
+        Ok(Settled { state, compatibility, balance, still })
     }
 
-    /// The same where one thing is asked at every state, which does not depend on the output.
+    /// The same where one thing is asked at every state, which does not depend on the output, perhaps from what it
+    /// gives to first order.
     pub async fn rest_in(
         &self,
         rounds: &Rounds,
         solver: &Solver<'_>,
         start: State,
         known: &[f64],
-        near: Option<Answer>,
+        first: Option<&Balance>,
         ask: Ask,
-    ) -> Result<Settled<Ties>, Failure> {
-        self.settle_by(rounds, solver, start, known, near, |_: &State, _: &Ties| ask.clone()).await
+    ) -> Result<Rest, Failure> {
+        let mut start = Start { state: start, near: None, last: f64::INFINITY, steps: 0 };
+        if let Some(first) = first {
+            start.near.clone_from(&first.answer);
+            let target = self.target(known, first);
+            if let Ok((state, 1.0)) = step(solver, &start.state, &target) {
+                (start.state, start.last, start.steps) = (state, self.difference(known, &target), 1);
+            }
+        }
+        self.settle_by(rounds, solver, start, known, true, |_: &State, _: &Ties| ask.clone()).await
     }
 
+    /// Known displacements, and those that a balance gives.
+    fn target(&self, known: &[f64], balance: &Balance) -> Vec<f64> {
+        let mut target = known.to_vec();
+        target.iter_mut().zip(self.displacements(balance)).for_each(|(t, d)| *t += d);
+        target
+    }
+
+    /// Goes on from a start; `foresees` tells whether a step counts as the last one when the changes so far tell that
+    /// the next one would not be any more.
     async fn settle_by<C: Linear>(
         &self,
         rounds: &Rounds,
         solver: &Solver<'_>,
-        start: State,
+        Start { mut state, mut near, mut last, mut steps }: Start,
         known: &[f64],
-        mut near: Option<Answer>,
+        foresees: bool,
         mut ask: impl FnMut(&State, &C) -> Ask,
-    ) -> Result<Settled<C>, Failure> {
-        let mut state = start;
+    ) -> Result<Rest, Failure> {
         let mut at: Vec<Vec<f64>> = self.offsets_at(&state, known);
         // Springs have the stiffness `stiffness * pull`.
-        let (mut last, mut stiffness, mut pull) = (f64::INFINITY, 0.0_f64, 0.0);
-        let (mut steps, mut restless) = (0, 0);
+        let (mut stiffness, mut pull, mut restless) = (0.0_f64, 0.0, 0);
         loop {
             let c = C::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
             let (right, asked) = (c.ties().right(&state.inputs.parameters, known), ask(&state, &c));
@@ -143,8 +181,7 @@ impl System<'_> {
                 self.balance_under(rounds, c.ties(), &right, &asked, forces, near.as_ref()).await
             };
             let balance = balance.ok_or(Failure::Incompatible)?;
-            let mut target = known.to_vec();
-            target.iter_mut().zip(self.displacements(&balance)).for_each(|(t, d)| *t += d);
+            let target = self.target(known, &balance);
             let own = &state.inputs.parameters;
             let change = self.difference(own, &target);
             let size = self.difference(known, &target).max(self.difference(known, own));
@@ -152,7 +189,13 @@ impl System<'_> {
             let still = change * stiffness.max(1.0) <= self.mechanism.still() * size
                 || change * stiffness.max(1.0) <= NOISE * size && change > 0.5 * last;
             if still || steps == MOST_STEPS {
-                return Ok(Settled { state, compatibility: c, balance, steps, still });
+                return Ok(Rest { state, balance, steps, still });
+            }
+            // Changes shrink by as much as the displacements are beside the dimensions.
+            let next = change * (change / last);
+            if foresees && pull == 0.0 && change < SHRINKS * last && next <= self.mechanism.still() * size {
+                let (state, part) = step(solver, &state, &target)?;
+                return Ok(Rest { state, balance, steps: steps + 1, still: part >= 1.0 });
             }
             restless += usize::from(change > SHRINKS * last);
             last = change;

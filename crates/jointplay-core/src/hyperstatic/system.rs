@@ -55,6 +55,11 @@ impl<'m> System<'m> {
         self.gives.iter().filter(|give| give.source.is_none()).cloned().collect()
     }
 
+    /// Whether nothing is elastic.
+    pub fn is_rigid(&self) -> bool {
+        self.gives.iter().all(|give| give.source.is_some())
+    }
+
     /// Coefficients of a give in the equations, row-major.
     pub fn map(give: &Give, c: &Ties) -> Vec<f64> {
         let equations = 0..c.equations.nrows();

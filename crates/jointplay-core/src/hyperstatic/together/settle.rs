@@ -13,15 +13,14 @@ use super::{Linearised, Nominal, Together};
 use crate::cone::lanes::Programs;
 use crate::cone::{Answer, Outcome, Program, Rounds};
 use crate::hyperstatic::compatibility::Ties;
-use crate::hyperstatic::settle::Failure;
+use crate::hyperstatic::settle::{Failure, NOISE};
 use crate::hyperstatic::system::{Ask, Balance, Give, System};
 use crate::status::Status;
 
 /// Rounds until a unit goes on by itself.
 const MOST_ROUNDS: usize = 12;
-/// A change below this part of all displacements is the last: the next one would be smaller by as much as the
-/// displacements are beside the dimensions, and the programs' rounding is not.
-const LAST_CHANGE: f64 = 1e-6;
+/// A unit stands still when the next change would be below this part of all displacements.
+const STILL: f64 = 1e-10;
 
 /// One unit whose displacements stand still.
 #[derive(Clone, Debug)]
@@ -48,8 +47,9 @@ struct Unit {
     first: Balance,
     /// What it is closed for.
     displacements: Vec<f64>,
-    /// What the last program gave, and whether that changed little.
+    /// What the last program gave, how much it changed, and whether the next one would change anything.
     balance: Balance,
+    change: f64,
     is_last: bool,
 }
 
@@ -72,7 +72,7 @@ impl Together<'_> {
                 break;
             }
             let own: Vec<&[f64]> = open.iter().map(|unit| unit.displacements.as_slice()).collect();
-            let closed = self.linearise(&own);
+            let closed = self.linearise(&own, |k| open[k].is_last || matches!(ask, Ask::Along(_)));
             let (mut moving, mut asked) = (Vec::with_capacity(open.len()), Vec::with_capacity(open.len()));
             for (mut unit, closed) in open.drain(..).zip(closed) {
                 // What cannot be closed on the way may be reached in smaller steps.
@@ -96,9 +96,12 @@ impl Together<'_> {
                 let Some(balance) = balance else { continue };
                 let known = &known[unit.number];
                 let target = self.target(known, &balance);
+                let size = self.system.difference(known, &target);
                 let change = self.system.difference(&unit.displacements, &target);
-                unit.is_last = round > 0 && change <= LAST_CHANGE * self.system.difference(known, &target);
-                (unit.displacements, unit.balance) = (target, balance);
+                // Changes shrink in proportion, until what is left is the programs' rounding.
+                let next = if change > 0.0 { change * (change / unit.change) } else { 0.0 };
+                unit.is_last = next <= STILL * size || change <= NOISE * size && change > 0.5 * unit.change;
+                (unit.displacements, unit.balance, unit.change) = (target, balance, change);
                 open.push(unit);
             }
         }
@@ -121,7 +124,8 @@ impl Together<'_> {
         let unit = |(number, first): (usize, Option<Balance>)| {
             let first = first?;
             let displacements = self.target(&known[number], &first);
-            Some(Unit { number, displacements, balance: first.clone(), first, is_last: false })
+            let change = self.system.difference(&known[number], &displacements);
+            Some(Unit { number, displacements, balance: first.clone(), first, change, is_last: false })
         };
         balances.into_iter().enumerate().filter_map(unit).collect()
     }
