@@ -190,7 +190,7 @@ fn the_face_of_optimal_poses_is_searched_to_its_ends() {
     let (alpha, beta) = (0.8, 1.3);
     for sign in [1.0, -1.0] {
         let direction = vec![vec![1.0, 0.0], vec![0.0], vec![sign * alpha, sign * beta]];
-        let extreme = program.extreme(&pose, &direction, 1e-6);
+        let extreme = program.optimal_face(&pose, 1e-6).extreme(&direction);
         assert_eq!(extreme.outcome, Outcome::Solved);
         let mut best = f64::MIN;
         for i in 0..=200_000 {
@@ -202,7 +202,7 @@ fn the_face_of_optimal_poses_is_searched_to_its_ends() {
     // What the load decides has one value.
     for sign in [1.0, -1.0] {
         let direction = vec![vec![sign, sign], vec![0.0], vec![0.0; 2]];
-        let extreme = program.extreme(&pose, &direction, 1e-6);
+        let extreme = program.optimal_face(&pose, 1e-6).extreme(&direction);
         assert!((extreme.value - sign * 2e-4).abs() < 1e-12);
     }
 }
@@ -242,7 +242,7 @@ fn no_optimal_pose_goes_beyond_the_ends_of_the_face() {
             let one = if k < 5 { at } else { &decided[..at.len()] };
             expected += if free { set.support(c) } else { one.iter().zip(c).map(|(a, c)| a * c).sum::<f64>() };
         }
-        let extreme = program.extreme(&pose, &direction, 1e-7);
+        let extreme = program.optimal_face(&pose, 1e-7).extreme(&direction);
         assert_eq!(extreme.outcome, Outcome::Solved);
         // A gap of 1e-11 leaves offsets on round sets an arc of its root.
         assert!((extreme.value - expected).abs() < 1e-6 * expected.abs().max(1e-3), "{} {expected}", extreme.value);

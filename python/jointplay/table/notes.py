@@ -21,7 +21,7 @@ OUTCOMES = {
     "not_assemblable": "the clearances cannot absorb the deviations",
 }
 #: outcomes of units that have a pose
-COUNTED = ("ok", "strained")
+COUNTED = ("ok", "undetermined", "strained")
 #: parts of a motion below this share of its largest part do not take part in it
 TAKES_PART = 0.01
 #: as many configurations are named one by one

@@ -9,6 +9,7 @@
 // Kernels must be inlined into callers compiled for a width of vector registers.
 #![allow(clippy::inline_always)]
 
+mod beside;
 mod climb;
 mod contact;
 pub mod draw;
@@ -30,6 +31,7 @@ pub mod tape;
 mod tree;
 mod worker;
 
+pub(crate) use beside::{Beside, Borne};
 pub use climb::{Climb, Site, Task};
 pub use contact::Contact;
 pub use first_order::FirstOrder;

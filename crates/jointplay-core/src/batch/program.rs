@@ -1,5 +1,6 @@
 //! Newton's iteration recorded as programs, and its run on a block of samples.
 
+use super::beside::{Beside, Statics};
 use super::lanes::{Block, LANES, Mask, bits_if};
 use super::layout::{Layout, Symbolic};
 use super::linear::{Eliminated, Linear};
@@ -27,6 +28,8 @@ pub struct Newton {
     step: Program,
     /// The output's error.
     finish: Program,
+    /// What an over-constrained mechanism tells beside, at the pose that is reached.
+    pub(super) statics: Option<Statics>,
     n_parameters: usize,
     /// Inputs after the parameters.
     n_state: usize,
@@ -36,8 +39,8 @@ pub struct Newton {
 /// The programs with the quantities of one configuration in place, and room to work.
 #[derive(Clone)]
 pub struct Bound<'n> {
-    newton: &'n Newton,
-    memory: Vec<Block>,
+    pub(super) newton: &'n Newton,
+    pub(super) memory: Vec<Block>,
     /// Sign of the pivots' product at the nominal pose.
     sign: f64,
 }
@@ -128,13 +131,9 @@ impl Newton {
         Self::record_beside(solver, solver.mechanism.largest_angle(), None)
     }
 
-    /// Records it for parameters with angles up to one given, and beside it what is left of some rows of
-    /// another mechanism with the same bodies and parameters.
-    pub(crate) fn record_beside(
-        solver: &Solver<'_>,
-        given: f64,
-        beside: Option<(&Mechanism, &[usize])>,
-    ) -> Option<Self> {
+    /// Records it for parameters with angles up to one given, and beside it what is left of the redundant rows
+    /// of an over-constrained mechanism of which this is the basis.
+    pub(crate) fn record_beside(solver: &Solver<'_>, given: f64, beside: Option<&Beside<'_>>) -> Option<Self> {
         let m = solver.mechanism;
         let layout = Layout::new(m);
         let (n_u, n_pose) = (m.n_parameters(), layout.n_pose());
@@ -181,12 +180,16 @@ impl Newton {
         for (k, error) in outputs.iter_mut().enumerate().take(m.n_translations()) {
             *error = *error - layout.reference(&recorder, k);
         }
-        if let Some((other, rows)) = beside {
-            let [residual, _] = evaluate(other, &any);
-            outputs.extend(rows.iter().map(|&row| residual[row]));
+        let mut statics = None;
+        if let Some(beside) = beside {
+            let [residual, _] = evaluate(beside.all, &any);
+            outputs.extend(beside.redundant.iter().map(|&row| residual[row]));
         }
         let finish = Program::after(&step, &recorder, &outputs)?;
-        Some(Self { first, step, finish, n_parameters: n_u, n_state, n_outputs: m.size() })
+        if let Some(beside) = beside.filter(|beside| beside.statics) {
+            statics = Some(beside.record(solver, &any, &recorder, &finish)?);
+        }
+        Some(Self { first, step, finish, statics, n_parameters: n_u, n_state, n_outputs: m.size() })
     }
 
     /// Operations of the first step, a full step and the output.
@@ -199,7 +202,9 @@ impl Newton {
     #[must_use]
     pub fn bind(&self, mechanism: &Mechanism, nominal: &State, drives: &[f64]) -> Bound<'_> {
         let common = Layout::values(mechanism, nominal, drives);
-        let mut memory = self.finish.registers(&common);
+        let mut memory =
+            self.statics.as_ref().map_or_else(|| self.finish.registers(&common), |statics| statics.registers(&common));
+        self.finish.put_common(&mut memory, &common);
         self.first.put_common(&mut memory, &common);
         self.step.put_common(&mut memory, &common);
         // Perfect parameters: the inputs start at zero.

@@ -1,7 +1,7 @@
 //! What a program gives, measured by the program as it was given.
 
 use super::standard::{Body, Standard};
-use super::{Kind, Program};
+use super::{Block, Kind, Program};
 use crate::clearance::{Set, inner};
 
 /// Relative gap and residual up to which an answer is a solution.
@@ -47,6 +47,29 @@ pub struct Answer {
     pub unit: f64,
     /// The largest violation of an equation or of a set, as a part of what the clearances reach.
     pub residual: f64,
+}
+
+impl Answer {
+    /// Where the load alone would push everything, in the middle where it does not: a start for the search of an answer.
+    pub(super) fn pushed(program: &Program) -> Self {
+        let push = |block: &Block| match &block.kind {
+            Kind::Clearance(set) | Kind::Fixed(set) if block.force.iter().any(|f| *f != 0.0) => {
+                set.face(&block.force, 0.0).centre[..block.size()].to_vec()
+            }
+            _ => vec![0.0; block.size()],
+        };
+        Self {
+            outcome: Outcome::Stalled,
+            displacements: program.blocks.iter().map(push).collect(),
+            multipliers: vec![0.0; program.n_equations()],
+            factor: 1.0,
+            value: f64::INFINITY,
+            dual_value: f64::NEG_INFINITY,
+            gap: f64::INFINITY,
+            unit: f64::INFINITY,
+            residual: f64::INFINITY,
+        }
+    }
 }
 
 /// How far a linear function goes on the face of optimal displacements.

@@ -17,13 +17,16 @@
 //! functions h of the sets, is a bound from below that proves how near an answer is to the optimum.
 //!
 //! Where the load does not decide all offsets, the optimal ones are a face of the product of the sets
-//! cut by the equations; [`Program::extreme`] goes to its ends.
+//! cut by the equations; [`OptimalFace`] goes to its ends and to its middle.
 
 mod answer;
 mod face;
+mod form;
 pub mod lanes;
 mod line;
+mod newton;
 mod own;
+mod rounds;
 mod sets;
 mod single;
 mod springs;
@@ -33,6 +36,8 @@ use serde::Deserialize;
 
 use crate::clearance::Set;
 pub use answer::{Answer, Extreme, Outcome};
+pub use face::OptimalFace;
+pub(crate) use rounds::Rounds;
 pub(crate) use springs::factor;
 
 /// What a block of displacements may be.

@@ -6,6 +6,7 @@
 //! coordinates have sizes near one whatever the units are; those of parts that are points are left out.
 
 use crate::clearance::{MAX_SIZE, Set};
+use crate::space::norm;
 
 /// Coefficients of a linear form of an offset.
 pub(super) type Form = [f64; MAX_SIZE];
@@ -29,6 +30,52 @@ impl Atom {
             Self::Round { size } => *size,
             Self::Tapered { arms, .. } => 1 + *arms,
         }
+    }
+
+    /// How far the nearest side is from the coordinates, as a part of the body.
+    pub fn slack(&self, p: &[f64]) -> f64 {
+        match self {
+            Self::Interval { low, high } => (high - p[0]).min(p[0] - low) / (0.5 * (high - low)),
+            Self::Round { .. } => 1.0 - norm(p),
+            Self::Tapered { arms, tapers } => {
+                let arm = |k: usize| 1.0 - p[1 + k].abs() - tapers[k] * p[0].abs();
+                (0..*arms).map(arm).fold(1.0 - p[0].abs(), f64::min)
+            }
+        }
+    }
+
+    /// What the farthest point reaches along a force.
+    pub fn support(&self, force: &[f64]) -> f64 {
+        let mut point = [0.0; MAX_SIZE];
+        self.support_point(force, &mut point);
+        force.iter().zip(&point).map(|(f, p)| f * p).sum()
+    }
+
+    /// The farthest point along a force.
+    pub fn support_point(&self, force: &[f64], point: &mut [f64]) {
+        match self {
+            Self::Interval { low, high } => point[0] = if force[0] > 0.0 { *high } else { *low },
+            Self::Round { .. } => {
+                let size = norm(force);
+                let per = if size > 0.0 { 1.0 / size } else { 0.0 };
+                point.iter_mut().zip(force).for_each(|(p, f)| *p = per * f);
+            }
+            Self::Tapered { arms, tapers } => {
+                let lost: f64 = (0..*arms).map(|k| tapers[k] * force[1 + k].abs()).sum();
+                point[0] = if force[0].abs() > lost { force[0].signum() } else { 0.0 };
+                let along = point[0].abs();
+                (0..*arms).for_each(|k| point[1 + k] = force[1 + k].signum() * (1.0 - tapers[k] * along));
+            }
+        }
+    }
+
+    /// How the farthest point turns with its force: by this number times what the force changes across this unit
+    /// vector. Corners do not.
+    pub fn bend(&self, force: &[f64], point: &[f64]) -> Option<(f64, [f64; 3])> {
+        let Self::Round { size } = self else { return None };
+        let mut normal = [0.0; 3];
+        normal[..*size].copy_from_slice(point);
+        Some((1.0 / norm(force), normal))
     }
 }
 
@@ -91,6 +138,24 @@ impl Own {
     /// What each coordinate displaces.
     pub fn columns(&self) -> &[Form] {
         &self.columns[..self.n]
+    }
+
+    /// The offset at coordinates.
+    pub fn offset(&self, p: &[f64]) -> Form {
+        std::array::from_fn(|k| self.columns().iter().zip(p).map(|(column, p)| column[k] * p).sum())
+    }
+
+    /// The coordinates of an offset of the set: their columns are orthogonal in the largest values of the components.
+    pub fn coordinates<'a>(&'a self, set: &'a Set, offset: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        self.columns().iter().map(|column| {
+            let (mut along, mut size) = (0.0, 0.0);
+            for (k, d) in offset.iter().enumerate().filter(|(k, _)| column[*k] != 0.0) {
+                let per = 1.0 / set.half_width(k);
+                along += column[k] * per * d * per;
+                size += (column[k] * per).powi(2);
+            }
+            along / size
+        })
     }
 
     /// One of the bodies, of which there are three at most.

@@ -3,12 +3,13 @@
 //! Coordinates u displace `offset = unit basis u`, with half spaces and cones of second order as
 //! conditions on u. A face of the set is the same around its middle.
 
-use super::own::{Atom, Form, Own};
+pub(super) use super::own::Form;
+use super::own::{Atom, Own};
 use crate::clearance::{MAX_SIZE, Set};
 use crate::space::norm;
 
 /// Tight, or no longer there: to rounding, as a part of one.
-const TIGHT: f64 = 1e-9;
+pub(super) const TIGHT: f64 = 1e-9;
 
 /// A condition on the coordinates.
 #[derive(Clone, Debug)]
@@ -96,6 +97,11 @@ impl Region {
         let basis = own.columns().iter().map(part).collect();
         let conditions = own.atoms().flat_map(|(first, atom)| conditions(first, atom)).collect();
         Self { unit, basis, conditions }
+    }
+
+    /// A face that is a point: nothing moves.
+    pub const fn point() -> Self {
+        Self { unit: [0.0; MAX_SIZE], basis: Vec::new(), conditions: Vec::new() }
     }
 
     /// The face around an offset in its middle: conditions that are tight there are equalities.

@@ -9,7 +9,7 @@ use clarabel::solver::{
 use super::answer::Judge;
 use super::sets::Condition;
 use super::standard::{Body, Standard};
-use super::{Answer, Program, Springs};
+use super::{Answer, Outcome, Program, Springs};
 
 /// What Clarabel is asked to reach. Where it comes to a halt before, the answer is judged by its own
 /// primal and dual value.
@@ -103,6 +103,17 @@ impl Standard {
                 SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible
             ),
         }
+    }
+
+    /// The coordinates of least size that fulfil the equations within the sets; `None` where rounding leaves none.
+    pub(super) fn nearest_to_middle(&self) -> Option<Vec<f64>> {
+        if let Some(x) = self.least().filter(|x| self.is_within(x)) {
+            return Some(x);
+        }
+        let central = Self { central: true, ..self.clone() };
+        let raw = central.solve(&vec![0.0; self.n], None);
+        let solved = !raw.infeasible && Outcome::judged((raw.value - raw.dual_value).abs(), 0.0) == Outcome::Solved;
+        solved.then_some(raw.x)
     }
 
     fn push_sets(&self, rows: &mut Rows, factor: Option<f64>) {

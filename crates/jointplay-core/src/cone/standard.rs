@@ -4,6 +4,8 @@
 //! in them, energies in what the load can do within the sets. Equations that others imply, as far as
 //! anything can move in them, are left out; they are consistent or the program is infeasible.
 
+use nalgebra::{DMatrix, DVector};
+
 use super::sets::Region;
 use super::{Block, Kind, Program, Springs, springs};
 
@@ -217,6 +219,37 @@ impl Standard {
             self.right.push(right[i]);
         }
         self
+    }
+
+    /// The coordinates of least size that fulfil the equations.
+    pub fn least(&self) -> Option<Vec<f64>> {
+        let (s, n) = (self.matrix.len(), self.n);
+        if self.right.iter().all(|b| *b == 0.0) {
+            return Some(vec![0.0; n]);
+        }
+        let matrix = DMatrix::from_fn(s, n, |i, j| self.matrix[i][j]);
+        let right = DVector::from_column_slice(&self.right);
+        let multipliers = (&matrix * matrix.transpose()).cholesky()?.solve(&right);
+        Some(matrix.tr_mul(&multipliers).as_slice().to_vec())
+    }
+
+    /// The value of a linear function of the coordinates where the equations leave it only one.
+    pub fn constant(&self, along: &[f64]) -> Option<f64> {
+        let (s, n) = (self.matrix.len(), self.n);
+        let matrix = DMatrix::from_fn(s, n, |i, j| self.matrix[i][j]);
+        let along = DVector::from_column_slice(along);
+        let parts = (&matrix * matrix.transpose()).cholesky()?.solve(&(&matrix * &along));
+        let rest = &along - matrix.tr_mul(&parts);
+        let constant: f64 = parts.iter().zip(&self.right).map(|(part, b)| part * b).sum();
+        (rest.amax() <= DEPENDENT * along.amax()).then_some(constant)
+    }
+
+    /// Whether coordinates are within all sets.
+    pub fn is_within(&self, x: &[f64]) -> bool {
+        self.parts.iter().all(|part| match &part.body {
+            Body::Offsets { region, .. } => region.violation(&x[part.first..part.first + part.count()], 1.0) == 0.0,
+            Body::Deformation(_) => true,
+        })
     }
 
     /// Coefficients of the coordinates in what the load does, as a cost.

@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::mechanism::{Mechanism, Row};
 use crate::solver::{Solver, State};
+use crate::space::Pose;
 use crate::status::Status;
 
 /// What a row must add to those chosen before it: as much as this at first, less where rows are wanting.
@@ -30,8 +31,9 @@ pub struct Basis {
     pub(crate) kept: Mechanism,
     /// Which rows those are.
     pub(crate) rows: Vec<usize>,
-    /// The other rows.
+    /// The other rows, and what they are by themselves.
     pub(crate) redundant: Vec<usize>,
+    rest: Mechanism,
 }
 
 impl Mechanism {
@@ -102,11 +104,13 @@ impl Mechanism {
             return Err(Status::Singular);
         }
         let every: Vec<usize> = (0..self.n_rows()).collect();
+        let redundant: Vec<usize> = every.iter().copied().filter(|k| !rows.contains(k)).collect();
         Ok(Basis {
             all: self.displaced(&every, coordinates),
             kept: self.displaced(&rows, coordinates),
-            redundant: every.into_iter().filter(|k| !rows.contains(k)).collect(),
+            rest: self.displaced(&redundant, coordinates),
             rows,
+            redundant,
         })
     }
 
@@ -164,10 +168,25 @@ impl Basis {
 
     /// What the redundant rows lack to be closed at a state of the basis.
     pub(crate) fn misfit(&self, state: &State) -> DVector<f64> {
-        let m = &self.all;
-        let (mut residual, mut derivatives) = (vec![0.0; m.n_rows()], vec![0.0; 2 * m.size() * m.n_rows()]);
-        m.evaluate(&m.poses(&state.coordinates), &state.inputs.commands(), &mut residual, &mut derivatives);
-        DVector::from_iterator(self.redundant.len(), self.redundant.iter().map(|&k| residual[k]))
+        self.redundant_at(&self.all.poses(&state.coordinates), state).0
+    }
+
+    /// The same with their derivatives along the twists of all bodies, one row per column.
+    pub(crate) fn redundant_at(&self, poses: &[Pose<f64>], state: &State) -> (DVector<f64>, DMatrix<f64>) {
+        let m = &self.rest;
+        let size = m.size();
+        let (mut residual, mut derivatives) = (vec![0.0; m.n_rows()], vec![0.0; 2 * size * m.n_rows()]);
+        m.evaluate(poses, &state.inputs.commands(), &mut residual, &mut derivatives);
+        let mut columns = DMatrix::zeros(m.n_unknowns(), m.n_rows());
+        for row in 0..m.n_rows() {
+            for (side, body) in m.row_bodies(row).into_iter().enumerate() {
+                let Some(b) = body else { continue };
+                for c in 0..size {
+                    columns[(b * size + c, row)] += derivatives[(2 * row + side) * size + c];
+                }
+            }
+        }
+        (DVector::from_vec(residual), columns)
     }
 
     /// The largest misfit, in characteristic lengths and radians.
@@ -176,24 +195,6 @@ impl Basis {
             .iter()
             .zip(misfit.iter())
             .fold(0.0, |largest: f64, (&k, gap)| largest.max(gap.abs() / self.all.unit(self.all.rows[k].component)))
-    }
-
-    /// The redundant rows' derivatives along the twists of all bodies, one per column.
-    pub(crate) fn redundant_derivatives(&self, state: &State) -> DMatrix<f64> {
-        let m = &self.all;
-        let size = m.size();
-        let (mut residual, mut derivatives) = (vec![0.0; m.n_rows()], vec![0.0; 2 * size * m.n_rows()]);
-        m.evaluate(&m.poses(&state.coordinates), &state.inputs.commands(), &mut residual, &mut derivatives);
-        let mut columns = DMatrix::zeros(m.n_unknowns(), self.redundant.len());
-        for (column, &row) in self.redundant.iter().enumerate() {
-            for (side, body) in m.row_bodies(row).into_iter().enumerate() {
-                let Some(b) = body else { continue };
-                for c in 0..size {
-                    columns[(b * size + c, column)] += derivatives[(2 * row + side) * size + c];
-                }
-            }
-        }
-        columns
     }
 
     /// A solver of the basis, planned at given coordinates.

@@ -15,9 +15,12 @@
 //! agree on compatible displacements, the one of least size (length-scaled) shares the error out among
 //! them, whichever rows were chosen as the basis.
 
+use std::ops::Deref;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::basis::Basis;
+use crate::batch::{Borne, Bound};
 use crate::closure::Inputs;
 use crate::sensitivity::Output;
 use crate::solver::{Linearised, Solver, State};
@@ -30,15 +33,21 @@ pub(crate) const FITS: f64 = 1e-11;
 
 /// The equations between displacements at one state, and the forces on them.
 #[derive(Clone, Debug)]
-pub(crate) struct Compatibility {
+pub(crate) struct Ties {
     /// Coefficients of all displacements, those of the rows first: one equation per redundant row.
     pub equations: DMatrix<f64>,
-    /// Coefficients of the drives.
-    pub drives: DMatrix<f64>,
     /// What the redundant rows lack at the state.
     pub misfit: DVector<f64>,
     /// The load's forces on all displacements, as the basis alone would bear them.
     pub load: DVector<f64>,
+}
+
+/// The same with what it does to the output.
+#[derive(Clone, Debug)]
+pub(crate) struct Compatibility {
+    pub ties: Ties,
+    /// Coefficients of the drives.
+    pub drives: DMatrix<f64>,
     /// What displacements and drives do to the output, the first as shared out.
     pub output: Output,
     /// What the misfit itself does to the output when it is shared out.
@@ -51,21 +60,46 @@ impl Compatibility {
     /// Linearises at a state of the basis; `None` where the basis is singular.
     pub fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
         let linearised = solver.linearise(state)?;
-        let (equations, drives) = equations(basis, &linearised, state);
-        let kept = &basis.kept;
-        let load = kept.gradient(&linearised, kept.load_cost(&linearised.poses, &state.inputs.parameters));
-        let load = DVector::from_vec(load.inputs.parameters);
-        let mut output = kept.output_sensitivity(&linearised, state);
-        let shared = share(basis, &equations, &output.parameters);
-        output.parameters += &shared * &equations;
+        let (ties, drives) = tie(basis, &linearised, state);
+        let mut output = basis.kept.output_sensitivity(&linearised, state);
+        let shared = share(basis, &ties.equations, &output.parameters);
+        output.parameters += &shared * &ties.equations;
         output.drives += &shared * &drives;
-        let misfit = basis.misfit(state);
-        Some(Self { equations, drives, misfit, load, output, shared, poses: linearised.poses })
+        Some(Self { ties, drives, output, shared, poses: linearised.poses })
+    }
+}
+
+impl Deref for Compatibility {
+    type Target = Ties;
+
+    fn deref(&self) -> &Ties {
+        &self.ties
+    }
+}
+
+impl Ties {
+    /// Those at a state of the basis; `None` where the basis is singular.
+    pub fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
+        Some(tie(basis, &solver.linearise(state)?, state).0)
     }
 
-    /// What displacements beside the known ones must add up to, the state being closed for its own.
-    pub fn right(&self, state: &State, known: &[f64]) -> DVector<f64> {
-        let own = state.inputs.parameters.iter().zip(known).map(|(own, known)| own - known);
+    /// Those at one lane of a block that is closed and whose multipliers are solved.
+    pub fn of_lane(basis: &Basis, bound: &Bound<'_>, lane: usize) -> Self {
+        let n = basis.all.n_parameters();
+        let mut equations = DMatrix::zeros(basis.redundancy(), n);
+        for (k, &row) in basis.redundant.iter().enumerate() {
+            let multipliers = bound.multipliers(Borne::Redundant(k)).map(|block| block.0[lane]);
+            put_stress(basis, row, multipliers, |r, stress| equations[(k, r)] = stress);
+        }
+        let mut load = DVector::zeros(n);
+        basis.rows.iter().zip(bound.multipliers(Borne::Load)).for_each(|(&r, block)| load[r] = block.0[lane]);
+        let misfit = DVector::from_fn(basis.redundancy(), |k, _| bound.left(k).0[lane]);
+        Self { equations, misfit, load }
+    }
+
+    /// What displacements beside the known ones must add up to, the state being closed for others, its own.
+    pub fn right(&self, own: &[f64], known: &[f64]) -> DVector<f64> {
+        let own = own.iter().zip(known).map(|(own, known)| own - known);
         &self.misfit + &self.equations * DVector::from_iterator(known.len(), own)
     }
 
@@ -75,10 +109,11 @@ impl Compatibility {
     }
 }
 
-/// The self-stresses, one per row, as coefficients of all displacements and drives.
-fn equations(basis: &Basis, linearised: &Linearised<'_>, state: &State) -> (DMatrix<f64>, DMatrix<f64>) {
-    let all = &basis.all;
-    let redundant = basis.redundant_derivatives(state);
+/// The self-stresses, one per row, as coefficients of all displacements and, apart from them, of the drives; misfit
+/// and load.
+fn tie(basis: &Basis, linearised: &Linearised<'_>, state: &State) -> (Ties, DMatrix<f64>) {
+    let (all, kept) = (&basis.all, &basis.kept);
+    let (misfit, redundant) = basis.redundant_at(&linearised.poses, state);
     let mut equations = DMatrix::zeros(basis.redundancy(), all.n_parameters());
     let mut drives = DMatrix::zeros(basis.redundancy(), all.n_drives());
     let mut reaction = vec![0.0; basis.rows.len()];
@@ -86,20 +121,29 @@ fn equations(basis: &Basis, linearised: &Linearised<'_>, state: &State) -> (DMat
         let mut twists: Vec<f64> = redundant.column(k).iter().copied().collect();
         linearised.factors.solve_transposed(&mut twists, &mut reaction);
         let mut stress = vec![0.0; all.n_rows()];
-        stress[row] = 1.0;
-        let largest =
-            basis.rows.iter().zip(&reaction).fold(basis.unit(row), |a: f64, (&r, t)| a.max(t.abs() * basis.unit(r)));
-        for (&r, &t) in basis.rows.iter().zip(&reaction) {
-            if t.abs() * basis.unit(r) > ROUNDING * largest {
-                stress[r] = -t;
-            }
-        }
+        put_stress(basis, row, reaction.iter().copied(), |r, along| stress[r] = along);
         let mut along = Inputs { drives: vec![0.0; all.n_drives()], parameters: vec![0.0; all.n_parameters()] };
         all.pull_back(&linearised.poses, &stress, &mut along);
         equations.row_mut(k).iter_mut().zip(&along.parameters).for_each(|(e, p)| *e = *p);
         drives.row_mut(k).iter_mut().zip(&along.drives).for_each(|(e, d)| *e = *d);
     }
-    (equations, drives)
+    let load = kept.gradient(linearised, kept.load_cost(&linearised.poses, &state.inputs.parameters));
+    (Ties { equations, misfit, load: DVector::from_vec(load.inputs.parameters) }, drives)
+}
+
+/// The self-stress with one on a redundant row, on the rows where it is more than rounding, from the multipliers
+/// of the basis.
+fn put_stress(
+    basis: &Basis,
+    row: usize,
+    multipliers: impl Iterator<Item = f64> + Clone,
+    mut put: impl FnMut(usize, f64),
+) {
+    let along = basis.rows.iter().copied().zip(multipliers);
+    let size = |(r, t): (usize, f64)| t.abs() * basis.unit(r);
+    let largest = along.clone().map(size).fold(basis.unit(row), f64::max);
+    put(row, 1.0);
+    along.filter(|&at| size(at) > ROUNDING * largest).for_each(|(r, t)| put(r, -t));
 }
 
 /// The multiples of the equations which, added to the basis' map, make it least in size.

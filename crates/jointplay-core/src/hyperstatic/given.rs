@@ -4,9 +4,11 @@
 //! energy.
 
 use super::compatibility::Compatibility;
+use super::placed::{CHUNK, Placed};
 use super::settle::Failure;
 use super::system::{Ask, System};
 use crate::closure::Inputs;
+use crate::cone::Rounds;
 use crate::given::{Given, Sensitivity};
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
@@ -43,44 +45,55 @@ impl Mechanism {
             deformation: nan(self.deformations().count()),
             lack_of_fit: f64::NAN,
         };
-        self.each_on_basis(
+        self.chunks_on_basis(
             cases,
-            |system, solver, number, case, nominal| {
-                let u = self.displacements(&parameters[number]);
-                let system = System { gives: system.springs(), ..system.clone() };
-                let Some(c) = Compatibility::at(system.basis, solver, &nominal) else {
-                    return missing(Status::Singular);
-                };
-                let mut found = missing(Status::NotAssembled);
-                // First order at the nominal pose.
-                let right = self.first_order_right(&c, &u, case, &nominal);
-                if let Some(balance) = system.balance(&c, &right, &Ask::Stress) {
-                    found.given.error_first_order = self.first_order_error(&system, &c, &u, case, &nominal, &balance);
-                }
-                let start = Inputs { drives: case.drives.to_vec(), parameters: u.clone() };
-                let Ok(start) = solver.follow(&nominal, &start) else { return found };
-                found.lack_of_fit = self.length * system.basis.scaled_misfit(&system.basis.misfit(&start));
-                let settled = match system.settle(solver, start, &u, |_, _| Ask::Stress) {
-                    Ok(settled) => settled,
-                    Err(failure) => {
-                        found.given.status = failure.status();
-                        return found;
-                    }
-                };
-                let (c, balance) = (&settled.compatibility, &settled.balance);
-                found.prestress = self.bearable(c, &balance.forces, &system.unknown_reactions(c));
-                found.deformation = self.deformation(&system, balance);
-                found.given.error = system.basis.kept.error(&settled.state, &nominal);
-                found.given.coordinates = settled.state.coordinates;
-                let strained = balance.given.iter().flatten().any(|v| *v != 0.0);
-                found.given.status = match self.nominal_status(&nominal) {
-                    Status::Ok if strained => Status::Strained,
-                    status => status,
-                };
-                found
+            CHUNK,
+            |placed| {
+                Rounds::each(placed.iter(), async |rounds, at| {
+                    self.forced_at(rounds, at, &parameters[at.number], missing(Status::NotAssembled)).await
+                })
             },
             missing,
         )
+    }
+
+    /// One case; `found` is what is told of those that are not assembled.
+    async fn forced_at(&self, rounds: &Rounds, at: &Placed<'_>, parameters: &[f64], mut found: Forced) -> Forced {
+        let Placed { solver, case, nominal, .. } = at;
+        let u = self.displacements(parameters);
+        let system = System { gives: at.system.springs(), ..at.system.clone() };
+        let Some(c) = Compatibility::at(system.basis, solver, nominal) else {
+            found.given.status = Status::Singular;
+            return found;
+        };
+        // First order at the nominal pose.
+        let right = self.first_order_right(&c, &u, case, nominal);
+        let first = system.balance_in(rounds, &c, &right, &Ask::Stress, None).await;
+        if let Some(balance) = &first {
+            found.given.error_first_order = self.first_order_error(&system, &c, &u, case, nominal, balance);
+        }
+        let start = Inputs { drives: case.drives.to_vec(), parameters: u.clone() };
+        let Ok(start) = solver.follow(nominal, &start) else { return found };
+        found.lack_of_fit = self.length * system.basis.scaled_misfit(&system.basis.misfit(&start));
+        let settled = match system.rest_in(rounds, solver, start, &u, first.as_ref(), Ask::Stress).await {
+            Ok(settled) => settled,
+            Err(failure) => {
+                found.given.status = failure.status();
+                return found;
+            }
+        };
+        let balance = &settled.balance;
+        let poses = self.poses(&settled.state.coordinates);
+        found.prestress = self.bearable(&poses, &balance.forces, &system.unknown_reactions(&c));
+        found.deformation = self.deformation(&system, balance);
+        found.given.error = system.basis.kept.error(&settled.state, nominal);
+        found.given.coordinates = settled.state.coordinates;
+        let strained = balance.given.iter().flatten().any(|v| *v != 0.0);
+        found.given.status = match at.nominal_status() {
+            Status::Ok if strained => Status::Strained,
+            status => status,
+        };
+        found
     }
 
     /// Sensitivity of the output of every case, shared out among displacements that keep compatible.

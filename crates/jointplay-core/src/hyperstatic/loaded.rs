@@ -1,26 +1,23 @@
 //! Where the load pushes an over-constrained or elastic mechanism.
 
 use nalgebra::DVector;
-use rayon::prelude::*;
 
-use super::basis::Basis;
 use super::compatibility::Compatibility;
-use super::settle::{Failure, Settled, is_apart};
+use super::placed::{CHUNK, Placed};
+use super::settle::{Failure, Rest, is_apart};
 use super::system::{Ask, Balance, System};
 use crate::closure::Inputs;
+use crate::cone::Rounds;
 use crate::loaded::{Case, Loaded};
 use crate::mechanism::{Elastic, Mechanism, Row, Source};
-use crate::solver::{Solver, State};
+use crate::solver::State;
+use crate::space::Pose;
 use crate::status::Status;
 use crate::table::Table;
-use crate::trace::CLEAR;
 
 /// What is left open is felt by the output when it moves it by more than this part of what all play together
 /// could. Below is rounding: cone programs give offsets in round sets to about 1e-7 of the clearance.
 const FELT: f64 = 1e-6;
-/// A basis whose smallest singular value is below this part of that of all rows is left for another one.
-const OUTGROWN: f64 = 0.1;
-
 /// What an over-constrained or elastic mechanism tells of one configuration.
 #[derive(Clone, Debug)]
 pub struct Strain {
@@ -69,14 +66,22 @@ impl StrainTable {
     }
 }
 
+/// What is known at the nominal pose to first order.
+struct FirstOrder {
+    factor: Option<Balance>,
+    stress: Option<Balance>,
+    load: Balance,
+}
+
 impl Mechanism {
     /// Where the load pushes the output of an over-constrained or elastic mechanism, for every case; if not
     /// `exact`, told to first order at the nominal pose. A determinate rigid one is welcome, too.
     #[must_use]
     pub fn strained(&self, cases: &[Case<'_>], exact: bool) -> StrainTable {
-        let found: Vec<Strain> = self.each_on_basis(
+        let found: Vec<Strain> = self.chunks_on_basis(
             cases,
-            |system, solver, _, case, nominal| self.strain_at(system, solver, case, &nominal, exact),
+            CHUNK,
+            |placed| Rounds::each(placed.iter(), async |rounds, at| self.strain_at(rounds, at, exact).await),
             |status| self.no_strain(status),
         );
         let mut table = StrainTable::default();
@@ -84,43 +89,6 @@ impl Mechanism {
             table.push(row);
         }
         table
-    }
-
-    /// Runs an analysis on every case that is assembled, on a basis that is regular there; the others
-    /// get `missing`.
-    pub(crate) fn each_on_basis<T: Send>(
-        &self,
-        cases: &[Case<'_>],
-        analysis: impl Fn(&System<'_>, &Solver<'_>, usize, &Case<'_>, State) -> T + Sync,
-        missing: impl Fn(Status) -> T + Sync,
-    ) -> Vec<T> {
-        let basis = match self.basis() {
-            Ok(basis) => basis,
-            Err(status) => return cases.iter().map(|_| missing(status)).collect(),
-        };
-        let common = basis.kept.solver(cases);
-        cases
-            .par_iter()
-            .enumerate()
-            .map(|(number, case)| {
-                let Some(solver) = &common else { return missing(Status::NotAssembled) };
-                let Some(nominal) = basis.kept.restore(solver, case.coordinates, case.drives) else {
-                    return missing(Status::NotAssembled);
-                };
-                if !self.outgrown(&basis, solver, &nominal) {
-                    return analysis(&System::new(self, &basis), solver, number, case, nominal);
-                }
-                let other = match self.basis_at(&nominal.coordinates) {
-                    Ok(other) => other,
-                    Err(status) => return missing(status),
-                };
-                let solver = other.solver(&nominal.coordinates);
-                match other.kept.restore(&solver, case.coordinates, case.drives) {
-                    Some(nominal) => analysis(&System::new(self, &other), &solver, number, case, nominal),
-                    None => missing(Status::NotAssembled),
-                }
-            })
-            .collect()
     }
 
     fn no_strain(&self, status: Status) -> Strain {
@@ -137,23 +105,21 @@ impl Mechanism {
         }
     }
 
-    fn strain_at(
-        &self,
-        system: &System<'_>,
-        solver: &Solver<'_>,
-        case: &Case<'_>,
-        nominal: &State,
-        exact: bool,
-    ) -> Strain {
+    async fn strain_at(&self, rounds: &Rounds, at: &Placed<'_>, exact: bool) -> Strain {
+        let Placed { system, solver, case, nominal, .. } = at;
         let basis = system.basis;
         let Some(c) = Compatibility::at(basis, solver, nominal) else { return self.no_strain(Status::Singular) };
-        let status = self.nominal_status(nominal);
+        let status = at.nominal_status();
         let lack_of_fit = self.length * basis.scaled_misfit(&c.misfit);
         let known = self.displacements(&self.centre);
         let right = self.first_order_right(&c, &known, case, nominal);
-        let factor = system.balance(&c, &right, &Ask::Factor).map_or(f64::INFINITY, |b| b.factor);
+        let loosest = system.balance_in(rounds, &c, &right, &Ask::Factor, None).await;
+        let factor = loosest.as_ref().map_or(f64::INFINITY, |balance| balance.factor);
         let apart = |status, clearance_factor| Strain { clearance_factor, lack_of_fit, ..self.no_strain(status) };
-        let Some(balance) = system.balance(&c, &right, &Ask::Load) else {
+        if is_apart(factor) && system.is_rigid() {
+            return apart(Status::NotAssemblable, factor);
+        }
+        let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Load, None).await else {
             return apart(Status::NotAssemblable, factor);
         };
         let unknown = system.unknown_reactions(&c);
@@ -161,7 +127,8 @@ impl Mechanism {
         let error_first_order = self.first_order_error(system, &c, &known, case, nominal, &balance);
         let mut open = vec![0.0; self.sources.len() * self.size()];
         let mut decided = vec![true; self.sources.len()];
-        let mut widths = self.felt(&c, system.leave_open(&c, &right, &balance, &mut open, &mut decided));
+        let widths = system.leave_open(rounds, &c, &right, &balance, &mut open, &mut decided).await;
+        let mut widths = self.felt(&c, widths);
         let mut found = Strain {
             loaded: Loaded {
                 error: error_first_order.clone(),
@@ -169,7 +136,7 @@ impl Mechanism {
                 undetermined: Vec::new(),
                 open: Vec::new(),
                 decided: Vec::new(),
-                reaction: self.bearable(&c, &balance.forces, &unknown),
+                reaction: self.bearable(&c.poses, &balance.forces, &unknown),
                 offset: self.offsets(system, &balance),
                 contribution,
                 steps: 0,
@@ -184,28 +151,38 @@ impl Mechanism {
             lack_of_fit,
         };
         let mut settled_all = balance.solved;
+        let stress =
+            if is_apart(factor) { system.balance_in(rounds, &c, &right, &Ask::Stress, None).await } else { None };
         if exact {
-            let settled = match self.settle_exactly(system, solver, case, nominal, &mut found) {
-                Ok(settled) => settled,
+            let first = FirstOrder { factor: loosest, stress, load: balance };
+            let (rest, stress) = match self.rest_exactly(rounds, at, &first, &mut found.clearance_factor).await {
+                Ok(found) => found,
                 Err(failure) => return apart(failure.status(), found.clearance_factor),
             };
-            let (c, balance) = (&settled.compatibility, &settled.balance);
-            let right = c.right(&settled.state, &known);
-            let wider = system.leave_open(c, &right, balance, &mut open, &mut decided);
-            let wider = self.felt(c, wider);
-            widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
-            found.loaded.error = basis.kept.error(&settled.state, nominal);
-            found.loaded.reaction = self.bearable(c, &balance.forces, &unknown);
+            let Rest { state, balance, .. } = &rest;
+            if system.leaves_open(&c, &balance.forces) {
+                let Some(c) = Compatibility::at(basis, solver, state) else {
+                    return apart(Status::Singular, found.clearance_factor);
+                };
+                let right = c.right(&state.inputs.parameters, &known);
+                let wider = system.leave_open(rounds, &c, &right, balance, &mut open, &mut decided).await;
+                let wider = self.felt(&c, wider);
+                widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
+            }
+            found.loaded.error = basis.kept.error(state, nominal);
+            found.loaded.reaction = self.bearable(&self.poses(&state.coordinates), &balance.forces, &unknown);
             found.loaded.offset = self.offsets(system, balance);
-            found.loaded.steps = settled.steps;
+            found.loaded.steps = rest.steps;
             found.force = self.known(&balance.forces, &unknown);
             found.deformation = self.deformation(system, balance);
             found.gap = balance.gap;
-            settled_all = settled.still && balance.solved;
-        } else if is_apart(factor)
-            && let Some(stress) = system.balance(&c, &right, &Ask::Stress)
-        {
-            found.prestress = self.bearable(&c, &stress.forces, &unknown);
+            settled_all = rest.still && balance.solved;
+            if let Some(stress) = stress {
+                let poses = self.poses(&stress.state.coordinates);
+                found.prestress = self.bearable(&poses, &stress.balance.forces, &unknown);
+            }
+        } else if let Some(stress) = stress {
+            found.prestress = self.bearable(&c.poses, &stress.forces, &unknown);
         }
         let felt = widths.iter().any(|width| *width > 0.0);
         found.loaded.undetermined = widths;
@@ -218,25 +195,26 @@ impl Mechanism {
         found
     }
 
-    /// The exact pose; puts the factor on the clearances and the prestress.
-    fn settle_exactly(
+    /// The exact pose, and the prestress where members have to be strained; puts the factor on the clearances.
+    async fn rest_exactly(
         &self,
-        system: &System<'_>,
-        solver: &Solver<'_>,
-        case: &Case<'_>,
-        nominal: &State,
-        found: &mut Strain,
-    ) -> Result<Settled, Failure> {
+        rounds: &Rounds,
+        at: &Placed<'_>,
+        first: &FirstOrder,
+        factor: &mut f64,
+    ) -> Result<(Rest, Option<Rest>), Failure> {
+        let Placed { system, solver, case, nominal, .. } = at;
         let known = self.displacements(&self.centre);
         let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
         let start = solver.follow(nominal, &built).map_err(|_| Failure::Unreachable)?;
-        found.clearance_factor = system.assembly_factor(solver, start.clone(), &known)?;
-        if is_apart(found.clearance_factor) {
-            let stressed = system.settle(solver, start.clone(), &known, |_, _| Ask::Stress)?;
-            let unknown = system.unknown_reactions(&stressed.compatibility);
-            found.prestress = self.bearable(&stressed.compatibility, &stressed.balance.forces, &unknown);
+        *factor = system.assembly_factor_in(rounds, solver, start.clone(), &known, first.factor.as_ref()).await?;
+        let mut stress = None;
+        if is_apart(*factor) {
+            let first = first.stress.as_ref();
+            stress = Some(system.rest_in(rounds, solver, start.clone(), &known, first, Ask::Stress).await?);
         }
-        system.settle(solver, start, &known, |_, _| Ask::Load)
+        let load = system.rest_in(rounds, solver, start, &known, Some(&first.load), Ask::Load).await?;
+        Ok((load, stress))
     }
 
     /// What displacements must add up to at the nominal pose beside the known ones, with drive values near the
@@ -300,21 +278,30 @@ impl Mechanism {
     /// The half-widths of what the load leaves open, zero where the output does not feel them.
     fn felt(&self, c: &Compatibility, mut widths: Vec<f64>) -> Vec<f64> {
         for (i, width) in widths.iter_mut().enumerate() {
-            let reach = |source: &Source| {
-                let row: Vec<f64> = source.range().map(|p| c.output.parameters[(i, self.place_of(p))]).collect();
-                source.set.reach(&row)
-            };
-            let all: f64 = self.sources.iter().filter(|s| s.is_clearance).map(reach).sum();
-            if !(*width > FELT * all) {
+            if !(*width > FELT * self.play(c, i)) {
                 *width = 0.0;
             }
         }
         widths
     }
 
+    /// What is felt of what is left open, component by component.
+    pub(super) fn feels(&self, c: &Compatibility) -> Vec<f64> {
+        (0..self.size()).map(|component| FELT * self.play(c, component)).collect()
+    }
+
+    /// What all play together can do to a component of the output.
+    pub(super) fn play(&self, c: &Compatibility, component: usize) -> f64 {
+        let reach = |source: &Source| {
+            let row: Vec<f64> = source.range().map(|p| c.output.parameters[(component, self.place_of(p))]).collect();
+            source.set.reach(&row)
+        };
+        self.sources.iter().filter(|source| source.is_clearance).map(reach).sum()
+    }
+
     /// Reactions of forces on the rows, unknown where nothing decides them.
-    pub(crate) fn bearable(&self, c: &Compatibility, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
-        let mut reactions = self.reactions(&c.poses, forces.as_slice());
+    pub(crate) fn bearable(&self, poses: &[Pose<f64>], forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
+        let mut reactions = self.reactions(poses, forces.as_slice());
         for (wrench, unknown) in reactions.chunks_exact_mut(self.size()).zip(unknown) {
             if *unknown {
                 wrench.fill(f64::NAN);
@@ -346,18 +333,5 @@ impl Mechanism {
             give.columns.iter().zip(given).for_each(|(&row, v)| by_row[row] = *v);
         }
         self.elastic.iter().flat_map(Elastic::yielding).map(|row| by_row[row]).collect()
-    }
-
-    /// Whether a basis is so near to a singular state that another one is better, where the rows together
-    /// are not.
-    pub(crate) fn outgrown(&self, basis: &Basis, solver: &Solver<'_>, state: &State) -> bool {
-        if basis.redundancy() == 0 {
-            return false;
-        }
-        let estimate = solver.linearise(state).map_or(0.0, |l| basis.kept.singular_estimate(&l));
-        if estimate >= CLEAR * self.singular_value {
-            return false;
-        }
-        basis.kept.singular_value_at(state).0 < OUTGROWN * self.singular_value_at(state).0
     }
 }

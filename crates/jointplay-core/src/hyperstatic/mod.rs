@@ -5,14 +5,18 @@
 //! independent rows carries the closure; compatibility ties in the rest; and where load, prestress and
 //! clearances bring the mechanism to is a cone program ([`crate::cone`]).
 
+mod balance;
 mod basis;
 mod compatibility;
+mod felt;
 mod given;
 mod loaded;
 mod open;
+mod placed;
 mod scatter;
 mod settle;
 mod system;
+mod together;
 mod trace;
 mod units;
 mod worst;

@@ -1,18 +1,30 @@
 //! What the load leaves open: offsets that nothing pushes, and reactions that nothing decides.
 
+use std::cell::OnceCell;
+
 use nalgebra::{DMatrix, DVector};
 
-use super::compatibility::Compatibility;
+use super::compatibility::{Compatibility, Ties};
 use super::system::{Balance, Give, System, UNDECIDED_TOGETHER};
 use crate::ascent::UNDECIDED;
-use crate::clearance::inner;
-use crate::cone::{Kind, Outcome};
+use crate::clearance::Face;
+use crate::cone::{Kind, Outcome, Rounds};
+use crate::loaded::UNFELT;
+
+/// Pivots that differ by less are no matter of rounding.
+const CLEARLY: f64 = 1e-4;
 
 impl System<'_> {
+    /// Whether forces leave anything open.
+    pub fn leaves_open(&self, c: &Ties, forces: &DVector<f64>) -> bool {
+        self.gives.iter().any(|give| self.face(give, c, forces).is_some_and(|face| !face.is_point()))
+    }
+
     /// Widens what every source leaves open in the output, source by source, tells which sources the load does
     /// not decide, and gives how far all together reach from where they are; `map` is the output by displacements.
-    pub fn leave_open(
+    pub async fn leave_open(
         &self,
+        rounds: &Rounds,
         c: &Compatibility,
         right: &DVector<f64>,
         balance: &Balance,
@@ -38,56 +50,72 @@ impl System<'_> {
             }
         }
         if together {
-            self.widen(c, right, balance, open, &mut widths);
+            self.widen(rounds, c, right, balance, open, &mut widths).await;
         }
         widths
     }
 
     /// What the tied clearances leave open: how far they reach from where they are, together in `widths`, each
     /// by itself in `open`.
-    fn widen(&self, c: &Compatibility, right: &DVector<f64>, balance: &Balance, open: &mut [f64], widths: &mut [f64]) {
+    async fn widen(
+        &self,
+        rounds: &Rounds,
+        c: &Compatibility,
+        right: &DVector<f64>,
+        balance: &Balance,
+        open: &mut [f64],
+        widths: &mut [f64],
+    ) {
         let Some(answer) = &balance.answer else { return };
         let size = widths.len();
         let program = self.program(c, right, &c.load);
         let all = self.gives.iter().zip(&balance.given);
         let tied: Vec<(&Give, &Vec<f64>)> = all.filter(|(give, _)| Self::is_tied(give, c)).collect();
-        let face = |give: &Give| self.face(give, c, &balance.forces).filter(|face| !face.is_point());
+        let open_faces: Vec<Option<Face>> =
+            tied.iter().map(|(give, _)| self.face(give, c, &balance.forces).filter(|face| !face.is_point())).collect();
+        let optimal = OnceCell::new();
         for k in 0..size {
             let row = |give: &Give| -> Vec<f64> { give.columns.iter().map(|&r| c.output.parameters[(k, r)]).collect() };
+            let felt = UNFELT * self.mechanism.play(c, k);
             // How far the output moves from where it is when only some of them count, the others giving way.
-            let reach = |counts: &dyn Fn(usize) -> bool| {
-                let end = |sign: f64| {
-                    let direction = tied.iter().enumerate().map(|(g, (give, _))| {
-                        row(give).iter().map(|m| if counts(g) { sign * m } else { 0.0 }).collect()
-                    });
-                    program.extreme(answer, &direction.collect::<Vec<Vec<f64>>>(), UNDECIDED_TOGETHER)
+            let reach = async |counts: &dyn Fn(usize) -> bool| {
+                // Each face by itself leaves at least half as much open, to both sides.
+                let alone = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| match &open_faces[g] {
+                    Some(face) if counts(g) => 2.0 * face.half_width(&row(give)),
+                    _ => 0.0,
                 };
-                let (high, low) = (end(1.0), end(-1.0));
-                if high.outcome == Outcome::Solved && low.outcome == Outcome::Solved {
-                    let at = |(g, (give, given)): (usize, &(&Give, &Vec<f64>))| {
-                        if counts(g) { inner(&row(give), given) } else { 0.0 }
+                let most: f64 = tied.iter().enumerate().map(alone).sum();
+                if most <= felt {
+                    return 0.0;
+                }
+                let optimal = optimal.get_or_init(|| program.optimal_face(answer, UNDECIDED_TOGETHER));
+                let along = |sign: f64| -> Vec<Vec<f64>> {
+                    let of = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| {
+                        row(give).iter().map(|m| if counts(g) { sign * m } else { 0.0 }).collect()
                     };
-                    let at: f64 = tied.iter().enumerate().map(at).sum();
+                    tied.iter().enumerate().map(of).collect()
+                };
+                let high = optimal.extreme_in(rounds, &along(1.0)).await;
+                let low = optimal.extreme_in(rounds, &along(-1.0)).await;
+                if high.outcome == Outcome::Solved && low.outcome == Outcome::Solved {
+                    let given: Vec<Vec<f64>> = tied.iter().map(|(_, given)| (*given).clone()).collect();
+                    let at = optimal.value(&along(1.0), &given);
                     return (high.value - at).max(low.value + at).max(0.0);
                 }
-                // Each face by itself leaves at least half as much open, to both sides.
-                let alone = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| {
-                    if counts(g) { face(give).map_or(0.0, |face| 2.0 * face.half_width(&row(give))) } else { 0.0 }
-                };
-                tied.iter().enumerate().map(alone).sum()
+                most
             };
-            widths[k] += reach(&|_| true);
+            widths[k] += reach(&|_| true).await;
             for (g, (give, _)) in tied.iter().enumerate() {
-                let (Some(source), Some(_)) = (give.source, face(give)) else { continue };
+                let (Some(source), Some(_)) = (give.source, &open_faces[g]) else { continue };
                 let slot = &mut open[source * size + k];
-                *slot = slot.max(reach(&|other| other == g));
+                *slot = slot.max(reach(&|other| other == g).await);
             }
         }
     }
 
     /// The joints whose reactions nothing decides: they take part in a self-stress that no clearance and no
     /// compliance feels.
-    pub fn unknown_reactions(&self, c: &Compatibility) -> Vec<bool> {
+    pub fn unknown_reactions(&self, c: &Ties) -> Vec<bool> {
         let m = self.mechanism;
         let mut unknown = vec![false; m.n_joints()];
         let s = c.equations.nrows();
@@ -109,6 +137,10 @@ impl System<'_> {
                     }
                 }
             }
+        }
+        // Mostly every equation is felt by itself.
+        if (&felt * felt.transpose()).cholesky().is_some_and(|factors| is_clear(factors.l_dirty())) {
+            return unknown;
         }
         let svd = felt.svd(true, false);
         let Some(directions) = svd.u else { return unknown };
@@ -132,4 +164,10 @@ impl System<'_> {
         }
         unknown
     }
+}
+
+/// Whether the least pivot of a factored matrix is not small beside the largest one.
+fn is_clear(factors: &DMatrix<f64>) -> bool {
+    let pivots = factors.diagonal();
+    pivots.min() > CLEARLY * pivots.max()
 }

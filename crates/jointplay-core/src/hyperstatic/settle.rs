@@ -6,9 +6,13 @@
 //! offset is drawn to where it is by a spring, the stiffer the less it comes to rest (proximal points,
 //! Rockafellar, SIAM J. Control Optim. 14, 1976, 877): the spring does not move the point of rest.
 
-use super::compatibility::Compatibility;
+use nalgebra::DVector;
+
+use super::basis::Basis;
+use super::compatibility::{Compatibility, Ties};
 use super::system::{Ask, Balance, Give, System};
 use crate::closure::Inputs;
+use crate::cone::{Answer, Rounds};
 use crate::solver::{Solver, State};
 
 /// Programs in a row.
@@ -23,7 +27,7 @@ const STIFFEST: f64 = 256.0;
 /// The shortest part of a step.
 const SHORTEST: f64 = 1.0 / 256.0;
 /// Changes below this part of all displacements that do not shrink any more are the programs' rounding.
-const NOISE: f64 = 1e-6;
+pub(super) const NOISE: f64 = 1e-6;
 
 /// Where displacements, reactions and pose agree.
 #[derive(Clone, Debug)]
@@ -34,10 +38,28 @@ pub(crate) struct Settled {
     pub compatibility: Compatibility,
     /// What the last program gave.
     pub balance: Balance,
-    /// Programs solved.
-    pub steps: usize,
     /// Whether displacements and pose stand still.
     pub still: bool,
+}
+
+/// The same without the linearisation.
+#[derive(Clone, Debug)]
+pub(crate) struct Rest {
+    pub state: State,
+    pub balance: Balance,
+    /// Steps that led there.
+    pub steps: usize,
+    pub still: bool,
+}
+
+/// Where a sequence begins.
+struct Start {
+    state: State,
+    /// An answer nearby.
+    near: Option<Answer>,
+    /// The change that led there, and how many there were.
+    last: f64,
+    steps: usize,
 }
 
 /// Why there is no such place.
@@ -62,8 +84,15 @@ pub(crate) fn is_apart(factor: f64) -> bool {
 impl System<'_> {
     /// The smallest factor on the clearances with which rigid bodies go together, from a state closed for the known
     /// displacements.
-    pub fn assembly_factor(&self, solver: &Solver<'_>, start: State, known: &[f64]) -> Result<f64, Failure> {
-        match self.settle(solver, start, known, |_, _| Ask::Factor) {
+    pub async fn assembly_factor_in(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        start: State,
+        known: &[f64],
+        first: Option<&Balance>,
+    ) -> Result<f64, Failure> {
+        match self.rest_in(rounds, solver, start, known, first, Ask::Factor).await {
             Ok(assembled) => Ok(assembled.balance.factor),
             Err(Failure::Incompatible | Failure::Unreachable) => Ok(f64::INFINITY),
             Err(Failure::Singular) => Err(Failure::Singular),
@@ -77,24 +106,82 @@ impl System<'_> {
         solver: &Solver<'_>,
         start: State,
         known: &[f64],
-        mut ask: impl FnMut(&State, &Compatibility) -> Ask,
+        ask: impl FnMut(&State, &Compatibility) -> Ask,
     ) -> Result<Settled, Failure> {
-        let mut state = start;
+        Rounds::alone(async |rounds| self.settle_in(rounds, solver, start, known, None, ask).await)
+    }
+
+    /// The same beside others, perhaps from an answer nearby.
+    pub async fn settle_in(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        start: State,
+        known: &[f64],
+        near: Option<Answer>,
+        ask: impl FnMut(&State, &Compatibility) -> Ask,
+    ) -> Result<Settled, Failure> {
+        let start = Start { state: start, near, last: f64::INFINITY, steps: 0 };
+        let rest = self.settle_by(rounds, solver, start, known, false, ask).await?;
+        let Rest { state, balance, still, .. } = rest;
+        let compatibility = Compatibility::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
+        Ok(Settled { state, compatibility, balance, still })
+    }
+
+    /// The same where one thing is asked at every state, which does not depend on the output, perhaps from what it
+    /// gives to first order.
+    pub async fn rest_in(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        start: State,
+        known: &[f64],
+        first: Option<&Balance>,
+        ask: Ask,
+    ) -> Result<Rest, Failure> {
+        let mut start = Start { state: start, near: None, last: f64::INFINITY, steps: 0 };
+        if let Some(first) = first {
+            start.near.clone_from(&first.answer);
+            let target = self.target(known, first);
+            if let Ok((state, 1.0)) = step(solver, &start.state, &target) {
+                (start.state, start.last, start.steps) = (state, self.difference(known, &target), 1);
+            }
+        }
+        self.settle_by(rounds, solver, start, known, true, |_: &State, _: &Ties| ask.clone()).await
+    }
+
+    /// Known displacements, and those that a balance gives.
+    fn target(&self, known: &[f64], balance: &Balance) -> Vec<f64> {
+        let mut target = known.to_vec();
+        target.iter_mut().zip(self.displacements(balance)).for_each(|(t, d)| *t += d);
+        target
+    }
+
+    /// Goes on from a start; `foresees` tells whether a step counts as the last one when the changes so far tell that
+    /// the next one would not be any more.
+    async fn settle_by<C: Linear>(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        Start { mut state, mut near, mut last, mut steps }: Start,
+        known: &[f64],
+        foresees: bool,
+        mut ask: impl FnMut(&State, &C) -> Ask,
+    ) -> Result<Rest, Failure> {
         let mut at: Vec<Vec<f64>> = self.offsets_at(&state, known);
         // Springs have the stiffness `stiffness * pull`.
-        let (mut last, mut stiffness, mut pull) = (f64::INFINITY, 0.0_f64, 0.0);
-        let (mut steps, mut restless) = (0, 0);
+        let (mut stiffness, mut pull, mut restless) = (0.0_f64, 0.0, 0);
         loop {
-            let c = Compatibility::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
-            let (right, asked) = (c.right(&state, known), ask(&state, &c));
+            let c = C::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
+            let (right, asked) = (c.ties().right(&state.inputs.parameters, known), ask(&state, &c));
+            let forces = c.forces(&asked);
             let balance = if pull > 0.0 {
-                self.balance_near(&c, &right, &asked, &at, stiffness * pull)
+                self.balance_near(rounds, c.ties(), &right, &forces, &at, stiffness * pull).await
             } else {
-                self.balance(&c, &right, &asked)
+                self.balance_under(rounds, c.ties(), &right, &asked, forces, near.as_ref()).await
             };
             let balance = balance.ok_or(Failure::Incompatible)?;
-            let mut target = known.to_vec();
-            target.iter_mut().zip(self.displacements(&balance)).for_each(|(t, d)| *t += d);
+            let target = self.target(known, &balance);
             let own = &state.inputs.parameters;
             let change = self.difference(own, &target);
             let size = self.difference(known, &target).max(self.difference(known, own));
@@ -102,7 +189,13 @@ impl System<'_> {
             let still = change * stiffness.max(1.0) <= self.mechanism.still() * size
                 || change * stiffness.max(1.0) <= NOISE * size && change > 0.5 * last;
             if still || steps == MOST_STEPS {
-                return Ok(Settled { state, compatibility: c, balance, steps, still });
+                return Ok(Rest { state, balance, steps, still });
+            }
+            // Changes shrink by as much as the displacements are beside the dimensions.
+            let next = change * (change / last);
+            if foresees && pull == 0.0 && change < SHRINKS * last && next <= self.mechanism.still() * size {
+                let (state, part) = step(solver, &state, &target)?;
+                return Ok(Rest { state, balance, steps: steps + 1, still: part >= 1.0 });
             }
             restless += usize::from(change > SHRINKS * last);
             last = change;
@@ -121,6 +214,7 @@ impl System<'_> {
             for (at, given) in at.iter_mut().zip(&balance.given) {
                 at.iter_mut().zip(given).for_each(|(a, g)| *a += part * (g - *a));
             }
+            near = balance.answer;
             steps += 1;
         }
     }
@@ -136,8 +230,47 @@ impl System<'_> {
     }
 
     /// The largest difference of two sets of displacements, in characteristic lengths and radians.
-    fn difference(&self, a: &[f64], b: &[f64]) -> f64 {
+    pub(super) fn difference(&self, a: &[f64], b: &[f64]) -> f64 {
         a.iter().zip(b).enumerate().map(|(k, (a, b))| (a - b).abs() / self.basis.unit(k)).fold(0.0, f64::max)
+    }
+}
+
+/// A linearisation, as much of it as is needed.
+trait Linear: Sized {
+    /// The one at a state of the basis; `None` where the basis is singular.
+    fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self>;
+
+    fn ties(&self) -> &Ties;
+
+    /// What is asked, as forces.
+    fn forces(&self, ask: &Ask) -> DVector<f64>;
+}
+
+impl Linear for Compatibility {
+    fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
+        Self::at(basis, solver, state)
+    }
+
+    fn ties(&self) -> &Ties {
+        self
+    }
+
+    fn forces(&self, ask: &Ask) -> DVector<f64> {
+        ask.forces(self, &self.output.parameters)
+    }
+}
+
+impl Linear for Ties {
+    fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
+        Self::at(basis, solver, state)
+    }
+
+    fn ties(&self) -> &Ties {
+        self
+    }
+
+    fn forces(&self, ask: &Ask) -> DVector<f64> {
+        if matches!(ask, Ask::Load) { self.load.clone() } else { DVector::zeros(self.load.len()) }
     }
 }
 

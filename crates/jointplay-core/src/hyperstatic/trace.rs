@@ -47,7 +47,7 @@ impl Mechanism {
                 None => true,
                 Some(state) => {
                     let solver = solver.get_or_insert_with(|| basis.solver(coordinates));
-                    self.outgrown(basis, solver, state)
+                    !self.plainly_regular(basis, solver, state) && self.outgrown(basis, state)
                 }
             };
             // The first row was begun with this basis because no other is better there.

@@ -1,12 +1,21 @@
 //! Many units of one over-constrained or elastic mechanism: the same case, each with deviations of its own.
 
+use rayon::prelude::*;
+
+use super::compatibility::Compatibility;
 use super::settle::is_apart;
 use super::system::{Ask, System};
+use super::together::{Nominal, Rested, Together};
+use crate::batch::lanes::LANES;
+use crate::batch::{Beside, Newton};
 use crate::closure::Inputs;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
 use crate::status::Status;
+
+/// Units that one task solves together.
+const CHUNK: usize = 256;
 
 /// What is asked of every unit, column by column, row after row.
 #[derive(Clone, Debug, Default)]
@@ -39,17 +48,16 @@ impl Mechanism {
     /// middle of their sets. What the load leaves open is in its middle.
     #[must_use]
     pub fn strained_units(&self, case: Case<'_>, centres: &[Vec<f64>]) -> UnitTable {
-        let cases = vec![case; centres.len()];
-        let found: Vec<Unit> = self.each_on_basis(
-            &cases,
-            |system, solver, number, case, nominal| {
-                let unit = Self { centre: centres[number].clone(), ..self.clone() };
-                unit.unit_at(&System::new(&unit, system.basis), solver, case, &nominal)
+        let none = |status| centres.iter().map(|_| self.no_unit(status, f64::NAN)).collect();
+        let found: Vec<Vec<Unit>> = self.each_on_basis(
+            &[case],
+            |system, solver, _, case, nominal| {
+                self.units_at(system, solver, case, &nominal, centres).unwrap_or_else(none)
             },
-            |status| self.no_unit(status, f64::NAN),
+            none,
         );
         let mut table = UnitTable::default();
-        for unit in found {
+        for unit in found.into_iter().flatten() {
             table.clearance_factor.push(unit.clearance_factor);
             table.coordinates.extend(unit.coordinates);
             table.force.extend(unit.force);
@@ -72,27 +80,63 @@ impl Mechanism {
         }
     }
 
-    fn unit_at(&self, system: &System<'_>, solver: &Solver<'_>, case: &Case<'_>, nominal: &State) -> Unit {
-        let known = self.displacements(&self.centre);
-        let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
-        let Ok(start) = solver.follow(nominal, &built) else { return self.no_unit(Status::NotAssembled, f64::NAN) };
-        let factor = match system.assembly_factor(solver, start.clone(), &known) {
-            Ok(factor) => factor,
-            Err(failure) => return self.no_unit(failure.status(), f64::NAN),
+    fn units_at(
+        &self,
+        system: &System<'_>,
+        solver: &Solver<'_>,
+        case: &Case<'_>,
+        nominal: &State,
+        centres: &[Vec<f64>],
+    ) -> Result<Vec<Unit>, Status> {
+        let c = Compatibility::at(system.basis, solver, nominal).ok_or(Status::Singular)?;
+        let right = self.first_order_right(&c, &vec![0.0; c.load.len()], case, nominal);
+        let at_drives = Inputs { drives: case.drives.to_vec(), parameters: nominal.inputs.parameters.clone() };
+        let built = solver.follow(nominal, &at_drives)?;
+        let nominal = Nominal { state: nominal, compatibility: &c, right };
+        let beside = Beside { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
+        // A few units are solved before an iteration is recorded.
+        let record = || Newton::record_beside(solver, self.largest_angle(), Some(&beside));
+        let newton = (centres.len() >= LANES).then(record).flatten();
+        let bound = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal.state, case.drives));
+        let chunk = |centres: &[Vec<f64>]| {
+            let together = Together { system, solver, nominal: &nominal, built: &built, bound: bound.clone() };
+            self.units_together(together, centres)
         };
-        let settled = match system.settle(solver, start, &known, |_, _| Ask::Load) {
-            Ok(settled) => settled,
-            Err(failure) => return self.no_unit(failure.status(), factor),
+        Ok(centres.par_chunks(CHUNK).map(chunk).collect::<Vec<_>>().into_iter().flatten().collect())
+    }
+
+    fn units_together(&self, mut together: Together<'_>, centres: &[Vec<f64>]) -> Vec<Unit> {
+        let known: Vec<Vec<f64>> = centres.iter().map(|centre| self.displacements(centre)).collect();
+        let assembled = together.settle(&known, &Ask::Factor);
+        let rested = together.settle(&known, &Ask::Load);
+        let unit = |((centre, assembled), rested): ((&Vec<f64>, Result<Rested, Status>), Result<Rested, Status>)| {
+            let factor = match assembled {
+                Ok(assembled) => assembled.balance.factor,
+                Err(Status::NotAssemblable | Status::NotAssembled) => f64::INFINITY,
+                Err(status) => return self.no_unit(status, f64::NAN),
+            };
+            let found = rested.and_then(|rested| self.unit_of(&together, centre, factor, &rested));
+            found.unwrap_or_else(|status| self.no_unit(status, factor))
         };
-        let (c, balance) = (&settled.compatibility, &settled.balance);
-        let unknown = system.unknown_reactions(c);
-        Unit {
-            clearance_factor: factor,
-            force: self.known(&balance.forces, &unknown),
-            reaction: self.bearable(c, &balance.forces, &unknown),
-            offset: self.offsets(system, balance),
-            status: if is_apart(factor) { Status::Strained } else { Status::Ok },
-            coordinates: settled.state.coordinates,
+        centres.iter().zip(assembled).zip(rested).map(unit).collect()
+    }
+
+    fn unit_of(&self, at: &Together<'_>, centre: &[f64], factor: f64, rested: &Rested) -> Result<Unit, Status> {
+        let state = at.close_plainly(&rested.displacements)?;
+        let (poses, forces) = (self.poses(&state.coordinates), &rested.balance.forces);
+        let unknown = at.system.unknown_reactions(&rested.ties);
+        let mut offset = centre.to_vec();
+        for (give, given) in at.system.gives.iter().zip(&rested.balance.given) {
+            let Some(source) = give.source else { continue };
+            self.sources[source].range().zip(given).for_each(|(p, d)| offset[p] += d);
         }
+        Ok(Unit {
+            clearance_factor: factor,
+            force: self.known(forces, &unknown),
+            reaction: self.bearable(&poses, forces, &unknown),
+            offset,
+            status: if is_apart(factor) { Status::Strained } else { Status::Ok },
+            coordinates: state.coordinates,
+        })
     }
 }

@@ -72,6 +72,10 @@ pub struct Answers {
     pub dual_values: Vec<f64>,
     /// Relative difference of the two.
     pub gaps: Vec<f64>,
+    /// What the gaps are parts of.
+    pub units: Vec<f64>,
+    /// The largest violation of an equation, as a part of what the clearances reach.
+    pub residuals: Vec<f64>,
     /// Programs that were solved by themselves, because eight at a time did not prove their answers.
     pub alone: usize,
     /// Programs that were solved by themselves for comparison.
@@ -145,7 +149,7 @@ impl Programs {
     /// Solves all programs.
     #[must_use]
     pub fn solve(&self, question: Question) -> Answers {
-        let layout = (self.n > 0).then(|| Layout::of(&self.program(0), question)).flatten();
+        let layout = self.layout(question);
         let groups: Vec<usize> = (0..self.n).step_by(LANES).collect();
         let solved = groups.into_par_iter().map_init(Memory::default, |memory, first| {
             let count = LANES.min(self.n - first);
@@ -157,6 +161,22 @@ impl Programs {
         }
         self.compare(question, &mut all);
         all
+    }
+
+    /// Solves all programs on this thread, and none of them again for comparison.
+    #[must_use]
+    pub fn solve_here(&self, question: Question) -> Answers {
+        let layout = self.layout(question);
+        let (mut memory, mut all) = (Memory::default(), Answers::default());
+        for first in (0..self.n).step_by(LANES) {
+            let count = LANES.min(self.n - first);
+            all.append(self.solve_group(layout.as_ref(), question, first, count, &mut memory));
+        }
+        all
+    }
+
+    fn layout(&self, question: Question) -> Option<Layout> {
+        if self.n == 0 { None } else { Layout::of(&self.program(0), question) }
     }
 
     /// Solves every program by itself.
@@ -263,6 +283,8 @@ impl Answers {
         self.values.extend(other.values);
         self.dual_values.extend(other.dual_values);
         self.gaps.extend(other.gaps);
+        self.units.extend(other.units);
+        self.residuals.extend(other.residuals);
         self.alone += other.alone;
     }
 
@@ -274,6 +296,8 @@ impl Answers {
         self.values.push(answer.value);
         self.dual_values.push(answer.dual_value);
         self.gaps.push(answer.gap);
+        self.units.push(answer.unit);
+        self.residuals.push(answer.residual);
     }
 
     fn push_lane(&mut self, layout: &Layout, n_equations: usize, lane: usize, memory: &Memory) {
@@ -288,5 +312,34 @@ impl Answers {
         self.values.push(memory.value.0[lane]);
         self.dual_values.push(memory.dual_value.0[lane]);
         self.gaps.push(memory.gap.0[lane]);
+        let unit = match layout.question {
+            Question::Pose => memory.energy.0[lane],
+            Question::Assembly => memory.unit.0[lane].min(1.0),
+        };
+        self.units.push(memory.value.0[lane].abs().max(memory.dual_value.0[lane].abs()).max(unit));
+        self.residuals.push(memory.residual.0[lane]);
+    }
+
+    /// One of the answers, to one of the programs.
+    #[must_use]
+    pub fn answer(&self, programs: &Programs, number: usize) -> Answer {
+        let (s, width) = (programs.n_equations, programs.width());
+        let mut rest = &self.displacements[number * width..(number + 1) * width];
+        let block = |kind: &Kind| {
+            let (own, others) = rest.split_at(kind.size());
+            rest = others;
+            own.to_vec()
+        };
+        Answer {
+            outcome: self.outcomes[number],
+            displacements: programs.kinds(number).iter().map(block).collect(),
+            multipliers: self.multipliers[number * s..(number + 1) * s].to_vec(),
+            factor: self.factors[number],
+            value: self.values[number],
+            dual_value: self.dual_values[number],
+            gap: self.gaps[number],
+            unit: self.units[number],
+            residual: self.residuals[number],
+        }
     }
 }

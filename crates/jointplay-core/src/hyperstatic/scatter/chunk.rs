@@ -1,14 +1,14 @@
-//! One chunk of units: drawn block by block, solved one by one, counted.
+//! One chunk of units: drawn block by block, solved group by group, counted.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::lanes::Lanes;
+use super::group::Group;
 use super::moments::Moments;
 use super::unit::{Job, Unit, least_displacements};
-use crate::batch::Bound;
 use crate::batch::draw::Stream;
 use crate::batch::lanes::{Block, LANES, Mask};
 use crate::hyperstatic::compatibility::Compatibility;
+use crate::hyperstatic::together::Together;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::sampling::CHUNK;
@@ -16,6 +16,8 @@ use crate::sampling::sketch::Sketch;
 use crate::sampling::tally::{Kept, Ranges, Sums, Tally};
 use crate::space::norm;
 
+/// Units that are solved together.
+const UNITS: usize = 1024;
 /// A sum of terms below this part of their sizes is zero.
 const ROUNDING: f64 = 1e-13;
 
@@ -56,7 +58,7 @@ pub struct Linear<'a> {
     /// What drive values and the nominal misfit do to the output.
     constant: Vec<f64>,
     /// What displacements must add up to.
-    right: DVector<f64>,
+    right: &'a DVector<f64>,
     /// What makes displacements that are compatible elsewhere so at the nominal pose.
     correction: DMatrix<f64>,
     /// Place of every parameter among the displacements.
@@ -64,15 +66,16 @@ pub struct Linear<'a> {
 }
 
 impl<'a> Linear<'a> {
-    pub fn new(job: &Job<'a>, c: &'a Compatibility, case: &Case<'_>) -> Self {
+    pub fn new(job: &'a Job<'a>, case: &Case<'_>) -> Self {
+        let c = job.nominal.compatibility;
         let m = job.system.mechanism;
         let misfit = &c.shared * &c.misfit;
-        let shift = m.drive_shift(&c.output, case, job.nominal);
+        let shift = m.drive_shift(&c.output, case, job.nominal.state);
         Self {
             mechanism: m,
             compatibility: c,
             constant: shift.iter().zip(misfit.iter()).map(|(d, m)| d - m).collect(),
-            right: m.first_order_right(c, &vec![0.0; c.load.len()], case, job.nominal),
+            right: &job.nominal.right,
             correction: least_displacements(&job.system, c, &job.tied),
             places: (0..m.n_parameters()).map(|p| m.place_of(p)).collect(),
         }
@@ -99,7 +102,7 @@ impl<'a> Linear<'a> {
         let n = m.size();
         let mut own = displacements.to_vec();
         let mut offsets = parameters.to_vec();
-        let off = &self.right - &self.compatibility.equations * DVector::from_column_slice(displacements);
+        let off = self.right - &self.compatibility.equations * DVector::from_column_slice(displacements);
         for (row, d) in (&self.correction * off).iter().enumerate() {
             own[row] += d;
         }
@@ -132,7 +135,7 @@ impl<'a> Linear<'a> {
 /// Products are summed about `shift`, an error near the mean.
 pub fn draw(
     job: &Job<'_>,
-    bound: Option<Bound<'_>>,
+    mut together: Together<'_>,
     linear: &Linear<'_>,
     ranges: &Ranges,
     shift: &[f64],
@@ -144,35 +147,42 @@ pub fn draw(
     let mut count = Count::new(m, ranges);
     count.tally.kept = job.request.keep.then(Kept::default);
     let mut sums = Sums::new(n, n + 2);
-    let mut solver = Lanes { job, bound, fallbacks: 0 };
     let mut stream = Stream::new(job.request.seed, number);
     let mut drawn = vec![Block::splat(0.0); m.n_parameters()];
     let mut quantities = vec![Block::splat(0.0); n + 2];
-    for first in (0..samples).step_by(LANES) {
-        for source in m.sources() {
-            stream.draw(&source.set, Mechanism::law(source, job.request), &mut drawn[source.range()]);
-            for p in source.range() {
-                drawn[p] = drawn[p].add(&Block::splat(m.centre[p]));
+    for first in (0..samples).step_by(UNITS) {
+        let n_units = UNITS.min(samples - first);
+        let mut units_drawn = Vec::with_capacity(n_units);
+        for at in (0..n_units).step_by(LANES) {
+            for source in m.sources() {
+                stream.draw(&source.set, Mechanism::law(source, job.request), &mut drawn[source.range()]);
+                for p in source.range() {
+                    drawn[p] = drawn[p].add(&Block::splat(m.centre[p]));
+                }
             }
+            let lanes = 0..LANES.min(n_units - at);
+            units_drawn.extend(lanes.map(|lane| drawn.iter().map(|block| block.0[lane]).collect::<Vec<f64>>()));
         }
-        let mut good = Mask::NONE;
-        let units = solver.solve(&drawn, number * CHUNK as u64 + first as u64, LANES.min(samples - first));
-        for (lane, unit) in units.into_iter().enumerate() {
-            if let Some(error) = count.unit(m, linear, unit) {
-                good.0[lane] = u64::MAX;
-                quantities.iter_mut().zip(&error).for_each(|(block, e)| block.0[lane] = *e);
-                let (translations, rotations) = error.split_at(m.n_translations());
-                let (position, rotation) = (norm(translations), norm(rotations));
-                (quantities[n].0[lane], quantities[n + 1].0[lane]) = (position, rotation);
-                let out = position > job.request.limit_position || rotation > job.request.limit_rotation;
-                count.tally.outside += u64::from(out);
+        let group = Group::new(job, &mut together, &units_drawn, number * CHUNK as u64 + first as u64);
+        let mut units = group.solve().into_iter();
+        for _ in (0..n_units).step_by(LANES) {
+            let mut good = Mask::NONE;
+            for (lane, unit) in units.by_ref().take(LANES).enumerate() {
+                if let Some(error) = count.unit(m, linear, unit) {
+                    good.0[lane] = u64::MAX;
+                    quantities.iter_mut().zip(&error).for_each(|(block, e)| block.0[lane] = *e);
+                    let (translations, rotations) = error.split_at(m.n_translations());
+                    let (position, rotation) = (norm(translations), norm(rotations));
+                    (quantities[n].0[lane], quantities[n + 1].0[lane]) = (position, rotation);
+                    let out = position > job.request.limit_position || rotation > job.request.limit_rotation;
+                    count.tally.outside += u64::from(out);
+                }
             }
+            sums.add(&quantities, &good, shift);
+            count.tally.count_block(ranges, &quantities, &good);
         }
-        sums.add(&quantities, &good, shift);
-        count.tally.count_block(ranges, &quantities, &good);
     }
     count.tally.absorb(&sums, shift);
-    count.tally.fallbacks = solver.fallbacks;
     count
 }
 
@@ -180,6 +190,7 @@ impl Count {
     /// Counts a unit; gives its error where it has one.
     fn unit(&mut self, m: &Mechanism, linear: &Linear<'_>, unit: Unit) -> Option<Vec<f64>> {
         self.tally.statuses[unit.status as usize] += 1;
+        self.tally.fallbacks += u64::from(unit.plainly);
         if !unit.factor.is_nan() {
             self.factor.add(unit.factor);
         }

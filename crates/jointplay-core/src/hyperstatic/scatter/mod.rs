@@ -11,7 +11,7 @@
 mod chain;
 mod chunk;
 mod dice;
-mod lanes;
+mod group;
 mod moments;
 mod ranges;
 mod section;
@@ -21,7 +21,8 @@ use rayon::prelude::*;
 
 use super::compatibility::Compatibility;
 use super::system::System;
-use crate::batch::Newton;
+use super::together::{Nominal, Together};
+use crate::batch::{Beside, Newton};
 use crate::closure::Inputs;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
@@ -30,6 +31,7 @@ use crate::sampling::{BLOCK, CHUNK, Request, Scatter};
 use crate::solver::{Solver, State};
 use crate::status::Status;
 use chunk::{Count, Linear};
+use group::Group;
 use ranges::Reach;
 use unit::Job;
 
@@ -103,14 +105,19 @@ impl Mechanism {
         let known = Inputs { drives: case.drives.to_vec(), parameters: self.displacements(&self.centre) };
         let built = solver.follow(nominal, &known)?;
         let at_built = Compatibility::at(system.basis, solver, &built).ok_or(Status::Singular)?;
-        let job = Job::new(system, solver, request, nominal, &built, &at_built);
-        let linear = Linear::new(&job, &at_nominal, case);
+        let right = self.first_order_right(&at_nominal, &vec![0.0; at_nominal.load.len()], case, nominal);
+        let nominal = Nominal { state: nominal, compatibility: &at_nominal, right };
+        let job = Job::new(system, request, &nominal, &at_built);
+        let linear = Linear::new(&job, case);
+        let beside = Beside { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
+        let newton = Newton::record_beside(solver, self.largest_angle(), Some(&beside));
+        let bound = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal.state, case.drives));
+        let together =
+            || Together { system: &job.system, solver, nominal: &nominal, built: &built, bound: bound.clone() };
         // The unit with nothing but known deviations.
-        let middle = job.solve(u64::MAX, &self.centre).error;
-        let shift = middle.unwrap_or_else(|| linear.error(&known.parameters));
-        let beside = Some((&system.basis.all, system.basis.redundant.as_slice()));
-        let newton = Newton::record_beside(solver, self.largest_angle(), beside);
-        let lanes = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal, case.drives));
+        let middle = Group::new(&job, &mut together(), std::slice::from_ref(&self.centre), u64::MAX).solve().remove(0);
+        let shift = middle.error.unwrap_or_else(|| linear.error(&known.parameters));
+
         let ranges = Reach { system, c: &at_nominal, request }.ranges(&linear.error(&known.parameters));
         let mut count = Count::new(self, &ranges);
         let chunks = request.samples.div_ceil(CHUNK);
@@ -119,14 +126,14 @@ impl Mechanism {
                 .into_par_iter()
                 .map(|chunk| {
                     let samples = CHUNK.min(request.samples - chunk * CHUNK);
-                    chunk::draw(&job, lanes.clone(), &linear, &ranges, &shift, chunk as u64, samples)
+                    chunk::draw(&job, together(), &linear, &ranges, &shift, chunk as u64, samples)
                 })
                 .collect();
             for part in &parts {
                 count.merge(part);
             }
         }
-        Ok(self.table(&count, &ranges, request, self.nominal_status(nominal)))
+        Ok(self.table(&count, &ranges, request, self.nominal_status(nominal.state)))
     }
 
     fn table(&self, count: &Count, ranges: &Ranges, request: &Request, status: Status) -> UnitScatter {

@@ -4,22 +4,17 @@ use nalgebra::{DMatrix, DVector};
 
 use super::dice::Dice;
 use super::section::{Member, Section};
-use crate::closure::Inputs;
 use crate::cone::Kind;
-use crate::hyperstatic::compatibility::{Compatibility, FITS};
-use crate::hyperstatic::settle::{Failure, is_apart};
+use crate::hyperstatic::compatibility::{Compatibility, FITS, Ties};
+use crate::hyperstatic::settle::is_apart;
 use crate::hyperstatic::system::{Ask, Balance, Give, System};
+use crate::hyperstatic::together::{Nominal, Rested};
 use crate::mechanism::Mechanism;
 use crate::sampling::Request;
-use crate::solver::{Solver, State};
 use crate::status::Status;
 
 /// A clearance is loose when its force does less than this part of the largest one.
 const LOOSE: f64 = 1e-7;
-/// Corrections that make linearly compatible displacements exactly so: each leaves a part of the misfit that is
-/// of the order of the displacements over the dimensions.
-pub const CORRECTIONS: usize = 12;
-
 /// What is elastic takes part in a correction by the square of this, beside clearances.
 const DEFORMS: f64 = 1e-3;
 
@@ -27,12 +22,11 @@ const DEFORMS: f64 = 1e-3;
 pub struct Job<'a> {
     /// What gives way together: clearances that scatter by themselves are left out, unless the load decides.
     pub system: System<'a>,
-    pub solver: &'a Solver<'a>,
     pub request: &'a Request,
-    pub nominal: &'a State,
-    /// The basis, closed for the known deviations.
-    pub built: &'a State,
-    /// The linearisation there.
+    pub nominal: &'a Nominal<'a>,
+    /// How far the output moves where that is felt.
+    feels: Vec<f64>,
+    /// The linearisation where the basis is closed for the known deviations.
     pub compatibility: &'a Compatibility,
     /// What changes a misfit with the least displacements: length-scaled, of everything that gives way.
     pub correction: DMatrix<f64>,
@@ -49,7 +43,22 @@ pub struct Loosest {
     /// The smallest factor on all clearances.
     pub factor: f64,
     /// Offsets of the tied clearances at it, where they are known.
-    pub offsets: Option<Vec<Vec<f64>>>,
+    offsets: Option<Vec<Vec<f64>>>,
+    /// The factor as a part of the linearised one.
+    part: f64,
+}
+
+impl Loosest {
+    /// By the linearisation.
+    pub const fn new(factor: f64, offsets: Option<Vec<Vec<f64>>>) -> Self {
+        Self { factor, offsets, part: 1.0 }
+    }
+
+    /// On the exact closure.
+    pub fn settle_at(&mut self, factor: f64) {
+        self.part = factor / self.factor;
+        self.factor = factor;
+    }
 }
 
 /// How a unit goes together.
@@ -74,6 +83,8 @@ pub struct Unit {
     pub displacements: Vec<f64>,
     /// Error of the output, where there is one.
     pub error: Option<Vec<f64>>,
+    /// Whether it took the plain solver.
+    pub plainly: bool,
     /// Forces on the rows.
     pub forces: DVector<f64>,
 }
@@ -81,10 +92,8 @@ pub struct Unit {
 impl<'a> Job<'a> {
     pub fn new(
         whole: &System<'a>,
-        solver: &'a Solver<'a>,
         request: &'a Request,
-        nominal: &'a State,
-        built: &'a State,
+        nominal: &'a Nominal<'a>,
         compatibility: &'a Compatibility,
     ) -> Self {
         let takes_part = |give: &&Give| request.loaded || give.source.is_none() || System::is_tied(give, compatibility);
@@ -96,7 +105,17 @@ impl<'a> Job<'a> {
         let section = section(&system, compatibility, &tied, request);
         let correction = least_displacements(&system, compatibility, &tied);
         let rigid = system.gives.iter().all(|give| give.source.is_some());
-        Self { system, solver, request, nominal, built, compatibility, correction, tied, section, rigid }
+        Self {
+            feels: system.mechanism.feels(nominal.compatibility),
+            system,
+            request,
+            nominal,
+            compatibility,
+            correction,
+            tied,
+            section,
+            rigid,
+        }
     }
 
     const fn mechanism(&self) -> &Mechanism {
@@ -116,32 +135,9 @@ impl<'a> Job<'a> {
             displacements: m.displacements(&parameters),
             parameters,
             error: None,
+            plainly: false,
             forces: DVector::zeros(self.compatibility.load.len()),
         }
-    }
-
-    /// Solves the unit with the given number, whose parameters have been drawn by their laws one by one.
-    pub fn solve(&self, number: u64, drawn: &[f64]) -> Unit {
-        let mut unit = self.drawn(drawn);
-        let start = match self.close(self.built, unit.displacements.clone()) {
-            Ok(start) => start,
-            Err(status) => return Unit { status, ..unit },
-        };
-        let misfit = self.system.basis.misfit(&start);
-        let mut dice = Dice::new(self.request.seed, number);
-        let found = match self.fit(&misfit, self.factor(&misfit), &mut unit, &mut dice) {
-            Fit::Apart => Err(Status::NotAssemblable),
-            Fit::Forced => self.settle(start, &mut unit, &mut dice),
-            Fit::Loose => self.correct(&start, &mut unit, &self.correction),
-        };
-        match found {
-            Ok(state) if state.negative == self.built.negative => {
-                unit.error = Some(self.system.basis.kept.error(&state, self.nominal));
-            }
-            Ok(_) => unit.status = Status::Singular,
-            Err(status) => unit.status = status,
-        }
-        unit
     }
 
     /// Notes the offset of a clearance.
@@ -151,14 +147,9 @@ impl<'a> Job<'a> {
         m.sources[source].range().zip(offset).for_each(|(p, d)| unit.parameters[p] = m.centre[p] + d);
     }
 
-    fn close(&self, from: &State, parameters: Vec<f64>) -> Result<State, Status> {
-        let inputs = Inputs { drives: self.built.inputs.drives.clone(), parameters };
-        self.solver.close(from, &inputs).map_or_else(|| self.solver.follow(from, &inputs), Ok)
-    }
-
     /// The smallest factor on the clearances.
     pub fn factor(&self, misfit: &DVector<f64>) -> Loosest {
-        let none = |factor| Loosest { factor, offsets: None };
+        let none = |factor| Loosest::new(factor, None);
         if self.fits(misfit) {
             return none(0.0);
         }
@@ -182,9 +173,8 @@ impl<'a> Job<'a> {
     /// The factor by a program, with the offsets at it.
     fn loosest(&self, misfit: &DVector<f64>) -> Loosest {
         let balance = self.system.balance(self.compatibility, misfit, &Ask::Factor);
-        balance.map_or(Loosest { factor: f64::INFINITY, offsets: None }, |balance| Loosest {
-            factor: balance.factor,
-            offsets: Some(self.tied.iter().map(|&g| balance.given[g].clone()).collect()),
+        balance.map_or(Loosest::new(f64::INFINITY, None), |balance| {
+            Loosest::new(balance.factor, Some(self.tied.iter().map(|&g| balance.given[g].clone()).collect()))
         })
     }
 
@@ -198,8 +188,14 @@ impl<'a> Job<'a> {
         if apart || self.request.loaded {
             return Fit::Forced;
         }
-        let interior = || loosest.offsets.or_else(|| self.loosest(misfit).offsets);
-        let Some(offsets) = self.section.draw(misfit, dice, interior) else { return Fit::Apart };
+        // With the part of the misfit that leaves as much room as there is on the exact closure.
+        let misfit = misfit * loosest.part;
+        let interior = || {
+            let Some(mut offsets) = loosest.offsets else { return self.loosest(&misfit).offsets };
+            offsets.iter_mut().flatten().for_each(|d| *d *= loosest.part);
+            Some(offsets)
+        };
+        let Some(offsets) = self.section.draw(&misfit, dice, interior) else { return Fit::Apart };
         for (&g, offset) in self.tied.iter().zip(&offsets) {
             self.put(g, offset, unit);
             self.system.gives[g].columns.iter().zip(offset).for_each(|(&row, d)| unit.displacements[row] += d);
@@ -207,34 +203,46 @@ impl<'a> Job<'a> {
         Fit::Loose
     }
 
-    /// Where load or misfit strain what is elastic, or push rigid bodies; clearances that carry nothing scatter.
-    fn settle(&self, start: State, unit: &mut Unit, dice: &mut Dice) -> Result<State, Status> {
-        let known = start.inputs.parameters.clone();
-        let ask = if self.request.loaded { Ask::Load } else { Ask::Stress };
-        let settled = self.system.settle(self.solver, start, &known, |_, _| ask.clone()).map_err(Failure::status)?;
-        if is_apart(unit.factor) {
-            unit.status = Status::Strained;
-        }
-        let (c, balance) = (&settled.compatibility, &settled.balance);
+    /// What decides where units are that do not go together by themselves.
+    pub const fn ask(&self) -> Ask {
+        if self.request.loaded { Ask::Load } else { Ask::Stress }
+    }
+
+    /// Notes where a unit has settled. Clearances that carry nothing are drawn where they scatter, which leaves a
+    /// misfit of the second order: then gives what corrects it.
+    pub fn take(&self, rested: Rested, unit: &mut Unit, dice: &mut Dice) -> Option<DMatrix<f64>> {
+        let known = std::mem::take(&mut unit.displacements);
+        let Rested { displacements, error, first, balance, ties, output, still, plainly } = rested;
+        unit.plainly |= plainly;
+        unit.error = Some(error);
         unit.forces.clone_from(&balance.forces);
-        unit.displacements.clone_from(&settled.state.inputs.parameters);
         balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, unit));
-        if self.request.loaded {
-            return Ok(settled.state);
-        }
-        let loose = self.loose(balance);
+        let right = ties.right(&displacements, &known);
+        unit.displacements = displacements;
+        unit.status = if is_apart(unit.factor) {
+            Status::Strained
+        } else if self.request.loaded
+            && (!still
+                || first.is_some_and(|first| self.is_felt_first(&known, &first))
+                || self.system.is_felt(&ties, &output, &right, &balance, &self.feels))
+        {
+            Status::Undetermined
+        } else {
+            Status::Ok
+        };
+        let loose = self.loose(&balance);
         if loose.is_empty() {
-            return Ok(settled.state);
+            return None;
         }
-        let mut rest = c.right(&settled.state, &known);
+        let mut rest = right;
         for (g, (give, given)) in self.system.gives.iter().zip(&balance.given).enumerate() {
             if !loose.contains(&g) {
-                give.columns.iter().zip(given).for_each(|(&row, d)| rest -= c.equations.column(row) * *d);
+                give.columns.iter().zip(given).for_each(|(&row, d)| rest -= ties.equations.column(row) * *d);
             }
         }
-        let section = section(&self.system, c, &loose, self.request);
+        let section = section(&self.system, &ties, &loose, self.request);
         let interior = || Some(loose.iter().map(|&g| balance.given[g].clone()).collect());
-        let Some(offsets) = section.draw(&rest, dice, interior) else { return Ok(settled.state) };
+        let offsets = section.draw(&rest, dice, interior)?;
         for (&g, offset) in loose.iter().zip(&offsets) {
             let give = &self.system.gives[g];
             self.put(g, offset, unit);
@@ -242,12 +250,21 @@ impl<'a> Job<'a> {
                 unit.displacements[row] += d - before;
             }
         }
-        let correction = least_displacements(&self.system, c, &loose);
-        self.correct(&settled.state, unit, &correction)
+        Some(least_displacements(&self.system, &ties, &loose))
     }
 
-    /// The tied clearances that no force holds.
+    /// Whether the output feels what the load leaves open at the nominal pose: that is so at any size of the
+    /// play, even where the exact pose then falls to one side.
+    fn is_felt_first(&self, known: &[f64], first: &Balance) -> bool {
+        let c = self.nominal.compatibility;
+        self.system.is_felt(c, &c.output.parameters, &self.nominal.right_beside(known), first, &self.feels)
+    }
+
+    /// The tied clearances that no force holds and that scatter, therefore.
     fn loose(&self, balance: &Balance) -> Vec<usize> {
+        if self.request.loaded {
+            return Vec::new();
+        }
         let reach = |&g: &usize| {
             let give = &self.system.gives[g];
             let force: Vec<f64> = give.columns.iter().map(|&row| balance.forces[row]).collect();
@@ -255,24 +272,6 @@ impl<'a> Job<'a> {
         };
         let most = self.tied.iter().map(reach).fold(0.0, f64::max);
         self.tied.iter().copied().filter(|g| reach(g) <= LOOSE * most).collect()
-    }
-
-    /// Closes the mechanism for displacements that are compatible to first order, changing them by what is left.
-    fn correct(&self, from: &State, unit: &mut Unit, correction: &DMatrix<f64>) -> Result<State, Status> {
-        let basis = self.system.basis;
-        let mut parameters = unit.displacements.clone();
-        let mut state = self.close(from, parameters.clone())?;
-        for _ in 0..CORRECTIONS {
-            let left = basis.misfit(&state);
-            if basis.scaled_misfit(&left) <= FITS {
-                return Ok(state);
-            }
-            let change = correction * left;
-            parameters.iter_mut().zip(change.iter()).for_each(|(p, d)| *p += d);
-            self.move_offsets(unit, &change);
-            state = self.close(&state, parameters.clone())?;
-        }
-        Err(Status::NotAssembled)
     }
 
     /// Notes a change of the rows' displacements in the offsets of the clearances.
@@ -286,7 +285,7 @@ impl<'a> Job<'a> {
 }
 
 /// The section of some clearances.
-fn section(system: &System<'_>, c: &Compatibility, numbers: &[usize], request: &Request) -> Section {
+fn section(system: &System<'_>, c: &Ties, numbers: &[usize], request: &Request) -> Section {
     let member = |&g: &usize| {
         let give = &system.gives[g];
         let (Kind::Clearance(set), Some(source)) = (&give.kind, give.source) else { return None };
@@ -298,7 +297,7 @@ fn section(system: &System<'_>, c: &Compatibility, numbers: &[usize], request: &
 
 /// Displacements of all rows, of least length-scaled size, that make up for a misfit: offsets of the given
 /// clearances, and deformations where these cannot.
-pub fn least_displacements(system: &System<'_>, c: &Compatibility, clearances: &[usize]) -> DMatrix<f64> {
+pub fn least_displacements(system: &System<'_>, c: &Ties, clearances: &[usize]) -> DMatrix<f64> {
     let rows = system.mechanism.n_rows();
     if c.equations.nrows() == 0 {
         return DMatrix::zeros(rows, 0);
