@@ -4,13 +4,13 @@
 //! one there: `-l` on the rows of the basis. The load's multipliers are what the basis alone bears it with, and those
 //! of a component of the output what the rows' displacements do to it.
 
-use super::contact::{gradient, poses_of};
 use super::lanes::Block;
 use super::layout::Symbolic;
+use super::linear::{Eliminated, Linear};
 use super::program::{Bound, evaluate};
+use super::statics::{gradient, poses_of};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
-use super::tree::{Eliminated, Linear};
 use crate::mechanism::Mechanism;
 use crate::solver::Solver;
 

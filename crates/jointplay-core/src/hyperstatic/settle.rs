@@ -27,7 +27,7 @@ const STIFFEST: f64 = 256.0;
 /// The shortest part of a step.
 const SHORTEST: f64 = 1.0 / 256.0;
 /// Changes below this part of all displacements that do not shrink any more are the programs' rounding.
-const NOISE: f64 = 1e-6;
+pub(super) const NOISE: f64 = 1e-6;
 
 /// Where displacements, reactions and pose agree.
 #[derive(Clone, Debug)]

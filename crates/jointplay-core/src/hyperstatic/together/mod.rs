@@ -4,6 +4,9 @@
 //! recorded iteration; where a lane is in doubt, or nothing has been recorded, plainly. Units [settle](Together::settle)
 //! in rounds of closures and programs.
 
+// Kernels must be inlined into callers compiled for a width of vector registers.
+#![allow(clippy::inline_always)]
+
 mod settle;
 
 use nalgebra::{DMatrix, DVector};
@@ -91,29 +94,34 @@ impl Together<'_> {
         displacements.iter().zip(closed).map(or_plainly).collect()
     }
 
-    /// The same with the linearisation there.
-    fn linearise(&mut self, displacements: &[&[f64]]) -> Vec<Result<(Closed, Linearised), Status>> {
-        let closed = self.close_lanes(displacements, true, |basis, bound, lane| Linearised {
+    /// The same with the linearisation there, that of the output for some units only.
+    fn linearise(
+        &mut self,
+        displacements: &[&[f64]],
+        of_output: impl Fn(usize) -> bool,
+    ) -> Vec<Result<(Closed, Linearised), Status>> {
+        let basis = self.system.basis;
+        let closed = self.close_lanes(displacements, true, |unit, bound, lane| Linearised {
             ties: Ties::of_lane(basis, bound, lane),
-            output: map_of_lane(basis, bound, lane),
+            output: if of_output(unit) { map_of_lane(basis, bound, lane) } else { DMatrix::zeros(0, 0) },
         });
-        let or_plainly = |(own, closed): (&&[f64], Option<(Closed, Linearised)>)| match closed {
-            Some(found) => Ok(found),
-            None => {
-                let state = self.close_plainly(own)?;
-                let c = Compatibility::at(self.system.basis, self.solver, &state).ok_or(Status::Singular)?;
-                Ok((self.closed(&state), Linearised { ties: c.ties, output: c.output.parameters }))
+        let or_plainly = |(own, closed): (&&[f64], Option<_>)| {
+            if let Some(found) = closed {
+                return Ok(found);
             }
+            let state = self.close_plainly(own)?;
+            let c = Compatibility::at(self.system.basis, self.solver, &state).ok_or(Status::Singular)?;
+            Ok((self.closed(&state), Linearised { ties: c.ties, output: c.output.parameters }))
         };
         displacements.iter().zip(closed).map(or_plainly).collect()
     }
 
-    /// Closes lane by lane and takes something from every lane; `None` where one is in doubt.
+    /// Closes lane by lane and takes something of every unit from its lane; `None` where one is in doubt.
     fn close_lanes<T>(
         &mut self,
         displacements: &[&[f64]],
         statics: bool,
-        take: impl Fn(&Basis, &Bound<'_>, usize) -> T,
+        take: impl Fn(usize, &Bound<'_>, usize) -> T,
     ) -> Vec<Option<(Closed, T)>> {
         let basis = self.system.basis;
         let Some(bound) = &mut self.bound else { return displacements.iter().map(|_| None).collect() };
@@ -125,13 +133,14 @@ impl Together<'_> {
                 bound.parameters().iter_mut().zip(own).for_each(|(block, d)| block.0[lane] = *d);
             }
             let good = dispatch(Close { bound: &mut *bound, statics });
+            let first = taken.len();
             let of = |lane: usize| {
                 let closed = Closed {
                     misfit: DVector::from_fn(basis.redundancy(), |k, _| bound.left(k).0[lane]),
                     error: (0..bound.n_outputs()).map(|k| bound.error(k).0[lane]).collect(),
                     plainly: false,
                 };
-                (closed, take(basis, bound, lane))
+                (closed, take(first + lane, bound, lane))
             };
             taken.extend((0..block.len()).map(|lane| good[lane].then(|| of(lane))));
         }
@@ -222,9 +231,9 @@ mod tests {
                 let of = |unit: usize| (0..m.n_parameters()).map(|p| number(unit, p)).collect::<Vec<f64>>();
                 let units: Vec<Vec<f64>> = (0..LANES + 3).map(|unit| m.displacements(&of(unit))).collect();
                 let all: Vec<&[f64]> = units.iter().map(Vec::as_slice).collect();
-                let found = lanes.linearise(&all);
+                let found = lanes.linearise(&all, |_| true);
                 lanes.bound = None;
-                for (found, plain) in found.into_iter().zip(lanes.linearise(&all)) {
+                for (found, plain) in found.into_iter().zip(lanes.linearise(&all, |_| true)) {
                     let ((closed, at), (closed_plainly, plainly)) = (found.unwrap(), plain.unwrap());
                     assert!(!closed.plainly && closed_plainly.plainly);
                     let near = |a: &[f64], b: &[f64], size: f64| {

@@ -13,15 +13,14 @@ use super::{Linearised, Nominal, Together};
 use crate::cone::lanes::Programs;
 use crate::cone::{Answer, Outcome, Program, Rounds};
 use crate::hyperstatic::compatibility::Ties;
-use crate::hyperstatic::settle::Failure;
+use crate::hyperstatic::settle::{Failure, NOISE};
 use crate::hyperstatic::system::{Ask, Balance, Give, System};
 use crate::status::Status;
 
 /// Rounds until a unit goes on by itself.
 const MOST_ROUNDS: usize = 12;
-/// A change below this part of all displacements is the last: the next one would be smaller by as much as the
-/// displacements are beside the dimensions, and the programs' rounding is not.
-const LAST_CHANGE: f64 = 1e-6;
+/// A unit stands still when the next change would be below this part of all displacements.
+const STILL: f64 = 1e-10;
 
 /// One unit whose displacements stand still.
 #[derive(Clone, Debug)]
@@ -48,8 +47,9 @@ struct Unit {
     first: Balance,
     /// What it is closed for.
     displacements: Vec<f64>,
-    /// What the last program gave, and whether that changed little.
+    /// What the last program gave, how much it changed, and whether the next one would change anything.
     balance: Balance,
+    change: f64,
     is_last: bool,
 }
 
@@ -58,6 +58,8 @@ struct Asked<'r> {
     ties: Cow<'r, Ties>,
     output: Cow<'r, DMatrix<f64>>,
     right: DVector<f64>,
+    /// An answer nearby.
+    near: Option<Answer>,
 }
 
 impl Together<'_> {
@@ -65,14 +67,14 @@ impl Together<'_> {
     pub fn settle(&mut self, known: &[Vec<f64>], ask: &Ask) -> Vec<Result<Rested, Status>> {
         let mut rested: Vec<Option<Result<Rested, Status>>> = vec![None; known.len()];
         let mut open = self.first_order(known, ask);
-        for _ in 0..MOST_ROUNDS {
+        for round in 0..MOST_ROUNDS {
             if open.is_empty() {
                 break;
             }
             let own: Vec<&[f64]> = open.iter().map(|unit| unit.displacements.as_slice()).collect();
-            let closed = self.linearise(&own);
+            let closed = self.linearise(&own, |k| open[k].is_last || matches!(ask, Ask::Along(_)));
             let (mut moving, mut asked) = (Vec::with_capacity(open.len()), Vec::with_capacity(open.len()));
-            for (unit, closed) in open.drain(..).zip(closed) {
+            for (mut unit, closed) in open.drain(..).zip(closed) {
                 // What cannot be closed on the way may be reached in smaller steps.
                 let Ok((closed, Linearised { ties, output })) = closed else { continue };
                 if unit.is_last {
@@ -82,29 +84,32 @@ impl Together<'_> {
                     rested[number] = Some(Ok(found));
                 } else {
                     let right = ties.right(&unit.displacements, &known[unit.number]);
-                    asked.push(Asked { ties: Cow::Owned(ties), output: Cow::Owned(output), right });
+                    // From the second round on the answer before is so near that Newton's method takes it to the last digits,
+                    // which an interior point has not where the value is flat.
+                    let near = if round > 0 { unit.balance.answer.take() } else { None };
+                    asked.push(Asked { ties: Cow::Owned(ties), output: Cow::Owned(output), right, near });
                     moving.push(unit);
                 }
             }
             let balances = self.system.balances(&asked, ask);
-            for ((mut unit, asked), balance) in moving.into_iter().zip(&asked).zip(balances) {
+            for (mut unit, balance) in moving.into_iter().zip(balances) {
                 let Some(balance) = balance else { continue };
                 let known = &known[unit.number];
                 let target = self.target(known, &balance);
+                let size = self.system.difference(known, &target);
                 let change = self.system.difference(&unit.displacements, &target);
-                unit.is_last = change <= LAST_CHANGE * self.system.difference(known, &target);
-                (unit.displacements, unit.balance) = (target, balance);
-                if unit.is_last
-                    && let Some(balance) = self.system.polished(asked, ask, &unit.balance)
-                {
-                    (unit.displacements, unit.balance) = (self.target(known, &balance), balance);
-                }
+                // Changes shrink in proportion, until what is left is the programs' rounding.
+                let next = if change > 0.0 { change * (change / unit.change) } else { 0.0 };
+                unit.is_last = next <= STILL * size || change <= NOISE * size && change > 0.5 * unit.change;
+                (unit.displacements, unit.balance, unit.change) = (target, balance, change);
                 open.push(unit);
             }
         }
         let left = (0..known.len()).filter(|k| rested[*k].is_none());
         let alone = Rounds::each(left, async |rounds, k| (k, self.settle_alone(rounds, &known[k], ask).await));
-        alone.into_iter().for_each(|(k, found)| rested[k] = Some(found));
+        for (k, found) in alone {
+            rested[k] = Some(found);
+        }
         rested.into_iter().flatten().collect()
     }
 
@@ -115,12 +120,14 @@ impl Together<'_> {
             ties: Cow::Borrowed(&c.ties),
             output: Cow::Borrowed(&c.output.parameters),
             right: self.nominal.right_beside(known),
+            near: None,
         };
         let balances = self.system.balances(&known.iter().map(asked).collect::<Vec<_>>(), ask);
         let unit = |(number, first): (usize, Option<Balance>)| {
             let first = first?;
             let displacements = self.target(&known[number], &first);
-            Some(Unit { number, displacements, balance: first.clone(), first, is_last: false })
+            let change = self.system.difference(&known[number], &displacements);
+            Some(Unit { number, displacements, balance: first.clone(), first, change, is_last: false })
         };
         balances.into_iter().enumerate().filter_map(unit).collect()
     }
@@ -169,10 +176,11 @@ impl System<'_> {
         // Where nothing pushes it takes another program to tell whether anything is transmitted.
         let pushed = |program: &Program| program.blocks.iter().flat_map(|block| &block.force).any(|f| *f != 0.0);
         let is_one = |program: &Program| !program.blocks.is_empty() && (ask.is_unloaded() || pushed(program));
-        let on_a_line = |program: &Program| {
-            if ask.is_unloaded() { program.on_a_line(ask.question()) } else { None }
+        let directly = |(unit, program): (&Asked<'_>, &Program)| {
+            let on_a_line = if ask.is_unloaded() { program.on_a_line(ask.question()) } else { None };
+            on_a_line.or_else(|| program.answer_near(ask.question(), unit.near.as_ref()?))
         };
-        let mut answers: Vec<Option<Answer>> = programs.iter().map(on_a_line).collect();
+        let mut answers: Vec<Option<Answer>> = units.iter().zip(&programs).map(directly).collect();
         let left: Vec<usize> = (0..units.len()).filter(|k| answers[*k].is_none() && is_one(&programs[*k])).collect();
         for (k, answer) in left.iter().zip(self.answers(units, &forces, &left, ask)) {
             answers[*k] = Some(answer);
@@ -182,16 +190,6 @@ impl System<'_> {
             Some(self.answered(&unit.ties, program, forces, ask, answer))
         };
         each().zip(programs.iter().zip(answers)).map(balance).collect()
-    }
-
-    /// A balance to the last digits, where Newton's method takes it there: an interior point is good to the root of
-    /// its gap where the value is flat.
-    fn polished(&self, unit: &Asked<'_>, ask: &Ask, balance: &Balance) -> Option<Balance> {
-        let answer = balance.answer.as_ref().filter(|answer| answer.gap > 0.0)?;
-        let forces = ask.forces(&unit.ties, &unit.output);
-        let program = self.program(&unit.ties, &unit.right, &forces);
-        let answer = program.answer_near(ask.question(), answer)?;
-        Some(self.answered(&unit.ties, &program, &forces, ask, answer))
     }
 
     /// Answers of some units by programs of one structure: what is tied in one unit takes part in all.
