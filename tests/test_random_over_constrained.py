@@ -251,8 +251,8 @@ def test_a_load_along_an_elastic_bar_strains_units_as_equilibrium_says() -> None
     """The end in A is pushed along the bar, towards B; what is g too long is squeezed between the two pins.
 
     With the tension N the pin in A takes F + N, and the one in B the rest. As long as A is held by its pin and B is
-    loose, N = 0 and A is at r1. B comes to its end at a length of r2 - r1, and the bar is squeezed by k (r1 + g - r2) until
-    it carries all of F; then A leaves its pin, and comes to the other side of it, where both pins hold.
+    loose, N = 0 and A is at r1. B comes to its end at g = r2 - r1, and the bar is squeezed by k (r1 + g - r2) until it
+    carries all of F; then A leaves its pin, and comes to the other side of it, where both pins hold.
     """
     n, tolerance, stiffness, force = 20_000, 0.3, 2500.0, 60.0
     m = bar(tolerance, "uniform", stiffness, load=(force, 0.0), loaded="A")
@@ -286,8 +286,8 @@ def test_a_load_along_an_elastic_bar_strains_units_as_equilibrium_says() -> None
 def test_units_are_undetermined_as_often_as_the_pin_that_nothing_pushes_is_loose(stiffness: float | None) -> None:
     """The end in B is pushed across the bar, so that only its pin bears.
 
-    A bar that is g too long or too short keeps B at the bottom of its hole as long as A gives way by g, |g| < r1: then A
-    is loose across the bar, which may turn. A longer or a shorter one presses on the pin in A, too.
+    A bar that is g too long or too short keeps B at the bottom of its hole as long as A gives way by g, |g| < r1: then
+    A is loose across the bar, which may turn. A longer or a shorter one presses on the pin in A, too.
     """
     n, tolerance = 20_000, 0.06
     m = bar(tolerance, "uniform", stiffness, load=(0.0, -10.0), loaded="B")
@@ -330,9 +330,7 @@ def test_loaded_units_are_where_loaded_puts_them_one_by_one(name: str, changes: 
     n, drives, poses = 60, m.drive_values[:1], m.core.solve(m.drive_values)["poses"][:1]
     found = m.core.random(drives, poses, n, 5, np.array([0.5]), np.nan, np.nan, None, 1, keep=True, loaded=True)
     strained = 0
-    for status, u, error in zip(
-        found["kept_status"], found["kept_parameters"], found["kept_errors"], strict=True
-    ):
+    for status, u, error in zip(found["kept_status"], found["kept_parameters"], found["kept_errors"], strict=True):
         alone = drawn(m, u).loaded(drives, poses, True, True, True)
         factor = alone["clearance_factor"][0]
         strained += factor > 1

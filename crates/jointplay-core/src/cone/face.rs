@@ -81,12 +81,12 @@ impl OptimalFace {
     /// rounding keeps them from.
     #[must_use]
     pub fn value(&self, direction: &[Vec<f64>], displacements: &[Vec<f64>]) -> f64 {
-        let moved = displacements.iter().zip(&self.shifts).zip(&self.centres);
-        let along = |(d, ((at, shift), centre)): (&Vec<f64>, ((&Vec<f64>, &Vec<f64>), &Vec<f64>))| -> f64 {
-            let places = at.iter().zip(shift).zip(centre).map(|((at, shift), centre)| at - shift + centre);
-            d.iter().zip(places).map(|(d, at)| d * at).sum()
-        };
-        direction.iter().zip(moved).map(along).sum()
+        let mut value = 0.0;
+        for (k, along) in direction.iter().enumerate() {
+            let moved = displacements[k].iter().zip(&self.shifts[k]).zip(&self.centres[k]);
+            value += along.iter().zip(moved).map(|(w, ((at, shift), centre))| w * (at - shift + centre)).sum::<f64>();
+        }
+        value
     }
 
     /// The optimal displacements nearest to the middles of the faces, each offset measured in what its set

@@ -50,13 +50,14 @@ impl Rounds {
     }
 
     /// Takes a course for every item, all of them side by side.
+    #[allow(clippy::needless_pass_by_value)] // courses borrow the function, which callers write in place
     pub fn each<I, T>(items: impl Iterator<Item = I>, course: impl AsyncFn(&Self, I) -> T) -> Vec<T> {
         let rounds = Self::default();
         let mut courses: Vec<_> = items.map(|item| Box::pin(course(&rounds, item))).collect();
         let mut ends: Vec<Option<T>> = courses.iter().map(|_| None).collect();
         loop {
             for (course, end) in courses.iter_mut().zip(&mut ends).filter(|(_, end)| end.is_none()) {
-                *end = rounds.go_on(course.as_mut());
+                *end = go_on(course.as_mut());
             }
             // Courses wait for answers and for nothing else.
             if rounds.asked.borrow().is_empty() {
@@ -71,18 +72,10 @@ impl Rounds {
         let rounds = Self::default();
         let mut course = pin!(course(&rounds));
         loop {
-            if let Some(end) = rounds.go_on(course.as_mut()) {
+            if let Some(end) = go_on(course.as_mut()) {
                 return end;
             }
             rounds.solve_asked();
-        }
-    }
-
-    /// Takes a course to the next program or to its end.
-    fn go_on<F: Future>(&self, course: Pin<&mut F>) -> Option<F::Output> {
-        match course.poll(&mut Context::from_waker(Waker::noop())) {
-            Poll::Ready(end) => Some(end),
-            Poll::Pending => None,
         }
     }
 
@@ -110,6 +103,14 @@ impl Rounds {
                 answers.insert(ticket, program.polished(question, answer));
             }
         }
+    }
+}
+
+/// Takes a course to the next program or to its end.
+fn go_on<F: Future>(course: Pin<&mut F>) -> Option<F::Output> {
+    match course.poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(end) => Some(end),
+        Poll::Pending => None,
     }
 }
 

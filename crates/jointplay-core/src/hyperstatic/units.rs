@@ -109,16 +109,20 @@ impl Mechanism {
         let known: Vec<Vec<f64>> = centres.iter().map(|centre| self.displacements(centre)).collect();
         let assembled = together.settle(&known, &Ask::Factor);
         let rested = together.settle(&known, &Ask::Load);
-        let unit = |((centre, assembled), rested): ((&Vec<f64>, Result<Rested, Status>), Result<Rested, Status>)| {
+        let mut units = Vec::with_capacity(centres.len());
+        for (centre, (assembled, rested)) in centres.iter().zip(assembled.into_iter().zip(rested)) {
             let factor = match assembled {
                 Ok(assembled) => assembled.balance.factor,
                 Err(Status::NotAssemblable | Status::NotAssembled) => f64::INFINITY,
-                Err(status) => return self.no_unit(status, f64::NAN),
+                Err(status) => {
+                    units.push(self.no_unit(status, f64::NAN));
+                    continue;
+                }
             };
             let found = rested.and_then(|rested| self.unit_of(&together, centre, factor, &rested));
-            found.unwrap_or_else(|status| self.no_unit(status, factor))
-        };
-        centres.iter().zip(assembled).zip(rested).map(unit).collect()
+            units.push(found.unwrap_or_else(|status| self.no_unit(status, factor)));
+        }
+        units
     }
 
     fn unit_of(&self, at: &Together<'_>, centre: &[f64], factor: f64, rested: &Rested) -> Result<Unit, Status> {

@@ -4,6 +4,9 @@
 //! recorded iteration; where a lane is in doubt, or nothing has been recorded, plainly. Units [settle](Together::settle)
 //! in rounds of closures and programs.
 
+// Kernels must be inlined into callers compiled for a width of vector registers.
+#![allow(clippy::inline_always)]
+
 mod settle;
 
 use nalgebra::{DMatrix, DVector};
@@ -102,13 +105,13 @@ impl Together<'_> {
             ties: Ties::of_lane(basis, bound, lane),
             output: if of_output(unit) { map_of_lane(basis, bound, lane) } else { DMatrix::zeros(0, 0) },
         });
-        let or_plainly = |(own, closed): (&&[f64], Option<(Closed, Linearised)>)| match closed {
-            Some(found) => Ok(found),
-            None => {
-                let state = self.close_plainly(own)?;
-                let c = Compatibility::at(self.system.basis, self.solver, &state).ok_or(Status::Singular)?;
-                Ok((self.closed(&state), Linearised { ties: c.ties, output: c.output.parameters }))
+        let or_plainly = |(own, closed): (&&[f64], Option<_>)| {
+            if let Some(found) = closed {
+                return Ok(found);
             }
+            let state = self.close_plainly(own)?;
+            let c = Compatibility::at(self.system.basis, self.solver, &state).ok_or(Status::Singular)?;
+            Ok((self.closed(&state), Linearised { ties: c.ties, output: c.output.parameters }))
         };
         displacements.iter().zip(closed).map(or_plainly).collect()
     }

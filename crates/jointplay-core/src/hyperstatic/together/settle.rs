@@ -107,7 +107,9 @@ impl Together<'_> {
         }
         let left = (0..known.len()).filter(|k| rested[*k].is_none());
         let alone = Rounds::each(left, async |rounds, k| (k, self.settle_alone(rounds, &known[k], ask).await));
-        alone.into_iter().for_each(|(k, found)| rested[k] = Some(found));
+        for (k, found) in alone {
+            rested[k] = Some(found);
+        }
         rested.into_iter().flatten().collect()
     }
 
