@@ -108,13 +108,13 @@ impl<'m> System<'m> {
     }
 
     /// Right sides without what rounding leaves of a closed loop: that is no misfit.
-    fn cleaned(&self, right: &DVector<f64>) -> Vec<f64> {
+    pub(super) fn cleaned(&self, right: &DVector<f64>) -> Vec<f64> {
         let clean = |(&row, b): (&usize, &f64)| if b.abs() <= FITS * self.basis.unit(row) { 0.0 } else { *b };
         self.basis.redundant.iter().zip(right.iter()).map(clean).collect()
     }
 
     /// What is asked, as forces on all displacements that the basis alone bears.
-    fn forces(c: &Compatibility, ask: &Ask) -> DVector<f64> {
+    pub(super) fn forces(c: &Compatibility, ask: &Ask) -> DVector<f64> {
         match ask {
             Ask::Load => c.load.clone(),
             Ask::Stress | Ask::Factor => DVector::zeros(c.load.len()),
@@ -123,7 +123,7 @@ impl<'m> System<'m> {
     }
 
     /// The part of forces that works on a give.
-    fn along(give: &Give, forces: &DVector<f64>) -> Vec<f64> {
+    pub(super) fn along(give: &Give, forces: &DVector<f64>) -> Vec<f64> {
         give.columns.iter().map(|&column| forces[column]).collect()
     }
 
@@ -144,7 +144,7 @@ impl<'m> System<'m> {
         }
         if program.n_equations() == 0 {
             let mut balance = none(1.0);
-            self.fill(c, &mut balance, &[]);
+            self.fill(&mut balance, &[], |give| Self::is_tied(give, c));
             return Some(balance);
         }
         let mut answer = match ask {
@@ -171,7 +171,8 @@ impl<'m> System<'m> {
             Ask::Load | Ask::Along(_) => self.middle(c, &program, &balance.forces, &answer),
             Ask::Stress | Ask::Factor => None,
         };
-        self.fill(c, &mut balance, middle.as_ref().unwrap_or(&answer.displacements));
+        let tied = middle.as_ref().unwrap_or(&answer.displacements);
+        self.fill(&mut balance, tied, |give| Self::is_tied(give, c));
         balance.answer = Some(answer);
         Some(balance)
     }
@@ -196,6 +197,19 @@ impl<'m> System<'m> {
         stiffness: f64,
     ) -> Option<Balance> {
         let forces = Self::forces(c, ask);
+        let answer = self.program_near(c, right, &forces, at, stiffness).pose();
+        self.balance_of_near(c, &forces, answer)
+    }
+
+    /// The program of all gives, tied or not, and of their springs.
+    pub(super) fn program_near(
+        &self,
+        c: &Compatibility,
+        right: &DVector<f64>,
+        forces: &DVector<f64>,
+        at: &[Vec<f64>],
+        stiffness: f64,
+    ) -> Program {
         let offsets = || self.gives.iter().zip(at).filter(|(give, _)| give.source.is_some());
         let ties: usize = offsets().map(|(give, _)| give.columns.len()).sum();
         let n = c.equations.nrows();
@@ -217,20 +231,29 @@ impl<'m> System<'m> {
                 right.extend(at);
                 springs.push(Block { kind: Kind::Spring(compliance), map: elongation, force: vec![0.0; size] });
             }
-            blocks.push(Block { kind: give.kind.clone(), map, force: Self::along(give, &forces) });
+            blocks.push(Block { kind: give.kind.clone(), map, force: Self::along(give, forces) });
         }
         blocks.extend(springs);
-        let mut answer = Program { right, blocks }.pose();
+        Program { right, blocks }
+    }
+
+    /// What the answer to [`Self::program_near`] says of the gives and the forces on them.
+    pub(super) fn balance_of_near(
+        &self,
+        c: &Compatibility,
+        forces: &DVector<f64>,
+        mut answer: Answer,
+    ) -> Option<Balance> {
         if answer.outcome == Outcome::Infeasible {
             return None;
         }
-        answer.multipliers.truncate(n);
+        answer.multipliers.truncate(c.equations.nrows());
         let given = answer.displacements[..self.gives.len()].to_vec();
         let tied = given.iter().zip(&self.gives).filter(|(_, give)| Self::is_tied(give, c));
         answer.displacements = tied.map(|(given, _)| given.clone()).collect();
         Some(Balance {
             given,
-            forces: c.with_stress(&forces, &answer.multipliers),
+            forces: c.with_stress(forces, &answer.multipliers),
             factor: 1.0,
             gap: answer.gap,
             solved: answer.outcome == Outcome::Solved,
@@ -252,11 +275,11 @@ impl<'m> System<'m> {
     }
 
     /// Puts the displacements: of what is tied as the program says, of the others by the forces.
-    fn fill(&self, c: &Compatibility, balance: &mut Balance, tied: &[Vec<f64>]) {
+    pub(super) fn fill(&self, balance: &mut Balance, tied: &[Vec<f64>], is_tied: impl Fn(&Give) -> bool) {
         let mut tied = tied.iter();
         let tolerance = UNDECIDED * self.force_scale(&balance.forces);
         for (give, slot) in self.gives.iter().zip(&mut balance.given) {
-            if Self::is_tied(give, c) {
+            if is_tied(give) {
                 *slot = tied.next().cloned().unwrap_or_default();
                 continue;
             }

@@ -141,9 +141,17 @@ impl Programs {
         all
     }
 
-    /// Solves all programs.
+    /// Solves all programs, and a sample of them by itself as well.
     #[must_use]
     pub fn solve(&self, question: Question) -> Answers {
+        let mut all = self.solve_all(question);
+        self.compare(question, &mut all);
+        all
+    }
+
+    /// Solves all programs.
+    #[must_use]
+    pub(crate) fn solve_all(&self, question: Question) -> Answers {
         let layout = (self.n > 0).then(|| Layout::of(&self.program(0), question)).flatten();
         let groups: Vec<usize> = (0..self.n).step_by(LANES).collect();
         let solved = groups.into_par_iter().map_init(Memory::default, |memory, first| {
@@ -154,7 +162,6 @@ impl Programs {
         for part in solved.collect::<Vec<_>>() {
             all.append(part);
         }
-        self.compare(question, &mut all);
         all
     }
 
@@ -254,6 +261,29 @@ impl Programs {
 }
 
 impl Answers {
+    /// The answer to one of the programs.
+    #[must_use]
+    pub(crate) fn answer(&self, programs: &Programs, number: usize) -> Answer {
+        let (width, equations) = (programs.width(), programs.n_equations);
+        let mut rest = &self.displacements[number * width..(number + 1) * width];
+        let displacement = |kind: &Kind| {
+            let (own, others) = rest.split_at(kind.size());
+            rest = others;
+            own.to_vec()
+        };
+        Answer {
+            outcome: self.outcomes[number],
+            displacements: programs.kinds(number).iter().map(displacement).collect(),
+            multipliers: self.multipliers[number * equations..(number + 1) * equations].to_vec(),
+            factor: self.factors[number],
+            value: self.values[number],
+            dual_value: self.dual_values[number],
+            gap: self.gaps[number],
+            unit: f64::NAN,
+            residual: f64::NAN,
+        }
+    }
+
     fn append(&mut self, other: Self) {
         self.outcomes.extend(other.outcomes);
         self.displacements.extend(other.displacements);
