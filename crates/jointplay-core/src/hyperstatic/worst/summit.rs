@@ -16,31 +16,29 @@ use crate::solver::{Solver, State};
 use crate::space::Component;
 
 /// Programs in a row.
-const MOST_STEPS: usize = 60;
+const MOST_STEPS: usize = 40;
 /// A sequence is at its end when the next program promises less than this part: programs that are solved together
 /// are good to that.
 const GAIN: f64 = 1e-9;
-/// Changes that do not shrink, until offsets are drawn to where they are or more so; by what factor, and how much at
-/// most ([`crate::hyperstatic::settle`] tells why).
-const PATIENCE: usize = 2;
-const SHRINKS: f64 = 0.7;
-const STIFFER: f64 = 4.0;
-const STIFFEST: f64 = 256.0;
+/// A step counts when it keeps this part of what its program promised.
+const KEPT: f64 = 0.1;
+/// The factor by which springs become stiffer where it does not, and softer where it does; how stiff they are first.
+const STIFFER: f64 = 8.0;
+const SOFTER: f64 = 4.0;
+const FIRST: f64 = 1.0 / 16.0;
 
 /// A sequence of programs on its way to an extreme.
 struct Sequence {
     extreme: usize,
     state: State,
-    /// The offsets there.
-    at: Vec<Vec<f64>>,
-    /// The last change, and how many did not shrink.
-    last: f64,
-    restless: usize,
+    place: Place,
     /// Stiffness of the springs that hold the offsets, zero for none.
     stiffness: f64,
+    /// The largest self-stresses met: what a misfit costs.
+    stresses: Vec<f64>,
 }
 
-/// Where a sequence is.
+/// What is known of a state.
 struct Place {
     compatibility: Compatibility,
     right: DVector<f64>,
@@ -48,6 +46,8 @@ struct Place {
     height: Height,
     /// Whether all joints close.
     closed: bool,
+    /// The offsets there.
+    at: Vec<Vec<f64>>,
 }
 
 impl Site<'_> {
@@ -74,80 +74,89 @@ impl Site<'_> {
             right: compatibility.right(state, &self.known),
             forces: System::forces(&compatibility, &Ask::Along(direction)),
             closed: self.system.basis.scaled_misfit(&compatibility.misfit) <= FITS,
+            at: self.system.offsets_at(state, &self.known),
             compatibility,
             height,
         })
     }
 
-    /// Goes on to what the program at a place asks for, where that promises a gain.
-    fn next(&self, solver: &Solver<'_>, mut to: Sequence, place: &Place, balance: &Balance) -> Option<Sequence> {
-        let system = self.system;
+    /// Goes on to what the program of a sequence asks for, where that promises a gain. A step that does not keep
+    /// the promise is not made, and springs hold the offsets more tightly.
+    fn next(&self, solver: &Solver<'_>, measure: Measure, mut to: Sequence, balance: &Balance) -> Option<Sequence> {
+        let (system, own) = (self.system, &to.state.inputs.parameters);
         let mut target = self.known.clone();
         target.iter_mut().zip(system.displacements(balance)).for_each(|(t, d)| *t += d);
-        let own = &to.state.inputs.parameters;
-        let change = system.difference(own, &target);
-        let size = system.difference(&self.known, &target);
         let moves = target.iter().zip(own).map(|(to, from)| to - from);
-        let gain: f64 = place.forces.iter().zip(moves).map(|(force, moved)| force * moved).sum();
-        // What springs hold back: their forces where the program left them, over the way that is left.
-        let offsets: usize = to.at.iter().map(Vec::len).sum();
-        let held = to.stiffness * change * size * offsets as f64;
-        if place.closed && gain + held <= GAIN * place.height.value.abs() {
+        let gain: f64 = to.place.forces.iter().zip(moves).map(|(force, moved)| force * moved).sum();
+        if to.place.closed && gain <= GAIN * to.place.height.value.abs() {
             return None;
         }
-        to.restless += usize::from(change > SHRINKS * to.last);
-        to.last = change;
-        if to.restless > PATIENCE {
-            // The largest force stretches a spring as far as the largest displacement.
-            let pull = system.force_scale(&balance.forces) * system.mechanism.length / size;
-            to.stiffness = if to.stiffness == 0.0 { pull } else { (STIFFER * to.stiffness).min(STIFFEST * pull) };
-            to.restless = 0;
+        if let Some(answer) = &balance.answer {
+            to.stresses.iter_mut().zip(&answer.multipliers).for_each(|(s, y)| *s = s.max(2.0 * y.abs()));
         }
-        let part;
-        (to.state, part) = step(solver, &to.state, &target).ok()?;
-        for (at, given) in to.at.iter_mut().zip(&balance.given) {
-            at.iter_mut().zip(given).for_each(|(a, g)| *a += part * (g - *a));
+        let cost = |place: &Place| -> f64 {
+            to.stresses.iter().zip(&place.compatibility.misfit).map(|(stress, gap)| stress * gap.abs()).sum()
+        };
+        let trial = step(solver, &to.state, &target).ok().and_then(|(state, _)| {
+            let place = self.place(solver, measure, &state)?;
+            Some((state, place))
+        });
+        let promised = gain + cost(&to.place);
+        let gained = |place: &Place| place.height.value - cost(place) - to.place.height.value + cost(&to.place);
+        match trial {
+            Some((state, place)) if gained(&place) >= KEPT * promised => {
+                (to.state, to.place) = (state, place);
+                to.stiffness /= SOFTER;
+            }
+            _ => {
+                // The largest force stretches a spring as far as the largest displacement.
+                let pull = system.force_scale(&balance.forces) * system.mechanism.length
+                    / system.difference(&self.known, &target);
+                to.stiffness = if to.stiffness == 0.0 { FIRST * pull } else { STIFFER * to.stiffness };
+            }
         }
         Some(to)
     }
 
-    /// The next programs of some sequences.
-    fn balances(&self, places: &[(Place, Sequence)]) -> Vec<Option<Balance>> {
-        let pulls: Vec<Pull<'_>> = places.iter().map(|(place, _)| place.pull()).collect();
-        if places.first().is_none_or(|(_, sequence)| sequence.stiffness == 0.0) {
+    /// The next programs of sequences that are all held by springs, or all free.
+    fn balances(&self, sequences: &[Sequence]) -> Vec<Option<Balance>> {
+        let pulls: Vec<Pull<'_>> = sequences.iter().map(|sequence| sequence.place.pull()).collect();
+        if sequences.first().is_none_or(|sequence| sequence.stiffness == 0.0) {
             return self.system.balances(&pulls);
         }
-        let near: Vec<Near<'_>> =
-            places.iter().map(|(_, sequence)| Near { at: &sequence.at, stiffness: sequence.stiffness }).collect();
-        self.system.balances_near(&pulls, &near)
+        let near = |sequence| {
+            let Sequence { place, stiffness, .. }: &Sequence = sequence;
+            Near { at: &place.at, stiffness: *stiffness }
+        };
+        self.system.balances_near(&pulls, &sequences.iter().map(near).collect::<Vec<_>>())
     }
 
     /// The highest exact poses that the sequences of programs from the starts of every extreme meet. All of them
     /// are admissible, and those that close count.
     pub fn summits(&self, solver: &Solver<'_>, built: &State, extremes: &[Extreme]) -> Vec<Option<Height>> {
         let mut best: Vec<Option<Height>> = vec![None; extremes.len()];
-        let begin = |extreme: usize| {
-            extremes[extreme].starts.iter().map(move |start| {
-                let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: start.clone() };
-                let state = solver.follow(built, &inputs).unwrap_or_else(|_| built.clone());
-                let at = self.system.offsets_at(&state, &self.known);
-                Sequence { extreme, state, at, last: f64::INFINITY, restless: 0, stiffness: 0.0 }
-            })
+        let starts = extremes.iter().enumerate().flat_map(|(number, e)| e.starts.iter().map(move |s| (number, s)));
+        let starts: Vec<(usize, &Vec<f64>)> = starts.collect();
+        let begin = |(extreme, start): (usize, &Vec<f64>)| {
+            let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: start.clone() };
+            let state = solver.follow(built, &inputs).unwrap_or_else(|_| built.clone());
+            let place = self.place(solver, extremes[extreme].measure, &state)?;
+            let stresses = vec![0.0; self.system.basis.redundancy()];
+            Some(Sequence { extreme, state, place, stiffness: 0.0, stresses })
         };
-        let mut sequences: Vec<Sequence> = (0..extremes.len()).flat_map(begin).collect();
+        let mut sequences: Vec<Sequence> = starts.into_par_iter().filter_map(begin).collect();
         for _ in 0..MOST_STEPS {
-            // Where a sequence breaks off, what it met before counts all the same.
-            let place = |at: Sequence| Some((self.place(solver, extremes[at.extreme].measure, &at.state)?, at));
-            let places: Vec<(Place, Sequence)> = sequences.into_par_iter().filter_map(place).collect();
-            for (place, at) in places.iter().filter(|(place, _)| place.closed) {
-                higher(&mut best[at.extreme], &place.height);
+            for at in sequences.iter().filter(|at| at.place.closed) {
+                higher(&mut best[at.extreme], &at.place.height);
             }
-            let next =
-                |((place, at), balance): ((Place, Sequence), Option<Balance>)| self.next(solver, at, &place, &balance?);
-            let (held, free): (Vec<_>, Vec<_>) = places.into_iter().partition(|(_, at)| at.stiffness > 0.0);
-            let balances = [&free, &held].map(|places| self.balances(places)).concat();
-            let places: Vec<(Place, Sequence)> = free.into_iter().chain(held).collect();
-            sequences = places.into_par_iter().zip(balances).filter_map(next).collect();
+            let (held, free): (Vec<_>, Vec<_>) = sequences.into_iter().partition(|at| at.stiffness > 0.0);
+            let balances = [&free, &held].map(|sequences| self.balances(sequences)).concat();
+            // Where a sequence breaks off, what it met before counts all the same.
+            let next = |(at, balance): (Sequence, Option<Balance>)| {
+                self.next(solver, extremes[at.extreme].measure, at, &balance?)
+            };
+            let all: Vec<Sequence> = free.into_iter().chain(held).collect();
+            sequences = all.into_par_iter().zip(balances).filter_map(next).collect();
             if sequences.is_empty() {
                 break;
             }
