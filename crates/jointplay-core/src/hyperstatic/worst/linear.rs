@@ -175,21 +175,17 @@ impl Site<'_> {
         Some(Extreme { measure: Measure::Component { index, lowest }, bound: linear.value, linear, starts })
     }
 
-    /// All extremes: position, both ends of every component, in space rotation.
+    /// All extremes, in the order of the measures.
     pub fn extremes(&self, starts: usize) -> Option<Vec<Extreme>> {
         let m = self.system.mechanism;
         let (size, translations) = (m.size(), m.n_translations());
         // Where nothing is compatible one program tells it as well as all of them.
         self.along(&vec![0.0; size])?;
-        let mut extremes = vec![self.largest(Measure::Position, 0..translations, starts)?];
-        for index in 0..size {
-            for lowest in [true, false] {
-                extremes.push(self.end(index, lowest)?);
-            }
-        }
-        if m.turns_freely() {
-            extremes.push(self.largest(Measure::Rotation, translations..size, starts)?);
-        }
-        Some(extremes)
+        let extreme = |measure| match measure {
+            Measure::Position => self.largest(measure, 0..translations, starts),
+            Measure::Rotation => self.largest(measure, translations..size, starts),
+            Measure::Component { index, lowest } => self.end(index, lowest),
+        };
+        m.measures().into_iter().map(extreme).collect()
     }
 }

@@ -5,9 +5,14 @@
 //! ([`crate::reach`] tells how much a mesh of them can miss). On the exact closure every extreme is a sequence
 //! of such programs, along the gradient of what is measured, from the first-order optima.
 
+mod deviations;
 mod linear;
+mod model;
+mod search;
+mod strained;
 mod summit;
 
+use crate::ascent::Measure;
 use crate::batch::Height;
 use crate::closure::Inputs;
 use crate::cone::Kind;
@@ -17,8 +22,11 @@ use crate::hyperstatic::system::{Give, System};
 use crate::loaded::Case;
 use crate::mechanism::{Mechanism, Source};
 use crate::solver::{Solver, State};
+use crate::space::Component;
 use crate::status::Status;
+use deviations::Deviations;
 use linear::Site;
+use strained::{Elastic, Found};
 
 /// Of this many starts of `worst` one is made: a sequence of programs sees all offsets at once, where an ascent
 /// looks along one slope.
@@ -41,6 +49,23 @@ impl Mechanism {
         )
     }
 
+    /// What the extremes are of: position, both ends of every component, in space rotation.
+    fn measures(&self) -> Vec<Measure> {
+        let ends = (0..self.size()).flat_map(|index| [true, false].map(|lowest| Measure::Component { index, lowest }));
+        let rotation = self.turns_freely().then_some(Measure::Rotation);
+        std::iter::once(Measure::Position).chain(ends).chain(rotation).collect()
+    }
+
+    /// The weights of the output's components in a measure's slope.
+    fn weights(&self, measure: Measure, error: &[f64]) -> Vec<f64> {
+        let [force, moment] = measure.wrench(self.space, error);
+        let weight = |component: &Component| match component {
+            Component::Along(i) => force[*i],
+            Component::About(i) => moment[*i],
+        };
+        self.space.components().iter().map(weight).collect()
+    }
+
     fn worst_at(
         &self,
         system: &System<'_>,
@@ -49,6 +74,56 @@ impl Mechanism {
         nominal: &State,
         climbs: usize,
     ) -> Result<Worst, Status> {
+        let rigid = self.rigid_extremes(system, solver, case, nominal, climbs)?;
+        let strained = if self.elastic.is_empty() {
+            None
+        } else {
+            let deviations = Deviations::of(self);
+            let elastic = Elastic { mechanism: self, system: system.clone(), deviations, solver, case, nominal };
+            elastic.extremes(&self.measures(), climbs)
+        };
+        let is_strained = strained.is_some();
+        let told = match (rigid, strained) {
+            (None, None) => return Err(Status::NotAssemblable),
+            (Some(rigid), None) => rigid,
+            (None, Some(found)) => {
+                found.into_iter().zip(self.measures()).map(|(f, m)| self.told_strained(f, m)).collect()
+            }
+            (Some(rigid), Some(found)) => {
+                let found = found.into_iter().zip(self.measures()).map(|(f, m)| self.told_strained(f, m));
+                rigid.into_iter().zip(found).map(|(rigid, strained)| farther(rigid, strained)).collect()
+            }
+        };
+        let blocked = told.iter().any(|told: &Told| told.height.value.is_nan());
+        let status = match self.nominal_status(nominal) {
+            Status::Ok if blocked => Status::Singular,
+            Status::Ok if is_strained => Status::Strained,
+            status => status,
+        };
+        Ok(self.in_order(told, status))
+    }
+
+    fn no_height(&self) -> Height {
+        let nan = |n: usize| vec![f64::NAN; n];
+        Height { value: f64::NAN, error: nan(self.size()), parameters: nan(self.n_parameters()) }
+    }
+
+    fn told_strained(&self, found: Option<Found>, measure: Measure) -> Told {
+        let nothing = || Found { value: f64::NAN, contribution: vec![f64::NAN; self.sources.len()], height: None };
+        let Found { value, contribution, height } = found.unwrap_or_else(nothing);
+        let height = height.unwrap_or_else(|| self.no_height());
+        Told { measure, first_order: value, bound: f64::NAN, contribution, height }
+    }
+
+    /// The extremes of all units that go together without strain; `None` where there are none.
+    fn rigid_extremes(
+        &self,
+        system: &System<'_>,
+        solver: &Solver<'_>,
+        case: &Case<'_>,
+        nominal: &State,
+        climbs: usize,
+    ) -> Result<Option<Vec<Told>>, Status> {
         let gives = self.sources.iter().enumerate().filter(|(_, source)| !source.set.is_zero());
         let give = |(number, source): (usize, &Source)| Give {
             kind: Kind::Fixed(source.set),
@@ -60,27 +135,25 @@ impl Mechanism {
         let known = self.displacements(&self.centre);
         let right = self.first_order_right(&compatibility, &known, case, nominal);
         let site = Site { system: &system, compatibility, right, known, case, nominal };
-        let extremes = site.extremes(climbs).ok_or(Status::NotAssemblable)?;
+        let Some(extremes) = site.extremes(climbs) else { return Ok(None) };
         let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };
         let built = solver.follow(nominal, &built)?;
-        let mut blocked = false;
         let summits = site.summits(solver, &built, &extremes);
         let told = extremes.into_iter().zip(summits).map(|(extreme, height)| Told {
             measure: extreme.measure,
             first_order: extreme.linear.value,
             bound: extreme.bound,
             contribution: extreme.linear.contribution,
-            height: height.unwrap_or_else(|| {
-                blocked = true;
-                let nan = |n: usize| vec![f64::NAN; n];
-                Height { value: f64::NAN, error: nan(self.size()), parameters: nan(self.n_parameters()) }
-            }),
+            height: height.unwrap_or_else(|| self.no_height()),
         });
-        let told: Vec<Told> = told.collect();
-        let status = match self.nominal_status(nominal) {
-            Status::Ok if blocked => Status::Singular,
-            status => status,
-        };
-        Ok(self.in_order(told, status))
+        Ok(Some(told.collect()))
     }
+}
+
+/// The farther one of two extremes, to first order and exactly.
+fn farther(a: Told, b: Told) -> Told {
+    let (first_order, contribution) =
+        if b.first_order > a.first_order { (b.first_order, b.contribution) } else { (a.first_order, a.contribution) };
+    let height = if !(a.height.value >= b.height.value) && b.height.value.is_finite() { b.height } else { a.height };
+    Told { measure: a.measure, first_order, bound: f64::NAN, contribution, height }
 }

@@ -13,13 +13,12 @@ use crate::hyperstatic::compatibility::{Compatibility, FITS};
 use crate::hyperstatic::settle::step;
 use crate::hyperstatic::system::{Ask, Balance, System};
 use crate::solver::{Solver, State};
-use crate::space::Component;
 
 /// Programs in a row.
-const MOST_STEPS: usize = 40;
+const MOST_STEPS: usize = 24;
 /// A sequence is at its end when the next program promises less than this part: programs that are solved together
 /// are good to that.
-const GAIN: f64 = 1e-9;
+const GAIN: f64 = 1e-10;
 /// A step counts when it keeps this part of what its program promised.
 const KEPT: f64 = 0.1;
 /// The factor by which springs become stiffer where it does not, and softer where it does; how stiff they are first.
@@ -55,12 +54,7 @@ impl Site<'_> {
     fn measured(&self, measure: Measure, state: &State) -> (Vec<f64>, Height) {
         let m = self.system.mechanism;
         let error = self.system.basis.kept.error(state, self.nominal);
-        let [force, moment] = measure.wrench(m.space, &error);
-        let weight = |component: &Component| match component {
-            Component::Along(i) => force[*i],
-            Component::About(i) => moment[*i],
-        };
-        let weights = m.space.components().iter().map(weight).collect();
+        let weights = m.weights(measure, &error);
         let value = measure.value(&error, m.n_translations());
         let of = |p: usize| state.inputs.parameters[m.place_of(p)];
         let parameters = (0..m.n_parameters()).map(of).collect();

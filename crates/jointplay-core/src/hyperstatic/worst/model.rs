@@ -1,0 +1,101 @@
+//! The linearised pose of a strained unit.
+//!
+//! Of the offsets and deformations that a unit's deviations allow those with the least energy are taken, and
+//! of these, where there are several, the farthest along a direction: both in one program under a load along the
+//! direction that is so small that it deforms nothing by more than a small part of the displacements.
+
+use nalgebra::DVector;
+
+use super::deviations::Deviations;
+use crate::cone::Kind;
+use crate::hyperstatic::abreast::Pull;
+use crate::hyperstatic::compatibility::Compatibility;
+use crate::hyperstatic::system::{Ask, Balance, System};
+
+/// The part of the displacements that the load of a direction deforms what is elastic.
+pub(super) const SMALL: f64 = 1e-5;
+
+/// A linearisation with everything that does not depend on the deviations.
+pub(super) struct Model<'a> {
+    /// Clearances and what is elastic.
+    pub system: &'a System<'a>,
+    pub deviations: &'a Deviations<'a>,
+    pub compatibility: &'a Compatibility,
+    /// What displacements must add up to, and the error, without deviations and displacements.
+    pub right: DVector<f64>,
+    pub base: Vec<f64>,
+}
+
+/// A unit and where it is pulled.
+#[derive(Clone, Debug)]
+pub(super) struct Tried {
+    pub unit: Vec<f64>,
+    /// Weights of the output's components, or none.
+    pub weights: Vec<f64>,
+}
+
+/// Where a unit is.
+#[derive(Clone, Debug)]
+pub(super) struct Strained {
+    pub error: Vec<f64>,
+    pub balance: Balance,
+}
+
+impl Model<'_> {
+    /// The strength of a load along weights.
+    pub fn strength(&self, weights: &[f64], small: f64) -> f64 {
+        let system = self.system;
+        let forces = System::forces(self.compatibility, &Ask::Along(weights.to_vec()));
+        let unit = |column: usize| system.basis.unit(column);
+        let (mut deforms, mut moves) = (0.0_f64, 0.0_f64);
+        for give in &system.gives {
+            for (k, &column) in give.columns.iter().enumerate() {
+                match &give.kind {
+                    Kind::Spring(compliance) => {
+                        let row = &compliance[k * give.columns.len()..(k + 1) * give.columns.len()];
+                        let deformation: f64 = row.iter().zip(&give.columns).map(|(f, &c)| f * forces[c]).sum();
+                        deforms = deforms.max(deformation.abs() / unit(column));
+                    }
+                    Kind::Clearance(set) | Kind::Fixed(set) => moves = moves.max(set.half_width(k) / unit(column)),
+                }
+            }
+        }
+        let widths = self.deviations.columns().into_iter().zip(self.deviations.half_widths());
+        moves = widths.fold(moves, |moves, (column, width)| moves.max(width / unit(column)));
+        let redundant = system.basis.redundant.iter().zip(self.right.iter());
+        moves = redundant.fold(moves, |moves, (&row, b)| moves.max(b.abs() / unit(row)));
+        if deforms > 0.0 && moves > 0.0 { small * moves / deforms } else { 1.0 }
+    }
+
+    /// What the displacements of a unit must add up to.
+    pub fn right_of(&self, unit: &[f64]) -> DVector<f64> {
+        let columns = self.deviations.columns();
+        let mut right = self.right.clone();
+        columns.iter().zip(unit).for_each(|(&column, d)| right -= self.compatibility.equations.column(column) * *d);
+        right
+    }
+
+    /// Where some units are, each pulled along its weights; `None` where it does not go together at all.
+    pub fn poses(&self, asks: &[Tried]) -> Vec<Option<Strained>> {
+        let c = self.compatibility;
+        let columns = self.deviations.columns();
+        let rights: Vec<DVector<f64>> = asks.iter().map(|ask| self.right_of(&ask.unit)).collect();
+        let pull = |(ask, right)| {
+            let (ask, right): (&Tried, &DVector<f64>) = (ask, right);
+            let forces = System::forces(c, &Ask::Along(ask.weights.clone())) * self.strength(&ask.weights, SMALL);
+            (right, forces)
+        };
+        let pulls: Vec<(&DVector<f64>, DVector<f64>)> = asks.iter().zip(&rights).map(pull).collect();
+        let pulls: Vec<Pull<'_>> =
+            pulls.into_iter().map(|(right, forces)| Pull { compatibility: c, right, forces }).collect();
+        let map = &c.output.parameters;
+        let strained = |(balance, ask): (Option<Balance>, &Tried)| {
+            let balance = balance?;
+            let mut displacements = DVector::from_vec(self.system.displacements(&balance));
+            columns.iter().zip(&ask.unit).for_each(|(&column, d)| displacements[column] += d);
+            let moved = map * displacements;
+            Some(Strained { error: self.base.iter().zip(&moved).map(|(a, b)| a + b).collect(), balance })
+        };
+        self.system.balances(&pulls).into_iter().zip(asks).map(strained).collect()
+    }
+}

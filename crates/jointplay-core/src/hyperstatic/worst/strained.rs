@@ -1,0 +1,213 @@
+//! The worst of units that have to be strained to go together, to first order and on the exact closure.
+
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use super::deviations::Deviations;
+use super::model::{Model, Tried};
+use super::search::Climb;
+use crate::ascent::Measure;
+use crate::batch::Height;
+use crate::closure::Inputs;
+use crate::hyperstatic::compatibility::Compatibility;
+use crate::hyperstatic::settle::is_apart;
+use crate::hyperstatic::system::{Ask, Give, System};
+use crate::loaded::Case;
+use crate::mechanism::Mechanism;
+use crate::solver::{Solver, State};
+
+/// The part of the displacements that the load of a direction deforms what is elastic, where it is solved for by itself.
+const SMALL: f64 = 1e-6;
+/// Linearisations of an exact search.
+const ROUNDS: usize = 8;
+/// Units closer than this part of the deviations are the same.
+const SAME: f64 = 1e-9;
+/// Rounds in which deviations are sought that strain most.
+const STRAINS: usize = 3;
+
+/// A configuration of a mechanism with elastic parts.
+pub(super) struct Elastic<'a> {
+    pub mechanism: &'a Mechanism,
+    pub system: System<'a>,
+    pub deviations: Deviations<'a>,
+    pub solver: &'a Solver<'a>,
+    pub case: &'a Case<'a>,
+    pub nominal: &'a State,
+}
+
+/// The largest first-order figure of a measure, and the exact one.
+pub(super) struct Found {
+    pub value: f64,
+    /// Share of every source.
+    pub contribution: Vec<f64>,
+    pub height: Option<Height>,
+}
+
+impl<'a> Elastic<'a> {
+    /// The model at the nominal pose.
+    fn model<'m>(&'m self, c: &'m Compatibility) -> Model<'m> {
+        let m = self.mechanism;
+        let known = m.displacements(&m.centre);
+        let moved = &c.output.parameters * DVector::from_column_slice(&known) - &c.shared * &c.misfit;
+        let shift = m.drive_shift(&c.output, self.case, self.nominal);
+        Model {
+            system: &self.system,
+            deviations: &self.deviations,
+            compatibility: c,
+            right: m.first_order_right(c, &known, self.case, self.nominal),
+            base: shift.iter().zip(&moved).map(|(a, b)| a + b).collect(),
+        }
+    }
+
+    /// Corners of the deviations, those that strain most among them.
+    fn corners(&self, model: &Model<'_>) -> Vec<Vec<f64>> {
+        let columns = self.deviations.columns();
+        let c = model.compatibility;
+        let row = |k: usize| columns.iter().map(|&column| c.equations[(k, column)]).collect();
+        let mut corners = self.deviations.corners(&(0..c.equations.nrows()).map(row).collect::<Vec<_>>());
+        let mut last = corners.clone();
+        for _ in 0..STRAINS {
+            let asks: Vec<Tried> =
+                last.iter().map(|unit| Tried { unit: unit.clone(), weights: vec![0.0; model.base.len()] }).collect();
+            // The energy is a convex function of the deviations; its slope are the self-stresses' works on them.
+            let next = model.poses(&asks).into_iter().zip(asks).filter_map(|(strained, ask)| {
+                let forces = strained?.balance.forces;
+                let slope: Vec<f64> = columns.iter().map(|&column| -forces[column]).collect();
+                Some(self.deviations.farthest(&slope, &ask.unit))
+            });
+            last = next.filter(|unit| !corners.contains(unit)).collect();
+            last.dedup();
+            if last.is_empty() {
+                break;
+            }
+            corners.extend(last.iter().cloned());
+        }
+        corners
+    }
+
+    /// Whether some unit has to be strained.
+    fn strains(&self, model: &Model<'_>, corners: &[Vec<f64>]) -> bool {
+        let asks: Vec<Tried> =
+            corners.iter().map(|unit| Tried { unit: unit.clone(), weights: vec![0.0; model.base.len()] }).collect();
+        let energy = |strained: &super::model::Strained| strained.balance.answer.as_ref().map_or(0.0, |a| a.value);
+        let most = model.poses(&asks).into_iter().zip(asks).filter_map(|(s, ask)| Some((energy(&s?), ask.unit)));
+        let Some((_, unit)) = most.max_by(|a, b| a.0.total_cmp(&b.0)) else { return false };
+        let right = model.right_of(&unit);
+        let factor = self.system.balance(model.compatibility, &right, &Ask::Factor).map_or(f64::INFINITY, |b| b.factor);
+        is_apart(factor)
+    }
+
+    /// The extremes over all units, in the order of the measures; `None` where none has to be strained.
+    pub fn extremes(&self, measures: &[Measure], climbs: usize) -> Option<Vec<Option<Found>>> {
+        let c = Compatibility::at(self.system.basis, self.solver, self.nominal)?;
+        let model = self.model(&c);
+        let corners = self.corners(&model);
+        if !self.strains(&model, &corners) {
+            return None;
+        }
+        let mut found = model.begin(measures, &corners);
+        let mut all: Vec<Climb> = found.iter().flatten().cloned().collect();
+        model.climb(&mut all);
+        let mut all = all.into_iter();
+        for climbs in &mut found {
+            let n = climbs.len();
+            climbs.clear();
+            climbs.extend(all.by_ref().take(n));
+            climbs.sort_by(|a, b| b.value.total_cmp(&a.value));
+        }
+        let of = |best: Vec<Climb>| {
+            let first = best.first()?;
+            let mut different: Vec<&Climb> = Vec::new();
+            for climb in &best {
+                if different.iter().all(|other| !self.is_same(&other.unit, &climb.unit)) {
+                    different.push(climb);
+                }
+            }
+            let heights = different.into_iter().take(climbs).filter_map(|climb| self.summit(climb));
+            let height = heights.max_by(|a, b| a.value.total_cmp(&b.value));
+            Some(Found { value: first.value, contribution: self.contribution(&model, first), height })
+        };
+        Some(found.into_par_iter().map(of).collect())
+    }
+
+    /// The share of every source in a first-order figure.
+    fn contribution(&self, model: &Model<'_>, climb: &Climb) -> Vec<f64> {
+        let m = self.mechanism;
+        let weights = m.weights(climb.measure, &climb.strained.error);
+        let mut displacements = m.displacements(&self.deviations.parameters(&climb.unit));
+        for (give, given) in self.system.gives.iter().zip(&climb.strained.balance.given) {
+            if give.source.is_some() {
+                give.columns.iter().zip(given).for_each(|(&column, d)| displacements[column] += d);
+            }
+        }
+        let map = &model.compatibility.output.parameters;
+        let share = |p: usize| -> f64 {
+            let place = m.place_of(p);
+            weights.iter().enumerate().map(|(i, w)| w * map[(i, place)]).sum::<f64>() * displacements[place]
+        };
+        m.sources.iter().map(|source| source.range().map(share).sum()).collect()
+    }
+
+    /// Whether two units are the same.
+    fn is_same(&self, a: &[f64], b: &[f64]) -> bool {
+        let widths = self.deviations.half_widths();
+        a.iter().zip(b).zip(widths).all(|((a, b), width)| (a - b).abs() <= SAME * width)
+    }
+
+    /// The exact extreme near a climb: the unit settled, everything linearised there, and climbed on.
+    fn summit(&self, climb: &Climb) -> Option<Height> {
+        let (m, basis) = (self.mechanism, self.system.basis);
+        let known = m.displacements(&m.centre);
+        let mut unit = climb.unit.clone();
+        let mut best: Option<Height> = None;
+        for _ in 0..ROUNDS {
+            let built = Mechanism { centre: self.deviations.parameters(&unit), ..m.clone() };
+            let own = m.displacements(&built.centre);
+            let inputs = Inputs { drives: self.case.drives.to_vec(), parameters: own.clone() };
+            let start = self.solver.follow(self.nominal, &inputs).ok()?;
+            let ask = |state: &State, c: &Compatibility| {
+                let weights = m.weights(climb.measure, &basis.kept.error(state, self.nominal));
+                let at = Model { right: c.right(state, &known), base: Vec::new(), compatibility: c, ..self.model(c) };
+                let strength = at.strength(&weights, SMALL);
+                Ask::Along(weights.iter().map(|w| strength * w).collect())
+            };
+            let settled = self.system.settle(self.solver, start, &own, ask).ok()?;
+            let parameters = built.offsets(&self.system, &settled.balance);
+            let Some(height) = self.proved(climb.measure, parameters) else { break };
+            if best.as_ref().is_some_and(|best| height.value <= best.value) {
+                break;
+            }
+            best = Some(height);
+            let (c, state) = (&settled.compatibility, &settled.state);
+            let back = known.iter().zip(&state.inputs.parameters).map(|(k, own)| k - own);
+            let back = &c.output.parameters * DVector::from_iterator(known.len(), back);
+            let error = basis.kept.error(state, self.nominal);
+            let model = Model {
+                right: c.right(state, &known),
+                base: error.iter().zip(&back).map(|(a, b)| a + b).collect(),
+                ..self.model(c)
+            };
+            let mut on = model.begin(&[climb.measure], std::slice::from_ref(&unit)).pop()?;
+            model.climb(&mut on);
+            let next = on.pop()?.unit;
+            if self.is_same(&unit, &next) {
+                break;
+            }
+            unit = next;
+        }
+        best
+    }
+
+    /// The exact pose for offsets and deviations: what is elastic takes up what they leave.
+    fn proved(&self, measure: Measure, parameters: Vec<f64>) -> Option<Height> {
+        let (m, basis) = (self.mechanism, self.system.basis);
+        let known = m.displacements(&parameters);
+        let springs: Vec<Give> = self.system.springs();
+        let system = System { gives: springs, ..self.system.clone() };
+        let inputs = Inputs { drives: self.case.drives.to_vec(), parameters: known.clone() };
+        let start = self.solver.follow(self.nominal, &inputs).ok()?;
+        let settled = system.settle(self.solver, start, &known, |_, _| Ask::Stress).ok()?;
+        let error = basis.kept.error(&settled.state, self.nominal);
+        Some(Height { value: measure.value(&error, m.n_translations()), error, parameters })
+    }
+}
