@@ -1,5 +1,7 @@
 //! All deviations together: what a built unit brings with it, whatever the clearances do.
 
+use crate::clearance::Set;
+use crate::cone::Kind;
 use crate::mechanism::{Mechanism, Source};
 
 /// Corners that are tried: all of so many deviations.
@@ -53,25 +55,42 @@ impl<'m> Deviations<'m> {
         unit
     }
 
+    /// Their sets, and where a basis keeps them.
+    pub fn blocks(&self) -> impl Iterator<Item = (Kind, Vec<usize>)> + '_ {
+        let columns = |source: &Source| source.range().map(|p| self.mechanism.place_of(p)).collect();
+        self.sources.iter().map(move |source| (Kind::Fixed(source.set), columns(source)))
+    }
+
+    /// Whether each is within an interval of its own.
+    pub fn is_box(&self) -> bool {
+        self.sources.iter().all(|source| matches!(source.set, Set::Interval { .. }))
+    }
+
+    /// All corners.
+    pub fn every_corner(&self) -> impl Iterator<Item = Vec<f64>> + '_ {
+        let (n, middle) = (self.len(), vec![0.0; self.len()]);
+        (0..1_usize << n).map(move |corner| {
+            let high = (0..n).map(|k| if corner >> k & 1 == 1 { 1.0 } else { -1.0 });
+            self.farthest(&high.collect::<Vec<f64>>(), &middle)
+        })
+    }
+
     /// Corners: all of them where they are few, else as many spread over them, and the farthest along and against
     /// some directions.
     pub fn corners(&self, directions: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let (n, middle) = (self.len(), vec![0.0; self.len()]);
-        let count = 1_usize << n.min(EVERY_CORNER);
-        let signs = (0..count).map(|corner| -> Vec<f64> {
-            let high = |k: usize| {
-                if n <= EVERY_CORNER {
-                    corner >> k & 1 == 1
-                } else {
-                    // Without a pattern, the same every time.
-                    (((corner + 1) * (k + 3)) as f64 * 0.618_034).fract() < 0.5
-                }
-            };
-            (0..n).map(|k| if high(k) { 1.0 } else { -1.0 }).collect()
-        });
-        let against = directions.iter().map(|d| d.iter().map(|d| -d).collect());
-        let mut corners: Vec<Vec<f64>> =
-            signs.chain(directions.iter().cloned()).chain(against).map(|d| self.farthest(&d, &middle)).collect();
+        let mut corners: Vec<Vec<f64>> = if n <= EVERY_CORNER {
+            self.every_corner().collect()
+        } else {
+            // Without a pattern, the same every time.
+            let side = |corner: usize, k: usize| (((corner + 1) * (k + 3)) as f64 * 0.618_034).fract() - 0.5;
+            let corner = |number| self.farthest(&(0..n).map(|k| side(number, k)).collect::<Vec<f64>>(), &middle);
+            (0..1 << EVERY_CORNER).map(corner).collect()
+        };
+        for direction in directions {
+            let against: Vec<f64> = direction.iter().map(|d| -d).collect();
+            corners.extend([direction, &against].map(|d| self.farthest(d, &middle)));
+        }
         corners.sort_by(|a, b| {
             a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
         });

@@ -134,15 +134,13 @@ impl Site<'_> {
 
     /// The largest size of some components: position or rotation.
     fn largest(&self, measure: Measure, range: Range<usize>, starts: usize) -> Option<Extreme> {
-        let planar = range.len() == 2;
-        let corners: Vec<Vec3<f64>> =
-            if planar { (0..FAN).map(|k| spread(2, k, FAN)).collect() } else { mesh().corners.clone() };
+        let corners = directions(range.len());
         let reached = self.reaches(&range, &corners)?;
         let value = |k: usize| reached[k].value;
         let n = corners.len();
         let is_maximum = |k: &usize| {
             let lower = |other: usize| value(other) <= value(*k);
-            if planar {
+            if range.len() == 2 {
                 lower((k + n - 1) % n) && lower((k + 1) % n)
             } else {
                 mesh().neighbours[*k].iter().all(|&other| lower(other))
@@ -150,14 +148,7 @@ impl Site<'_> {
         };
         let mut maxima = self.climb(&range, (0..n).filter(is_maximum).map(|k| reached[k]).collect())?;
         maxima.sort_by(|a, b| b.value.total_cmp(&a.value));
-        let bound = if planar {
-            (0..n).map(value).fold(0.0, f64::max) / (PI / FAN as f64).cos()
-        } else {
-            let bound = |cell: &[usize; 3]| {
-                cell.iter().map(|&k| value(k)).fold(0.0, f64::max) / cosine_of_radius(cell.map(|k| corners[k]))
-            };
-            mesh().cells.iter().map(bound).fold(0.0, f64::max)
-        };
+        let bound = covered(range.len(), &value);
         let found = maxima.iter().take(starts).map(|at| self.along(&self.whole(&range, at.direction)));
         let mut found: Vec<Farthest> = found.collect::<Option<_>>()?;
         found.sort_by(|a, b| b.value.total_cmp(&a.value));
@@ -188,4 +179,21 @@ impl Site<'_> {
         };
         m.measures().into_iter().map(extreme).collect()
     }
+}
+
+/// Directions all around the plane or space.
+pub(super) fn directions(dimensions: usize) -> Vec<Vec3<f64>> {
+    if dimensions == 2 { (0..FAN).map(|k| spread(2, k, FAN)).collect() } else { mesh().corners.clone() }
+}
+
+/// What the largest reach over all directions does not exceed, when along those it is at most so much.
+pub(super) fn covered(dimensions: usize, reach: &dyn Fn(usize) -> f64) -> f64 {
+    if dimensions == 2 {
+        return (0..FAN).map(reach).fold(0.0, f64::max) / (PI / FAN as f64).cos();
+    }
+    let bound = |cell: &[usize; 3]| {
+        let corners = cell.map(|k| mesh().corners[k]);
+        cell.iter().map(|&k| reach(k)).fold(0.0, f64::max) / cosine_of_radius(corners)
+    };
+    mesh().cells.iter().map(bound).fold(0.0, f64::max)
 }

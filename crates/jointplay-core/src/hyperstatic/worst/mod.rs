@@ -5,6 +5,7 @@
 //! ([`crate::reach`] tells how much a mesh of them can miss). On the exact closure every extreme is a sequence
 //! of such programs, along the gradient of what is measured, from the first-order optima.
 
+mod bound;
 mod deviations;
 mod linear;
 mod model;
@@ -109,10 +110,15 @@ impl Mechanism {
     }
 
     fn told_strained(&self, found: Option<Found>, measure: Measure) -> Told {
-        let nothing = || Found { value: f64::NAN, contribution: vec![f64::NAN; self.sources.len()], height: None };
-        let Found { value, contribution, height } = found.unwrap_or_else(nothing);
+        let nothing = || Found {
+            value: f64::NAN,
+            bound: f64::NAN,
+            contribution: vec![f64::NAN; self.sources.len()],
+            height: None,
+        };
+        let Found { value, bound, contribution, height } = found.unwrap_or_else(nothing);
         let height = height.unwrap_or_else(|| self.no_height());
-        Told { measure, first_order: value, bound: f64::NAN, contribution, height }
+        Told { measure, first_order: value, bound, contribution, height }
     }
 
     /// The extremes of all units that go together without strain; `None` where there are none.
@@ -150,10 +156,10 @@ impl Mechanism {
     }
 }
 
-/// The farther one of two extremes, to first order and exactly.
+/// The farther one of two extremes, to first order and exactly; the bound of the second holds for both.
 fn farther(a: Told, b: Told) -> Told {
     let (first_order, contribution) =
         if b.first_order > a.first_order { (b.first_order, b.contribution) } else { (a.first_order, a.contribution) };
     let height = if !(a.height.value >= b.height.value) && b.height.value.is_finite() { b.height } else { a.height };
-    Told { measure: a.measure, first_order, bound: f64::NAN, contribution, height }
+    Told { measure: a.measure, first_order, bound: b.bound, contribution, height }
 }

@@ -67,6 +67,11 @@ impl Model<'_> {
         if deforms > 0.0 && moves > 0.0 { small * moves / deforms } else { 1.0 }
     }
 
+    /// A unit without any pull.
+    pub fn unpulled(&self, unit: Vec<f64>) -> Tried {
+        Tried { unit, weights: vec![0.0; self.base.len()] }
+    }
+
     /// What the displacements of a unit must add up to.
     pub fn right_of(&self, unit: &[f64]) -> DVector<f64> {
         let columns = self.deviations.columns();

@@ -39,8 +39,7 @@ impl Model<'_> {
 
     /// The best climbs of every measure, from corners; the highest first.
     pub fn begin(&self, measures: &[Measure], corners: &[Vec<f64>]) -> Vec<Vec<Climb>> {
-        let still: Vec<Tried> =
-            corners.iter().map(|unit| Tried { unit: unit.clone(), weights: vec![0.0; self.base.len()] }).collect();
+        let still: Vec<Tried> = corners.iter().map(|unit| self.unpulled(unit.clone())).collect();
         let free = self.poses(&still);
         let of = |&measure: &Measure| {
             let asks = corners.iter().zip(&free).filter_map(|(unit, strained)| {

@@ -38,6 +38,8 @@ pub(super) struct Elastic<'a> {
 /// The largest first-order figure of a measure, and the exact one.
 pub(super) struct Found {
     pub value: f64,
+    /// What that certainly does not exceed.
+    pub bound: f64,
     /// Share of every source.
     pub contribution: Vec<f64>,
     pub height: Option<Height>,
@@ -67,8 +69,7 @@ impl<'a> Elastic<'a> {
         let mut corners = self.deviations.corners(&(0..c.equations.nrows()).map(row).collect::<Vec<_>>());
         let mut last = corners.clone();
         for _ in 0..STRAINS {
-            let asks: Vec<Tried> =
-                last.iter().map(|unit| Tried { unit: unit.clone(), weights: vec![0.0; model.base.len()] }).collect();
+            let asks: Vec<Tried> = last.iter().map(|unit| model.unpulled(unit.clone())).collect();
             // The energy is a convex function of the deviations; its slope are the self-stresses' works on them.
             let next = model.poses(&asks).into_iter().zip(asks).filter_map(|(strained, ask)| {
                 let forces = strained?.balance.forces;
@@ -87,8 +88,7 @@ impl<'a> Elastic<'a> {
 
     /// Whether some unit has to be strained.
     fn strains(&self, model: &Model<'_>, corners: &[Vec<f64>]) -> bool {
-        let asks: Vec<Tried> =
-            corners.iter().map(|unit| Tried { unit: unit.clone(), weights: vec![0.0; model.base.len()] }).collect();
+        let asks: Vec<Tried> = corners.iter().map(|unit| model.unpulled(unit.clone())).collect();
         let energy = |strained: &super::model::Strained| strained.balance.answer.as_ref().map_or(0.0, |a| a.value);
         let most = model.poses(&asks).into_iter().zip(asks).filter_map(|(s, ask)| Some((energy(&s?), ask.unit)));
         let Some((_, unit)) = most.max_by(|a, b| a.0.total_cmp(&b.0)) else { return false };
@@ -125,9 +125,20 @@ impl<'a> Elastic<'a> {
             }
             let heights = different.into_iter().take(climbs).filter_map(|climb| self.summit(climb));
             let height = heights.max_by(|a, b| a.value.total_cmp(&b.value));
-            Some(Found { value: first.value, contribution: self.contribution(&model, first), height })
+            let bound = self.bound(&model, first);
+            Some(Found { value: first.value, bound, contribution: self.contribution(&model, first), height })
         };
         Some(found.into_par_iter().map(of).collect())
+    }
+
+    /// What a first-order figure does not exceed: that of a size.
+    fn bound(&self, model: &Model<'_>, climb: &Climb) -> f64 {
+        let (size, translations) = (self.mechanism.size(), self.mechanism.n_translations());
+        match climb.measure {
+            Measure::Position => model.bound(&(0..translations)),
+            Measure::Rotation => model.bound(&(translations..size)),
+            Measure::Component { .. } => climb.value,
+        }
     }
 
     /// The share of every source in a first-order figure.
