@@ -44,21 +44,31 @@ impl System<'_> {
             programs.forces.extend(tied.iter().flat_map(|give| Self::along(give, forces)));
             programs.rights.extend(self.cleaned(right));
         }
-        let balance = |(answer, pull): (Answer, &Pull<'_>)| {
-            let mut balance = Balance {
-                given: vec![Vec::new(); self.gives.len()],
-                forces: pull.compatibility.with_stress(&pull.forces, &answer.multipliers),
-                factor: 1.0,
-                gap: answer.gap,
-                solved: answer.outcome == Outcome::Solved,
-                answer: None,
-            };
-            self.fill(&mut balance, &answer.displacements, |give| is_tied(&give));
-            let possible = answer.outcome != Outcome::Infeasible;
-            balance.answer = Some(answer);
-            possible.then_some(balance)
-        };
+        let balance = |(answer, pull): (Answer, &Pull<'_>)| self.balance_of(pull, answer, |give| is_tied(&give));
         answers(&programs).zip(pulls).map(balance).collect()
+    }
+
+    /// The same under one pull, by a program of its own.
+    pub fn balance_alone(&self, pull: &Pull<'_>) -> Option<Balance> {
+        let answer = self.program(pull.compatibility, pull.right, &pull.forces).pose();
+        self.balance_of(pull, answer, |give| Self::is_tied(give, pull.compatibility))
+    }
+
+    fn balance_of(&self, pull: &Pull<'_>, answer: Answer, is_tied: impl Fn(&Give) -> bool) -> Option<Balance> {
+        if answer.outcome == Outcome::Infeasible {
+            return None;
+        }
+        let mut balance = Balance {
+            given: vec![Vec::new(); self.gives.len()],
+            forces: pull.compatibility.with_stress(&pull.forces, &answer.multipliers),
+            factor: 1.0,
+            gap: answer.gap,
+            solved: answer.outcome == Outcome::Solved,
+            answer: None,
+        };
+        self.fill(&mut balance, &answer.displacements, is_tied);
+        balance.answer = Some(answer);
+        Some(balance)
     }
 
     /// The same with every offset drawn to where it is.

@@ -83,7 +83,6 @@ impl Model<'_> {
     /// Where some units are, each pulled along its weights; `None` where it does not go together at all.
     pub fn poses(&self, asks: &[Tried]) -> Vec<Option<Strained>> {
         let c = self.compatibility;
-        let columns = self.deviations.columns();
         let rights: Vec<DVector<f64>> = asks.iter().map(|ask| self.right_of(&ask.unit)).collect();
         let pull = |(ask, right)| {
             let (ask, right): (&Tried, &DVector<f64>) = (ask, right);
@@ -93,14 +92,25 @@ impl Model<'_> {
         let pulls: Vec<(&DVector<f64>, DVector<f64>)> = asks.iter().zip(&rights).map(pull).collect();
         let pulls: Vec<Pull<'_>> =
             pulls.into_iter().map(|(right, forces)| Pull { compatibility: c, right, forces }).collect();
-        let map = &c.output.parameters;
-        let strained = |(balance, ask): (Option<Balance>, &Tried)| {
-            let balance = balance?;
-            let mut displacements = DVector::from_vec(self.system.displacements(&balance));
-            columns.iter().zip(&ask.unit).for_each(|(&column, d)| displacements[column] += d);
-            let moved = map * displacements;
-            Some(Strained { error: self.base.iter().zip(&moved).map(|(a, b)| a + b).collect(), balance })
-        };
+        let strained = |(balance, ask): (Option<Balance>, &Tried)| Some(self.strained(&ask.unit, balance?));
         self.system.balances(&pulls).into_iter().zip(asks).map(strained).collect()
+    }
+
+    /// The same of one unit by itself, under a load as small as is told.
+    pub fn pose_alone(&self, unit: &[f64], weights: &[f64], small: f64) -> Option<Strained> {
+        let forces = System::forces(self.compatibility, &Ask::Along(weights.to_vec()));
+        let pull = Pull {
+            compatibility: self.compatibility,
+            right: &self.right_of(unit),
+            forces: forces * self.strength(weights, small),
+        };
+        Some(self.strained(unit, self.system.balance_alone(&pull)?))
+    }
+
+    fn strained(&self, unit: &[f64], balance: Balance) -> Strained {
+        let mut displacements = DVector::from_vec(self.system.displacements(&balance));
+        self.deviations.columns().iter().zip(unit).for_each(|(&column, d)| displacements[column] += d);
+        let moved = &self.compatibility.output.parameters * displacements;
+        Strained { error: self.base.iter().zip(&moved).map(|(a, b)| a + b).collect(), balance }
     }
 }

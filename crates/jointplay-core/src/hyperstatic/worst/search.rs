@@ -28,12 +28,12 @@ pub(super) struct Climb {
 }
 
 impl Model<'_> {
-    fn value(&self, measure: Measure, strained: &Strained) -> f64 {
+    pub fn value(&self, measure: Measure, strained: &Strained) -> f64 {
         measure.value(&strained.error, self.system.mechanism.n_translations())
     }
 
     /// The weights of the output's components in a measure.
-    fn weights(&self, measure: Measure, error: &[f64]) -> Vec<f64> {
+    pub fn weights(&self, measure: Measure, error: &[f64]) -> Vec<f64> {
         self.system.mechanism.weights(measure, error)
     }
 

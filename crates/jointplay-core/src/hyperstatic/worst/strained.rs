@@ -4,7 +4,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::deviations::Deviations;
-use super::model::{Model, Tried};
+use super::model::{Model, Strained, Tried};
 use super::search::Climb;
 use crate::ascent::Measure;
 use crate::batch::Height;
@@ -18,10 +18,16 @@ use crate::solver::{Solver, State};
 
 /// The part of the displacements that the load of a direction deforms what is elastic, where it is solved for by itself.
 const SMALL: f64 = 1e-6;
+/// The same for a figure that is told.
+const TINY: f64 = 1e-8;
 /// Linearisations of an exact search.
 const ROUNDS: usize = 8;
+/// An exact search is over when it gains less than this part.
+const GAIN: f64 = 1e-7;
 /// Units closer than this part of the deviations are the same.
 const SAME: f64 = 1e-9;
+/// Climbs whose first-order figure is below this part of the best one are not the highest on the exact closure, either.
+const NEARLY: f64 = 0.95;
 /// Rounds in which deviations are sought that strain most.
 const STRAINS: usize = 3;
 
@@ -89,10 +95,15 @@ impl<'a> Elastic<'a> {
     /// Whether some unit has to be strained.
     fn strains(&self, model: &Model<'_>, corners: &[Vec<f64>]) -> bool {
         let asks: Vec<Tried> = corners.iter().map(|unit| model.unpulled(unit.clone())).collect();
-        let energy = |strained: &super::model::Strained| strained.balance.answer.as_ref().map_or(0.0, |a| a.value);
+        let energy = |strained: &Strained| strained.balance.answer.as_ref().map_or(0.0, |a| a.value);
         let most = model.poses(&asks).into_iter().zip(asks).filter_map(|(s, ask)| Some((energy(&s?), ask.unit)));
         let Some((_, unit)) = most.max_by(|a, b| a.0.total_cmp(&b.0)) else { return false };
-        let right = model.right_of(&unit);
+        self.is_strained(model, &unit)
+    }
+
+    /// Whether a unit does not go together without force.
+    fn is_strained(&self, model: &Model<'_>, unit: &[f64]) -> bool {
+        let right = model.right_of(unit);
         let factor = self.system.balance(model.compatibility, &right, &Ask::Factor).map_or(f64::INFINITY, |b| b.factor);
         is_apart(factor)
     }
@@ -117,16 +128,22 @@ impl<'a> Elastic<'a> {
         }
         let of = |best: Vec<Climb>| {
             let first = best.first()?;
+            let nearly = NEARLY * first.value;
             let mut different: Vec<&Climb> = Vec::new();
-            for climb in &best {
+            for climb in best.iter().filter(|climb| climb.value >= nearly) {
                 if different.iter().all(|other| !self.is_same(&other.unit, &climb.unit)) {
                     different.push(climb);
                 }
             }
-            let heights = different.into_iter().take(climbs).filter_map(|climb| self.summit(climb));
+            // Those that go together without force are sought all at once, by programs of their own.
+            let strained = different.into_iter().filter(|climb| self.is_strained(&model, &climb.unit));
+            let heights = strained.take(climbs).filter_map(|climb| self.summit(climb));
             let height = heights.max_by(|a, b| a.value.total_cmp(&b.value));
-            let bound = self.bound(&model, first);
-            Some(Found { value: first.value, bound, contribution: self.contribution(&model, first), height })
+            let (measure, bound) = (first.measure, self.bound(&model, first));
+            let strained = model.pose_alone(&first.unit, &model.weights(measure, &first.strained.error), TINY)?;
+            let value = model.value(measure, &strained);
+            let contribution = self.contribution(&model, measure, &first.unit, &strained);
+            Some(Found { value, bound: bound.max(value), contribution, height })
         };
         Some(found.into_par_iter().map(of).collect())
     }
@@ -142,11 +159,11 @@ impl<'a> Elastic<'a> {
     }
 
     /// The share of every source in a first-order figure.
-    fn contribution(&self, model: &Model<'_>, climb: &Climb) -> Vec<f64> {
+    fn contribution(&self, model: &Model<'_>, measure: Measure, unit: &[f64], strained: &Strained) -> Vec<f64> {
         let m = self.mechanism;
-        let weights = m.weights(climb.measure, &climb.strained.error);
-        let mut displacements = m.displacements(&self.deviations.parameters(&climb.unit));
-        for (give, given) in self.system.gives.iter().zip(&climb.strained.balance.given) {
+        let weights = m.weights(measure, &strained.error);
+        let mut displacements = m.displacements(&self.deviations.parameters(unit));
+        for (give, given) in self.system.gives.iter().zip(&strained.balance.given) {
             if give.source.is_some() {
                 give.columns.iter().zip(given).for_each(|(&column, d)| displacements[column] += d);
             }
@@ -185,10 +202,14 @@ impl<'a> Elastic<'a> {
             let settled = self.system.settle(self.solver, start, &own, ask).ok()?;
             let parameters = built.offsets(&self.system, &settled.balance);
             let Some(height) = self.proved(climb.measure, parameters) else { break };
-            if best.as_ref().is_some_and(|best| height.value <= best.value) {
+            let gain = best.as_ref().map_or(f64::INFINITY, |best| height.value - best.value);
+            let size = height.value.abs();
+            if gain > 0.0 {
+                best = Some(height);
+            }
+            if gain <= GAIN * size {
                 break;
             }
-            best = Some(height);
             let (c, state) = (&settled.compatibility, &settled.state);
             let back = known.iter().zip(&state.inputs.parameters).map(|(k, own)| k - own);
             let back = &c.output.parameters * DVector::from_iterator(known.len(), back);
