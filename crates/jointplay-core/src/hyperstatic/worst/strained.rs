@@ -26,8 +26,9 @@ const ROUNDS: usize = 8;
 const GAIN: f64 = 1e-7;
 /// Units closer than this part of the deviations are the same.
 const SAME: f64 = 1e-9;
-/// Climbs whose first-order figure is below this part of the best one are not the highest on the exact closure, either.
-const NEARLY: f64 = 0.95;
+/// Climbs whose first-order figure falls short of the best one by more than this part are not the highest on the exact
+/// closure, either.
+const NEAR: f64 = 0.05;
 /// Rounds in which deviations are sought that strain most.
 const STRAINS: usize = 3;
 
@@ -128,7 +129,7 @@ impl<'a> Elastic<'a> {
         }
         let of = |best: Vec<Climb>| {
             let first = best.first()?;
-            let nearly = NEARLY * first.value;
+            let nearly = first.value - NEAR * first.value.abs();
             let mut different: Vec<&Climb> = Vec::new();
             for climb in best.iter().filter(|climb| climb.value >= nearly) {
                 if different.iter().all(|other| !self.is_same(&other.unit, &climb.unit)) {
