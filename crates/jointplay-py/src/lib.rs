@@ -398,6 +398,7 @@ impl Mechanism {
             )?
             .array("offset", &[n, ne, core.n_parameters()], flat(results.iter().flat_map(|r| &r.offset)))?
             .array("contribution", &[n, ne, core.sources().len()], flat(results.iter().flat_map(|r| &r.contribution)))?
+            .array("contribution_elastic", &[n, ne, core.n_joints()], flat(results.iter().flat_map(|r| &r.elastic)))?
             .status(results.iter().map(|r| r.status))?
             .finish())
     }

@@ -110,15 +110,17 @@ impl Mechanism {
     }
 
     fn told_strained(&self, found: Option<Found>, measure: Measure) -> Told {
+        let nan = |n: usize| vec![f64::NAN; n];
         let nothing = || Found {
             value: f64::NAN,
             bound: f64::NAN,
-            contribution: vec![f64::NAN; self.sources.len()],
+            contribution: nan(self.sources.len()),
+            elastic: nan(self.n_joints()),
             height: None,
         };
-        let Found { value, bound, contribution, height } = found.unwrap_or_else(nothing);
+        let Found { value, bound, contribution, elastic, height } = found.unwrap_or_else(nothing);
         let height = height.unwrap_or_else(|| self.no_height());
-        Told { measure, first_order: value, bound, contribution, height }
+        Told { measure, first_order: value, bound, contribution, elastic, height }
     }
 
     /// The extremes of all units that go together without strain; `None` where there are none.
@@ -150,6 +152,7 @@ impl Mechanism {
             first_order: extreme.linear.value,
             bound: extreme.bound,
             contribution: extreme.linear.contribution,
+            elastic: vec![0.0; self.n_joints()],
             height: height.unwrap_or_else(|| self.no_height()),
         });
         Ok(Some(told.collect()))
@@ -158,8 +161,13 @@ impl Mechanism {
 
 /// The farther one of two extremes, to first order and exactly; the bound of the second holds for both.
 fn farther(a: Told, b: Told) -> Told {
-    let (first_order, contribution) =
-        if b.first_order > a.first_order { (b.first_order, b.contribution) } else { (a.first_order, a.contribution) };
-    let height = if !(a.height.value >= b.height.value) && b.height.value.is_finite() { b.height } else { a.height };
-    Told { measure: a.measure, first_order, bound: b.bound, contribution, height }
+    let bound = b.bound;
+    let is_higher = b.height.value.is_finite() && !(a.height.value >= b.height.value);
+    let height = if is_higher { b.height } else { a.height };
+    let Told { measure, first_order, contribution, elastic, .. } = if b.first_order > a.first_order {
+        Told { height: height.clone(), ..b }
+    } else {
+        Told { height: height.clone(), ..a }
+    };
+    Told { measure, first_order, bound, contribution, elastic, height }
 }

@@ -13,7 +13,7 @@ use crate::hyperstatic::compatibility::Compatibility;
 use crate::hyperstatic::settle::is_apart;
 use crate::hyperstatic::system::{Ask, Give, System};
 use crate::loaded::Case;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, Source};
 use crate::solver::{Solver, State};
 
 /// The part of the displacements that the load of a direction deforms what is elastic, where it is solved for by itself.
@@ -49,6 +49,8 @@ pub(super) struct Found {
     pub bound: f64,
     /// Share of every source.
     pub contribution: Vec<f64>,
+    /// Share of every joint's deformation.
+    pub elastic: Vec<f64>,
     pub height: Option<Height>,
 }
 
@@ -143,8 +145,8 @@ impl<'a> Elastic<'a> {
             let (measure, bound) = (first.measure, self.bound(&model, first));
             let strained = model.pose_alone(&first.unit, &model.weights(measure, &first.strained.error), TINY)?;
             let value = model.value(measure, &strained);
-            let contribution = self.contribution(&model, measure, &first.unit, &strained);
-            Some(Found { value, bound: bound.max(value), contribution, height })
+            let (contribution, elastic) = self.shares(&model, measure, &first.unit, &strained);
+            Some(Found { value, bound, contribution, elastic, height })
         };
         Some(found.into_par_iter().map(of).collect())
     }
@@ -159,22 +161,25 @@ impl<'a> Elastic<'a> {
         }
     }
 
-    /// The share of every source in a first-order figure.
-    fn contribution(&self, model: &Model<'_>, measure: Measure, unit: &[f64], strained: &Strained) -> Vec<f64> {
+    /// The shares of all sources, and of the joints' deformations, in a first-order figure.
+    fn shares(&self, model: &Model<'_>, measure: Measure, unit: &[f64], strained: &Strained) -> (Vec<f64>, Vec<f64>) {
         let m = self.mechanism;
         let weights = m.weights(measure, &strained.error);
-        let mut displacements = m.displacements(&self.deviations.parameters(unit));
+        let map = &model.compatibility.output.parameters;
+        let moves =
+            |column: usize, d: f64| weights.iter().enumerate().map(|(i, w)| w * map[(i, column)] * d).sum::<f64>();
+        let parameters = self.deviations.parameters(unit);
+        let known = |source: &Source| source.range().map(|p| moves(m.place_of(p), parameters[p])).sum();
+        let mut contribution: Vec<f64> = m.sources.iter().map(known).collect();
+        let mut elastic = vec![0.0; m.n_joints()];
         for (give, given) in self.system.gives.iter().zip(&strained.balance.given) {
-            if give.source.is_some() {
-                give.columns.iter().zip(given).for_each(|(&column, d)| displacements[column] += d);
+            let part: f64 = give.columns.iter().zip(given).map(|(&column, d)| moves(column, *d)).sum();
+            match give.source {
+                Some(source) => contribution[source] += part,
+                None => elastic[m.rows[give.columns[0]].joint] += part,
             }
         }
-        let map = &model.compatibility.output.parameters;
-        let share = |p: usize| -> f64 {
-            let place = m.place_of(p);
-            weights.iter().enumerate().map(|(i, w)| w * map[(i, place)]).sum::<f64>() * displacements[place]
-        };
-        m.sources.iter().map(|source| source.range().map(share).sum()).collect()
+        (contribution, elastic)
     }
 
     /// Whether two units are the same.
