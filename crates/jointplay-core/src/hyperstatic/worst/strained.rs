@@ -54,7 +54,7 @@ pub(super) struct Found {
     pub height: Option<Height>,
 }
 
-impl<'a> Elastic<'a> {
+impl Elastic<'_> {
     /// The model at the nominal pose.
     fn model<'m>(&'m self, c: &'m Compatibility) -> Model<'m> {
         let m = self.mechanism;

@@ -58,7 +58,7 @@ impl Site<'_> {
         let value = measure.value(&error, m.n_translations());
         let of = |p: usize| state.inputs.parameters[m.place_of(p)];
         let parameters = (0..m.n_parameters()).map(of).collect();
-        (weights, Height { value, error, parameters })
+        (weights, Height { value, parameters, error })
     }
 
     fn place(&self, solver: &Solver<'_>, measure: Measure, state: &State) -> Option<Place> {
