@@ -3,8 +3,8 @@
 first order   max |A u| over u in C, by support functions
 exact         max g(output(closure(u)) - output(nominal)) over u in C, by ascent from many starts
 
-In an over-constrained mechanism offsets count that are compatible; in an elastic one also those of units that have to be
-strained, where these have the least energy.
+In an over-constrained mechanism offsets count that are compatible; in an elastic one also those of units that have to
+be strained, where these have the least energy.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 //!
 //! Of the offsets and deformations that a unit's deviations allow those with the least energy are taken, and
 //! of these, where there are several, the farthest along a direction: both in one program under a load along the
-//! direction that is so small that it deforms nothing by more than a small part of the displacements.
+//! direction that is small beside the forces that strain a unit, and deforms nothing by more than a small part of the
+//! displacements.
 
 use nalgebra::DVector;
 
@@ -12,7 +13,7 @@ use crate::hyperstatic::abreast::Pull;
 use crate::hyperstatic::compatibility::Compatibility;
 use crate::hyperstatic::system::{Ask, Balance, System};
 
-/// The part of the displacements that the load of a direction deforms what is elastic.
+/// What part of those the load of a direction is.
 pub(super) const SMALL: f64 = 1e-5;
 
 /// A linearisation with everything that does not depend on the deviations.
@@ -24,6 +25,8 @@ pub(super) struct Model<'a> {
     /// What displacements must add up to, and the error, without deviations and displacements.
     pub right: DVector<f64>,
     pub base: Vec<f64>,
+    /// The strongest force that strains a unit ([`Self::strongest`]).
+    pub strain: f64,
 }
 
 /// A unit and where it is pulled.
@@ -42,14 +45,16 @@ pub(super) struct Strained {
 }
 
 impl Model<'_> {
-    /// The strength of a load along weights.
-    pub fn strength(&self, weights: &[f64], small: f64) -> f64 {
+    /// The strength of a load along weights: such a part of the strongest forces that strain a unit, and of the
+    /// displacements where what is elastic deforms by it alone.
+    pub fn strength(&self, weights: &[f64], part: f64) -> f64 {
         let system = self.system;
         let forces = System::forces(self.compatibility, &Ask::Along(weights.to_vec()));
         let unit = |column: usize| system.basis.unit(column);
-        let (mut deforms, mut moves) = (0.0_f64, 0.0_f64);
+        let (mut deforms, mut moves, mut size) = (0.0_f64, 0.0_f64, 0.0_f64);
         for give in &system.gives {
             for (k, &column) in give.columns.iter().enumerate() {
+                size = size.max(forces[column].abs() * unit(column));
                 match &give.kind {
                     Kind::Spring(compliance) => {
                         let row = &compliance[k * give.columns.len()..(k + 1) * give.columns.len()];
@@ -64,7 +69,19 @@ impl Model<'_> {
         moves = widths.fold(moves, |moves, (column, width)| moves.max(width / unit(column)));
         let redundant = system.basis.redundant.iter().zip(self.right.iter());
         moves = redundant.fold(moves, |moves, (&row, b)| moves.max(b.abs() / unit(row)));
-        if deforms > 0.0 && moves > 0.0 { small * moves / deforms } else { 1.0 }
+        let ratio = |a: f64, b: f64| if b > 0.0 { part * a / b } else { f64::INFINITY };
+        let strength = ratio(self.strain, size).min(ratio(moves, deforms));
+        if strength.is_finite() { strength } else { 1.0 }
+    }
+
+    /// The strongest force on what is elastic where some units are, moments at the characteristic length.
+    pub fn strongest<'s>(&self, units: impl Iterator<Item = &'s Strained>) -> f64 {
+        let system = self.system;
+        let springs = || system.gives.iter().filter(|give| give.source.is_none()).flat_map(|give| &give.columns);
+        let of = |strained: &Strained| {
+            springs().fold(0.0, |most: f64, &c| most.max(strained.balance.forces[c].abs() * system.basis.unit(c)))
+        };
+        units.map(of).fold(0.0, f64::max)
     }
 
     /// A unit without any pull.

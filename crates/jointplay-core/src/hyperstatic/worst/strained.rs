@@ -16,7 +16,7 @@ use crate::loaded::Case;
 use crate::mechanism::{Mechanism, Source};
 use crate::solver::{Solver, State};
 
-/// The part of the displacements that the load of a direction deforms what is elastic, where it is solved for by itself.
+/// What part the load of a direction is, where it is solved for by itself.
 const SMALL: f64 = 1e-6;
 /// The same for a figure that is told.
 const TINY: f64 = 1e-8;
@@ -56,7 +56,7 @@ pub(super) struct Found {
 
 impl Elastic<'_> {
     /// The model at the nominal pose.
-    fn model<'m>(&'m self, c: &'m Compatibility) -> Model<'m> {
+    fn model<'m>(&'m self, c: &'m Compatibility, strain: f64) -> Model<'m> {
         let m = self.mechanism;
         let known = m.displacements(&m.centre);
         let moved = &c.output.parameters * DVector::from_column_slice(&known) - &c.shared * &c.misfit;
@@ -67,6 +67,7 @@ impl Elastic<'_> {
             compatibility: c,
             right: m.first_order_right(c, &known, self.case, self.nominal),
             base: shift.iter().zip(&moved).map(|(a, b)| a + b).collect(),
+            strain,
         }
     }
 
@@ -95,13 +96,14 @@ impl Elastic<'_> {
         corners
     }
 
-    /// Whether some unit has to be strained.
-    fn strains(&self, model: &Model<'_>, corners: &[Vec<f64>]) -> bool {
+    /// The strongest force that strains a unit; `None` where none has to be strained.
+    fn strain(&self, model: &Model<'_>, corners: &[Vec<f64>]) -> Option<f64> {
         let asks: Vec<Tried> = corners.iter().map(|unit| model.unpulled(unit.clone())).collect();
+        let found: Vec<Option<Strained>> = model.poses(&asks);
         let energy = |strained: &Strained| strained.balance.answer.as_ref().map_or(0.0, |a| a.value);
-        let most = model.poses(&asks).into_iter().zip(asks).filter_map(|(s, ask)| Some((energy(&s?), ask.unit)));
-        let Some((_, unit)) = most.max_by(|a, b| a.0.total_cmp(&b.0)) else { return false };
-        self.is_strained(model, &unit)
+        let energies = found.iter().zip(corners).filter_map(|(s, unit)| Some((energy(s.as_ref()?), unit)));
+        let (_, unit) = energies.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        self.is_strained(model, unit).then(|| model.strongest(found.iter().flatten()))
     }
 
     /// Whether a unit does not go together without force.
@@ -114,11 +116,10 @@ impl Elastic<'_> {
     /// The extremes over all units, in the order of the measures; `None` where none has to be strained.
     pub fn extremes(&self, measures: &[Measure], climbs: usize) -> Option<Vec<Option<Found>>> {
         let c = Compatibility::at(self.system.basis, self.solver, self.nominal)?;
-        let model = self.model(&c);
-        let corners = self.corners(&model);
-        if !self.strains(&model, &corners) {
-            return None;
-        }
+        let unpulled = self.model(&c, 0.0);
+        let corners = self.corners(&unpulled);
+        let strain = self.strain(&unpulled, &corners)?;
+        let model = self.model(&c, strain);
         let mut found = model.begin(measures, &corners);
         let mut all: Vec<Climb> = found.iter().flatten().cloned().collect();
         model.climb(&mut all);
@@ -140,7 +141,7 @@ impl Elastic<'_> {
             }
             // Those that go together without force are sought all at once, by programs of their own.
             let strained = different.into_iter().filter(|climb| self.is_strained(&model, &climb.unit));
-            let heights = strained.take(climbs).filter_map(|climb| self.summit(climb));
+            let heights = strained.take(climbs).filter_map(|climb| self.summit(climb, strain));
             let height = heights.max_by(|a, b| a.value.total_cmp(&b.value));
             let (measure, bound) = (first.measure, self.bound(&model, first));
             let strained = model.pose_alone(&first.unit, &model.weights(measure, &first.strained.error), TINY)?;
@@ -189,7 +190,7 @@ impl Elastic<'_> {
     }
 
     /// The exact extreme near a climb: the unit settled, everything linearised there, and climbed on.
-    fn summit(&self, climb: &Climb) -> Option<Height> {
+    fn summit(&self, climb: &Climb, strain: f64) -> Option<Height> {
         let (m, basis) = (self.mechanism, self.system.basis);
         let known = m.displacements(&m.centre);
         let mut unit = climb.unit.clone();
@@ -201,7 +202,12 @@ impl Elastic<'_> {
             let start = self.solver.follow(self.nominal, &inputs).ok()?;
             let ask = |state: &State, c: &Compatibility| {
                 let weights = m.weights(climb.measure, &basis.kept.error(state, self.nominal));
-                let at = Model { right: c.right(state, &known), base: Vec::new(), compatibility: c, ..self.model(c) };
+                let at = Model {
+                    right: c.right(state, &known),
+                    base: Vec::new(),
+                    compatibility: c,
+                    ..self.model(c, strain)
+                };
                 let strength = at.strength(&weights, SMALL);
                 Ask::Along(weights.iter().map(|w| strength * w).collect())
             };
@@ -223,7 +229,7 @@ impl Elastic<'_> {
             let model = Model {
                 right: c.right(state, &known),
                 base: error.iter().zip(&back).map(|(a, b)| a + b).collect(),
-                ..self.model(c)
+                ..self.model(c, strain)
             };
             let mut on = model.begin(&[climb.measure], std::slice::from_ref(&unit)).pop()?;
             model.climb(&mut on);
