@@ -14,7 +14,7 @@ use crate::hyperstatic::compatibility::Compatibility;
 use crate::hyperstatic::system::{Ask, Balance, System};
 
 /// What part of those the load of a direction is.
-pub(super) const SMALL: f64 = 1e-5;
+const SMALL: f64 = 1e-5;
 
 /// A linearisation with everything that does not depend on the deviations.
 pub(super) struct Model<'a> {

@@ -7,7 +7,7 @@ use super::model::{Model, Strained, Tried};
 use crate::ascent::Measure;
 
 /// Corners from which an extreme is climbed.
-pub(super) const CLIMBS: usize = 4;
+const CLIMBS: usize = 4;
 /// Steps of a climb.
 const MOST_STEPS: usize = 20;
 /// Differences that tell the slope, as parts of the half widths.
@@ -69,10 +69,9 @@ impl Model<'_> {
                 break;
             }
             let slopes = self.slopes(&open);
-            let middle = self.deviations;
             let mut asks = Vec::new();
             for (climb, (weights, slope)) in open.iter().zip(&slopes) {
-                let target = middle.farthest(slope, &climb.unit);
+                let target = self.deviations.farthest(slope, &climb.unit);
                 asks.push(Tried { unit: climb.unit.clone(), weights: weights.clone() });
                 asks.extend(PARTS.map(|part| {
                     let unit = climb.unit.iter().zip(&target).map(|(a, b)| a + part * (b - a)).collect();

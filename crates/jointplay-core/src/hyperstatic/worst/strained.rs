@@ -86,12 +86,14 @@ impl Elastic<'_> {
                 let slope: Vec<f64> = columns.iter().map(|&column| -forces[column]).collect();
                 Some(self.deviations.farthest(&slope, &ask.unit))
             });
-            last = next.filter(|unit| !corners.contains(unit)).collect();
-            last.dedup();
-            if last.is_empty() {
-                break;
+            last = next.collect();
+            let known = corners.len();
+            for unit in last {
+                if !corners.contains(&unit) {
+                    corners.push(unit);
+                }
             }
-            corners.extend(last.iter().cloned());
+            last = corners[known..].to_vec();
         }
         corners
     }

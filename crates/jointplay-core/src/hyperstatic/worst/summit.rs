@@ -1,5 +1,9 @@
 //! Extremes on the exact closure: from first-order optima by sequences of programs, those of all extremes side by
-//! side. They go on as [`crate::hyperstatic::settle`] does.
+//! side.
+//!
+//! A step is made when it keeps enough of what its program promised, misfits counted at the largest self-stress met.
+//! Otherwise springs hold the offsets where they are (proximal points, [`crate::hyperstatic::settle`]), the stiffer the
+//! more often that happens, and the softer the more steps are made.
 
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -107,6 +111,9 @@ impl Site<'_> {
                 let pull = system.force_scale(&balance.forces) * system.mechanism.length
                     / system.difference(&self.known, &target);
                 to.stiffness = if to.stiffness == 0.0 { FIRST * pull } else { STIFFER * to.stiffness };
+                if !to.stiffness.is_finite() {
+                    return None;
+                }
             }
         }
         Some(to)
@@ -140,9 +147,10 @@ impl Site<'_> {
         };
         let mut sequences: Vec<Sequence> = starts.into_par_iter().filter_map(begin).collect();
         for _ in 0..MOST_STEPS {
-            for at in sequences.iter().filter(|at| at.place.closed) {
-                higher(&mut best[at.extreme], &at.place.height);
+            if sequences.is_empty() {
+                break;
             }
+            keep(&mut best, &sequences);
             let (held, free): (Vec<_>, Vec<_>) = sequences.into_iter().partition(|at| at.stiffness > 0.0);
             let balances = [&free, &held].map(|sequences| self.balances(sequences)).concat();
             // Where a sequence breaks off, what it met before counts all the same.
@@ -151,10 +159,8 @@ impl Site<'_> {
             };
             let all: Vec<Sequence> = free.into_iter().chain(held).collect();
             sequences = all.into_par_iter().zip(balances).filter_map(next).collect();
-            if sequences.is_empty() {
-                break;
-            }
         }
+        keep(&mut best, &sequences);
         best
     }
 }
@@ -165,9 +171,12 @@ impl Place {
     }
 }
 
-/// Keeps the higher one.
-fn higher(best: &mut Option<Height>, found: &Height) {
-    if best.as_ref().is_none_or(|best| found.value > best.value) {
-        *best = Some(found.clone());
+/// Keeps the highest poses where all joints close.
+fn keep(best: &mut [Option<Height>], sequences: &[Sequence]) {
+    for Sequence { extreme, place, .. } in sequences.iter().filter(|sequence| sequence.place.closed) {
+        let slot = &mut best[*extreme];
+        if slot.as_ref().is_none_or(|best| place.height.value > best.value) {
+            *slot = Some(place.height.clone());
+        }
     }
 }
