@@ -200,6 +200,20 @@ def test_the_last_step_of_the_antenna_support_is_the_finished_structure() -> Non
     assert last.clearance_factor.item() == pytest.approx(finished.clearance_factor.item(), rel=1e-6)
 
 
+def test_the_worst_of_a_strained_step_is_that_of_the_worst_unit() -> None:
+    m = bracket(0.006, 0.0).with_({"dimensions.DF.tolerance": 0.2})
+    last = jp.assemble(m, "worst").isel(step=-1)
+    assert last.status == "strained"
+    largest = 0.0
+    for misfit in np.linspace(-0.2, 0.2, 9):
+        unit = jp.assemble(m.with_({"dimensions.DF.deviation": float(misfit), "dimensions.DF.tolerance": None}))
+        moved = np.linalg.norm(unit.isel(step=-1).error_shaft.sel(component=["x", "y"]), axis=-1)
+        here = ~np.isnan(moved)
+        assert (moved[here] <= last.worst_shaft.values[here] * (1 + 1e-6)).all()
+        largest = max(largest, float(np.nanmax(moved)))
+    assert largest == pytest.approx(float(last.worst_shaft.max()), rel=1e-4)
+
+
 def test_where_all_units_fit_the_worst_is_that_of_the_finished_structure() -> None:
     m = example("antenna-support").with_(
         {"loads": None, "dimensions.DF.tolerance": 0.3, "dimensions.BD.tolerance": 0.2}

@@ -181,6 +181,14 @@ def test_compare_prints_both_side_by_side(say) -> None:
     assert "slider-crank leaves the path by up to" in far
 
 
+def test_two_structures_without_drives_are_compared_in_a_table_as_well(say) -> None:
+    said = say("compare x-braced-square.toml redundant-bar.toml")
+    assert said.code == 1
+    assert "strained" in said
+    worst = jp.worst(jp.load("x-braced-square.toml"))
+    assert f"{worst.worst_position[0].item():.3f}" in said
+
+
 def test_sweep_prints_a_row_per_value(say) -> None:
     said = say("sweep four-bar.toml --set joints.*.clearance.radial=0:1:5 --set drives.theta1.error=0.1")
     assert column(said, "radial", "Worst case") == ["0.00", "0.25", "0.50", "0.75", "1.00"]

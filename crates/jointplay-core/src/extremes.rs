@@ -53,6 +53,8 @@ pub struct Worst {
     pub offset: Vec<Vec<f64>>,
     /// Share of every source in the first-order figure of each extreme.
     pub contribution: Vec<Vec<f64>>,
+    /// Share of every joint's deformation in it.
+    pub elastic: Vec<Vec<f64>>,
     /// Starts that the batch engine handed to the plain solver.
     pub fallbacks: u64,
     /// Outcome.
@@ -65,6 +67,7 @@ pub(crate) struct Told {
     pub first_order: f64,
     pub bound: f64,
     pub contribution: Vec<f64>,
+    pub elastic: Vec<f64>,
     pub height: Height,
 }
 
@@ -148,6 +151,7 @@ impl Mechanism {
             ],
             offset: vec![vec![f64::NAN; self.n_parameters()]; self.n_extremes()],
             contribution: vec![vec![f64::NAN; self.sources.len()]; self.n_extremes()],
+            elastic: vec![vec![f64::NAN; self.n_joints()]; self.n_extremes()],
             fallbacks: 0,
             status,
         }
@@ -301,6 +305,7 @@ impl Mechanism {
             first_order: extreme.linear.value,
             bound: extreme.bound,
             contribution: extreme.linear.contribution,
+            elastic: vec![0.0; self.n_joints()],
             height,
         });
         let status = match prepared.status {
@@ -326,6 +331,7 @@ impl Mechanism {
                 first_order: linear.first_order,
                 bound: linear.first_order,
                 contribution: linear.contribution.clone(),
+                elastic: linear.elastic.clone(),
                 height,
             });
         }
@@ -353,6 +359,7 @@ impl Mechanism {
             rotation_direction: if self.turns_freely() { along(rotation, translations..size) } else { Vec::new() },
             offset: order().map(|k| extremes[k].height.parameters.clone()).collect(),
             contribution: order().map(|k| extremes[k].contribution.iter().map(|c| sign(k) * c).collect()).collect(),
+            elastic: order().map(|k| extremes[k].elastic.iter().map(|c| sign(k) * c).collect()).collect(),
             fallbacks: 0,
             status,
         }

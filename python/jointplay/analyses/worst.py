@@ -2,6 +2,9 @@
 
 first order   max |A u| over u in C, by support functions
 exact         max g(output(closure(u)) - output(nominal)) over u in C, by ascent from many starts
+
+In an over-constrained mechanism offsets count that are compatible; in an elastic one also those of units that have to
+be strained, where these have the least energy.
 """
 
 from __future__ import annotations
@@ -36,7 +39,9 @@ def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
         turn), `worst_component` (lowest and highest error of each component), each also with `_first_order`;
         `worst_direction` (unit vector of the largest displacement), `worst_offset` (where everything is at each
         extreme; `given` reproduces the extreme from it), `contribution` (per source, of the first-order figure of
-        each extreme; they add up to it), `nominal`, `status`.
+        each extreme; they add up to it), `nominal`, `status`. Where members are elastic, units count that have to be
+        strained to go together (`strained`), each where its energy is least, and `contribution_elastic` (per joint)
+        is what deformations add. Loads do not count: `loaded` tells what they bend.
 
     Examples
     --------
@@ -72,5 +77,9 @@ def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progre
     builder.add("worst_offset", ("configuration", "extreme", "parameter"), found["offset"], words, "parameter")
     words = "part of the source in the first-order extreme"
     builder.add("contribution", ("configuration", "extreme", "source"), found["contribution"], words, "extreme")
+    if m.core.deformations:
+        words = "part of the joint's deformation in the first-order extreme"
+        dims = ("configuration", "extreme", "joint")
+        builder.add("contribution_elastic", dims, found["contribution_elastic"], words, "extreme")
     builder.status(at.worse(found["status"]))
     return finished(builder, done, len(drives))

@@ -243,7 +243,9 @@ def _compare(result: Result) -> tuple[Column, ...]:
     first, second = result.labels("mechanism")
     columns = [Column("#", "", tuple(str(k) for k in range(result.sizes["configuration"])))]
     for label in (first, second):
-        for drive, unit in zip(result.labels("drive"), result.coords["drive_unit"].values.tolist(), strict=True):
+        # A structure has no drives.
+        units = result.coords["drive_unit"].values.tolist() if "drive_unit" in result.coords else []
+        for drive, unit in zip(result.labels("drive") if units else [], units, strict=True):
             values = result.get("drive_value", mechanism=label, drive=drive)
             if np.isfinite(values).any():
                 columns.append(commands(f"{label}\n{drive}", unit, values))

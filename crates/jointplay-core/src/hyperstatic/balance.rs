@@ -133,7 +133,7 @@ impl System<'_> {
     /// Where nothing ties displacements to each other, forces alone decide them.
     pub(super) fn free(&self, c: &Ties, forces: &DVector<f64>) -> Balance {
         let mut balance = self.nothing(forces);
-        self.fill(c, &mut balance, &[]);
+        self.fill(&mut balance, &[], |give| Self::is_tied(give, c));
         balance
     }
 
@@ -154,7 +154,8 @@ impl System<'_> {
         };
         // What the forces leave open is put in the middle.
         let middle = if ask.is_unloaded() { None } else { self.middle(c, program, &balance.forces, &answer) };
-        self.fill(c, &mut balance, middle.as_ref().unwrap_or(&answer.displacements));
+        let tied = middle.as_ref().unwrap_or(&answer.displacements);
+        self.fill(&mut balance, tied, |give| Self::is_tied(give, c));
         balance.answer = Some(answer);
         balance
     }
@@ -184,6 +185,19 @@ impl System<'_> {
         at: &[Vec<f64>],
         stiffness: f64,
     ) -> Option<Balance> {
+        let program = self.program_near(c, right, forces, at, stiffness);
+        self.balance_of_near(c, forces, rounds.solve(Question::Pose, &program, None).await)
+    }
+
+    /// The program of all gives, tied or not, and of their springs.
+    pub(super) fn program_near(
+        &self,
+        c: &Ties,
+        right: &DVector<f64>,
+        forces: &DVector<f64>,
+        at: &[Vec<f64>],
+        stiffness: f64,
+    ) -> Program {
         let offsets = || self.gives.iter().zip(at).filter(|(give, _)| give.source.is_some());
         let ties: usize = offsets().map(|(give, _)| give.columns.len()).sum();
         let n = c.equations.nrows();
@@ -208,11 +222,15 @@ impl System<'_> {
             blocks.push(Block { kind: give.kind.clone(), map, force: Self::along(give, forces) });
         }
         blocks.extend(springs);
-        let mut answer = rounds.solve(Question::Pose, &Program { right, blocks }, None).await;
+        Program { right, blocks }
+    }
+
+    /// What the answer to [`Self::program_near`] says of the gives and the forces on them.
+    pub(super) fn balance_of_near(&self, c: &Ties, forces: &DVector<f64>, mut answer: Answer) -> Option<Balance> {
         if answer.outcome == Outcome::Infeasible {
             return None;
         }
-        answer.multipliers.truncate(n);
+        answer.multipliers.truncate(c.equations.nrows());
         let given = answer.displacements[..self.gives.len()].to_vec();
         let tied = given.iter().zip(&self.gives).filter(|(_, give)| Self::is_tied(give, c));
         answer.displacements = tied.map(|(given, _)| given.clone()).collect();
@@ -234,11 +252,11 @@ impl System<'_> {
     }
 
     /// Puts the displacements: of what is tied as the program says, of the others by the forces.
-    fn fill(&self, c: &Ties, balance: &mut Balance, tied: &[Vec<f64>]) {
+    pub(super) fn fill(&self, balance: &mut Balance, tied: &[Vec<f64>], is_tied: impl Fn(&Give) -> bool) {
         let mut tied = tied.iter();
         let tolerance = UNDECIDED * self.force_scale(&balance.forces);
         for (give, slot) in self.gives.iter().zip(&mut balance.given) {
-            if Self::is_tied(give, c) {
+            if is_tied(give) {
                 *slot = tied.next().cloned().unwrap_or_default();
                 continue;
             }

@@ -5,6 +5,7 @@
 //! independent rows carries the closure; compatibility ties in the rest; and where load, prestress and
 //! clearances bring the mechanism to is a cone program ([`crate::cone`]).
 
+mod abreast;
 mod balance;
 mod basis;
 mod compatibility;

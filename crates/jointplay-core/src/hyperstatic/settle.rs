@@ -221,7 +221,7 @@ impl System<'_> {
     }
 
     /// The offsets at which a state is closed; of what is elastic none is known.
-    fn offsets_at(&self, state: &State, known: &[f64]) -> Vec<Vec<f64>> {
+    pub(super) fn offsets_at(&self, state: &State, known: &[f64]) -> Vec<Vec<f64>> {
         let own = |&column: &usize| state.inputs.parameters[column] - known[column];
         let of = |give: &Give| match give.source {
             Some(_) => give.columns.iter().map(own).collect(),
@@ -276,7 +276,7 @@ impl Linear for Ties {
 }
 
 /// Closes the basis for the target, or a part of the way where it cannot be reached; tells which part.
-fn step(solver: &Solver<'_>, from: &State, target: &[f64]) -> Result<(State, f64), Failure> {
+pub(super) fn step(solver: &Solver<'_>, from: &State, target: &[f64]) -> Result<(State, f64), Failure> {
     let mut part = 1.0;
     while part >= SHORTEST {
         let mix = |(a, b): (&f64, &f64)| if part >= 1.0 { *b } else { a + part * (b - a) };

@@ -25,5 +25,6 @@ pub fn worst<'py>(core: &Core, table: Table<'py>, found: &[Worst]) -> PyResult<T
         .array("rotation_direction", &[n, turns], flat(found.iter().map(|r| &r.rotation_direction)))?
         .array("offset", &[n, ne, core.n_parameters()], flat(found.iter().flat_map(|r| &r.offset)))?
         .array("contribution", &[n, ne, core.sources().len()], flat(found.iter().flat_map(|r| &r.contribution)))?
+        .array("contribution_elastic", &[n, ne, core.n_joints()], flat(found.iter().flat_map(|r| &r.elastic)))?
         .status(found.iter().map(|r| r.status))
 }

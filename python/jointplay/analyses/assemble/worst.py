@@ -2,15 +2,14 @@
 
 In over-constrained steps every corner of the box of tolerances is a unit (corners in turn where there are too many).
 The factor on the clearances is a convex function of the deviations, so that its largest value is at a corner; forces
-are the largest met there. Errors are the exact extremes of `worst` for every centre, as long as no unit is strained;
-otherwise the largest met at a corner, at the far end of what is left open there.
+are the largest met there. Errors are the exact extremes of `worst` for every centre, over units that are strained, too;
+where loads bend a corner's unit farther than that, what they do is told.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ from jointplay.model import Mechanism
 from jointplay.result import Result
 
 from .forces import Members
-from .part import Floats, Part
+from .part import Floats
 from .report import Place, each, finished, report
 from .state import ENDS, SERIOUS, Held
 from .steps import Step, steps
@@ -63,8 +62,7 @@ class _Extremes:
         self.units = solve(self.held, members, self.corners)
         self.force = np.max(np.abs(self.units.force), axis=1)
         self.factor = float(self.units.clearance_factor.max())
-        largest = self._exact if self.factor <= FITS else self._over_corners
-        sizes = {point: largest(point) for point in self.held.points()}
+        sizes = {point: self._largest(point) for point in self.held.points()}
         self.centres = np.full((2, len(m.joints)), np.nan)
         for k, ends in self.held.centres().items():
             for i, end in enumerate(ENDS):
@@ -74,30 +72,17 @@ class _Extremes:
         statuses = ["ok", *(status for status in np.unique(self.units.status).tolist() if status != "undetermined")]
         self.status = max([*statuses, "underconstrained" if self.held.free else "ok"], key=SERIOUS.index)
 
-    def _exact(self, point: int) -> float:
-        """Largest position error of a point of a part that is not strained, however elastic it is."""
-        core = self.held.core(point, joints=self.held.rigid_joints)
+    def _largest(self, point: int) -> float:
+        """Largest position error of a point."""
+        strained = self.factor > FITS
+        # As long as no unit is strained, nothing deforms.
+        core = self.held.core(point) if strained else self.held.core(point, joints=self.held.rigid_joints)
         starts = STARTS if point == self.held.output else FEWER_STARTS
-        return float(core.worst(self.held.drives, self.held.poses, starts)["position"][0])
-
-    def _over_corners(self, point: int) -> float:
-        """Largest position error of a point at the corners, at the far end of what is left open there."""
-        sizes = self.units.points[point]
-        if not np.isfinite(sizes).any():
-            return np.nan
-        u = self.corners[np.nanargmax(sizes)][self.held.part.parameters]
-        found = self.held.loaded(point, sources=_centred(self.held.part, u))
-        far = np.abs(found["error"][0]) + found["undetermined"][0]
-        return float(np.linalg.norm(far[: self.held.part.lengths]))
-
-
-def _centred(part: Part, u: Floats) -> list[dict[str, Any]]:
-    """The sources of a part with other known deviations."""
-    ends = np.cumsum([len(source["centre"]) for source in part.spec["sources"]])
-    return [
-        source | {"centre": u[end - len(source["centre"]) : end].tolist()}
-        for source, end in zip(part.spec["sources"], ends, strict=True)
-    ]
+        exact = core.worst(self.held.drives, self.held.poses, starts)["position"][0]
+        if not strained:
+            return float(exact)
+        met = np.append(self.units.points[point], exact)
+        return float(np.nanmax(met)) if np.isfinite(met).any() else np.nan
 
 
 def corners(held: Held, members: Members) -> Floats:

@@ -146,9 +146,17 @@ impl Programs {
         all
     }
 
-    /// Solves all programs.
+    /// Solves all programs, and a sample of them by itself as well.
     #[must_use]
     pub fn solve(&self, question: Question) -> Answers {
+        let mut all = self.solve_all(question);
+        self.compare(question, &mut all);
+        all
+    }
+
+    /// Solves all programs.
+    #[must_use]
+    pub(crate) fn solve_all(&self, question: Question) -> Answers {
         let layout = self.layout(question);
         let groups: Vec<usize> = (0..self.n).step_by(LANES).collect();
         let solved = groups.into_par_iter().map_init(Memory::default, |memory, first| {
@@ -159,7 +167,6 @@ impl Programs {
         for part in solved.collect::<Vec<_>>() {
             all.append(part);
         }
-        self.compare(question, &mut all);
         all
     }
 
