@@ -136,7 +136,9 @@ impl Mechanism {
         let drives = drives.as_array().to_vec();
         if coordinates.len() != self.core.n_coordinates() || drives.len() != self.core.n_drives() {
             let (bodies, drives) = (self.core.n_bodies(), self.core.n_drives());
-            return Err(PyValueError::new_err(format!("poses of {bodies} bodies and {drives} drive values are needed")));
+            return Err(PyValueError::new_err(format!(
+                "poses of {bodies} bodies and {drives} drive values are needed"
+            )));
         }
         Ok(numpy::IntoPyArray::into_pyarray(self.core.gaps(&coordinates, &drives), py))
     }

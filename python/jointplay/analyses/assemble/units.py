@@ -83,8 +83,8 @@ def solve(held: Held, members: Members, u: Floats) -> Units:
     sizes = {point: np.asarray(np.linalg.norm(error, axis=1)) for point, error in errors.items()}
     centres = np.full((2, len(m.joints), count), np.nan)
     for k, ends in held.centres().items():
-        for i, end in enumerate(ENDS):
-            centres[i, part.joints[k]] = sizes[ends[end]]
+        for end, point in ends.items():
+            centres[ENDS.index(end), k] = sizes[point]
     output = np.full((count, len(m.components)), np.nan)
     if held.output is not None:
         body = part.spec["points"][held.output]["body"]

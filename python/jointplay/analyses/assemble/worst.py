@@ -67,8 +67,8 @@ class _Extremes:
         sizes = {point: largest(point) for point in self.held.points()}
         self.centres = np.full((2, len(m.joints)), np.nan)
         for k, ends in self.held.centres().items():
-            for i, end in enumerate(ENDS):
-                self.centres[i, step.part.joints[k]] = sizes[ends[end]]
+            for end, point in ends.items():
+                self.centres[ENDS.index(end), k] = sizes[point]
         self.output = np.nan if self.held.output is None else sizes[self.held.output]
         # What play leaves open is what the worst case is over.
         statuses = ["ok", *(status for status in np.unique(self.units.status).tolist() if status != "undetermined")]
