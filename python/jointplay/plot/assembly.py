@@ -152,13 +152,13 @@ class _Drawing:
     def _body(self, axes: Axes, body: int, new: bool) -> None:
         used = {joint[end] for joint in self.spec["joints"] for end in ENDS}
         used.add(self.spec["output"]["point"])
-        outline = self.places[[k for k in sorted(used) if self.spec["points"][k]["body"] == body]]
+        corners = self.places[[k for k in sorted(used) if self.spec["points"][k]["body"] == body]]
         if body == -1:
-            axes.plot(*outline.T, marker="s", markersize=6, linestyle=":", color=GREY)
+            axes.plot(*corners.T, marker="s", markersize=6, linestyle=":", color=GREY)
             return
         colour, width = (NEW, 3.0) if new else (GREY, 1.6)
         axes.plot(
-            *outline(outline, STRAIGHT * self.extent).T,
+            *outline(corners, STRAIGHT * self.extent).T,
             color=colour,
             linewidth=width,
             solid_capstyle="round",
