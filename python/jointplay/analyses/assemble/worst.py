@@ -24,7 +24,7 @@ from .part import Floats, Part
 from .report import Place, each, finished, report
 from .state import ENDS, SERIOUS, Held
 from .steps import Step, steps
-from .units import FITS, solve
+from .units import FITS, bent, solve
 
 #: places from which the worst of the output, and that of every other centre, is climbed
 STARTS, FEWER_STARTS = 24, 8
@@ -78,7 +78,9 @@ class _Extremes:
         """Largest position error of a point of a part that is not strained, however elastic it is."""
         core = self.held.core(point, joints=self.held.rigid_joints)
         starts = STARTS if point == self.held.output else FEWER_STARTS
-        return float(core.worst(self.held.drives, self.held.poses, starts)["position"][0])
+        # Where statics decides the forces, what loads bend comes on top of what offsets do: at most its full size.
+        by_loads = np.linalg.norm(bent(self.held, point)[: self.held.part.lengths])
+        return float(core.worst(self.held.drives, self.held.poses, starts)["position"][0] + by_loads)
 
     def _over_corners(self, point: int) -> float:
         """Largest position error of a point at the corners, at the far end of what is left open there."""
