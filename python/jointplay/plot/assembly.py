@@ -154,7 +154,8 @@ class _Drawing:
         used.add(self.spec["output"]["point"])
         corners = self.places[[k for k in sorted(used) if self.spec["points"][k]["body"] == body]]
         if body == -1:
-            axes.plot(*corners.T, marker="s", markersize=6, linestyle=":", color=GREY)
+            axes.plot(*corners.T, marker="s", markersize=6, linestyle="none", color=GREY)
+            axes.plot(*outline(corners, STRAIGHT * self.extent).T, linestyle=":", color=GREY)
             return
         colour, width = (NEW, 3.0) if new else (GREY, 1.6)
         axes.plot(
