@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from jointplay.result import Result, split, unit_of
+from jointplay.result import Result, split, typical, unit_of
 
 from .layout import NOTHING, Column, Table, fixed, numbers, words
 
@@ -40,8 +40,6 @@ ROUNDED = 9
 SEVERAL = 2
 #: share of the largest slope below which differences of built units are rounding
 NO_SLOPE = 1e-6
-#: share of the units that keep below the figure that stands for the scatter
-TYPICAL = 0.95
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -112,7 +110,7 @@ def _worst(result: Result) -> Table:
 
 
 def _random(result: Result) -> Table:
-    level = min(result.labels("probability"), key=lambda p: abs(p - TYPICAL))
+    level = typical(result)
     errors = np.stack([result.get(f"quantile_{end}", probability=level) for end in ENDS], axis=-1)
     output = result.get("quantile_position", probability=level)
     error, _, where = _farthest(result, errors, np.zeros_like(errors), (output, np.zeros_like(output)))

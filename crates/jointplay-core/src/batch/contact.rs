@@ -8,19 +8,15 @@
 
 use super::SMALL_ANGLE;
 use super::lanes::{Block, LANES};
-use super::layout::{Layout, Symbolic};
+use super::layout::Layout;
 use super::program::record_step;
-use super::symbol::{Recorder, Symbol};
+use super::push::{change, mutes, push};
+use super::statics::{SAME_DRIVES, StaticsOutputs, load_statics, record_finish, record_statics};
+use super::symbol::Recorder;
 use super::tape::Program;
-use super::tree::Linear;
-use crate::ascent::UNDECIDED;
-use crate::clearance::{MAX_SIZE, Mute, Set};
-use crate::closure::Inputs;
 use crate::loaded::{Case, Pressing};
-use crate::mechanism::{Mechanism, Source};
-use crate::sensitivity::Cost;
+use crate::mechanism::Mechanism;
 use crate::solver::Solver;
-use crate::space::{Component, Pose};
 use crate::status::Status;
 use crate::table::Table;
 use crate::trace::CLEAR;
@@ -29,8 +25,6 @@ use crate::trace::CLEAR;
 const STEPS: usize = 40;
 /// A step below this (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;
-/// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
-pub(super) const SAME_DRIVES: f64 = 1e-12;
 
 /// The recorded programs of one mechanism under its loads.
 #[derive(Clone, Debug)]
@@ -40,13 +34,6 @@ pub struct Contact<'m> {
     statics: Program,
     step: Program,
     finish: Program,
-}
-
-/// Reactions and gradient of the work of the loads at a pose.
-struct Statics<'r> {
-    gradient: Vec<Symbol<'r>>,
-    scale: Symbol<'r>,
-    reactions: Vec<Symbol<'r>>,
 }
 
 impl<'m> Contact<'m> {
@@ -180,9 +167,9 @@ impl<'m> Contact<'m> {
         }
     }
 
-    /// Appends the first-order error of one lane and the share of every source in it; gives the error.
+    /// Appends the first-order error of one lane and the share of every source in it.
     #[inline(always)]
-    fn tell_shares(&self, statics: &[Block], offsets: &[Block], lane: usize, table: &mut Table) -> [f64; 6] {
+    fn tell_shares(&self, statics: &[Block], offsets: &[Block], lane: usize, table: &mut Table) {
         let m = self.mechanism;
         let (map, n_u, size) = (StaticsOutputs::new(m).map, m.n_parameters(), m.size());
         let mut error = [0.0; 6];
@@ -195,36 +182,6 @@ impl<'m> Contact<'m> {
             }
         }
         table.error_first_order.extend_from_slice(&error[..size]);
-        error
-    }
-}
-
-/// Where the outputs of the statics program stand.
-pub(super) struct StaticsOutputs {
-    pub gradient: usize,
-    pub scale: usize,
-    pub pivots: usize,
-    pub clear: usize,
-    pub output: usize,
-    pub map: usize,
-    pub drives: usize,
-    pub reactions: usize,
-}
-
-impl StaticsOutputs {
-    #[inline(always)]
-    pub const fn new(m: &Mechanism) -> Self {
-        let n_u = m.n_parameters();
-        Self {
-            gradient: 0,
-            scale: n_u,
-            pivots: n_u + 1,
-            clear: n_u + 2,
-            output: n_u + 3,
-            map: n_u + 3 + m.size(),
-            drives: n_u + 3 + m.size() + m.size() * n_u,
-            reactions: n_u + 3 + m.size() + m.size() * n_u + m.n_drives(),
-        }
     }
 }
 
@@ -245,80 +202,6 @@ impl StepOutputs {
     }
 }
 
-pub(super) fn poses_of<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Pose<Symbol<'r>>> {
-    symbolic.numbers.chunks_exact(m.space.n_pose_numbers()).map(|n| m.space.pose_of_numbers(n)).collect()
-}
-
-/// Gradient of a cost along the parameters, and the multipliers.
-pub(super) fn gradient<'r>(
-    m: &Mechanism,
-    linear: &impl Linear<'r>,
-    poses: &[Pose<Symbol<'r>>],
-    cost: Cost<Symbol<'r>>,
-) -> (Vec<Symbol<'r>>, Vec<Symbol<'r>>) {
-    let zero = Symbol::Constant(0.0);
-    let Cost { mut twists, parameters } = cost;
-    let mut multipliers = vec![zero; m.n_rows()];
-    linear.solve_transposed(&mut twists, &mut multipliers);
-    let mut inputs = Inputs { drives: vec![zero; m.n_drives()], parameters };
-    m.pull_back(poses, &multipliers, &mut inputs);
-    (inputs.parameters, multipliers)
-}
-
-impl Mechanism {
-    /// Size of the multipliers as forces.
-    pub(super) fn largest_force<'r>(&self, multipliers: &[Symbol<'r>]) -> Symbol<'r> {
-        self.rows.iter().zip(multipliers).fold(Symbol::Constant(0.0), |scale, (row, l)| {
-            scale.max(match row.component {
-                Component::Along(_) => l.abs(),
-                Component::About(_) => l.abs() * Symbol::Constant(1.0 / self.length),
-            })
-        })
-    }
-}
-
-fn load_statics<'r>(m: &Mechanism, linear: &impl Linear<'r>, symbolic: &Symbolic<'r>) -> Statics<'r> {
-    let poses = poses_of(m, symbolic);
-    let cost = m.load_cost(&poses, &symbolic.inputs.parameters);
-    let (gradient, multipliers) = gradient(m, linear, &poses, cost);
-    let scale = m.largest_force(&multipliers);
-    Statics { gradient, scale, reactions: m.reactions(&poses, &multipliers) }
-}
-
-/// Statics and first-order maps of the nominal pose, outputs as [`StaticsOutputs`] has them.
-pub(super) fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
-    let m = solver.mechanism;
-    let recorder = Recorder::new(SMALL_ANGLE);
-    let mut symbolic = layout.varying(m, &recorder);
-    symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
-    let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
-    let outputs = statics_outputs(m, layout, &recorder, &symbolic, &step.residual, &step.linear);
-    Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
-}
-
-/// The outputs that [`StaticsOutputs`] has.
-pub(super) fn statics_outputs<'r>(
-    m: &Mechanism,
-    layout: &Layout,
-    recorder: &'r Recorder,
-    symbolic: &Symbolic<'r>,
-    residual: &[Symbol<'r>],
-    linear: &impl Linear<'r>,
-) -> Vec<Symbol<'r>> {
-    let statics = load_statics(m, linear, symbolic);
-    let poses = poses_of(m, symbolic);
-    let mut outputs = statics.gradient;
-    outputs.extend([statics.scale, linear.pivot_product(), linear.singular_estimate(m)]);
-    outputs.extend(output_of(m, layout, recorder, &poses, symbolic));
-    for k in 0..m.size() {
-        let cost = m.component_cost(k, &poses, &symbolic.inputs.parameters);
-        outputs.extend(gradient(m, linear, &poses, cost).0);
-    }
-    outputs.extend(m.driven_rows.iter().map(|&r| residual[r]));
-    outputs.extend(statics.reactions);
-    outputs
-}
-
 /// A Newton step with the reactions at the pose it starts from.
 fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let m = solver.mechanism;
@@ -333,105 +216,4 @@ fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> 
     outputs.extend(statics.reactions);
     let program = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)?;
     Some(program.replacing(layout.state(m)))
-}
-
-fn output_of<'r>(
-    m: &Mechanism,
-    layout: &Layout,
-    recorder: &'r Recorder,
-    poses: &[Pose<Symbol<'r>>],
-    symbolic: &Symbolic<'r>,
-) -> Vec<Symbol<'r>> {
-    let place = m.place(m.output, poses, &symbolic.inputs.parameters).position;
-    m.pose_components(place, &m.turned(&layout.turn(m, recorder), &symbolic.numbers))
-}
-
-/// The output's place and what its body has turned, by a program that runs on the registers of another.
-pub(super) fn record_finish(m: &Mechanism, layout: &Layout, step: &Program) -> Option<Program> {
-    let recorder = Recorder::new(SMALL_ANGLE);
-    let symbolic = layout.varying(m, &recorder);
-    let outputs = output_of(m, layout, &recorder, &poses_of(m, &symbolic), &symbolic);
-    Program::after(step, &recorder, &outputs)
-}
-
-/// What of every source the load does not push at the nominal pose.
-#[inline(always)]
-fn mutes<'b>(m: &Mechanism, gradient: impl Fn(usize) -> &'b Block, scale: &Block) -> Vec<[Mute; LANES]> {
-    let mute = |source: &Source| {
-        std::array::from_fn(|i| {
-            let mut w = [0.0; MAX_SIZE];
-            w.iter_mut().zip(source.range()).for_each(|(w, p)| *w = gradient(p).0[i]);
-            source.set.mute(&w[..source.set.size()], m.undecided(source, UNDECIDED * scale.0[i]))
-        })
-    };
-    m.sources().iter().map(mute).collect()
-}
-
-/// Whether a source is moved: by a load, a clearance.
-#[inline(always)]
-fn gives_way(source: &Source, loaded: bool) -> bool {
-    !source.set.is_zero() && (source.is_clearance || !loaded)
-}
-
-/// Moves every source that gives way to the support point of its set along the gradient; what a tie or a
-/// vanishing force leaves undecided stays where nothing pushes it. Tells the lanes where something is. Of
-/// lanes that do not ask nothing can be relied on. A load gives with `mutes` what it does not push.
-#[inline(always)]
-pub(super) fn push<'b>(
-    m: &Mechanism,
-    mutes: Option<&[[Mute; LANES]]>,
-    asking: &[bool; LANES],
-    gradient: impl Fn(usize) -> &'b Block,
-    scale: &Block,
-    pushed: &mut [Block],
-) -> [bool; LANES] {
-    let mut undecided = [false; LANES];
-    for (s, source) in m.sources().iter().enumerate().filter(|(_, s)| gives_way(s, mutes.is_some())) {
-        let mute = |i: usize| mutes.map_or_else(Mute::default, |mutes| mutes[s][i]);
-        let p = source.first;
-        if let Set::Disc { radius } = source.set {
-            let (x, y) = (gradient(p), gradient(p + 1));
-            let size = x.mul(x).add(&y.mul(y)).sqrt();
-            let mut decided = [false; LANES];
-            for i in 0..LANES {
-                decided[i] = size.0[i] > UNDECIDED * scale.0[i] && mute(i).is_none();
-                undecided[i] |= !decided[i];
-            }
-            let part = Block::splat(radius).div(&size);
-            for (p, w) in [(p, x), (p + 1, y)] {
-                pushed[p] = Block::splat(m.centre[p]).add(&part.mul(w)).where_else(&decided, &pushed[p]);
-            }
-            continue;
-        }
-        let n = source.set.size();
-        for i in (0..LANES).filter(|&i| asking[i]) {
-            let mut w = [0.0; MAX_SIZE];
-            let mut offset = [0.0; MAX_SIZE];
-            for k in 0..n {
-                w[k] = gradient(p + k).0[i];
-                offset[k] = pushed[p + k].0[i] - m.centre[p + k];
-            }
-            let w = source.set.heard(&w[..n], mute(i));
-            let face = source.set.face(&w[..n], m.undecided(source, UNDECIDED * scale.0[i]));
-            let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
-            undecided[i] |= !face.is_point();
-            for k in 0..n {
-                pushed[p + k].0[i] = m.centre[p + k] + to[k];
-            }
-        }
-    }
-    undecided
-}
-
-/// Largest change of an offset, as a part of its set.
-#[inline(always)]
-pub(super) fn change(m: &Mechanism, loaded: bool, from: &[Block], to: &[Block]) -> Block {
-    let mut largest = Block::splat(0.0);
-    for source in m.sources().iter().filter(|s| gives_way(s, loaded)) {
-        for p in source.range() {
-            let size = Block::splat(source.set.half_width(p - source.first));
-            largest = to[p].sub(&from[p]).abs().div(&size).max(&largest);
-        }
-    }
-    largest
 }
