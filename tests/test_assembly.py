@@ -368,3 +368,52 @@ def test_what_cannot_be_closed_is_a_status() -> None:
     m = example("four-bar").with_({"drives.theta1.values": [170.0], "assembly.steps": [["crank", "coupler", "rocker"]]})
     for question in ("unit", "worst", "random"):
         assert jp.assemble(m, question).status.values.tolist() == ["not_assembled"]
+
+
+# --- ends where the next member will come -----------------------------------------------------------------------------
+
+BRACKET = """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.A]
+type = "fixed"
+bodies = ["ground", "panel"]
+at = [0, 0]
+angle = { deviation = 0.05 }
+[joints.B]
+type = "revolute"
+bodies = ["panel", "outer"]
+at = [200, 0]
+clearance = { radial = 0.02 }
+[drives.hinge]
+joint = "B"
+values = [0]
+[dimensions.length]
+body = "panel"
+between = ["A", "B"]
+tolerance = 0.1
+deviation = 0.03
+[output]
+body = "outer"
+at = [300, 0]
+[assembly]
+steps = [["panel"], ["outer"]]
+"""
+
+
+def test_the_free_end_of_a_link_is_told_before_the_next_one_is_there() -> None:
+    m = jp.loads(BRACKET)
+    angle = np.radians(0.05)
+    end = 200.03 * np.array([np.cos(angle), np.sin(angle)]) - [200.0, 0.0]
+    unit = jp.assemble(m)
+    found = unit.error_shaft.sel(step=1, joint="B")
+    np.testing.assert_allclose(found.sel(component=["x", "y"]), end, atol=1e-12)
+    assert found.sel(component="angle").item() == pytest.approx(0.05)
+    # The other half of the joint comes with its body.
+    assert unit.error_bearing.sel(step=1, joint="B").isnull().all()
+    assert unit.error_bearing.sel(step=2, joint="B").notnull().all()
+    worst, scatter = jp.assemble(m, "worst"), jp.assemble(m, "random", samples=500)
+    far = 200.13 * np.array([np.cos(angle), np.sin(angle)]) - [200.0, 0.0]
+    assert worst.worst_shaft.sel(step=1, joint="B").item() == pytest.approx(np.hypot(*far), rel=1e-9)
+    largest = scatter.quantile_shaft.sel(step=1, joint="B", probability=0.999).item()
+    assert np.hypot(*end) < largest <= np.hypot(*far)

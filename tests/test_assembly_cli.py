@@ -13,6 +13,7 @@ import jointplay as jp
 from answers import example
 from jointplay.cli import run
 from jointplay.errors import InputError
+from jointplay.plot.assembly import assembly, outline
 
 ORDER = 'assembly.steps=[["crank"],["coupler","rocker"]]'
 
@@ -158,3 +159,31 @@ def test_the_best_order_by_error_and_what_it_refuses(folder: Path, capsys: pytes
     m = example("stewart-gough").with_({"assembly.steps": [[name] for name in bodies]})
     with pytest.raises(InputError, match="too many orders"):
         jp.best_order(m)
+
+
+def test_a_drawing_says_what_a_step_is_in_each_of_the_questions() -> None:
+    m = jp.loads(jp.examples.text("antenna-support")).with_({"dimensions.DF.tolerance": 2.0})
+    unit = assembly(m, jp.assemble(m))
+    assert [panel.get_title(loc="left") for panel in unit.axes][4] == "5: DI: fits, with play"
+    written = [text.get_text() for text in unit.axes[1].texts]
+    assert {"B", "E", "D"} <= set(written)  # of the links that are new
+    assert "I" not in written
+    scatter = jp.assemble(m, "random", samples=200)
+    share = 100.0 * scatter.probability_of_fit.values[2]
+    assert assembly(m, scatter).axes[2].get_title(loc="left") == f"3: DF: {share:.3g} % fit without strain"
+
+
+@pytest.mark.parametrize(
+    ("points", "corners"),
+    [
+        ([[0, 0], [2, 2], [1, 1]], 2),  # on one line
+        ([[0, 0], [4, 0], [2, 1], [0, 4], [4, 4]], 4),  # one of them inside
+        ([[0, 0, 1], [4, 0, 1], [2, 2, 1], [0, 4, 1], [4, 4, 1]], 4),
+    ],
+)
+def test_the_outline_of_a_body_goes_around_its_points(points: list[list[float]], corners: int) -> None:
+    found = outline(np.array(points, dtype=float), 1e-9)
+    assert len({tuple(point) for point in found.tolist()}) == corners
+    # A notch would make the way around longer.
+    length = np.linalg.norm(np.diff(found, axis=0), axis=1).sum()
+    assert length == pytest.approx(2.0**1.5 if corners == 2 else 16.0)

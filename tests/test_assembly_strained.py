@@ -235,3 +235,41 @@ def test_perfect_parts_without_play_go_together_without_anything(question: str) 
     for name in ("error_shaft", "worst_shaft", "quantile_shaft", "member_force", "worst_force", "quantile_force"):
         if name in result:
             np.testing.assert_allclose(result[name].fillna(0.0), 0.0, atol=1e-6)
+
+
+def test_what_a_load_bends_is_there_in_all_questions() -> None:
+    # A cantilever of two beams, 300 mm and 200 mm, under 5 N across its end: F l^3 / (3 E I), whatever is off.
+    section = {"E": 210000.0, "area": 60.0, "inertia": 500.0}
+    m = jp.loads(
+        """
+        format = 1
+        units = { length = "mm", angle = "deg", force = "N" }
+        [joints.wall]
+        type = "fixed"
+        bodies = ["ground", "inner"]
+        at = [0, 0]
+        angle = { tolerance = 0.01 }
+        [joints.seam]
+        type = "fixed"
+        bodies = ["inner", "outer"]
+        at = [300, 0]
+        [output]
+        body = "outer"
+        at = [500, 0]
+        [[loads]]
+        force = [0, -5]
+        [assembly]
+        steps = [["inner"], ["outer"]]
+        """
+    ).with_({"bodies": {"inner": section, "outer": section}})
+    down = 5.0 * 500.0**3 / (3.0 * 210000.0 * 500.0)
+    at_seam = 5.0 * 300.0**2 * (3.0 * 500.0 - 300.0) / (6.0 * 210000.0 * 500.0)
+    unit, worst = jp.assemble(m), jp.assemble(m, "worst")
+    scatter = jp.assemble(m, "random", samples=400)
+    tilt = np.radians(0.01)
+    assert unit.error.sel(step=2, component="y").item() == pytest.approx(-down, rel=1e-3)
+    assert scatter["mean"].sel(step=2, component="y").item() == pytest.approx(-down, rel=1e-2)
+    assert worst.worst_position.sel(step=2).item() == pytest.approx(down + 500.0 * tilt, rel=1e-3)
+    assert worst.worst_shaft.sel(step=2, joint="seam").item() == pytest.approx(at_seam + 300.0 * tilt, rel=1e-3)
+    # Nothing bends before the end is there that the load acts on.
+    assert worst.worst_shaft.sel(step=1, joint="seam").item() == pytest.approx(300.0 * tilt, rel=1e-6)

@@ -7,6 +7,8 @@ import pytest
 
 import jointplay as jp
 from answers import EXAMPLES, distance, example
+from jointplay.plot.sheet import sheet
+from jointplay.result import from_dataset
 
 
 class TestPlot:
@@ -67,3 +69,9 @@ class TestPlot:
         axes.get_figure().canvas.draw()
         with pytest.raises(jp.InputError, match="no configuration 99"):
             plot.mechanism(m, 99)
+
+
+def test_a_sweep_of_a_structure_has_no_empty_panels() -> None:
+    m = jp.loads(jp.examples.text("redundant-bar"))
+    swept = from_dataset(jp.sweep(m, "dimensions.length.deviation", [0.0, 0.25], "loaded"))
+    assert len(sheet(m, {"loaded": swept}).axes) == 2

@@ -341,3 +341,10 @@ def test_solve_points_to_the_command_where_something_is_singular() -> None:
     assert any("jointplay singularities" in note for note in table.notes)
     (table,) = tables(solve.compute(example("four-bar")))
     assert not any("jointplay singularities" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("name", ["redundant-bar", "bennett"])
+def test_an_over_constrained_mechanism_is_refused_with_a_reason(name: str) -> None:
+    # It fell over its own matrices.
+    with pytest.raises(InputError, match=r"over-constrained: .* redundant, among "):
+        jp.singularities(jp.loads(jp.examples.text(name)))

@@ -67,6 +67,15 @@ class TestEveryResult:
             else:
                 np.testing.assert_array_equal(back[key].values, variable.values)
 
+    def test_zarr_gives_back_what_was_written(self, name: str, tmp_path: Path) -> None:
+        path = tmp_path / "result.zarr"
+        for _ in range(2):  # what is there already is replaced
+            jp.save(ANSWERS[name], path)
+        with xr.open_zarr(path, chunks=None) as back:
+            back.load()
+        xr.testing.assert_identical(back, ANSWERS[name])
+        assert [file.name for file in tmp_path.iterdir()] == ["result.zarr"]
+
     def test_json_gives_back_what_was_written(self, name: str, tmp_path: Path) -> None:
         path = tmp_path / "result.json"
         jp.save(ANSWERS[name], path)
@@ -182,14 +191,16 @@ class TestWriting:
     @pytest.mark.parametrize(
         ("name", "part"),
         [
-            ("r.xlsx", "'.xlsx' is not an extension that can be written; known: .nc, .csv, .json"),
+            ("r.xlsx", "'.xlsx' is not an extension that can be written; known: .nc, .zarr, .csv, .json"),
             ("r", "has no extension"),
             ("nowhere/r.nc", "there is no folder"),
             ("folder.nc", "is a folder"),
+            ("folder.zarr", "is a folder and no Zarr group, so that it is not replaced"),
         ],
     )
     def test_what_cannot_be_written_is_said(self, name: str, part: str, tmp_path: Path) -> None:
-        (tmp_path / "folder.nc").mkdir()
+        for folder in ("folder.nc", "folder.zarr"):
+            (tmp_path / folder).mkdir()
         with pytest.raises(jp.InputError) as refusal:
             jp.save(ANSWERS["given"], tmp_path / name)
         assert part in str(refusal.value)

@@ -1,6 +1,6 @@
-"""Results as files, by extension: `.nc` (NetCDF 4), `.csv`, `.json`.
+"""Results as files, by extension: `.nc` (NetCDF 4), `.zarr` (a folder), `.csv`, `.json`.
 
-`.nc` and `.json` hold everything. A CSV has one row per configuration (and per value of a sweep, per mechanism of a
+All but `.csv` hold everything. A CSV has one row per configuration (and per value of a sweep, per mechanism of a
 comparison) and one column per number, named after variable, labels and unit, such as ``worst_component.x.low [mm]``;
 it leaves out histograms. The JSON is that of `xarray.Dataset.to_dict`, with null for what is not a number. A file
 appears when it is complete, or not at all.
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 #: dimensions that make rows of a table, the rest makes columns
 ROWS = ("mechanism", "configuration", "step")
+#: the extension of what is a folder
+FOLDER = ".zarr"
 #: dimensions too long for columns
 LEFT_OUT = ("bin", "bin_edge")
 
@@ -40,7 +42,7 @@ def save(result: Result | xr.Dataset, path: str | os.PathLike[str]) -> None:
     result : xarray.Dataset
         Of any question.
     path : path-like
-        Ending in `.nc`, `.csv` or `.json`. An existing file is replaced.
+        Ending in `.nc`, `.zarr`, `.csv` or `.json`. An existing result is replaced.
 
     Raises
     ------
@@ -91,8 +93,9 @@ def writer(path: Path) -> Callable[[Result, Path], None]:
         known = ", ".join(WRITERS)
         what = f"'{kind}' is not an extension that can be written" if kind else "has no extension"
         raise InputError(f"{what}; known: {known}", file=os.fspath(path))
-    if path.is_dir():
-        raise InputError("is a folder; name a file", file=os.fspath(path))
+    if path.is_dir() and not (kind == FOLDER and _is_zarr(path)):
+        problem = "is a folder and no Zarr group, so that it is not replaced" if kind == FOLDER else "is a folder"
+        raise InputError(f"{problem}; name a file", file=os.fspath(path))
     if not path.parent.is_dir():
         raise InputError(f"there is no folder '{path.parent}' to write it to", file=os.fspath(path))
     return WRITERS[kind]
@@ -100,6 +103,9 @@ def writer(path: Path) -> Callable[[Result, Path], None]:
 
 def atomically(target: Path, write: Callable[[Path], None]) -> None:
     """Have a file written under another name, then give it its own: it is there as a whole, or not at all."""
+    if target.suffix.lower() == FOLDER:
+        _atomically_as_folder(target, write)
+        return
     handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
     os.close(handle)
     temporary = Path(name)
@@ -113,6 +119,25 @@ def atomically(target: Path, write: Callable[[Path], None]) -> None:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def _atomically_as_folder(target: Path, write: Callable[[Path], None]) -> None:
+    """The same for a folder: one that is there gives way when the new one is complete."""
+    with tempfile.TemporaryDirectory(prefix=f".{target.stem}-", dir=target.parent) as room:
+        new, old = Path(room) / "new", Path(room) / "old"
+        write(new)
+        if target.is_dir():
+            target.replace(old)
+        new.replace(target)
+
+
+def _is_zarr(path: Path) -> bool:
+    return any((path / name).is_file() for name in (".zgroup", "zarr.json"))
+
+
+def _zarr(result: Result, path: Path) -> None:
+    # Format 2, like maps: texts of a fixed length are part of it.
+    to_dataset(result).to_zarr(path, mode="w", zarr_format=2, consolidated=True)
 
 
 def _netcdf(result: Result, path: Path) -> None:
@@ -218,4 +243,4 @@ def _unit(result: Result, variable: Variable, inner: list[str], index: tuple[int
     return ""
 
 
-WRITERS: dict[str, Callable[[Result, Path], None]] = {".nc": _netcdf, ".csv": _csv, ".json": _json}
+WRITERS: dict[str, Callable[[Result, Path], None]] = {".nc": _netcdf, FOLDER: _zarr, ".csv": _csv, ".json": _json}

@@ -34,6 +34,12 @@ impl Mechanism {
         self.dense(coordinates, &vec![0.0; self.n_drives()]).1
     }
 
+    /// What joints and drives are off by at given coordinates, row by row.
+    #[must_use]
+    pub fn gaps(&self, coordinates: &[f64], drives: &[f64]) -> Vec<f64> {
+        self.dense(coordinates, drives).0.as_slice().to_vec()
+    }
+
     fn dense(&self, coordinates: &[f64], drives: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
         let size = self.size();
         let mut residual = vec![0.0; self.n_rows()];

@@ -97,6 +97,24 @@ impl Mechanism {
         Ok(array.into_pyarray(py))
     }
 
+    /// What every row is off by where the bodies are, in metres and radians; joints first, then drives.
+    fn gaps<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray1<'py, f64>,
+        poses: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, numpy::PyArray1<f64>>> {
+        let coordinates = rows(&poses, "poses", self.core.n_body_coordinates())?.concat();
+        let drives = drives.as_array().to_vec();
+        if coordinates.len() != self.core.n_coordinates() || drives.len() != self.core.n_drives() {
+            let (bodies, drives) = (self.core.n_bodies(), self.core.n_drives());
+            return Err(PyValueError::new_err(format!(
+                "poses of {bodies} bodies and {drives} drive values are needed"
+            )));
+        }
+        Ok(self.core.gaps(&coordinates, &drives).into_pyarray(py))
+    }
+
     fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", self.core.n_drives())?);
         let configurations = py.detach(|| self.core.solve(n, &rows));

@@ -9,7 +9,7 @@ import numpy as np
 
 from jointplay import poses
 from jointplay.compile import LENGTHS
-from jointplay.mobility import SelfStress, examine
+from jointplay.mobility import Misfit, SelfStress, examine
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 #: which numbers of a set bound a displacement
 SIZES = ("radius", "axial", "gap")
+#: changes of a length that are told
+MOST_CURES = 3
 
 
 def check(m: Mechanism) -> xr.Dataset:
@@ -37,9 +39,11 @@ def check(m: Mechanism) -> xr.Dataset:
         is (`guess`); over `source` its `size`; over `drive` its `driven_joint`. Where bodies are elastic, over
         `member`: `member_joint`, `member_length`, `member_stiffness` (along it). Where constraints are redundant, over
         `number`: `self_stress` (reactions that need no load, the largest force 1) and `self_stress_members` (what they
-        run through). Attributes: `degrees_of_freedom`, `redundancy` (how many constraints are redundant), `mobility` (a
-        sentence), `determinate` (whether the drives decide every pose just once), `decided` (once or more, with no
-        drive too many), `assembled` (whether the joints go together near the start), as 0 or 1.
+        run through). Where parts are not drawn to fit, `gap` over `joint` (how far it stays open in nominal poses) and
+        the attribute `misfit` (a sentence: what would close it). Attributes: `degrees_of_freedom`, `redundancy` (how
+        many constraints are redundant), `mobility` (a sentence), `determinate` (whether the drives decide every pose
+        just once), `decided` (once or more, with no drive too many), `assembled` (whether the joints go together near
+        the start), as 0 or 1.
 
     Examples
     --------
@@ -63,6 +67,11 @@ def compute(m: Mechanism) -> Result:
         decided=int(mobility.is_decided),
         assembled=int(mobility.assembled),
     )
+    if mobility.misfit is not None:
+        builder.attrs["misfit"] = _open(m, mobility.misfit)
+        inner = {member.joint: member.name for member in m.members}
+        gaps = [mobility.misfit.gaps.get(inner.get(k, joint), (0.0, 0.0)) for k, joint in enumerate(m.joints)]
+        builder.add("gap", "joint", np.array([gap for gap, _ in gaps]), "how far the joint stays open", "length")
     spec = m.core_spec
     names = ("ground", *m.owners)
     ends = [[names[spec["points"][joint[end]]["body"] + 1] for joint in spec["joints"]] for end in ("first", "second")]
@@ -82,6 +91,22 @@ def compute(m: Mechanism) -> Result:
     values = m.drive_values if m.drive_values is not None else m.targets
     builder.attrs["configurations"] = 0 if values is None else len(values)
     return builder.result()
+
+
+def _open(m: Mechanism, found: Misfit) -> str:
+    """What does not close, and what would close it, in units of the file."""
+    units, told = m.units, []
+    for joint, (gap, turn) in found.gaps.items():
+        sizes = [f"{gap / units.length:.4g} {units.length_name}"] if gap > 0.0 else []
+        sizes += [f"{turn / units.angle:.4g} {units.angle_name}"] if turn > 0.0 else []
+        told.append(f"'{joint}' by {' and '.join(sizes)}")
+    cures = [
+        f"'{body}' {abs(length) / units.length:.4g} {units.length_name} {'longer' if length > 0 else 'shorter'}"
+        f" from {first} to {second}"
+        for body, first, second, length in found.cures[:MOST_CURES]
+    ]
+    would = f"it closes with {' or '.join(cures)}" if cures else "no single length closes it"
+    return f"as drawn, joints stay open where all others are closed: {', '.join(told)}; {would}"
 
 
 def _members(m: Mechanism, builder: Builder) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from jointplay import _core
 from jointplay.errors import InputError, not_known, shown
-from jointplay.mobility import RANK
+from jointplay.mobility import RANK, require_determinate
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, to_dataset
 
@@ -87,6 +87,8 @@ def compute(
 ) -> Result:
     """The light form of `singularities`."""
     scaled = Scaled(m, _length(m, length))
+    # Constraints that are held already have no determinant that could vanish.
+    require_determinate(m)
     at = nominal(m)
     counted = _components(m, scaled, at, components)
     limit = float(m.core_spec["singular_value"])

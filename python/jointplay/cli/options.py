@@ -92,7 +92,7 @@ Settings = Annotated[
 Output = Annotated[
     Path | None,
     typer.Option(
-        "--output", "-o", metavar="PATH", help="Write the result: .nc, .csv (a row per configuration) or .json."
+        "--output", "-o", metavar="PATH", help="Write the result: .nc, .zarr, .csv (a row per configuration) or .json."
     ),
 ]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="PATH", help="Draw the result: .png, .svg or .pdf.")]

@@ -12,20 +12,25 @@ configuration which happens to be singular does not count as a freedom.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from jointplay.errors import InputError, listed
 from jointplay.model import Mechanism
 
+from .misfit import Misfit, misfit
 from .motions import Motion, free_motions
 from .probe import RANK, Probe, Sample, null, rank, takes_part
 from .self_stress import SelfStress, self_stresses
 from .words import count, joined
 
-__all__ = ["RANK", "Mobility", "Motion", "SelfStress", "examine", "require_determinate"]
+__all__ = ["RANK", "Misfit", "Mobility", "Motion", "SelfStress", "examine", "require_determinate"]
 
+#: shares of the largest singular value that count as zero, in turn, where parts are not drawn to fit
+INEXACT = (1e-5, 1e-4, 1e-3, 1e-2)
+#: configurations at which it is asked whether they do
+CONFIGURATIONS = 5
 #: how far the guess is moved (in characteristic lengths and radians) to find generic configurations
 PERTURBATIONS = (0.0, 0.02, 0.1, 0.3)
 
@@ -54,6 +59,8 @@ class Mobility:
         Drives that depend on one another or on the joints.
     self_stresses : tuple of SelfStress
         As many as `joint_redundancy`: how the joints can be strained against one another.
+    misfit : Misfit or None
+        What stays open in the nominal pose of parts that are not drawn to fit.
     """
 
     assembled: bool
@@ -65,6 +72,7 @@ class Mobility:
     redundant_constraints: tuple[str, ...]
     redundant_drives: tuple[str, ...]
     self_stresses: tuple[SelfStress, ...] = ()
+    misfit: Misfit | None = None
 
     @property
     def is_determinate(self) -> bool:
@@ -114,7 +122,29 @@ def examine(m: Mechanism) -> Mobility:
         if found == (True, len(sample.joints), closure.shape[1]) and len(closure) == closure.shape[1]:
             break
     assert best is not None
-    return _mobility(probe, best)
+    mobility = _mobility(probe, best)
+    if len(m.core.rows) <= len(m.components) * len(m.bodies):
+        return mobility
+    return _as_drawn(probe, mobility)
+
+
+def _as_drawn(probe: Probe, mobility: Mobility) -> Mobility:
+    """The same with what nominal poses leave open, where there are more equations than unknowns."""
+    m = probe.m
+    every = m.start_drives[None] if m.drive_values is None else m.drive_values
+    taken = np.unique(np.linspace(0, len(every) - 1, CONFIGURATIONS).round().astype(int))
+    drives = np.ascontiguousarray(every[taken])
+    solved = m.core.solve(drives)["poses"]
+    there = np.isfinite(solved).all(axis=(1, 2))
+    open_ = misfit(m, drives[there], solved[there]) if there.any() else None
+    if open_ is None:
+        return mobility
+    if mobility.drive_redundancy:
+        # Parts that do not fit lock a mechanism that would move if they did.
+        inexact = (_mobility(probe, probe.at(solved[there][0], False, share)) for share in INEXACT)
+        fewer = (o for o in inexact if not o.motions and o.drive_redundancy < mobility.drive_redundancy)
+        mobility = next(fewer, mobility)
+    return replace(mobility, assembled=False, misfit=open_) if mobility.is_decided else mobility
 
 
 def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> None:
@@ -152,10 +182,10 @@ def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> None
 def _mobility(probe: Probe, sample: Sample) -> Mobility:
     m = probe.m
     closure = sample.closure(probe.driven)
-    rank_joints, rank_all = rank(sample.joints), rank(closure)
-    dependence = null(sample.joints.T)
+    rank_joints, rank_all = rank(sample.joints, sample.tolerance), rank(closure, sample.tolerance)
+    dependence = null(sample.joints.T, sample.tolerance)
     constraints = [k for k in range(len(sample.joints)) if takes_part(dependence, k)]
-    dependence = null(closure.T)
+    dependence = null(closure.T, sample.tolerance)
     drives = [k for k in range(len(probe.driven)) if takes_part(dependence, len(sample.joints) + k)]
     joint_redundancy = len(sample.joints) - rank_joints
     # The pieces of an elastic body hang together by joints that are not in the file.
@@ -165,7 +195,7 @@ def _mobility(probe: Probe, sample: Sample) -> Mobility:
         assembled=sample.assembled,
         degrees_of_freedom=closure.shape[1] - rank_joints,
         drives=len(m.drives),
-        motions=tuple(free_motions(probe, sample, null(closure))),
+        motions=tuple(free_motions(probe, sample, null(closure, sample.tolerance))),
         joint_redundancy=joint_redundancy,
         drive_redundancy=len(closure) - rank_all - joint_redundancy,
         redundant_constraints=tuple(f"{m.joints[joint]}.{component}" for joint, component in rows),

@@ -34,6 +34,8 @@ class Sample:
         Where the bodies are.
     assembled : bool
         Whether the joints could be brought together.
+    tolerance : float
+        Singular values below this share of the largest count as zero.
     """
 
     joints: Floats
@@ -41,6 +43,7 @@ class Sample:
     unscaled: Floats
     poses: Floats
     assembled: bool
+    tolerance: float = RANK
 
     def closure(self, driven: list[int]) -> Floats:
         return np.vstack([self.joints, self.coordinates[driven]])
@@ -68,26 +71,31 @@ class Probe:
         guess = np.array(self.spec["guess"])
         guess = poses.moved(guess, perturbation * unit * rng.uniform(-1.0, 1.0, (len(guess), len(unit))))
         closed = self._core([], guess.tolist()).assemble(np.zeros(0))
-        jacobian = self.core.jacobian(closed["poses"])
+        return self.at(closed["poses"], bool(closed["converged"]))
+
+    def at(self, placed: Floats, assembled: bool, tolerance: float = RANK) -> Sample:
+        """The Jacobian where the bodies are."""
+        unit = np.where(np.isin(self.m.components, LENGTHS), self.m.length, 1.0)
+        jacobian = self.core.jacobian(placed)
         lengths = np.array([component not in TURNS for _, component in self.rows])
-        scaled = np.where(lengths[:, None], jacobian / self.m.length, jacobian) * np.tile(unit, len(guess))
+        scaled = np.where(lengths[:, None], jacobian / self.m.length, jacobian) * np.tile(unit, len(placed))
         split = len(self.rows) - len(self.drivable)
-        return Sample(scaled[:split], scaled[split:], jacobian, closed["poses"], bool(closed["converged"]))
+        return Sample(scaled[:split], scaled[split:], jacobian, placed, assembled, tolerance)
 
 
-def rank(matrix: Floats) -> int:
-    """Number of singular values that are not rounding."""
+def rank(matrix: Floats, tolerance: float = RANK) -> int:
+    """Number of singular values that are not rounding, or not below another share of the largest."""
     if not matrix.size:
         return 0
     values = np.linalg.svd(matrix, compute_uv=False)
-    return int((values > RANK * max(float(values[0]), np.finfo(float).tiny)).sum())
+    return int((values > tolerance * max(float(values[0]), np.finfo(float).tiny)).sum())
 
 
-def null(matrix: Floats) -> Floats:
+def null(matrix: Floats, tolerance: float = RANK) -> Floats:
     """Orthonormal null space, one column per dimension."""
     if not matrix.size:
         return np.eye(matrix.shape[1])
-    return np.linalg.svd(matrix)[2][rank(matrix) :].T
+    return np.linalg.svd(matrix)[2][rank(matrix, tolerance) :].T
 
 
 def takes_part(space: Floats, row: int) -> bool:

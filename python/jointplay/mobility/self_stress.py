@@ -57,7 +57,7 @@ class SelfStress:
 
 def self_stresses(probe: Probe, sample: Sample) -> list[SelfStress]:
     """A readable basis of the self-stresses, the one through the fewest joints first."""
-    basis = null(sample.joints.T)
+    basis = null(sample.joints.T, sample.tolerance)
     joints = np.array([joint for joint, _ in probe.rows[: len(sample.joints)]])
     sparse = sparse_basis(basis, joints)
     return sorted((_told(probe, sample, stress) for stress in sparse.T), key=lambda stress: len(stress.joints))

@@ -29,11 +29,25 @@ WORTH_SAYING = 1e-3
 COLUMNS = 3
 #: of a panel in inches, and what title and labels take of its height
 WIDTH, LABELS = 4.6, 0.9
+#: inches that the title of the figure takes
+TITLE = 0.35
 #: room around the mechanism, as a share of it
 MARGIN = 0.15
+#: places for a force along its member, in turn, off the middle, where members cross; and how far apart two of them are
+ALONG, APART = (0.36, 0.64, 0.5, 0.22, 0.78), 0.12
+#: ticks along an axis in space, where they are short
+TICKS = 4
+#: how far beside a joint its name is, as a share of the mechanism
+NAME_ASIDE = 0.02
+#: points nearer to a line than this share of the mechanism are on it
+STRAIGHT = 1e-6
 NEW, TENSION, COMPRESSION, ERROR = COLOURS[2], COLOURS[3], COLOURS[0], "black"
+ENDS = ("first", "second")
 #: the variable that says how far off a centre can be, in each of the questions
-REACH = {"worst": "worst_shaft", "random": "quantile_shaft"}
+REACH = {
+    which: [f"{name}_{end}" for end in ("shaft", "bearing")]
+    for which, name in (("worst", "worst"), ("random", "quantile"))
+}
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -41,9 +55,10 @@ Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | None = None) -> Figure:
     """Draw an assembly, a panel for every step.
 
-    What is new is thick. Members under tension are red and whole, under compression blue and dashed, with their force.
-    Arrows are the errors of the joints' centres on their first bodies, with what the loads leave open around them; or
-    circles: the worst that they can be, or what the largest probability keeps within.
+    What is new is thick and has the names of its joints. Members under tension are red and whole, under compression
+    blue and dashed, with their force. Arrows are the errors of the joints' centres on their first bodies (on their
+    second, where only that is there), with what the loads leave open around them; or circles: the worst that they can
+    be, or what the largest probability keeps within.
 
     Parameters
     ----------
@@ -63,7 +78,7 @@ def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | N
     columns = min(COLUMNS, len(steps))
     rows = -(-len(steps) // columns)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH * columns, drawing.height * rows))
+        figure = Figure(figsize=(WIDTH * columns, TITLE + drawing.height * rows))
         for k in range(len(steps)):
             axes = figure.add_subplot(rows, columns, k + 1, projection="3d" if drawing.size == 3 else None)
             drawing.step(k, axes)
@@ -100,9 +115,9 @@ class _Drawing:
     def _errors(self) -> list[Floats]:
         which = str(self.result.attrs["assemble"])
         if which in REACH:
-            return [self.result.get(REACH[which])]
+            return [self.result.get(name) for name in REACH[which]]
         axes = self.result.labels("component")[: self.size]
-        names = ("error_shaft", "undetermined_shaft")
+        names = [f"{name}_{end}" for name in ("error", "undetermined") for end in ("shaft", "bearing")]
         return [self.result.get(name, component=c) for name in names for c in axes]
 
     def step(self, k: int, axes: Axes) -> None:
@@ -113,9 +128,12 @@ class _Drawing:
             if name in before | new:
                 self._body(axes, body, name in new)
         self._forces(axes, k)
+        self._names(axes, new)
         for joint in range(len(self.m.joints)):
             self._centre(axes, k, joint)
         verdict = VERDICTS[str(self.result.get("status")[k])]
+        if "probability_of_fit" in self.result.data:
+            verdict = f"{100.0 * float(self.result.get('probability_of_fit')[k]):.3g} % fit without strain"
         # What is locked together is written as one, as it is handled.
         axes.set_title(f"{self.result.labels('step')[k]}: {self.result.get('links')[k]}: {verdict}", fontsize=9)
         self._frame(axes)
@@ -128,17 +146,38 @@ class _Drawing:
         for name, a, b in zip("xyz", low, high, strict=False):
             getattr(axes, f"set_{name}lim")(a - MARGIN * self.extent, b + MARGIN * self.extent)
         axes.set_aspect("equal")
+        if self.size == 3:
+            axes.locator_params(nbins=TICKS)
 
     def _body(self, axes: Axes, body: int, new: bool) -> None:
-        used = {joint[end] for joint in self.spec["joints"] for end in ("first", "second")}
+        used = {joint[end] for joint in self.spec["joints"] for end in ENDS}
         used.add(self.spec["output"]["point"])
-        outline = self.places[[k for k in sorted(used) if self.spec["points"][k]["body"] == body]]
+        corners = self.places[[k for k in sorted(used) if self.spec["points"][k]["body"] == body]]
         if body == -1:
-            axes.plot(*outline.T, marker="s", markersize=6, linestyle=":", color=GREY)
+            axes.plot(*corners.T, marker="s", markersize=6, linestyle="none", color=GREY)
+            axes.plot(*outline(corners, STRAIGHT * self.extent).T, linestyle=":", color=GREY)
             return
         colour, width = (NEW, 3.0) if new else (GREY, 1.6)
-        closed = np.vstack([outline, outline[:1]]) if len(outline) > 2 else outline
-        axes.plot(*closed.T, color=colour, linewidth=width, solid_capstyle="round", zorder=2)
+        axes.plot(
+            *outline(corners, STRAIGHT * self.extent).T,
+            color=colour,
+            linewidth=width,
+            solid_capstyle="round",
+            zorder=2,
+        )
+
+    def _names(self, axes: Any, new: set[str]) -> None:
+        """The names of the joints that new members bring, a pin by its own."""
+        inner = {member.joint for member in self.m.members}
+        names: dict[str, Floats] = {}
+        for k, joint in enumerate(self.spec["joints"]):
+            bodies = [self.spec["points"][joint[end]]["body"] for end in ENDS]
+            owners = {self.m.owners[body] if body >= 0 else "ground" for body in bodies}
+            if k not in inner and owners & new:
+                names.setdefault(self.m.joints[k].split("/")[0], self.places[joint["first"]])
+        aside = NAME_ASIDE * self.extent
+        for name, at in names.items():
+            axes.text(*(at + aside), name, fontsize=7, color=GREY, zorder=7)
 
     def _forces(self, axes: Any, k: int) -> None:
         """The members that carry force, over their bodies."""
@@ -147,6 +186,7 @@ class _Drawing:
         forces = self.result.get("member_force")
         floor = WORTH_SAYING * float(np.nanmax(np.abs(forces), initial=0.0))
         unit = self.result.data["member_force"].units
+        taken: list[Floats] = []
         for name, force in zip(self.result.labels("member"), forces[k], strict=True):
             ends = self._ends(str(name))
             if not abs(force) > max(floor, 1e-6) or ends is None:
@@ -156,8 +196,11 @@ class _Drawing:
             )
             axes.plot(*ends.T, linewidth=2.2, zorder=3, **style)
             box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5}
+            places = [ends[0] + share * (ends[1] - ends[0]) for share in ALONG]
+            free = (at for at in places if all(np.linalg.norm(at - other) > APART * self.extent for other in taken))
+            taken.append(next(free, places[0]))
             axes.text(
-                *ends.mean(axis=0),
+                *taken[-1],
                 f"{float(f'{force:.3g}'):g} {unit}",
                 color=style["color"],
                 fontsize=7,
@@ -169,19 +212,16 @@ class _Drawing:
         """The two ends of a member, which is a body or the elastic part of one."""
         for part in self.m.members:
             if part.name == member:
-                bodies = [
-                    self.spec["points"][self.spec["joints"][part.joint][end]]["body"] for end in ("first", "second")
-                ]
+                bodies = [self.spec["points"][self.spec["joints"][part.joint][end]]["body"] for end in ENDS]
                 break
         else:
             bodies = [self.m.bodies.index(member)]
         inner = {own.joint for own in self.m.members}
-        used = [
-            joint[end]
-            for k, joint in enumerate(self.spec["joints"])
-            for end in ("first", "second")
-            if k not in inner and self.spec["points"][joint[end]]["body"] in bodies
-        ]
+        used = [joint[end] for k, joint in enumerate(self.spec["joints"]) if k not in inner for end in ENDS]
+        if sum(self.m.owners[part] == self.m.owners[bodies[0]] for part in range(len(self.m.owners))) > len(ENDS):
+            # Pieces in between have the output or a load on them.
+            used += [self.spec["output"]["point"], *(load["point"] for load in self.spec["loads"])]
+        used = [point for point in used if self.spec["points"][point]["body"] in bodies]
         places = np.unique(self.places[sorted(set(used))], axis=0)
         return places if len(places) == 2 else None
 
@@ -191,17 +231,20 @@ class _Drawing:
         which = str(self.result.attrs["assemble"])
         if which in REACH:
             # The last of the probabilities is the largest.
-            reach = float(np.ravel(self.result.get(REACH[which])[k, joint])[-1])
-            if np.isfinite(reach):
-                self._around(axes, at, np.full(self.size, reach))
+            found = (float(np.ravel(self.result.get(name)[k, joint])[-1]) for name in REACH[which])
+            reach = next(filter(np.isfinite, found), 0.0)
+            self._around(axes, at, np.full(self.size, reach))
             return
         components = self.result.labels("component")[: self.size]
         step = self.result.labels("step")[k]
-        error, half = (
-            np.array([self.result.get(name, step=step, component=c)[joint] for c in components])
-            for name in ("error_shaft", "undetermined_shaft")
-        )
-        if not np.isfinite(error).all():
+        for end in ("shaft", "bearing"):  # the bearing where the pin is not there yet
+            error, half = (
+                np.array([self.result.get(f"{name}_{end}", step=step, component=c)[joint] for c in components])
+                for name in ("error", "undetermined")
+            )
+            if np.isfinite(error).all():
+                break
+        else:
             return
         moved = at + self.exaggerate * error
         axes.plot(*np.transpose([at, moved]), color=ERROR, linewidth=1.0, zorder=5)
@@ -221,3 +264,30 @@ class _Drawing:
             bar = np.stack([at, at])
             bar[:, axis] += wide[axis] * np.array([-1.0, 1.0])
             axes.plot(*bar.T, color=COLOURS[1], linewidth=0.8)
+
+
+def outline(points: Floats, near: float) -> Floats:
+    """The corners of a body's outline, in turn and closed: the convex hull of its points in the plane they span most.
+
+    Points on one line make a line.
+    """
+    centred = points - points.mean(axis=0)
+    axes = np.linalg.svd(centred, full_matrices=False)[2]
+    flat = centred @ axes[:2].T
+    order = np.lexsort(flat.T[::-1])
+    if len(points) < 3 or float(np.abs(flat[:, 1:]).max(initial=0.0)) <= near:
+        return np.asarray(points[order[[0, -1]]])
+    corners: list[int] = []
+    for way in (order, order[::-1]):
+        chain: list[int] = []
+        for k in way.tolist():
+            while len(chain) > 1 and _turn(flat[chain[-2]], flat[chain[-1]], flat[k]) <= 0.0:
+                chain.pop()
+            chain.append(k)
+        corners += chain[:-1]
+    return np.asarray(points[[*corners, corners[0]]])
+
+
+def _turn(a: Floats, b: Floats, c: Floats) -> float:
+    """Twice the area of a triangle, positive counter-clockwise."""
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))

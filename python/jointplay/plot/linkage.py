@@ -153,14 +153,14 @@ class _Drawing:
         self.axes.add_patch(Circle((place[0], place[1]), radius, facecolor="white", edgecolor="black", zorder=6))
 
     def _names(self) -> None:
-        """Names of the joints; those at one place in a row."""
-        at: dict[tuple[float, float], list[str]] = {}
+        """Names of the joints; those at one place in a row, riders of one pin under its name."""
+        at: dict[tuple[float, float], dict[str, None]] = {}
         inner = {member.joint for member in self.m.members}
         for k, (name, joint) in enumerate(zip(self.m.joints, self.spec["joints"], strict=True)):
             if k in inner:
                 continue
             x, y = np.round(self.place(joint["second"]) / self.extent, 3) * self.extent
-            at.setdefault((float(x), float(y)), []).append(name)
+            at.setdefault((float(x), float(y)), {})[name.split("/")[0]] = None
         centre = np.array(list(at)).mean(axis=0)
         for place, names in at.items():
             # Away from the middle of the mechanism, where there is room.

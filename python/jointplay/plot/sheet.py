@@ -82,10 +82,13 @@ def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:
 
 
 def _sweep(result: Result) -> Figure:
-    figure = Figure(figsize=(10.0, 7.6))
+    # A surface over a single configuration has no width.
+    columns = 2 if result.sizes["configuration"] > 1 else 1
+    figure = Figure(figsize=(5.0 * columns, 7.6))
     for k, quantity in enumerate(("position", "rotation")):
-        sweep(result, quantity, axes=figure.add_subplot(2, 2, 2 * k + 1))
-        sweep(result, quantity, surface=True, axes=figure.add_subplot(2, 2, 2 * k + 2))
+        sweep(result, quantity, axes=figure.add_subplot(2, columns, columns * k + 1))
+        if columns > 1:
+            sweep(result, quantity, surface=True, axes=figure.add_subplot(2, columns, columns * k + 2))
     figure.suptitle(str(result.attrs["title"]), fontsize=10)
     return figure
 

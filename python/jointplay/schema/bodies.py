@@ -39,7 +39,8 @@ class BodyTable(Table):
             raise problem("the axial stiffness is either stiffness, or E and area; not both")
         bent = [key for key in ("area", "inertia") if getattr(self, key) is not None]
         if bent and self.E is None:
-            raise problem(f"'E' is missing (modulus of elasticity, which {' and '.join(bent)} need)")
+            need = f"{' and '.join(bent)} need{'s' * (len(bent) == 1)}"
+            raise problem(f"'E' is missing (modulus of elasticity, which {need})")
         if self.E is not None and not bent:
             raise problem("E alone makes nothing elastic; it needs area (to be stretched) or inertia (to be bent)")
         return self

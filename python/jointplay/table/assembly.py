@@ -34,6 +34,10 @@ MICRONS = 1000.0
 #: share of the characteristic length, and force in its unit, that are rounding
 NOISE = 1e-10
 NO_FORCE = 1e-6
+#: decimals that tell two half-widths apart
+ROUNDED = 9
+#: members that carry something from which all are told
+SEVERAL = 2
 #: share of the largest slope below which differences of built units are rounding
 NO_SLOPE = 1e-6
 
@@ -49,6 +53,7 @@ def overview(result: Result) -> list[Table]:
     if "link" in result.coords:
         tables.append(_links(result))
     if result.attrs["assemble"] == "unit":
+        tables += _carried(result)
         if _deviations(result) and np.isfinite(result.get("error")[-1]).all():
             tables.append(_adjustment(result))
         tables.append(centres(result, result.labels("step")[-1]))
@@ -78,7 +83,8 @@ def centres(result: Result, step: int) -> Table:
 
 
 def _unit(result: Result) -> Table:
-    error, half, where = _farthest(result, _sizes(result, "error"), _sizes(result, "undetermined"))
+    output = (_output(result, "error"), _output(result, "undetermined"))
+    error, half, where = _farthest(result, _sizes(result, "error"), _sizes(result, "undetermined"), output)
     scale, unit = _scale(unit_of(result, "position"), error, half)
     noise = _noise(result) * scale
     columns = [*_what(result), numbers("largest\nerror", unit, error * scale, noise)]
@@ -90,7 +96,8 @@ def _unit(result: Result) -> Table:
 
 def _worst(result: Result) -> Table:
     errors = np.stack([result.get(f"worst_{end}") for end in ENDS], axis=-1)
-    error, _, where = _farthest(result, errors, np.zeros_like(errors))
+    output = result.get("worst_position")
+    error, _, where = _farthest(result, errors, np.zeros_like(errors), (output, np.zeros_like(output)))
     scale, unit = _scale(result.data["worst_shaft"].units, error)
     columns = [
         *_what(result),
@@ -105,7 +112,8 @@ def _worst(result: Result) -> Table:
 def _random(result: Result) -> Table:
     level = typical(result)
     errors = np.stack([result.get(f"quantile_{end}", probability=level) for end in ENDS], axis=-1)
-    error, _, where = _farthest(result, errors, np.zeros_like(errors))
+    output = result.get("quantile_position", probability=level)
+    error, _, where = _farthest(result, errors, np.zeros_like(errors), (output, np.zeros_like(output)))
     scale, unit = _scale(result.data["quantile_shaft"].units, error)
     columns = [*_what(result), numbers("error\nbelow", unit, error * scale, _noise(result) * scale), words("of", where)]
     columns += _forces(result, result.get("quantile_force", probability=level))
@@ -143,17 +151,28 @@ def _sizes(result: Result, name: str) -> Floats:
     return np.stack([np.linalg.norm(np.stack(part), axis=0) for part in parts], axis=-1)
 
 
-def _farthest(result: Result, errors: Floats, halves: Floats) -> tuple[Floats, Floats, list[str]]:
-    """Per step the largest position error of a joint's centre, its half-width, and which joint that is."""
-    joints = result.labels("joint")
+def _output(result: Result, name: str) -> Floats:
+    """Size of the position of the output in every step."""
+    lengths, _ = split(result.labels("component"))
+    return np.asarray(np.linalg.norm([result.get(name, component=c) for c in lengths], axis=0))
+
+
+def _farthest(
+    result: Result, errors: Floats, halves: Floats, output: tuple[Floats, Floats]
+) -> tuple[Floats, Floats, list[str]]:
+    """Per step the largest position error of a joint's centre or the output, its half-width, and what that is."""
+    names = [f"{joint} {end}" for joint in result.labels("joint") for end in ENDS]
     largest, wide, where = [], [], []
-    for error, half in zip(errors, halves, strict=True):
-        # Where nothing is known to be off, the joint with the most play is the one to watch.
-        rank = np.nan_to_num(error, nan=-1.0) + 1e-6 * np.nan_to_num(half)
-        joint, end = np.unravel_index(int(rank.argmax()), rank.shape)
-        largest.append(float(error[joint, end]))
-        wide.append(float(half[joint, end]))
-        where.append(f"{joints[joint]} {ENDS[end]}" if np.isfinite(error[joint, end]) else NOTHING)
+    for k in range(len(errors)):
+        # The output comes last, so that an equal joint is named.
+        error = np.append(errors[k].ravel(), output[0][k])
+        half = np.append(halves[k].ravel(), output[1][k])
+        sizes = np.nan_to_num(error, nan=-1.0)
+        # Of what is off as far (all of it, where nothing is known to be off) the one with the most play is to watch.
+        at = int(np.where(sizes >= sizes.max() - _noise(result), np.nan_to_num(half).round(ROUNDED), -1.0).argmax())
+        largest.append(float(error[at]))
+        wide.append(float(half[at]))
+        where.append([*names, "output"][at] if np.isfinite(error[at]) else NOTHING)
     return np.array(largest), np.array(wide), where
 
 
@@ -167,6 +186,20 @@ def _forces(result: Result, forces: Floats) -> list[Column]:
     unit = next(v.units for name, v in result.data.items() if name.endswith("_force"))
     where = [names[k] if abs(v) > NO_FORCE else NOTHING for k, v in zip(rows, values, strict=True)]
     return [numbers("largest\nforce", unit, values, NO_FORCE), words("in", where)]
+
+
+def _carried(result: Result) -> list[Table]:
+    """What every member carries after every step, where several carry something."""
+    forces = result.get("member_force")
+    carry = np.flatnonzero((np.abs(np.nan_to_num(forces)) > NO_FORCE).any(axis=0))
+    if len(carry) < SEVERAL:
+        return []
+    unit, steps = result.data["member_force"].units, result.labels("step")
+    cells = numbers("", unit, forces[:, carry].ravel(), NO_FORCE).cells
+    columns = [words("member", [result.labels("member")[k] for k in carry])]
+    for k, step in enumerate(steps):
+        columns.append(Column(f"step {step}", unit, cells[k * len(carry) : (k + 1) * len(carry)]))
+    return [Table("Forces along the members, tension positive", tuple(columns))]
 
 
 def _factors(result: Result, name: str, **at: float) -> list[Column]:

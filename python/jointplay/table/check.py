@@ -85,9 +85,10 @@ def _mobility(result: Result) -> Table:
         places = 3 if name in LENGTHS else 2
         unit = result.unit("guess", component=name)
         columns.append(Column(name, unit, tuple(fixed(float(v), places) for v in guess[rows, k])))
-    assembled = (
-        "It goes together near its start." if result.attrs["assembled"] else "It does not go together near its start."
-    )
+    assembled = "It goes together near its start."
+    if not result.attrs["assembled"]:
+        misfit = str(result.attrs.get("misfit", "it does not go together near its start"))
+        assembled = f"{misfit[0].upper()}{misfit[1:]}."
     words_ = str(result.attrs["mobility"])
     count = int(result.attrs["configurations"])
     notes = (

@@ -102,7 +102,8 @@ def _samples(result: Result) -> Iterable[str]:
         counts = result.get("failures", outcome=outcome)[assembled]
         if outcome != "ok" and counts.any():
             share = 100 * counts.max() / samples
-            words = f"{int(counts.sum())} were {outcome.replace('_', ' ')}, up to {share:.2g} % of a configuration"
+            most = f"{'up to ' * (len(assembled) > 1)}{share:.3g} %{' of a configuration' * (len(assembled) > 1)}"
+            words = f"{int(counts.sum())} were {outcome.replace('_', ' ')}, {most}"
             counted = "they are in the figures" if outcome in COUNTED else "they are not in the figures"
             yield f"{words}; {counted}."
     if "clearance_factor_quantile" in result.data:

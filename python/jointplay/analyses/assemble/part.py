@@ -36,7 +36,7 @@ class Part:
         The whole mechanism.
     base : int
         The body that does not move; -1 is the ground.
-    bodies, joints, drives, sources : tuple of int
+    bodies, points, joints, drives, sources : tuple of int
         What is there, by its index in the whole mechanism, in the order of the core; the base is not among the bodies.
     parameters : ndarray of int
         Index in the whole mechanism of every entry of the vector of offsets.
@@ -49,6 +49,7 @@ class Part:
     m: Mechanism
     base: int
     bodies: tuple[int, ...]
+    points: tuple[int, ...]
     joints: tuple[int, ...]
     drives: tuple[int, ...]
     sources: tuple[int, ...]
@@ -142,7 +143,7 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
         "output": {"point": renumbered.get(spec["output"]["point"], 0)},
     }
     parameters = np.flatnonzero(np.isin(m.parameter_source, sources))
-    return Part(m, base, bodies, tuple(joints), tuple(drives), tuple(sources), parameters, every, own)
+    return Part(m, base, bodies, tuple(points), tuple(joints), tuple(drives), tuple(sources), parameters, every, own)
 
 
 def _with_pieces(m: Mechanism, there: set[int]) -> set[int]:

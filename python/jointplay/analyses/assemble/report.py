@@ -53,7 +53,8 @@ def place(m: Mechanism, configuration: int) -> Place:
     """One of the configurations of a mechanism."""
     at = nominal(m)
     if not 0 <= configuration < len(at):
-        problem = f"there is no configuration {configuration}; they go from 0 to {len(at) - 1}"
+        there = f"they go from 0 to {len(at) - 1}" if len(at) > 1 else "there is only 0"
+        problem = f"there is no configuration {configuration}; {there}"
         raise InputError(problem, file=m.file, key="configuration")
     return Place(configuration, at.poses[configuration], at.output[configuration])
 

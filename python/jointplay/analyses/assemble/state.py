@@ -99,10 +99,18 @@ class Held:
         return max([*outcomes, "underconstrained" if self.free else "ok"], key=SERIOUS.index)
 
     def centres(self) -> dict[int, dict[str, int]]:
-        """The points of the joints of the file, by the joint's index in the part."""
-        inner = {member.joint for member in self.part.m.members}
-        joints = enumerate(self.part.spec["joints"])
-        return {k: {end: joint[end] for end in ENDS} for k, joint in joints if self.part.joints[k] not in inner}
+        """The points of the joints of the file whose bodies are there, by the joint's index in the whole mechanism.
+
+        A joint that is not closed yet has one of its ends: where the next member will find it.
+        """
+        m, there = self.part.m, {point: k for k, point in enumerate(self.part.points)}
+        inner = {member.joint for member in m.members}
+        ends = {
+            k: {end: there[joint[end]] for end in ENDS if joint[end] in there}
+            for k, joint in enumerate(m.core_spec["joints"])
+            if k not in inner
+        }
+        return {k: found for k, found in ends.items() if found}
 
     def points(self) -> list[int]:
         """The points of the joints of the file and the output, each once."""
@@ -126,8 +134,8 @@ def state(step: Step, members: Members) -> State:
     joints, size = len(m.joints), len(m.components)
     found = np.full((2, 2, joints, size), np.nan)
     for k, ends in centres.items():
-        for i, end in enumerate(ENDS):
-            found[:, i, part.joints[k]] = _error(answers[ends[end]])
+        for end, point in ends.items():
+            found[:, ENDS.index(end), k] = _error(answers[point])
     error, error_open = np.full((2, size), np.nan) if output is None else _error(answers[output])
     # Where nothing is there but the base, the core still says what nothing does.
     answer = next(iter(answers.values()), None) or held.loaded()

@@ -1,6 +1,9 @@
 """Many units of one part: where the centres of its joints are, and what its members carry.
 
 centre of a unit = R(pose) (at + sum of the deviations that move it) + position(pose)
+
+In a determinate part the forces are those of statics, whatever is off: what loads bend there is the same in all units,
+to first order, and is added to where the offsets put them.
 """
 
 from __future__ import annotations
@@ -60,7 +63,7 @@ def solve(held: Held, members: Members, u: Floats) -> Units:
     """Solve units with offsets and deviations u of the whole mechanism; shape (unit, parameter).
 
     Where the part is over-constrained, deviations count and clearances are where these, elasticity and loads put them,
-    what is open in its middle. Elsewhere every offset counts.
+    what is open in its middle. Elsewhere every offset counts, and what the loads bend.
     """
     part = held.part
     m, count = part.m, len(u)
@@ -73,25 +76,35 @@ def solve(held: Held, members: Members, u: Floats) -> Units:
         force = np.array([members.forces(part, core, answer) for answer in each]).T
         factor, own = found["clearance_factor"], found["offset"]
     else:
-        # What is determinate is where its offsets put it, however elastic it is.
         core = held.core(joints=held.rigid_joints)
         found = core.given(held.drives.repeat(count, 0), held.poses.repeat(count, 0), own)
         loaded = held.core()
         force = np.repeat(members.forces(part, loaded, loaded.loaded(held.drives, held.poses, True))[:, None], count, 1)
         factor = np.zeros(count)
-    errors = {point: _moved(held, point, found["poses"], own) for point in held.points()}
+    by_loads = {point: bent(held, point) for point in held.points()}
+    errors = {point: _moved(held, point, found["poses"], own) + by[: part.lengths] for point, by in by_loads.items()}
     sizes = {point: np.asarray(np.linalg.norm(error, axis=1)) for point, error in errors.items()}
     centres = np.full((2, len(m.joints), count), np.nan)
     for k, ends in held.centres().items():
-        for i, end in enumerate(ENDS):
-            centres[i, part.joints[k]] = sizes[ends[end]]
+        for end, point in ends.items():
+            centres[ENDS.index(end), k] = sizes[point]
     output = np.full((count, len(m.components)), np.nan)
     if held.output is not None:
         body = part.spec["points"][held.output]["body"]
         placed, nominal = poses.components(found["poses"][:, body]), poses.components(part.poses[body])
         output = poses.difference(placed, np.broadcast_to(nominal, placed.shape))
+        output += by_loads[held.output]
         output[:, : part.lengths] = errors[held.output]
     return Units(centres, output, sizes, force, factor, STATUSES[found["status"]])
+
+
+def bent(held: Held, point: int) -> Floats:
+    """What loads bend of a determinate part: error of a point as it is, less that of a rigid one."""
+    joints = held.part.spec["joints"]
+    if held.redundant or held.rigid_joints[: len(joints)] == joints:
+        return np.zeros(len(held.part.m.components))
+    elastic, rigid = held.loaded(point), held.loaded(point, joints=held.rigid_joints)
+    return np.asarray(elastic["error"][0] - rigid["error"][0])
 
 
 def _moved(held: Held, point: int, placed: Floats, u: Floats) -> Floats:

@@ -23,7 +23,7 @@ from .part import Floats
 from .report import Place, each, finished, report
 from .state import ENDS, SERIOUS, Held
 from .steps import Step, steps
-from .units import FITS, solve
+from .units import FITS, bent, solve
 
 #: places from which the worst of the output, and that of every other centre, is climbed
 STARTS, FEWER_STARTS = 24, 8
@@ -65,8 +65,8 @@ class _Extremes:
         sizes = {point: self._largest(point) for point in self.held.points()}
         self.centres = np.full((2, len(m.joints)), np.nan)
         for k, ends in self.held.centres().items():
-            for i, end in enumerate(ENDS):
-                self.centres[i, step.part.joints[k]] = sizes[ends[end]]
+            for end, point in ends.items():
+                self.centres[ENDS.index(end), k] = sizes[point]
         self.output = np.nan if self.held.output is None else sizes[self.held.output]
         # What play leaves open is what the worst case is over.
         statuses = ["ok", *(status for status in np.unique(self.units.status).tolist() if status != "undetermined")]
@@ -80,7 +80,8 @@ class _Extremes:
         starts = STARTS if point == self.held.output else FEWER_STARTS
         exact = core.worst(self.held.drives, self.held.poses, starts)["position"][0]
         if not strained:
-            return float(exact)
+            # Where statics decides the forces, what loads bend comes on top of what offsets do: at most its full size.
+            return float(exact + np.linalg.norm(bent(self.held, point)[: self.held.part.lengths]))
         met = np.append(self.units.points[point], exact)
         return float(np.nanmax(met)) if np.isfinite(met).any() else np.nan
 
