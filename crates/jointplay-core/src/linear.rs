@@ -1,14 +1,19 @@
 //! Sparse elimination with its order found once and replayed.
 //!
-//! The order of the pivots is chosen on one numerical example of the matrix (Markowitz's count among
-//! the entries that are large enough in their column) and recorded as a straight list of operations
-//! on a fixed array of non-zeros. Replaying the list factors any matrix of the same pattern; the
-//! guard on the size of the pivots tells when the recorded order does not suit the numbers.
+//! The matrix is put in block triangular order, and only its diagonal blocks are eliminated: what one loop
+//! of a chain of loops does is known before the next one. The order of the pivots is chosen on one numerical
+//! example of the matrix (Markowitz's count among the entries that are large enough in their row) and recorded
+//! as a straight list of operations on a fixed array of non-zeros. Replaying the list factors any matrix of the
+//! same pattern; the guard on the size of the pivots tells when the recorded order does not suit the numbers.
+
+mod blocks;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use crate::real::Real;
+use blocks::diagonal_blocks;
 
 /// A pivot must be at least this large relative to the largest entry of its row.
 const THRESHOLD: f64 = 0.05;
@@ -37,10 +42,19 @@ struct Pivot {
     updates: Vec<Update>,
 }
 
+/// A diagonal block.
+#[derive(Clone, Debug)]
+struct Block {
+    pivots: Range<usize>,
+    /// Entries of its rows in columns of earlier blocks: row, column, slot.
+    before: Vec<(usize, usize, usize)>,
+}
+
 /// A recorded elimination of square matrices of one sparsity pattern.
 #[derive(Clone, Debug)]
 pub struct Elimination {
     pivots: Vec<Pivot>,
+    blocks: Vec<Block>,
     n_slots: usize,
     /// For each non-zero of the pattern, in the order given: its slot.
     slots: Vec<usize>,
@@ -62,14 +76,20 @@ impl Elimination {
     pub fn plan(n: usize, entries: &[(usize, usize, f64)]) -> Option<Self> {
         let (mut active, slots) = Active::new(n, entries);
         let mut pivots = Vec::with_capacity(n);
-        for _ in 0..n {
-            let (row, column) = active.choose()?;
-            pivots.push(active.eliminate(row, column));
+        let mut blocks = Vec::new();
+        for pairs in diagonal_blocks(n, entries.iter().map(|&(i, j, _)| (i, j)))? {
+            let before = active.begin(&pairs);
+            let first = pivots.len();
+            for _ in pairs {
+                let (row, column) = active.choose()?;
+                pivots.push(active.eliminate(row, column));
+            }
+            blocks.push(Block { pivots: first..pivots.len(), before });
         }
         let rows: Vec<usize> = pivots.iter().map(|p| p.row).collect();
         let columns: Vec<usize> = pivots.iter().map(|p| p.column).collect();
         let odd = is_odd(&rows) != is_odd(&columns);
-        Some(Self { pivots, n_slots: active.values.len(), slots, odd })
+        Some(Self { pivots, blocks, n_slots: active.values.len(), slots, odd })
     }
 
     /// Factors a matrix given by its non-zeros in the order of the plan; `None` when a pivot shrinks
@@ -111,36 +131,48 @@ impl Elimination {
 
     /// Solves `A x = b`; overwrites `b`.
     pub fn solve<S: Real>(&self, f: &Factors<S>, b: &mut [S], x: &mut [S]) {
-        for pivot in &self.pivots {
-            let v = b[pivot.row];
-            for &(i, lower) in &pivot.lower {
-                b[i] = b[i] - f.values[lower] * v;
+        for block in &self.blocks {
+            let pivots = &self.pivots[block.pivots.clone()];
+            for &(i, j, slot) in &block.before {
+                b[i] = b[i] - f.values[slot] * x[j];
             }
-        }
-        for (pivot, inverse) in self.pivots.iter().zip(&f.inverse_pivots).rev() {
-            let mut v = b[pivot.row];
-            for &(j, upper) in &pivot.upper {
-                v = v - f.values[upper] * x[j];
+            for pivot in pivots {
+                let v = b[pivot.row];
+                for &(i, lower) in &pivot.lower {
+                    b[i] = b[i] - f.values[lower] * v;
+                }
             }
-            x[pivot.column] = v * *inverse;
+            for (pivot, inverse) in pivots.iter().zip(&f.inverse_pivots[block.pivots.clone()]).rev() {
+                let mut v = b[pivot.row];
+                for &(j, upper) in &pivot.upper {
+                    v = v - f.values[upper] * x[j];
+                }
+                x[pivot.column] = v * *inverse;
+            }
         }
     }
 
     /// Solves `A^T x = b`; overwrites `b`.
     pub fn solve_transposed<S: Real>(&self, f: &Factors<S>, b: &mut [S], x: &mut [S]) {
-        for (pivot, inverse) in self.pivots.iter().zip(&f.inverse_pivots) {
-            let v = b[pivot.column] * *inverse;
-            x[pivot.row] = v;
-            for &(j, upper) in &pivot.upper {
-                b[j] = b[j] - f.values[upper] * v;
+        for block in self.blocks.iter().rev() {
+            let pivots = &self.pivots[block.pivots.clone()];
+            for (pivot, inverse) in pivots.iter().zip(&f.inverse_pivots[block.pivots.clone()]) {
+                let v = b[pivot.column] * *inverse;
+                x[pivot.row] = v;
+                for &(j, upper) in &pivot.upper {
+                    b[j] = b[j] - f.values[upper] * v;
+                }
             }
-        }
-        for pivot in self.pivots.iter().rev() {
-            let mut v = x[pivot.row];
-            for &(i, lower) in &pivot.lower {
-                v = v - f.values[lower] * x[i];
+            for pivot in pivots.iter().rev() {
+                let mut v = x[pivot.row];
+                for &(i, lower) in &pivot.lower {
+                    v = v - f.values[lower] * x[i];
+                }
+                x[pivot.row] = v;
             }
-            x[pivot.row] = v;
+            for &(i, j, slot) in &block.before {
+                b[j] = b[j] - f.values[slot] * x[i];
+            }
         }
     }
 
@@ -170,7 +202,7 @@ struct Active {
     /// Slot of every non-zero, by row and column.
     rows: Vec<BTreeMap<usize, usize>>,
     columns: Vec<BTreeSet<usize>>,
-    /// Rows by their number of non-zeros.
+    /// Rows of the present block by their number of non-zeros.
     by_length: BTreeSet<(usize, usize)>,
     values: Vec<f64>,
     largest: f64,
@@ -192,8 +224,22 @@ impl Active {
             slots.push(slot);
         }
         active.largest = active.values.iter().fold(0.0, |a, v| a.max(v.abs()));
-        active.by_length = active.rows.iter().enumerate().map(|(i, row)| (row.len(), i)).collect();
         (active, slots)
+    }
+
+    /// Begins a block; takes out the entries of its rows in columns of others.
+    fn begin(&mut self, pairs: &[(usize, usize)]) -> Vec<(usize, usize, usize)> {
+        let own: BTreeSet<usize> = pairs.iter().map(|&(_, column)| column).collect();
+        let mut before = Vec::new();
+        for &(i, _) in pairs {
+            before.extend(self.rows[i].iter().filter(|(j, _)| !own.contains(j)).map(|(&j, &slot)| (i, j, slot)));
+            self.rows[i].retain(|j, _| own.contains(j));
+            self.by_length.insert((self.rows[i].len(), i));
+        }
+        // Columns of earlier blocks are done with; of its own ones, rows of later blocks are no part.
+        let rows: BTreeSet<usize> = pairs.iter().map(|&(row, _)| row).collect();
+        own.iter().for_each(|&j| self.columns[j].retain(|i| rows.contains(i)));
+        before
     }
 
     /// The slot of an entry, a new one where there was none.

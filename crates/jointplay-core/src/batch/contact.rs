@@ -50,7 +50,7 @@ struct Statics<'r> {
 }
 
 impl<'m> Contact<'m> {
-    /// Records the programs; `None` when the mechanism has no plan, turns too far or is too large.
+    /// Records the programs; `None` when the mechanism has no plan or turns too far.
     #[must_use]
     pub fn record(solver: &Solver<'m>) -> Option<Self> {
         let m = solver.mechanism;
@@ -62,7 +62,7 @@ impl<'m> Contact<'m> {
         Some(Self {
             mechanism: m,
             statics: record_statics(solver, &layout)?,
-            finish: record_finish(m, &layout, &step)?,
+            finish: record_finish(m, &layout, &step),
             step,
             layout,
         })
@@ -293,7 +293,7 @@ pub(super) fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Pro
     symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
     let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
     let outputs = statics_outputs(m, layout, &recorder, &symbolic, &step.residual, &step.linear);
-    Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
+    Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs))
 }
 
 /// The outputs that [`StaticsOutputs`] has.
@@ -331,7 +331,7 @@ fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> 
     outputs.extend([step.size, step.pivots, statics.scale]);
     outputs.extend(statics.gradient);
     outputs.extend(statics.reactions);
-    let program = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)?;
+    let program = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs);
     Some(program.replacing(layout.state(m)))
 }
 
@@ -347,7 +347,7 @@ fn output_of<'r>(
 }
 
 /// The output's place and what its body has turned, by a program that runs on the registers of another.
-pub(super) fn record_finish(m: &Mechanism, layout: &Layout, step: &Program) -> Option<Program> {
+pub(super) fn record_finish(m: &Mechanism, layout: &Layout, step: &Program) -> Program {
     let recorder = Recorder::new(SMALL_ANGLE);
     let symbolic = layout.varying(m, &recorder);
     let outputs = output_of(m, layout, &recorder, &poses_of(m, &symbolic), &symbolic);

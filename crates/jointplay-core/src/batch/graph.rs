@@ -133,6 +133,19 @@ pub(super) fn varying(nodes: &[Node]) -> Vec<bool> {
     varying
 }
 
+/// Roots by the number of operations on the longest way to them: what is known early is computed early, before
+/// that on which it depends is left.
+pub(super) fn by_depth(nodes: &[Node], varying: &[bool], roots: &[u32]) -> Vec<u32> {
+    let mut depth: Vec<u32> = Vec::with_capacity(nodes.len());
+    for (&node, &varying) in nodes.iter().zip(varying) {
+        let below = operands(node).map(|o| depth[o as usize] + 1).max().unwrap_or(0);
+        depth.push(if varying { below } else { 0 });
+    }
+    let mut roots = roots.to_vec();
+    roots.sort_by_key(|&root| depth[root as usize]);
+    roots
+}
+
 /// What the roots need, operands first, each as late as its first user allows.
 pub(super) fn reachable(nodes: &[Node], roots: &[u32]) -> Vec<u32> {
     let mut order = Vec::new();

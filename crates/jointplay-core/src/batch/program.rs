@@ -122,7 +122,7 @@ pub(super) fn step_by<'r>(
 }
 
 impl Newton {
-    /// Records the iteration of a solver's mechanism; `None` when it has no plan or is too large.
+    /// Records the iteration of a solver's mechanism; `None` when it has no plan.
     #[must_use]
     pub fn record(solver: &Solver<'_>) -> Option<Self> {
         Self::record_beside(solver, solver.mechanism.largest_angle(), None)
@@ -159,7 +159,7 @@ impl Newton {
         outputs.extend(begun.turn);
         outputs.extend([begun.size, begun.pivots]);
         let state = n_u..n_u + n_state;
-        let first = Program::new(&recorder, state.end, &outputs)?.replacing(state.clone());
+        let first = Program::new(&recorder, state.end, &outputs).replacing(state.clone());
 
         let recorder = Recorder::new(LATER_ANGLE.max(given));
         let any = Symbolic {
@@ -171,7 +171,7 @@ impl Newton {
         let mut outputs = next.numbers;
         outputs.extend(next.turn);
         outputs.extend([next.size, next.pivots]);
-        let step = Program::after(&first, &recorder, &outputs)?.replacing(state);
+        let step = Program::after(&first, &recorder, &outputs).replacing(state);
 
         let width = m.space.n_pose_numbers();
         let poses: Vec<Pose<Symbol<'_>>> =
@@ -185,7 +185,7 @@ impl Newton {
             let [residual, _] = evaluate(other, &any);
             outputs.extend(rows.iter().map(|&row| residual[row]));
         }
-        let finish = Program::after(&step, &recorder, &outputs)?;
+        let finish = Program::after(&step, &recorder, &outputs);
         Some(Self { first, step, finish, n_parameters: n_u, n_state, n_outputs: m.size() })
     }
 

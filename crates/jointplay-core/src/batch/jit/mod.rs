@@ -2,6 +2,8 @@
 //!
 //! A program that has been replayed often enough to pay for it is compiled: vector registers are given
 //! out (`allocate`), the instructions encoded (`encode`) and put into executable memory (`executable`).
+//! A long program is cut into parts, each of which runs for all lanes before the next begins: its code stays in
+//! the nearest cache meanwhile, and all lanes of a number are used while it is near.
 //! The code does the operations of the interpreter in [`super::tape`], in its order and with its
 //! roundings, for one vector of lanes after the other, so that results do not depend on which of the two
 //! ran. The interpreter remains for other processors, for systems that refuse executable memory, and for
@@ -15,6 +17,8 @@ mod encode;
 mod executable;
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests;
+#[cfg(target_arch = "x86_64")]
+mod uses;
 
 #[cfg(target_arch = "x86_64")]
 pub use executable::Compiled;
@@ -26,25 +30,27 @@ use super::tape::Op;
 pub struct Line<'p> {
     pub operations: &'p [Op],
     /// Registers below this are inputs.
-    pub n_inputs: u16,
+    pub n_inputs: u32,
     /// From here they are common to all samples, ...
-    pub first_common: u16,
+    pub first_common: u32,
     /// ... from here temporaries, ...
-    pub first_temporary: u16,
+    pub first_temporary: u32,
     /// ... up to here.
-    pub n_registers: u16,
+    pub n_registers: u32,
     /// Registers that are read afterwards.
-    pub outputs: &'p [u16],
+    pub outputs: &'p [u32],
     /// Inputs that the first outputs replace at the end.
-    pub replaced: &'p [u16],
+    pub replaced: &'p [u32],
 }
 
+/// Operations of a part at most: some 4 kB of code.
+const PART: usize = 512;
 /// Entry of the common table with the sign bit alone.
-const SIGN: u16 = 0;
+const SIGN: u32 = 0;
 /// Entry of the common table with all bits but the sign's.
-const MAGNITUDE: u16 = 1;
+const MAGNITUDE: u32 = 1;
 /// Entry of the first common number.
-const FIRST_COMMON: u16 = 2;
+const FIRST_COMMON: u32 = 2;
 /// Copies of a common number in the table: what the narrower width reads at once. The wider one spreads
 /// the first copy.
 const COPIES: usize = 4;
@@ -52,7 +58,7 @@ const COPIES: usize = 4;
 const WIDEST: usize = 8;
 
 /// The memory of a program, in blocks: its registers, then for machine code a table of the common numbers
-/// and room for temporaries that leave their vector registers. Both are dense: registers lie so far apart
+/// and room for temporaries that leave their vector registers within a part. Both are dense: registers lie so far apart
 /// that those of one vector of lanes compete for a few sets of the cache.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout {
@@ -68,7 +74,7 @@ impl Layout {
         let table = line.n_registers as usize;
         let n_common = (FIRST_COMMON + line.first_temporary - line.first_common) as usize;
         let aside = table + (COPIES * n_common).div_ceil(LANES);
-        let temporaries = (line.n_registers - line.first_temporary) as usize;
+        let temporaries = ((line.n_registers - line.first_temporary) as usize).min(PART);
         Self { table, aside, n_blocks: aside + (WIDEST * temporaries).div_ceil(LANES) }
     }
 
