@@ -7,10 +7,11 @@
 //! its own and takes the next start when it is done; what becomes of a start does not depend on the others.
 
 use super::SMALL_ANGLE;
-use super::contact::{change, gradient, poses_of, push, record_finish};
 use super::lanes::{Block, LANES};
 use super::layout::Layout;
 use super::program::record_step;
+use super::push::{change, push};
+use super::statics::{gradient, poses_of, record_finish};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use super::worker::{Height, Next, Round, Worker};

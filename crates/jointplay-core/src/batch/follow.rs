@@ -5,10 +5,10 @@
 //! it is then on the branch of the state it came from. The others are followed plainly.
 
 use super::SMALL_ANGLE;
-use super::contact::poses_of;
 use super::lanes::{Block, LANES};
 use super::layout::Layout;
 use super::program::{evaluate, record_step, step_by};
+use super::statics::poses_of;
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use super::tree::{Linear, OnTree};

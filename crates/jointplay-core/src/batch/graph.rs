@@ -146,6 +146,28 @@ pub(super) fn by_depth(nodes: &[Node], varying: &[bool], roots: &[u32]) -> Vec<u
     roots
 }
 
+/// The same order, except that an operation which is the last to need a number follows the last of its operands
+/// at once: no more numbers are kept, and sums and maxima over all bodies grow while these are at hand.
+pub(super) fn hoisted(nodes: &[Node], varying: &[bool], order: &[u32], roots: &[u32]) -> Vec<u32> {
+    const NEVER: usize = usize::MAX;
+    let is_kept = |o: u32| varying[o as usize] && !matches!(nodes[o as usize], Node::Varying(_));
+    let mut last_user = vec![NEVER; nodes.len()];
+    for (at, &id) in order.iter().enumerate() {
+        operands(nodes[id as usize]).for_each(|o| last_user[o as usize] = at);
+    }
+    roots.iter().for_each(|&root| last_user[root as usize] = NEVER);
+    let mut place = vec![0; nodes.len()];
+    for (at, &id) in order.iter().enumerate() {
+        let kept = || operands(nodes[id as usize]).filter(|&o| is_kept(o));
+        let is_last = kept().any(|o| last_user[o as usize] == at);
+        place[id as usize] = kept().map(|o| place[o as usize]).max().filter(|_| is_last).unwrap_or(at);
+    }
+    let mut order = order.to_vec();
+    // Stable: operands stay before what is done in the same place.
+    order.sort_by_key(|&id| place[id as usize]);
+    order
+}
+
 /// What the roots need, operands first, each as late as its first user allows.
 pub(super) fn reachable(nodes: &[Node], roots: &[u32]) -> Vec<u32> {
     let mut order = Vec::new();

@@ -106,7 +106,9 @@ pub(super) fn step_by<'r>(
 
     // The largest, not the sum: a step is small or large however many bodies take part in it.
     let (mut moved, mut turned) = (zero, zero);
-    for (j, s) in step.iter().enumerate() {
+    let mut known: Vec<(usize, &Symbol<'r>)> = step.iter().enumerate().collect();
+    known.sort_by_key(|(_, s)| s.recorded());
+    for (j, s) in known {
         match m.space.components()[j % m.size()] {
             Component::Along(_) => moved = moved.max(*s * *s),
             Component::About(_) => turned = turned.max(*s * *s),

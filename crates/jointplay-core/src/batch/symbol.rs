@@ -101,6 +101,14 @@ impl Recorder {
 }
 
 impl<'r> Symbol<'r> {
+    /// Orders symbols as they became known.
+    pub(super) const fn recorded(self) -> u32 {
+        match self {
+            Self::Constant(_) => 0,
+            Self::Node(id, _) => id,
+        }
+    }
+
     fn recorder(a: Self, b: Self) -> Option<&'r Recorder> {
         match (a, b) {
             (Self::Node(_, r), _) | (_, Self::Node(_, r)) => Some(r),

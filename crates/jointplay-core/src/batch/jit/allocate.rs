@@ -2,13 +2,11 @@
 //!
 //! One pass over the straight line. A number that is needed in memory once is used from there; when the
 //! vector registers run out, the number that is needed last makes room (Belady, IBM Syst. J. 5, 1966, 78).
-//!
-//! Numbers that a later part of the line needs are kept for all lanes, the others for one vector of lanes only.
 
 use super::super::graph::Kind;
 use super::super::tape::Op;
 use super::uses::{NEVER, Uses, magnitude, n_values, operands, sign, uses};
-use super::{FIRST_COMMON, Line, MAGNITUDE, PART, SIGN};
+use super::{FIRST_COMMON, Line, MAGNITUDE, SIGN};
 
 /// Where a number stands in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +15,7 @@ pub enum Place {
     Block(u32),
     /// In the table of common numbers.
     Common(u32),
-    /// Among the temporaries that were put aside within a part.
+    /// Among the temporaries that were put aside.
     Aside(u32),
 }
 
@@ -86,17 +84,13 @@ struct Allocator<'p> {
     register: Vec<Option<u8>>,
     /// Where a value stands in memory, too.
     stored: Vec<Option<Place>>,
-    /// When every value is needed last.
-    last: Vec<usize>,
-    /// Where the present part ends.
-    end: usize,
     /// Places aside in use at most, and those of them that are free again.
     n_aside: u32,
     free: Vec<u32>,
 }
 
-/// The line in parts on `n_vector` vector registers, 4 at least.
-pub fn allocate(line: &Line<'_>, n_vector: usize) -> Vec<Vec<Vector>> {
+/// The line on `n_vector` vector registers, 4 at least.
+pub fn allocate(line: &Line<'_>, n_vector: usize) -> Vec<Vector> {
     let n_values = n_values(line);
     let (uses, at_end) = uses(line);
     let mut stored = vec![None; n_values];
@@ -110,43 +104,23 @@ pub fn allocate(line: &Line<'_>, n_vector: usize) -> Vec<Vec<Vector>> {
     stored[magnitude(line)] = Some(Place::Common(MAGNITUDE));
     let mut allocator = Allocator {
         line,
-        code: Vec::new(),
+        code: Vec::with_capacity(2 * line.operations.len()),
         held: vec![None; n_vector],
         register: vec![None; n_values],
         stored,
-        last: vec![NEVER; n_values],
-        end: 0,
         n_aside: 0,
         free: Vec::new(),
     };
-    let mut parts: Vec<Vec<Vector>> = Vec::new();
-    for (ops, uses) in line.operations.chunks(PART).zip(uses.chunks(PART)) {
-        parts.extend(allocator.finish_part());
-        allocator.end += ops.len();
-        for (op, uses) in ops.iter().zip(uses) {
-            allocator.operation(*op, uses);
-        }
+    for (op, uses) in line.operations.iter().zip(&uses) {
+        allocator.operation(*op, uses);
     }
     for (value, input) in at_end {
         allocator.replace(value, input, NEVER);
     }
-    parts.push(allocator.code);
-    parts
+    allocator.code
 }
 
 impl Allocator<'_> {
-    /// The code of a part, if there is any; the next begins with empty vector registers.
-    fn finish_part(&mut self) -> Option<Vec<Vector>> {
-        for r in 0..self.held.len() {
-            let Some(held) = self.held[r].take() else { continue };
-            self.register[held.value] = None;
-            if held.next != NEVER {
-                self.store(r as u8, held.value);
-            }
-        }
-        Some(std::mem::take(&mut self.code)).filter(|code| !code.is_empty())
-    }
-
     /// Puts a value in the place of an input.
     fn replace(&mut self, value: usize, input: u32, next: usize) {
         self.load(value, next, &[]);
@@ -185,7 +159,6 @@ impl Allocator<'_> {
         }
         let target = op.target as usize;
         self.stored[target] = None;
-        self.last[target] = uses.last;
         for &block in &uses.stores {
             let place = Place::Block(block);
             self.code.push(Vector::Store { from: to, to: place });
@@ -243,15 +216,10 @@ impl Allocator<'_> {
         if self.stored[value].is_some() {
             return;
         }
-        let to = if self.last[value] < self.end {
-            Place::Aside(self.free.pop().unwrap_or_else(|| {
-                self.n_aside += 1;
-                self.n_aside - 1
-            }))
-        } else {
-            // Temporaries alive at the same time have different registers.
-            Place::Block(value as u32)
-        };
+        let to = Place::Aside(self.free.pop().unwrap_or_else(|| {
+            self.n_aside += 1;
+            self.n_aside - 1
+        }));
         self.code.push(Vector::Store { from, to });
         self.stored[value] = Some(to);
     }

@@ -47,26 +47,22 @@ const TABLE: Register = Register::RSI;
 const COUNTER: Register = Register::EAX;
 
 /// A function of the System V calling convention that runs the code on the memory at its argument.
-pub fn encode(parts: &[Vec<Vector>], lanes: Lanes, layout: Layout) -> Result<Vec<u8>, IcedError> {
-    let capacity = parts.iter().map(|code| 16 * code.len() + 64).sum();
-    let mut writer = Writer { encoder: Encoder::try_with_capacity(64, capacity)?, at: 0, lanes, layout };
+pub fn encode(code: &[Vector], lanes: Lanes, layout: Layout) -> Result<Vec<u8>, IcedError> {
+    let mut writer = Writer { encoder: Encoder::try_with_capacity(64, 16 * code.len() + 64)?, at: 0, lanes, layout };
     let bytes = (size_of::<f64>() * lanes.count()) as u32;
     writer.put(Instruction::with2(
         Code::Lea_r64_m,
         TABLE,
         displaced(BLOCKS, layout.table * size_of::<Block>(), false),
     )?)?;
-    for code in parts {
-        writer.put(Instruction::with2(Code::Mov_r32_imm32, COUNTER, (LANES / lanes.count()) as u32)?)?;
-        let start = writer.at;
-        for &vector in code {
-            writer.vector(vector)?;
-        }
-        writer.put(Instruction::with2(Code::Add_rm64_imm8, BLOCKS, bytes)?)?;
-        writer.put(Instruction::with1(Code::Dec_rm32, COUNTER)?)?;
-        writer.put(Instruction::with_branch(Code::Jne_rel32_64, start)?)?;
-        writer.put(Instruction::with2(Code::Sub_rm64_imm32, BLOCKS, size_of::<Block>() as u32)?)?;
+    writer.put(Instruction::with2(Code::Mov_r32_imm32, COUNTER, (LANES / lanes.count()) as u32)?)?;
+    let start = writer.at;
+    for &vector in code {
+        writer.vector(vector)?;
     }
+    writer.put(Instruction::with2(Code::Add_rm64_imm8, BLOCKS, bytes)?)?;
+    writer.put(Instruction::with1(Code::Dec_rm32, COUNTER)?)?;
+    writer.put(Instruction::with_branch(Code::Jne_rel32_64, start)?)?;
     // Code without vectors is slow while the upper halves of the registers are in use.
     writer.put(Instruction::with(Code::VEX_Vzeroupper))?;
     writer.put(Instruction::with(Code::Retnq))?;
@@ -98,7 +94,11 @@ impl Writer {
     fn place(&self, place: Place) -> MemoryOperand {
         match place {
             Place::Block(r) => displaced(BLOCKS, r as usize * size_of::<Block>(), false),
-            Place::Common(k) => displaced(TABLE, k as usize * COPIES * size_of::<f64>(), self.lanes == Lanes::Eight),
+            Place::Common(k) => {
+                let (block, copies) = (k as usize * COPIES / LANES, k as usize * COPIES % LANES);
+                let at = block * size_of::<Block>() + copies * size_of::<f64>();
+                displaced(TABLE, at, self.lanes == Lanes::Eight)
+            }
             Place::Aside(k) => {
                 let start = (self.layout.aside - self.layout.table) * size_of::<Block>();
                 displaced(TABLE, start + k as usize * size_of::<f64>() * self.lanes.count(), false)

@@ -2,8 +2,6 @@
 //!
 //! A program that has been replayed often enough to pay for it is compiled: vector registers are given
 //! out (`allocate`), the instructions encoded (`encode`) and put into executable memory (`executable`).
-//! A long program is cut into parts, each of which runs for all lanes before the next begins: its code stays in
-//! the nearest cache meanwhile, and all lanes of a number are used while it is near.
 //! The code does the operations of the interpreter in [`super::tape`], in its order and with its
 //! roundings, for one vector of lanes after the other, so that results do not depend on which of the two
 //! ran. The interpreter remains for other processors, for systems that refuse executable memory, and for
@@ -43,8 +41,6 @@ pub struct Line<'p> {
     pub replaced: &'p [u32],
 }
 
-/// Operations of a part at most: some 4 kB of code.
-const PART: usize = 512;
 /// Entry of the common table with the sign bit alone.
 const SIGN: u32 = 0;
 /// Entry of the common table with all bits but the sign's.
@@ -58,7 +54,7 @@ const COPIES: usize = 4;
 const WIDEST: usize = 8;
 
 /// The memory of a program, in blocks: its registers, then for machine code a table of the common numbers
-/// and room for temporaries that leave their vector registers within a part. Both are dense: registers lie so far apart
+/// and room for temporaries that leave their vector registers. Both are dense: registers lie so far apart
 /// that those of one vector of lanes compete for a few sets of the cache.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout {
@@ -74,7 +70,7 @@ impl Layout {
         let table = line.n_registers as usize;
         let n_common = (FIRST_COMMON + line.first_temporary - line.first_common) as usize;
         let aside = table + (COPIES * n_common).div_ceil(LANES);
-        let temporaries = ((line.n_registers - line.first_temporary) as usize).min(PART);
+        let temporaries = (line.n_registers - line.first_temporary) as usize;
         Self { table, aside, n_blocks: aside + (WIDEST * temporaries).div_ceil(LANES) }
     }
 

@@ -127,7 +127,7 @@ fn numbers_used_once_are_read_from_memory() {
         sum = sum + recorder.varying(2 * k) * recorder.varying(2 * k + 1);
     }
     let program = Program::new(&recorder, INPUTS, &[sum]);
-    let code = allocate(&program.line(), 4).concat();
+    let code = allocate(&program.line(), 4);
     let loads = code.iter().filter(|v| matches!(v, Vector::Load { .. })).count();
     let moves = code.iter().filter(|v| matches!(v, Vector::Move { .. })).count();
     let stores = code.iter().filter(|v| matches!(v, Vector::Store { .. })).count();

@@ -11,8 +11,6 @@ pub const NEVER: usize = usize::MAX;
 pub struct Uses {
     pub operands: [usize; 3],
     pub result: usize,
-    /// When the result is needed last.
-    pub last: usize,
     /// Blocks that get the result at once.
     pub stores: Vec<u32>,
     /// What replaces inputs after the instruction, which was the last to read them.
@@ -81,29 +79,24 @@ pub fn uses(line: &Line<'_>) -> (Vec<Uses>, Vec<(usize, u32)>) {
         }
     }
     let mut next = vec![NEVER; n_values];
-    let mut last = vec![NEVER; n_values];
-    let need = |next: &mut [usize], last: &mut [usize], value: usize, at: usize| {
-        if next[value] == NEVER {
-            last[value] = at;
-        }
-        std::mem::replace(&mut next[value], at)
-    };
     let mut uses = Vec::with_capacity(line.operations.len());
     for (at, op) in line.operations.iter().enumerate().rev() {
-        let replacements = replaced[at].iter().rev().map(|&(value, input)| {
-            let next = need(&mut next, &mut last, value, at);
-            Replacement { value, input, next }
-        });
-        let mut replacements: Vec<Replacement> = replacements.collect();
+        let last_first = replaced[at].iter().rev();
+        let put = |&(value, input): &(usize, u32)| Replacement {
+            value,
+            input,
+            next: std::mem::replace(&mut next[value], at),
+        };
+        let mut replacements: Vec<Replacement> = last_first.map(put).collect();
         replacements.reverse();
         let target = op.target as usize;
         let result = std::mem::replace(&mut next[target], NEVER);
         // Numbers that had the register before are not the output.
         let stores = std::mem::take(&mut stores[target]);
         let (values, n) = operands(line, op);
-        uses.push(Uses { operands: values.map(|v| next[v]), result, last: last[target], stores, replacements });
+        uses.push(Uses { operands: values.map(|v| next[v]), result, stores, replacements });
         for &v in &values[..n] {
-            need(&mut next, &mut last, v, at);
+            next[v] = at;
         }
     }
     uses.reverse();
