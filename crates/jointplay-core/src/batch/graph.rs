@@ -114,7 +114,7 @@ fn unsigned(nodes: &[Node]) -> Vec<bool> {
     unsigned
 }
 
-fn operands(node: Node) -> impl Iterator<Item = u32> {
+pub(super) fn operands(node: Node) -> impl Iterator<Item = u32> {
     let (a, b) = match node {
         Node::Constant(_) | Node::Common(_) | Node::Varying(_) => (None, None),
         Node::Neg(a) | Node::Abs(a) => (Some(a), None),
@@ -131,58 +131,4 @@ pub(super) fn varying(nodes: &[Node]) -> Vec<bool> {
         varying.push(depends);
     }
     varying
-}
-
-/// Roots by the number of operations on the longest way to them: what is known early is computed early, before
-/// that on which it depends is left.
-pub(super) fn by_depth(nodes: &[Node], varying: &[bool], roots: &[u32]) -> Vec<u32> {
-    let mut depth: Vec<u32> = Vec::with_capacity(nodes.len());
-    for (&node, &varying) in nodes.iter().zip(varying) {
-        let below = operands(node).map(|o| depth[o as usize] + 1).max().unwrap_or(0);
-        depth.push(if varying { below } else { 0 });
-    }
-    let mut roots = roots.to_vec();
-    roots.sort_by_key(|&root| depth[root as usize]);
-    roots
-}
-
-/// The same order, except that an operation which is the last to need a number follows the last of its operands
-/// at once: no more numbers are kept, and sums and maxima over all bodies grow while these are at hand.
-pub(super) fn hoisted(nodes: &[Node], varying: &[bool], order: &[u32], roots: &[u32]) -> Vec<u32> {
-    const NEVER: usize = usize::MAX;
-    let is_kept = |o: u32| varying[o as usize] && !matches!(nodes[o as usize], Node::Varying(_));
-    let mut last_user = vec![NEVER; nodes.len()];
-    for (at, &id) in order.iter().enumerate() {
-        operands(nodes[id as usize]).for_each(|o| last_user[o as usize] = at);
-    }
-    roots.iter().for_each(|&root| last_user[root as usize] = NEVER);
-    let mut place = vec![0; nodes.len()];
-    for (at, &id) in order.iter().enumerate() {
-        let kept = || operands(nodes[id as usize]).filter(|&o| is_kept(o));
-        let is_last = kept().any(|o| last_user[o as usize] == at);
-        place[id as usize] = kept().map(|o| place[o as usize]).max().filter(|_| is_last).unwrap_or(at);
-    }
-    let mut order = order.to_vec();
-    // Stable: operands stay before what is done in the same place.
-    order.sort_by_key(|&id| place[id as usize]);
-    order
-}
-
-/// What the roots need, operands first, each as late as its first user allows.
-pub(super) fn reachable(nodes: &[Node], roots: &[u32]) -> Vec<u32> {
-    let mut order = Vec::new();
-    let mut seen = vec![false; nodes.len()];
-    for &root in roots {
-        let mut stack = vec![(root, false)];
-        while let Some((id, expanded)) = stack.pop() {
-            if expanded {
-                order.push(id);
-            } else if !seen[id as usize] {
-                seen[id as usize] = true;
-                stack.push((id, true));
-                stack.extend(operands(nodes[id as usize]).filter(|&o| !seen[o as usize]).map(|o| (o, false)));
-            }
-        }
-    }
-    order
 }

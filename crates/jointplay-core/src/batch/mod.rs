@@ -21,6 +21,7 @@ pub mod lanes;
 mod layout;
 mod program;
 mod push;
+mod schedule;
 pub mod simd;
 mod statics;
 pub mod symbol;

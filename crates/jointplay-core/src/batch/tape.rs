@@ -4,9 +4,10 @@
 //! operations. Operations that depend only on quantities common to all samples of a configuration are
 //! done once for it; the rest is replayed on blocks of samples.
 
-use super::graph::{Kind, Operation, by_depth, hoisted, operations, reachable, varying};
+use super::graph::{Kind, Operation, operations, varying};
 use super::jit::{Compiled, Layout, Line};
 use super::lanes::Block;
+use super::schedule::schedule;
 use super::simd::width;
 use super::symbol::{Binary, Node, Recorder, Symbol};
 
@@ -74,8 +75,7 @@ impl Program {
         let roots: Vec<u32> = outputs.iter().map(|&s| recorder.id(s)).collect();
         let nodes = recorder.nodes.borrow();
         let varying = varying(&nodes);
-        let order = reachable(&nodes, &by_depth(&nodes, &varying, &roots));
-        let order = hoisted(&nodes, &varying, &order, &roots);
+        let order = schedule(&nodes, &varying, &roots);
         let work = operations(&nodes, &varying, &order, &roots);
         let common = order.iter().filter(|&&id| !varying[id as usize]).map(|&id| (id as usize, nodes[id as usize]));
         let mut program = Self {
