@@ -109,7 +109,10 @@ class TestQuestions:
 
     @pytest.mark.parametrize("exact", [True, False])
     def test_without_details_it_says_the_same_of_the_errors(self, exact: bool) -> None:
-        m, grid = example("3-rrr"), {"x": np.linspace(-100.0, 100.0, 9), "y": np.linspace(-80.0, 100.0, 8), "angle": 0.0}
+        m, grid = (
+            example("3-rrr"),
+            {"x": np.linspace(-100.0, 100.0, 9), "y": np.linspace(-80.0, 100.0, 8), "angle": 0.0},
+        )
         whole = jp.map(m, grid=grid, exact=exact, chunk=30)
         light = jp.map(m, grid=grid, exact=exact, chunk=30, details=False)
         assert set(light.data_vars) == {"contact_change", "error", "iterations", "nominal", "status", "undetermined"}

@@ -71,17 +71,27 @@ impl Elimination {
     /// Returns `None` when the example itself is singular to working precision.
     #[must_use]
     pub fn plan(n: usize, entries: &[(usize, usize, f64)]) -> Option<Self> {
-        let (mut active, slots) = Active::new(n, entries);
-        let mut pivots = Vec::with_capacity(n);
-        let mut blocks = Vec::new();
-        for pairs in diagonal_blocks(n, entries.iter().map(|&(i, j, _)| (i, j)))? {
-            let before = active.begin(&pairs);
+        Self::plan_in(&diagonal_blocks(n, entries.iter().map(|&(i, j, _)| (i, j)))?, entries)
+    }
+
+    /// Plans the elimination of another matrix of the same pattern.
+    fn plan_again(&self, entries: &[(usize, usize, f64)]) -> Option<Self> {
+        let pairs = |block: &Block| self.pivots[block.pivots.clone()].iter().map(|p| (p.row, p.column)).collect();
+        Self::plan_in(&self.blocks.iter().map(pairs).collect::<Vec<_>>(), entries)
+    }
+
+    fn plan_in(diagonal: &[Vec<(usize, usize)>], entries: &[(usize, usize, f64)]) -> Option<Self> {
+        let (mut active, slots, mut before) = Active::new(diagonal, entries);
+        let mut pivots = Vec::with_capacity(before.len());
+        let mut blocks = Vec::with_capacity(diagonal.len());
+        for (pairs, before) in diagonal.iter().zip(&mut before) {
+            active.begin(pairs);
             let first = pivots.len();
             for _ in pairs {
                 let (row, column) = active.choose()?;
                 pivots.push(active.eliminate(row, column));
             }
-            blocks.push(Block { pivots: first..pivots.len(), before });
+            blocks.push(Block { pivots: first..pivots.len(), before: std::mem::take(before) });
         }
         let rows: Vec<usize> = pivots.iter().map(|p| p.row).collect();
         let columns: Vec<usize> = pivots.iter().map(|p| p.column).collect();
@@ -235,7 +245,7 @@ impl<'a> Factored<'a> {
         if placed.iter().any(|(_, _, v)| !v.is_finite()) {
             return None;
         }
-        let own = Elimination::plan(n, &placed)?;
+        let own = plan.map_or_else(|| Elimination::plan(n, &placed), |plan| plan.plan_again(&placed))?;
         let factors = own.factor(entries)?;
         Some(Self { plan: Cow::Owned(own), factors })
     }

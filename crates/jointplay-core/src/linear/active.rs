@@ -20,7 +20,21 @@ pub struct Active {
 }
 
 impl Active {
-    pub fn new(n: usize, entries: &[(usize, usize, f64)]) -> (Self, Vec<usize>) {
+    /// The entries within diagonal blocks; the slots of all entries, and for every block the entries of its rows in
+    /// columns of earlier ones: row, column, slot.
+    #[allow(clippy::type_complexity)] // said in the line above
+    pub fn new(
+        diagonal: &[Vec<(usize, usize)>],
+        entries: &[(usize, usize, f64)],
+    ) -> (Self, Vec<usize>, Vec<Vec<(usize, usize, usize)>>) {
+        let n = diagonal.iter().map(Vec::len).sum();
+        let (mut of_row, mut of_column) = (vec![0; n], vec![0; n]);
+        for (number, pairs) in diagonal.iter().enumerate() {
+            for &(row, column) in pairs {
+                of_row[row] = number;
+                of_column[column] = number;
+            }
+        }
         let mut active = Self {
             rows: vec![BTreeMap::new(); n],
             columns: vec![BTreeSet::new(); n],
@@ -28,29 +42,27 @@ impl Active {
             values: Vec::new(),
             largest: 0.0,
         };
+        let mut before: Vec<Vec<(usize, usize, usize)>> = vec![Vec::new(); diagonal.len()];
         let mut slots = Vec::with_capacity(entries.len());
         for &(i, j, v) in entries {
-            let slot = active.slot(i, j);
+            let slot = if of_row[i] == of_column[j] {
+                active.slot(i, j)
+            } else {
+                active.values.push(0.0);
+                // An entry that is there twice is added twice.
+                before[of_row[i]].push((i, j, active.values.len() - 1));
+                active.values.len() - 1
+            };
             active.values[slot] += v;
             slots.push(slot);
         }
         active.largest = active.values.iter().fold(0.0, |a, v| a.max(v.abs()));
-        (active, slots)
+        (active, slots, before)
     }
 
-    /// Begins a block; takes out the entries of its rows in columns of others.
-    pub fn begin(&mut self, pairs: &[(usize, usize)]) -> Vec<(usize, usize, usize)> {
-        let own: BTreeSet<usize> = pairs.iter().map(|&(_, column)| column).collect();
-        let mut before = Vec::new();
-        for &(i, _) in pairs {
-            before.extend(self.rows[i].iter().filter(|(j, _)| !own.contains(j)).map(|(&j, &slot)| (i, j, slot)));
-            self.rows[i].retain(|j, _| own.contains(j));
-            self.by_length.insert((self.rows[i].len(), i));
-        }
-        // Columns of earlier blocks are done with; of its own ones, rows of later blocks are no part.
-        let rows: BTreeSet<usize> = pairs.iter().map(|&(row, _)| row).collect();
-        own.iter().for_each(|&j| self.columns[j].retain(|i| rows.contains(i)));
-        before
+    /// Begins a block.
+    pub fn begin(&mut self, pairs: &[(usize, usize)]) {
+        self.by_length.extend(pairs.iter().map(|&(row, _)| (self.rows[row].len(), row)));
     }
 
     /// The slot of an entry, a new one where there was none.
