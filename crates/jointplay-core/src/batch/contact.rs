@@ -199,7 +199,7 @@ impl<'m> Contact<'m> {
             }
         }
         let most = (0..LANES).filter(|&i| good[i]).fold(1.0, |most: f64, i| most.max(parts.0[i]));
-        if most == 1.0 {
+        if most <= 1.0 {
             return;
         }
         let offsets = step[..n_u].to_vec();

@@ -88,7 +88,9 @@ fn with_last_uses_early(nodes: &[Node], varying: &[bool], mut order: Vec<u32>, r
     for (at, &id) in order.iter().enumerate() {
         operands(nodes[id as usize]).for_each(|o| last_user[o as usize] = at);
     }
-    roots.iter().for_each(|&root| last_user[root as usize] = NEVER);
+    for &root in roots {
+        last_user[root as usize] = NEVER;
+    }
     let mut place = vec![0; nodes.len()];
     for (at, &id) in order.iter().enumerate() {
         let computed = || operands(nodes[id as usize]).filter(|&o| is_computed(nodes, varying, o));

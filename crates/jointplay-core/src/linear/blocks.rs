@@ -17,7 +17,9 @@ pub fn diagonal_blocks(n: usize, pattern: impl Iterator<Item = (usize, usize)>) 
     }
     let row_of = transversal(&columns)?;
     let mut column_of = vec![NONE; n];
-    row_of.iter().enumerate().for_each(|(column, &row)| column_of[row] = column);
+    for (column, &row) in row_of.iter().enumerate() {
+        column_of[row] = column;
+    }
     let needs: Vec<Vec<usize>> = columns.iter().map(|c| c.iter().map(|&j| row_of[j]).collect()).collect();
     let blocks = strong_components(&needs);
     Some(blocks.into_iter().map(|rows| rows.into_iter().map(|row| (row, column_of[row])).collect()).collect())
@@ -94,7 +96,9 @@ fn strong_components(needs: &[Vec<usize>]) -> Vec<Vec<usize>> {
             if earliest[node] == met[node] {
                 let first = open.iter().rposition(|&o| o == node).unwrap_or_default();
                 let component = open.split_off(first);
-                component.iter().for_each(|&o| closed[o] = true);
+                for &o in &component {
+                    closed[o] = true;
+                }
                 components.push(component);
             }
             if let Some(&(parent, _)) = path.last() {
@@ -124,6 +128,12 @@ mod tests {
         reach
     }
 
+    /// Whether rows from one on can be paired with columns that are not used yet: all ways are tried.
+    fn pairs(row: usize, n: usize, used: usize, pattern: &[(usize, usize)]) -> bool {
+        let fits = |j: usize| used >> j & 1 == 0 && pattern.contains(&(row, j));
+        row == n || (0..n).any(|j| fits(j) && pairs(row + 1, n, used | 1 << j, pattern))
+    }
+
     #[test]
     fn blocks_are_triangular_and_as_small_as_can_be() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
@@ -132,22 +142,15 @@ mod tests {
             let n = 1 + round % 12;
             let pattern: Vec<(usize, usize)> =
                 (0..n * n).map(|k| (k / n, k % n)).filter(|_| rng.random::<f64>() < 1.6 / n as f64).collect();
-            // What brute force says: by expansion along the first row.
-            fn pairs(row: usize, n: usize, used: usize, pattern: &[(usize, usize)]) -> bool {
-                row == n
-                    || (0..n).any(|j| {
-                        used >> j & 1 == 0 && pattern.contains(&(row, j)) && pairs(row + 1, n, used | 1 << j, pattern)
-                    })
-            }
             let Some(blocks) = diagonal_blocks(n, pattern.iter().copied()) else {
                 singular += 1;
                 assert!(!pairs(0, n, 0, &pattern));
                 continue;
             };
-            let pairs: Vec<(usize, usize)> = blocks.concat();
-            assert_eq!(pairs.len(), n);
-            assert!(pairs.iter().all(|pair| pattern.contains(pair)));
-            let column_of = |row: usize| pairs.iter().find(|p| p.0 == row).expect("every row is paired").1;
+            let paired: Vec<(usize, usize)> = blocks.concat();
+            assert_eq!(paired.len(), n);
+            assert!(paired.iter().all(|pair| pattern.contains(pair)));
+            let column_of = |row: usize| paired.iter().find(|p| p.0 == row).expect("every row is paired").1;
             let reach = by_closure(n, |i, j| pattern.contains(&(i, column_of(j))));
             let block_of = |row: usize| blocks.iter().position(|b| b.iter().any(|p| p.0 == row)).expect("in a block");
             for i in 0..n {
