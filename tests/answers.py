@@ -1,13 +1,16 @@
-"""The bundled examples and their answers, as the tests of the Python interface ask for them."""
+"""The bundled examples, their answers and refusals, as the tests of the Python interface ask for them."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+import pytest
 import xarray as xr
 
 import jointplay as jp
+from jointplay.errors import InputError
+from jointplay.mobility import require_determinate
 
 #: the examples that hold their bodies more than once
 OVER_CONSTRAINED = ("redundant-bar", "x-braced-square", "antenna-support", "sarrus", "bennett", "four-legged-platform")
@@ -30,3 +33,12 @@ def ask(question: str, m: jp.Mechanism) -> xr.Dataset:
 def distance(error: xr.DataArray) -> np.ndarray:
     lengths = [component for component in error.component.values if component in ("x", "y", "z")]
     return np.linalg.norm(error.sel(component=lengths).transpose(..., "component").values, axis=-1)
+
+
+def refusal(text: str) -> str:
+    """What is said of a mechanism file that does not do."""
+    with pytest.raises(InputError) as caught:
+        require_determinate(jp.loads(text, "file.toml"))
+    assert str(caught.value).startswith("file.toml: ")
+    assert str(caught.value).isprintable(), "one line, no control characters"
+    return str(caught.value)

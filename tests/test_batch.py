@@ -34,6 +34,18 @@ def _scale(mechanism, size):
     return np.repeat([mechanism.length, 1.0], [lengths, size - lengths])
 
 
+def _on_every_width(*questions):
+    """The answer to the first of some questions, which is that to all of them, on every width and to the last bit."""
+    answers = []
+    for width in WIDTHS:
+        _core.simd(width)
+        answers += [ask() for ask in questions]
+    for other in answers[1:]:
+        for key, value in answers[0].items():
+            assert np.array_equal(value, other[key], equal_nan=True), key
+    return answers[0]
+
+
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_samples_equal_the_plain_solver_on_every_width(name):
     mechanism = example(name)
@@ -44,14 +56,7 @@ def test_samples_equal_the_plain_solver_on_every_width(name):
     def draw(threads):
         return core.random(drives, poses, count, 3, np.array([0.5]), np.nan, np.nan, threads=threads, keep=True)
 
-    results = []
-    for width in WIDTHS:
-        _core.simd(width)
-        results += [draw(1), draw(2)]
-    first = results[0]
-    for other in results[1:]:
-        for key, value in first.items():
-            assert np.array_equal(value, other[key], equal_nan=True), key
+    first = _on_every_width(lambda: draw(1), lambda: draw(2))
     assert first["fallbacks"].sum() == 0
     given = core.given(np.repeat(drives, count, 0), np.repeat(poses, count, 0), first["kept_parameters"])
     # Relative to the size of the mechanism: rounding of positions does not shrink with the clearances.
@@ -66,31 +71,25 @@ def test_loaded_equals_the_plain_solver_on_every_width(name):
         pytest.skip("no load")
     core, drives = mechanism.core, _dense_path(mechanism, 130)
     poses = core.solve(drives)["poses"]
-    results = []
-    for width in WIDTHS:
-        _core.simd(width)
-        results.append(core.loaded(drives, poses))
-    for other in results[1:]:
-        for key, value in results[0].items():
-            assert np.array_equal(value, other[key], equal_nan=True), key
+    result = _on_every_width(lambda: core.loaded(drives, poses))
     # Few configurations at a time are solved plainly.
     parts = [core.loaded(drives[i : i + 1], poses[i : i + 1]) for i in range(len(drives))]
-    size = _scale(mechanism, results[0]["error"].shape[1])
+    size = _scale(mechanism, result["error"].shape[1])
     scales = dict.fromkeys(("error", "error_first_order", "undetermined"), size)
 
     def difference(key):
         plain = np.concatenate([part[key] for part in parts]).astype(float)
         scale = scales.get(key, max(float(np.max(np.abs(plain))), 1e-300))
-        return np.max(np.abs(plain - results[0][key]).reshape(len(drives), -1) / np.ravel(scale), axis=1, initial=0.0)
+        return np.max(np.abs(plain - result[key]).reshape(len(drives), -1) / np.ravel(scale), axis=1, initial=0.0)
 
     for key in ("error_first_order", "contribution", "status"):
         assert difference(key).max() < 1e-12, key
     for key in ("error", "undetermined", "reaction", "undetermined_contribution", "decided"):
         assert difference(key).max() < 1e-12, key
     # A pin that hangs between its shoulders is held there by forces of second order, which rounding is part of.
-    decided = np.repeat(results[0]["decided"], np.bincount([source for source, _ in core.parameters]), axis=1)
+    decided = np.repeat(result["decided"], np.bincount([source for source, _ in core.parameters]), axis=1)
     plain = np.concatenate([part["offset"] for part in parts])
-    apart = np.abs(plain - results[0]["offset"]) / np.abs(plain).max()
+    apart = np.abs(plain - result["offset"]) / np.abs(plain).max()
     assert apart[decided].max(initial=0.0) < 1e-12
     assert apart.max() < 1e-6
 
@@ -102,16 +101,10 @@ def test_the_first_order_equals_the_plain_solver_on_every_width(name):
         pytest.skip("no load")
     core, drives = mechanism.core, _dense_path(mechanism, 130)
     poses = core.solve(drives)["poses"]
-    results = []
-    for width in WIDTHS:
-        _core.simd(width)
-        results.append(core.loaded(drives, poses, exact=False))
-    for other in results[1:]:
-        for key, value in results[0].items():
-            assert np.array_equal(value, other[key], equal_nan=True), key
+    result = _on_every_width(lambda: core.loaded(drives, poses, exact=False))
     # Few configurations at a time are solved plainly.
     parts = [core.loaded(drives[i : i + 1], poses[i : i + 1], exact=False) for i in range(len(drives))]
-    size = _scale(mechanism, results[0]["error"].shape[1])
+    size = _scale(mechanism, result["error"].shape[1])
     scales = dict.fromkeys(("error", "error_first_order", "undetermined", "undetermined_contribution"), size)
     # An offset has the direction of a reaction, which rounding turns the more the smaller that is beside the others; it
     # matters as little then.
@@ -119,9 +112,9 @@ def test_the_first_order_equals_the_plain_solver_on_every_width(name):
     for key in ("error", "undetermined", "undetermined_contribution", "decided", "reaction", "offset", "contribution"):
         plain = np.concatenate([part[key] for part in parts]).astype(float)
         scale = scales.get(key, max(float(np.abs(plain).max(initial=0.0)), 1e-300))
-        assert (np.abs(plain - results[0][key]) / scale).max(initial=0.0) < bounds.get(key, 1e-12), key
-    assert np.array_equal(np.concatenate([part["status"] for part in parts]), results[0]["status"])
-    assert np.array_equal(results[0]["error"], results[0]["error_first_order"], equal_nan=True)
+        assert (np.abs(plain - result[key]) / scale).max(initial=0.0) < bounds.get(key, 1e-12), key
+    assert np.array_equal(np.concatenate([part["status"] for part in parts]), result["status"])
+    assert np.array_equal(result["error"], result["error_first_order"], equal_nan=True)
 
 
 @pytest.mark.parametrize("exact", [True, False])
@@ -183,14 +176,7 @@ def test_worst_equals_the_plain_solver_on_every_width(name):
     mechanism = example(name)
     core, drives = mechanism.core, _dense_path(mechanism, 5)
     poses = core.solve(drives)["poses"]
-    results = []
-    for width in WIDTHS:
-        _core.simd(width)
-        results.append(core.worst(drives, poses))
-    first = results[0]
-    for other in results[1:]:
-        for key, value in first.items():
-            assert np.array_equal(value, other[key], equal_nan=True), key
+    first = _on_every_width(lambda: core.worst(drives, poses))
     # What becomes of a start does not depend on what is in the other lanes; the first configuration, in which
     # the elimination is planned, stays.
     for key, value in core.worst(drives[[0, 2]], poses[[0, 2]]).items():

@@ -49,6 +49,14 @@ class TestNodes:
             np.testing.assert_allclose(nominal, along[within], rtol=0, atol=1e-9)
         assert float(result.angle) == pytest.approx(5.0, rel=1e-15)
 
+    def test_an_axis_ends_where_it_is_said_to(self) -> None:
+        # 6.9 times three over three is another number: the node could not be selected by its label.
+        along = {"from": -6.9, "to": 6.9, "count": 4}
+        result = jp.map(example("3-rrr"), "solve", {"x": along, "y": 0.0, "angle": 0.0})
+        np.testing.assert_array_equal(result.x[[0, -1]], [-6.9, 6.9])
+        np.testing.assert_array_equal(result.x, -result.x[::-1].values)
+        assert str(result.status.sel(x=6.9).values) == "ok"
+
     @pytest.mark.parametrize("chunk", [7, 60, 10**6])
     def test_a_ring_around_what_cannot_be_reached_is_found_from_both_sides(self, chunk: int) -> None:
         # The arm cannot fold onto its base: its tool moves in a ring.

@@ -101,6 +101,14 @@ class TestQuantities:
         assert quantity(loaded, "error.angle").units == "deg"
         assert quantity(loaded, "reaction.B.moment").units == "N mm"
 
+    def test_the_probability_nearest_to_95_percent_stands_for_a_scatter(self) -> None:
+        grid = {"x": [0.0, 20.0], "y": [150.0, 170.0]}
+        result = jp.map(example("five-bar"), "random", grid, samples=300, probabilities=(0.5, 0.9))
+        found = quantity(result, "position")
+        expected = result["quantile"].sel(probability=0.9, quantity="position")
+        np.testing.assert_array_equal(found.values, expected)
+        assert found.long_name == "position, 90 % of the units below"
+
     @pytest.mark.parametrize(
         ("name", "said"),
         [

@@ -125,6 +125,12 @@ def test_every_block_is_of_a_kind_that_is_checked(page: Path) -> None:
     assert not unknown, "write ```text for what is only to be read"
 
 
+@pytest.mark.parametrize("page", PAGES[:2], ids=lambda page: page.name)
+def test_links_of_pages_that_the_documentation_build_does_not_check(page: Path) -> None:
+    targets = re.findall(r"\]\(([^):#]+)\)", page.read_text(encoding="utf-8"))
+    assert [target for target in targets if not (ROOT / target).exists()] == []
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_make_targets_that_a_page_names_exist(page: Path) -> None:
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))

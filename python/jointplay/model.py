@@ -28,7 +28,7 @@ DEEPEST = 20
 
 
 class Mechanism(Compiled):
-    """A planar mechanism of any graph, immutable. Read one with `load` or `loads`, change a copy with `with_`.
+    """A mechanism of any graph, immutable. Read one with `load` or `loads`, change a copy with `with_`.
 
     Two mechanisms are equal when their files say the same.
 

@@ -88,6 +88,20 @@ def from_axes(axes: ArrayLike) -> Floats:
     return np.asarray(q / np.linalg.norm(q))
 
 
+def turned_by(vector: ArrayLike) -> Floats:
+    """Rotation matrices of rotation vectors; shape (..., 3, 3).
+
+    Examples
+    --------
+    >>> turned_by([0, 0, np.pi / 2]).round(12) + 0.0
+    array([[ 0., -1.,  0.],
+           [ 1.,  0.,  0.],
+           [ 0.,  0.,  1.]])
+    """
+    q = quaternion(vector)
+    return matrix(np.concatenate([np.zeros((*q.shape[:-1], 3)), q], axis=-1))
+
+
 def matrix(poses: ArrayLike) -> Floats:
     """Rotation matrices of poses, body axes to ground axes; shape (..., 3, 3)."""
     poses = np.asarray(poses, dtype=np.float64)

@@ -2,7 +2,6 @@
 
 use std::sync::OnceLock;
 
-use crate::clearance::Set;
 use crate::cone::factor;
 use crate::joint::Joint;
 use crate::mechanism::{Elastic, Mechanism, Point, Row, Source};
@@ -56,7 +55,8 @@ impl Mechanism {
         let mut sources = Vec::with_capacity(spec.sources.len());
         let mut centre = Vec::new();
         for (i, s) in spec.sources.iter().enumerate() {
-            let set = Set::try_from(s.set).map_err(|e| SpecError(format!("source {i}: {e}")))?;
+            let set = s.set;
+            set.check().map_err(|e| SpecError(format!("source {i}: {e}")))?;
             let first = centre.len();
             let components = attach(&s.target, first, &mut points, &joints, &mut rows, &driven_rows)
                 .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;

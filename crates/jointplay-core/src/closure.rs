@@ -97,13 +97,9 @@ impl Mechanism {
 
     /// The axes of a joint in ground axes.
     pub(crate) fn axes<S: Real>(&self, joint: usize, poses: &[Pose<S>]) -> [Vec3<S>; 3] {
-        let joint = &self.joints[joint];
-        match &joint.frame {
+        match self.joints[joint].frame {
             Frame::Ground => Pose::<S>::identity().rotation,
-            Frame::First(axes) => {
-                let body = self.points[joint.first].body;
-                axes.map(|axis| body.map_or_else(|| constant(axis), |b| poses[b].turn(constant(axis))))
-            }
+            Frame::First => [0, 1, 2].map(|axis| self.carried(joint, false, axis, poses)),
         }
     }
 
@@ -198,7 +194,7 @@ impl Mechanism {
                     residual[k] = dot(e, d) - (command + parameter);
                     linear = e;
                     let mut turning = cross(e, p1.lever);
-                    if matches!(joint.frame, Frame::First(_)) {
+                    if joint.frame == Frame::First {
                         turning = add(turning, cross(e, d));
                     }
                     angular_1 = turning;

@@ -56,7 +56,7 @@ impl Mechanism {
                         error: self.error(&state, &nominal),
                         error_first_order,
                         coordinates: state.coordinates,
-                        status: self.nominal_status(&nominal),
+                        status: self.status_of(&linearised, &nominal),
                     },
                     Err(status) => Given { error_first_order, ..missing(status) },
                 }
@@ -68,25 +68,24 @@ impl Mechanism {
     /// Sensitivity of the output of every case, at its nominal coordinates.
     #[must_use]
     pub fn sensitivities(&self, cases: &[Case<'_>]) -> Vec<Sensitivity> {
-        let missing = |status| {
-            let nan = |columns| DMatrix::from_element(self.size(), columns, f64::NAN);
-            Sensitivity {
-                output: Output { parameters: nan(self.n_parameters()), drives: nan(self.n_drives()) },
-                status,
-            }
-        };
         self.each(
             cases,
             |solver, _, _, nominal| {
                 solver.linearise(&nominal).map_or_else(
-                    || missing(Status::Singular),
+                    || self.no_sensitivity(Status::Singular),
                     |linearised| Sensitivity {
                         output: self.output_sensitivity(&linearised, &nominal),
-                        status: self.nominal_status(&nominal),
+                        status: self.status_of(&linearised, &nominal),
                     },
                 )
             },
-            || missing(Status::NotAssembled),
+            || self.no_sensitivity(Status::NotAssembled),
         )
+    }
+
+    /// The maps of a case that has none.
+    pub(crate) fn no_sensitivity(&self, status: Status) -> Sensitivity {
+        let nan = |columns| DMatrix::from_element(self.size(), columns, f64::NAN);
+        Sensitivity { output: Output { parameters: nan(self.n_parameters()), drives: nan(self.n_drives()) }, status }
     }
 }

@@ -20,12 +20,12 @@ use crate::space::{Component, Mat3, Space, Vec3, cross, dot, norm, scale, sub};
 use crate::spec::{Coordinate, JointKind, JointSpec};
 
 /// The axes in which a joint's displacement is told.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frame {
     /// Ground axes.
     Ground,
-    /// Axes fixed to the first body (rows are the axes in body axes).
-    First(Mat3<f64>),
+    /// The joint axes that the first body carries.
+    First,
 }
 
 /// A joint as the closure equations see it.
@@ -106,7 +106,7 @@ impl Joint {
             space,
             first: spec.first,
             second: spec.second,
-            frame: if ground { Frame::Ground } else { Frame::First(axes_first) },
+            frame: if ground { Frame::Ground } else { Frame::First },
             axes_first,
             axes_second,
             locked,
@@ -117,7 +117,7 @@ impl Joint {
 
     /// The component of a name; `None` where the joint cannot be driven along it.
     pub(crate) fn component_of(&self, coordinate: Coordinate) -> Option<Component> {
-        let ground = matches!(self.frame, Frame::Ground);
+        let ground = self.frame == Frame::Ground;
         let component = match (coordinate, self.space) {
             (Coordinate::X, _) if ground => Component::Along(0),
             (Coordinate::Y, _) if ground => Component::Along(1),
@@ -135,9 +135,9 @@ impl Joint {
     pub fn name_of(&self, component: Component) -> &'static str {
         match (self.space, &self.frame, component) {
             (Space::Planar, _, Component::About(_)) => "angle",
-            (Space::Planar, Frame::First(_), Component::Along(1)) => "normal",
+            (Space::Planar, Frame::First, Component::Along(1)) => "normal",
             (_, Frame::Ground, Component::Along(i)) => ["x", "y", "z"][i],
-            (_, Frame::First(_), Component::Along(i)) => ["along", "side", "normal"][i],
+            (_, Frame::First, Component::Along(i)) => ["along", "side", "normal"][i],
             (Space::Spatial, _, Component::About(0)) if self.coordinate == Some(component) => "angle",
             (Space::Spatial, _, Component::About(i)) => ["roll", "tilt_side", "tilt_normal"][i],
         }

@@ -5,6 +5,7 @@
 //! units and radians; an error is actual minus nominal.
 
 pub mod ascent;
+pub mod assembly;
 pub mod batch;
 mod build;
 pub mod clearance;
@@ -16,6 +17,7 @@ pub mod extremes;
 pub mod flood;
 pub mod given;
 pub mod hyperstatic;
+mod inverse;
 mod joint;
 pub mod linear;
 pub mod loaded;

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use crate::clearance::Set;
 use crate::space::Space;
 
 /// A whole mechanism.
@@ -135,72 +136,6 @@ pub struct LoadSpec {
     pub moment: [f64; 3],
 }
 
-/// A set of admissible offsets.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SetSpec {
-    /// Pin in hole.
-    Disc {
-        /// Radial clearance.
-        radius: f64,
-    },
-    /// Slider in guide.
-    Diamond {
-        /// Gap on each side.
-        gap: f64,
-        /// Half of the slider's length.
-        half_length: f64,
-    },
-    /// One number between two bounds.
-    Interval {
-        /// Lower bound, not above zero.
-        low: f64,
-        /// Upper bound, not below zero.
-        high: f64,
-    },
-    /// Ball in socket.
-    Ball {
-        /// Radial clearance.
-        radius: f64,
-    },
-    /// Pin in a bore between shoulders.
-    Journal {
-        /// Radial clearance at both ends of the pin.
-        radius: f64,
-        /// Half of the length over which pin and bore engage.
-        half_length: f64,
-        /// Axial play on each side.
-        axial: f64,
-    },
-    /// Pin in a bore, free to slide.
-    Sleeve {
-        /// Radial clearance at both ends of the pin.
-        radius: f64,
-        /// Half of the length over which pin and bore engage.
-        half_length: f64,
-    },
-    /// Rectangular slider in a guide.
-    Guide {
-        /// Gap on each side.
-        gap: f64,
-        /// Half of the slider's length.
-        half_length: f64,
-        /// Half of the slider's width, along side.
-        half_width: f64,
-        /// Half of the slider's height, along normal.
-        half_height: f64,
-    },
-    /// Plate between planes.
-    Plate {
-        /// Gap on each side.
-        gap: f64,
-        /// Half of the plate's size along the joint's normal.
-        half_normal: f64,
-        /// Half of the plate's size along the joint's side.
-        half_side: f64,
-    },
-}
-
 /// How offsets scatter from unit to unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -253,7 +188,7 @@ pub struct SourceSpec {
     #[serde(flatten)]
     pub target: Target,
     /// Where its offset can be, relative to the centre.
-    pub set: SetSpec,
+    pub set: Set,
     /// Known deviation of the built unit.
     pub centre: Vec<f64>,
     /// How it scatters.

@@ -1,34 +1,13 @@
 //! Cone programs: whole arrays of programs of one structure in, whole arrays of answers out.
 
-use jointplay_core::clearance::Set;
 use jointplay_core::cone::lanes::{Answers, Programs, Question};
 use jointplay_core::cone::{Kind, Outcome};
-use jointplay_core::spec::SetSpec;
 use numpy::{PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde::Deserialize;
 
 use crate::arrays::Table;
-
-/// A block as Python names it.
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum BlockSpec {
-    Clearance(SetSpec),
-    Fixed(SetSpec),
-    Spring(Vec<f64>),
-}
-
-fn kind(block: BlockSpec) -> PyResult<Kind> {
-    let set = |spec: SetSpec| Set::try_from(spec).map_err(|e| PyValueError::new_err(e.to_string()));
-    Ok(match block {
-        BlockSpec::Clearance(spec) => Kind::Clearance(set(spec)?),
-        BlockSpec::Fixed(spec) => Kind::Fixed(set(spec)?),
-        BlockSpec::Spring(compliance) => Kind::Spring(compliance),
-    })
-}
 
 /// Answers of `programs` that differ in their numbers only.
 ///
@@ -51,8 +30,10 @@ pub fn cone_programs<'py>(
         "assembly" => Question::Assembly,
         other => return Err(PyValueError::new_err(format!("unknown question '{other}': pose or assembly"))),
     };
-    let blocks: Vec<BlockSpec> = serde_json::from_str(blocks).map_err(|e| PyValueError::new_err(e.to_string()))?;
-    let kinds = blocks.into_iter().map(kind).collect::<PyResult<Vec<Kind>>>()?;
+    let kinds: Vec<Kind> = serde_json::from_str(blocks).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    for set in kinds.iter().filter_map(Kind::set) {
+        set.check().map_err(|e| PyValueError::new_err(e.to_string()))?;
+    }
     let (maps, forces, rights) = (maps.as_array(), forces.as_array(), rights.as_array());
     let width: usize = kinds.iter().map(Kind::size).sum();
     let (n, s) = (rights.nrows(), rights.ncols());

@@ -18,7 +18,6 @@ from .nominal import Floats
 if TYPE_CHECKING:
     import xarray as xr
 
-
 #: which numbers of a set bound a displacement
 SIZES = ("radius", "axial", "gap")
 
@@ -35,13 +34,12 @@ def check(m: Mechanism) -> xr.Dataset:
     -------
     xarray.Dataset
         Over `joint` its kind and bodies (`joint_kind`, `first_body`, `second_body`); over `body` where the file says it
-        is (`guess`); over `source` its `size`; over `drive`
-        its `driven_joint`. Where bodies are elastic, over `member`: `member_joint`, `member_length`, `member_stiffness`
-        (along it). Where constraints are redundant, over `number`: `self_stress` (reactions that need no load, the
-        largest force 1) and `self_stress_members` (what they run through). Attributes: `degrees_of_freedom`,
-        `redundancy` (how many constraints are redundant), `mobility` (a sentence), `determinate` (whether the drives
-        decide every pose just once), `decided` (once or more, with no drive too many), `assembled` (whether the joints
-        go together near the start), as 0 or 1.
+        is (`guess`); over `source` its `size`; over `drive` its `driven_joint`. Where bodies are elastic, over
+        `member`: `member_joint`, `member_length`, `member_stiffness` (along it). Where constraints are redundant, over
+        `number`: `self_stress` (reactions that need no load, the largest force 1) and `self_stress_members` (what they
+        run through). Attributes: `degrees_of_freedom`, `redundancy` (how many constraints are redundant), `mobility` (a
+        sentence), `determinate` (whether the drives decide every pose just once), `decided` (once or more, with no
+        drive too many), `assembled` (whether the joints go together near the start), as 0 or 1.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The questions that can be asked of every step of a sweep and of both mechanisms of a comparison."""
+"""The questions that sweeps, comparisons and maps ask again and again."""
 
 from __future__ import annotations
 

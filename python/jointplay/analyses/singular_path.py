@@ -219,9 +219,7 @@ class Path:
     def _output(self, states: Floats) -> Floats:
         """Position of the output point, three coordinates."""
         point = self.spec["points"][self.spec["output"]["point"]]
-        arm = np.zeros(3)
-        arm[: len(point["at"])] = point["at"]
-        return poses.place(states[:, point["body"]], arm)
+        return poses.place(states[:, point["body"]], point["at"])
 
     def _kind(self, pose: Floats) -> str:
         values = self.scaled.measure(pose[None], range(len(self.scaled.units))).values[0]

@@ -98,9 +98,7 @@ class Scaled:
         spec = self.m.core_spec
         point = spec["points"][spec["output"]["point"]]
         size = len(self.units)
-        arm = np.zeros(3)
-        arm[: len(point["at"])] = point["at"]
-        lever = (poses.matrix(at[:, point["body"]]) @ arm) / self.length
+        lever = (poses.matrix(at[:, point["body"]]) @ np.array(point["at"])) / self.length
         part = np.tile(np.eye(size), (len(at), 1, 1))
         if size == 3:
             part[:, 0, 2], part[:, 1, 2] = -lever[:, 1], lever[:, 0]

@@ -14,7 +14,7 @@ from jointplay.mobility import RANK
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, to_dataset
 
-from .nominal import Floats, Interrupted, Nominal, Progress, batched, nominal, report
+from .nominal import Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .singular_path import Nearest, Path
 from .singular_values import KINDS, Scaled, kind
 
@@ -101,11 +101,8 @@ def compute(
     builder.attrs["limit"] = limit
     builder.attrs["output_components"] = ", ".join(m.components[c] for c in counted)
     _add_values(builder, found)
-    if done < total:
-        builder.attrs["incomplete"] = f"interrupted after {done} of {total} configurations"
-        raise Interrupted(builder.result())
-    if not path:
-        return builder.result()
+    if done < total or not path:
+        return finished(builder, done, total)
     between = Path(scaled, at, found["closure"], limit)
     steps = 0
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.result import Result
 
+    from .options import Contact, Law
+
 #: a table that is not read on a terminal may be as wide as it needs
 UNLIMITED = 400
 
@@ -33,6 +35,11 @@ def mechanism(file: str, settings: Sequence[str] | Mapping[str, str] | None) -> 
 def offsets(given: Sequence[str] | None) -> dict[str, Any]:
     """Offsets by name."""
     return {name: numbers(text, f"--offset {name}") for name, text in assignments(given or (), "--offset").items()}
+
+
+def scatter(samples: int, seed: int, law: Law | None, contact: Contact) -> dict[str, Any]:
+    """The options of the question `random`."""
+    return {"samples": samples, "seed": seed, "law": law.value if law else None, "contact": contact.value}
 
 
 def check_paths(output: Path | None, plot: Path | None = None) -> None:

@@ -124,7 +124,9 @@ def _steps(key: str, text: str, option: str = "--set") -> list[float | str] | No
         raise InputError(f"{shown(text)} is not from:to:count, such as 0:1:11", key=f"{option} {key}") from None
     if not 2 <= count <= MOST_STEPS:
         raise InputError(f"{count} values; 2 to {MOST_STEPS} are possible", key=f"{option} {key}")
-    return [(low * (count - 1 - k) + high * k) / (count - 1) for k in range(count)]
+    from jointplay.schema.values import spaced
+
+    return [*spaced(low, high, count)]
 
 
 def words(text: str | None) -> list[str] | None:

@@ -175,7 +175,7 @@ def error(
         return found["worst"]
 
     def ask_random(m: Mechanism, progress: Any) -> Result:
-        return random.compute(m, samples, seed, law.value if law else None, contact=contact.value, progress=progress)
+        return random.compute(m, **answer.scatter(samples, seed, law, contact), progress=progress)
 
     def ask_given(m: Mechanism, progress: Any) -> Result:
         if put:
@@ -256,7 +256,7 @@ def sweep(
     m = answer.mechanism(file, fixed)
     options: dict[str, Any] = {}
     if question is Swept.random:
-        options = {"samples": samples, "seed": seed, "law": law.value if law else None, "contact": contact.value}
+        options = answer.scatter(samples, seed, law, contact)
     if question is Swept.given:
         options = {"offsets": answer.offsets(offset)}
 
@@ -318,7 +318,7 @@ def map_(
     if question is Mapped.loaded:
         options = {"exact": not first_order, "details": details}
     if question is Mapped.random:
-        options = {"samples": samples, "seed": seed, "law": law.value if law else None, "contact": contact.value}
+        options = answer.scatter(samples, seed, law, contact)
     if question is Mapped.given:
         options = {"offsets": answer.offsets(offset)}
     ranges = arguments.gridded(arguments.assignments(grid, "--grid")) if grid else None
@@ -354,7 +354,7 @@ def compare(
     a, b = answer.mechanism(first, settings), answer.mechanism(second, settings)
     options: dict[str, Any] = {}
     if question is Compared.random:
-        options = {"samples": samples, "seed": seed, "law": law.value if law else None, "contact": contact.value}
+        options = answer.scatter(samples, seed, law, contact)
     followed = arguments.words(components)
 
     def ask(m: Mechanism) -> Result:

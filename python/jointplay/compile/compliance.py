@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.schema import BodyTable, JointTable, SpatialBody, Stiffness
+from jointplay.schema import BodyTable, JointTable, SpatialBody, SpatialJoint, Stiffness
 from jointplay.units import Units
 
 Floats = NDArray[np.float64]
@@ -49,7 +49,7 @@ def compliance_of(joint: JointTable, units: Units) -> tuple[float, ...] | None:
     given: Stiffness | None = getattr(joint, "stiffness", None)
     if given is None:
         return None
-    space = "planar" if len(joint.point.split(",")) == 2 else "spatial"
+    space = "spatial" if isinstance(joint, SpatialJoint) else "planar"
     keys = HELD[space][joint.kind]
     diagonal: list[float] = []
     for k, key in enumerate(keys):

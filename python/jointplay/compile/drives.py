@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.errors import InputError, listed, shown
+from jointplay.errors import listed, shown
 from jointplay.schema import MechanismFile
 
 from .graph import CompiledJoint, Graph
@@ -17,38 +17,57 @@ COMPONENTS = {"planar": ("x", "y", "angle"), "spatial": ("x", "y", "z", "rx", "r
 LENGTHS = ("x", "y", "z")
 #: names of variables and dimensions of results, beside which the drives appear as coordinates
 RESERVED = frozenset(
-    {
-        *("across", "contact_change"),
-        *("admissible", "at_limit", "bin", "body", "component", "configuration", "contribution", "coordinate"),
-        *("correction", "covariance", "direction", "drive", "edge", "error", "extreme", "failures", "guess"),
-        *("histogram", "iterations", "joint", "largest", "mean", "member", "mismatch", "nominal"),
-        *(
-            "not_assemblable",
-            "offset",
-            "outside",
-            "parameter",
-            "pose",
-            "probability",
-            "quantile",
-            "quantity",
-            "question",
-            "reaction",
-            "residual",
-            "rotation",
-        ),
-        *(
-            "samples",
-            "settled",
-            "side",
-            "source",
-            "status",
-            "std",
-            "strained",
-            "target",
-            "undetermined",
-            "within_limits",
-        ),
-    }
+    [
+        "across",
+        "admissible",
+        "at_limit",
+        "bin",
+        "body",
+        "component",
+        "configuration",
+        "contact_change",
+        "contribution",
+        "coordinate",
+        "correction",
+        "covariance",
+        "direction",
+        "drive",
+        "edge",
+        "error",
+        "extreme",
+        "failures",
+        "guess",
+        "histogram",
+        "iterations",
+        "joint",
+        "largest",
+        "mean",
+        "member",
+        "mismatch",
+        "nominal",
+        "not_assemblable",
+        "offset",
+        "outside",
+        "parameter",
+        "pose",
+        "probability",
+        "quantile",
+        "quantity",
+        "question",
+        "reaction",
+        "residual",
+        "rotation",
+        "samples",
+        "settled",
+        "side",
+        "source",
+        "status",
+        "std",
+        "strained",
+        "target",
+        "undetermined",
+        "within_limits",
+    ]
 )
 #: and how the longer ones of them begin
 RESERVED_BEGINNINGS = (
@@ -155,7 +174,7 @@ def _targets(data: MechanismFile, graph: Graph) -> tuple[NDArray[np.float64] | N
     for name, drive in data.drives.items():
         if drive.is_commanded:
             problem = "either the drives have values or the output has a [path]; here are both"
-            raise InputError(problem, file=graph.file, key=f"drives.{name}")
+            raise graph.refuse(problem, f"drives.{name}")
     asked = data.path.asked
     components = COMPONENTS[data.space]
     count = len(next(iter(asked.values())))

@@ -161,5 +161,5 @@ def _interval(tolerance: ToleranceTable | None, law: ToleranceLaw, factor: float
         return {"set": {"interval": {"low": 0.0, "high": 0.0}}, "law": law}
     interval = {"low": tolerance.low * factor, "high": tolerance.high * factor}
     if tolerance.sigma is not None:
-        return {"set": {"interval": interval}, "law": "gauss", "sigma": tolerance.sigma * factor}
+        return {"set": {"interval": interval}, "law": "gauss"}
     return {"set": {"interval": interval}, "law": law}

@@ -79,7 +79,7 @@ def _as_asked(graph: Graph, place: _Place, start: SpatialStart) -> _Place:
     turn = place.turn
     if start.rotation is not None:
         vector = np.array(start.rotation) * graph.units.angle
-        turn = poses.matrix(np.concatenate([np.zeros(3), poses.quaternion(vector)]))
+        turn = poses.turned_by(vector)
     return _Place(turn, np.array(at))
 
 
@@ -136,6 +136,5 @@ def _beside(
 def _along(joint: CompiledJoint, value: float) -> _Place:
     """The motion of a joint's coordinate, in its own axes."""
     if joint.is_angular:
-        turn = poses.matrix(np.concatenate([np.zeros(3), poses.quaternion([value, 0.0, 0.0])]))
-        return _Place(turn, np.zeros(3))
+        return _Place(poses.turned_by([value, 0.0, 0.0]), np.zeros(3))
     return _Place(np.eye(3), np.array([value, 0.0, 0.0]))

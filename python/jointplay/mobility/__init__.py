@@ -168,9 +168,7 @@ def _mobility(probe: Probe, sample: Sample) -> Mobility:
         motions=tuple(free_motions(probe, sample, null(closure))),
         joint_redundancy=joint_redundancy,
         drive_redundancy=len(closure) - rank_all - joint_redundancy,
-        redundant_constraints=tuple(
-            f"{m.joints[joint]}.{component}" for joint, component in rows if joint not in inner
-        ),
+        redundant_constraints=tuple(f"{m.joints[joint]}.{component}" for joint, component in rows),
         redundant_drives=tuple(m.drives[k] for k in drives),
         self_stresses=tuple(self_stresses(probe, sample)),
     )

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jointplay.errors import InputError
-from jointplay.result import Result, size, unit_of
+from jointplay.result import Result, size, typical, unit_of
 from jointplay.result import blame as shares_of
 
 from .style import COLOURS, GREY, HATCHES, along, canvas, labelled, light, series
@@ -222,14 +222,10 @@ def _mechanisms(result: Result) -> list[tuple[str, Result]]:
 def _sizes(result: Result, quantity: str) -> list[tuple[str, Floats, str]]:
     """The curves that a result has to show: name, sizes over configurations, unit."""
     unit = unit_of(result, quantity)
-
-    def of(name: str) -> Floats:
-        return size(result, name, quantity)
-
     if f"worst_{quantity}" in result.data:
         return [("worst", result.get(f"worst_{quantity}"), unit)]
     if "quantile" in result.data:
-        level = min(result.labels("probability"), key=lambda p: abs(p - 0.95))
+        level = typical(result)
         return [(f"{100 * level:g} %", result.get("quantile", probability=level, quantity=quantity), unit)]
     if "residual" in result.data:
         return [
@@ -237,7 +233,7 @@ def _sizes(result: Result, quantity: str) -> list[tuple[str, Floats, str]]:
             ("corrected", size(result, "residual", quantity), unit),
         ]
     if "error" in result.data:
-        return [(str(result.attrs.get("question", "")), of("error"), unit)]
+        return [(str(result.attrs.get("question", "")), size(result, "error", quantity), unit)]
     raise InputError("has no error to draw", key="result")
 
 

@@ -4,12 +4,12 @@ from .blame import Blame, blame
 from .build import STATUSES, Builder, axes_of, version
 from .combine import align, merge, stack
 from .dataset import from_dataset, to_dataset
-from .quantity import quantities, quantity
-from .sizes import size, split, unit_of
+from .quantity import TYPICAL, quantities, quantity, size, split, typical, unit_of
 from .structure import Attribute, Result, Variable
 
 __all__ = [
     "STATUSES",
+    "TYPICAL",
     "Attribute",
     "Blame",
     "Builder",
@@ -26,6 +26,7 @@ __all__ = [
     "split",
     "stack",
     "to_dataset",
+    "typical",
     "unit_of",
     "version",
 ]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .sizes import split
+from .quantity import split
 from .structure import Array, Result
 
 #: shares that differ by less than this are alike

@@ -15,7 +15,7 @@ from jointplay.compile import ANGULAR, TURNS
 from jointplay.model import Mechanism
 from jointplay.units import Units
 
-from .sizes import split
+from .quantity import split
 from .structure import Array, Attribute, Result, Variable
 
 SIDES = ("low", "high")

@@ -1,15 +1,19 @@
-"""One number per node of a result: what tables compare and maps are coloured by."""
+"""Quantities of a result: the sizes of its pose errors, and what tables compare and maps are coloured by.
+
+A pose error has the components (x, y, angle), or (x, y, z, rx, ry, rz); its position is a length and its rotation an
+angle.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay.compile import LENGTHS
 from jointplay.errors import InputError, not_known
 
 from .dataset import from_dataset
-from .sizes import size, split
 from .structure import Array, Result, Variable
 
 if TYPE_CHECKING:
@@ -26,6 +30,45 @@ BEHIND = {
 #: share of the units that keep below the figure that stands for the scatter
 TYPICAL = 0.95
 WORDS = {"position": "position error", "rotation": "rotation", "singular_value": "smallest singular value"}
+
+
+def split(components: list[str]) -> tuple[list[str], list[str]]:
+    """The components that are lengths, and those that are angles.
+
+    Examples
+    --------
+    >>> split(["x", "y", "angle"])
+    (['x', 'y'], ['angle'])
+    """
+    return [c for c in components if c in LENGTHS], [c for c in components if c not in LENGTHS]
+
+
+def size(result: Result, name: str, quantity: str, **at: Any) -> Array:
+    """Size of the position or of the rotation of a variable that has components.
+
+    Parameters
+    ----------
+    quantity : {"position", "rotation"}
+    **at
+        Labels along its other dimensions.
+    """
+    parts = [result.get(name, component=component, **at) for component in _chosen(result, quantity)]
+    return np.asarray(np.linalg.norm(np.stack(parts), axis=0))
+
+
+def unit_of(result: Result, quantity: str, name: str = "nominal") -> str:
+    """Unit of the position or of the rotation of a variable that has components."""
+    return result.unit(name, component=_chosen(result, quantity)[0])
+
+
+def _chosen(result: Result, quantity: str) -> list[str]:
+    lengths, angles = split(result.labels("component"))
+    return lengths if quantity == "position" else angles
+
+
+def typical(result: Result) -> float:
+    """The one of the probabilities of a scatter that is nearest to `TYPICAL`."""
+    return float(min(result.labels("probability"), key=lambda level: abs(level - TYPICAL)))
 
 
 def quantities(question: str) -> tuple[str, ...]:
@@ -88,18 +131,14 @@ def _only(result: Result | xr.Dataset, source: str, known: list[str]) -> Result:
 
 def _behind(result: Result, source: str, name: str) -> Variable:
     found = result.data[source]
-    unit = found.units
     if source == "quantile":
-        values = result.get(source, probability=TYPICAL, quantity=name)
-        unit = result.unit(source, quantity=name)
-        return _without(
-            found, ("probability", "quantity"), values, unit, f"{name}, {100 * TYPICAL:.0f} % of the units below"
-        )
+        level = typical(result)
+        values, unit = result.get(source, probability=level, quantity=name), result.unit(source, quantity=name)
+        words = f"{name}, {100 * level:g} % of the units below"
+        return _without(found, ("probability", "quantity"), values, unit, words)
     if "component" not in found.dims:
         return found
-    lengths, angles = split(result.labels("component"))
-    unit = result.unit(source, component=(lengths if name == "position" else angles)[0])
-    return _without(found, ("component",), size(result, source, name), unit, WORDS[name])
+    return _without(found, ("component",), size(result, source, name), unit_of(result, name, source), WORDS[name])
 
 
 def _without(found: Variable, dims: tuple[str, ...], values: Array, units: str, words: str) -> Variable:

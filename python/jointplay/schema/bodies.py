@@ -6,20 +6,12 @@ A body that says nothing of elasticity is rigid, and so is every way of giving t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Self
+from typing import ClassVar, Self
 
-from pydantic import BeforeValidator, ConfigDict, Field, JsonValue, model_validator
+from pydantic import ConfigDict, Field, JsonValue, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .values import IN_SPACE, Direction, NonNegative, Pair, Positive, Table, Triple, one_or_two, problem
-
-#: second moments of area about `side` and about the direction across it; one number stands for both
-Inertias = Annotated[
-    tuple[Positive, Positive],
-    Field(strict=False),
-    BeforeValidator(one_or_two, json_schema_input_type=Positive | tuple[Positive, Positive]),
-]
-
+from .values import IN_SPACE, Direction, NonNegative, OneOrTwo, Pair, Positive, Table, Triple, problem
 
 #: keys that mean nothing without another one
 NEEDS: dict[str, JsonValue] = {"area": ["E"], "inertia": ["E"], "G": ["torsion"], "torsion": ["G"], "side": ["inertia"]}
@@ -76,7 +68,7 @@ class SpatialBody(BodyTable):
     example: ClassVar[str] = "{ mass = 0.4, centre = [50, 0, 0] } or { stiffness = 5e4 }"
 
     centre: Triple = Field((0.0, 0.0, 0.0), description="centre of mass in body axes")
-    inertia: Inertias | SkipJsonSchema[None] = Field(
+    inertia: OneOrTwo | SkipJsonSchema[None] = Field(
         None, description="second moment of area; two of them for bending about `side` and about the direction across"
     )
     G: Positive | SkipJsonSchema[None] = Field(None, description="shear modulus, force per length squared")

@@ -11,13 +11,10 @@ from pydantic.json_schema import SkipJsonSchema
 from .values import (
     IN_SPACE,
     ClearanceLaw,
+    Deviating,
     NonNegative,
-    Number,
     Positive,
     Table,
-    Tolerance,
-    ToleranceLaw,
-    check_law,
     problem,
 )
 
@@ -129,16 +126,7 @@ class PlateClearance(Clearance):
     )
 
 
-class LockedAngle(Table):
+class LockedAngle(Deviating):
     """The angle at which two bodies are locked together, as an error around the mounting angle."""
 
     example: ClassVar[str] = "{ tolerance = 0.1, deviation = 0 }"
-
-    tolerance: Tolerance | SkipJsonSchema[None] = Field(None, description="how far the angle may be off")
-    deviation: Number = Field(0.0, description="the known error of one built unit")
-    law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="normal (three sigma, default) or uniform")
-
-    @model_validator(mode="after")
-    def _law(self) -> Self:
-        check_law(self.tolerance, self.law)
-        return self

@@ -17,6 +17,7 @@ from .grid import Grid
 from .joints import Joint, JointTable
 from .values import (
     IN_SPACE,
+    Deviating,
     Name,
     NonNegative,
     Number,
@@ -29,6 +30,7 @@ from .values import (
     check_law,
     is_number,
     problem,
+    spaced,
 )
 
 #: more configurations than anybody looks at; a longer path is a slip of the keyboard
@@ -99,9 +101,7 @@ class Drive(Table):
             return self.values
         if self.from_ is None or self.to is None or self.count is None:
             return ()
-        last = self.count - 1
-        step = (self.to - self.from_) / last
-        return (*(self.from_ + k * step for k in range(last)), self.to)
+        return spaced(self.from_, self.to, self.count)
 
 
 class PathTable(Table):
@@ -204,7 +204,7 @@ class Load(LoadTable):
     moment: Number = Field(0.0, description="moment, counter-clockwise")
 
 
-class Dimension(Table):
+class Dimension(Deviating):
     """A named distance on one body; the second of the two points moves with its error."""
 
     example: ClassVar[str] = '{ body = "coupler", between = ["J2", "J3"], tolerance = 0.05 }'
@@ -213,14 +213,6 @@ class Dimension(Table):
     between: Annotated[tuple[str, str], Field(strict=False)] = Field(
         description='two joints on the body, or "output"; the second point moves'
     )
-    tolerance: Tolerance | SkipJsonSchema[None] = Field(None, description="how far the distance may be off")
-    deviation: Number = Field(0.0, description="the known error of one built unit")
-    law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="normal (three sigma, default) or uniform")
-
-    @model_validator(mode="after")
-    def _law(self) -> Self:
-        check_law(self.tolerance, self.law)
-        return self
 
 
 def _range(pair: tuple[float, float]) -> tuple[float, float]:

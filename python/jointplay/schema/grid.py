@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Self
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .values import Name, Number, Numbers, Table, is_number, problem
+from .values import Name, Number, Numbers, Table, is_number, problem, spaced
 
 #: finer than anybody resolves; a larger number is a slip of the keyboard
 MOST_STEPS = 100_000
@@ -42,9 +42,7 @@ class GridRange(Table):
         """The values in file units; a single one is held."""
         if self.from_ is None or self.to is None or self.count is None:
             return self.values or ()
-        last = self.count - 1
-        # Weighted, so that a symmetric range has symmetric values.
-        return tuple((self.from_ * (last - k) + self.to * k) / last for k in range(self.count))
+        return spaced(self.from_, self.to, self.count)
 
 
 def _range(value: object) -> object:

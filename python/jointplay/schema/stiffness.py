@@ -6,26 +6,19 @@ What is left out is rigid.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Self
+from typing import ClassVar, Self
 
-from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .values import IN_SPACE, Positive, Table, one_or_two, problem
+from .values import IN_SPACE, OneOrTwo, Positive, Table, problem
 
 FORCE = "force per length"
 MOMENT = "moment per angle, in the file's unit of angles"
 
 Shift = Positive | SkipJsonSchema[None]
 #: about `side` and about the direction across it and the axis; one number stands for both
-Tilts = (
-    Annotated[
-        tuple[Positive, Positive],
-        Field(strict=False),
-        BeforeValidator(one_or_two, json_schema_input_type=Positive | tuple[Positive, Positive]),
-    ]
-    | SkipJsonSchema[None]
-)
+Tilts = OneOrTwo | SkipJsonSchema[None]
 TILTS = f"against tilting, {MOMENT}; two of them for tilting about `side` and about the direction across"
 
 

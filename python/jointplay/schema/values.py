@@ -52,6 +52,26 @@ def one_or_two(value: object) -> object:
     return (value, value) if is_number(value) else value
 
 
+#: two numbers, such as of two directions; a single one stands for both
+OneOrTwo = Annotated[
+    tuple[Positive, Positive],
+    Field(strict=False),
+    BeforeValidator(one_or_two, json_schema_input_type=Positive | tuple[Positive, Positive]),
+]
+
+
+def spaced(first: float, last: float, count: int) -> tuple[float, ...]:
+    """Equally spaced numbers, two or more: both ends as they are, and symmetric where the ends are.
+
+    Examples
+    --------
+    >>> spaced(-0.7, 0.7, 3)
+    (-0.7, 0.0, 0.7)
+    """
+    steps = count - 1
+    return (first, *((first * (steps - k) + last * k) / steps for k in range(1, steps)), last)
+
+
 class Table(BaseModel):
     """A table of the file: frozen, strict, and with messages that name the nearest known key."""
 
@@ -153,3 +173,16 @@ def check_law(tolerance: ToleranceTable | None, law: ToleranceLaw | None) -> Non
     """Refuse a law beside `sigma`, which is one already."""
     if law is not None and tolerance is not None and tolerance.sigma is not None:
         raise problem(f"sigma already says how it scatters (normal, not truncated); leave out law = {shown(law)}")
+
+
+class Deviating(Table):
+    """A length or an angle of a built unit: how far it may be off, and how far it is known to be."""
+
+    tolerance: Tolerance | SkipJsonSchema[None] = Field(None, description="how far it may be off")
+    deviation: Number = Field(0.0, description="the known error of one built unit")
+    law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="normal (three sigma, default) or uniform")
+
+    @model_validator(mode="after")
+    def _law(self) -> Self:
+        check_law(self.tolerance, self.law)
+        return self

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from jointplay.result import Result, split, unit_of
+from jointplay.result import Result, split, typical, unit_of
 
 from .layout import NOTHING, Column, Table, fixed, numbers, words
 
@@ -36,8 +36,6 @@ NOISE = 1e-10
 NO_FORCE = 1e-6
 #: share of the largest slope below which differences of built units are rounding
 NO_SLOPE = 1e-6
-#: share of the units that keep below the figure that stands for the scatter
-TYPICAL = 0.95
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -105,7 +103,7 @@ def _worst(result: Result) -> Table:
 
 
 def _random(result: Result) -> Table:
-    level = min(result.labels("probability"), key=lambda p: abs(p - TYPICAL))
+    level = typical(result)
     errors = np.stack([result.get(f"quantile_{end}", probability=level) for end in ENDS], axis=-1)
     error, _, where = _farthest(result, errors, np.zeros_like(errors))
     scale, unit = _scale(result.data["quantile_shaft"].units, error)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointplay.result import Result, blame, size, split, unit_of
+from jointplay.result import TYPICAL, Result, blame, size, split, unit_of
 
 from .assembly import overview as assembly_overview
 from .check import overview
@@ -71,7 +71,7 @@ def _size(result: Result, question: str) -> Floats:
     if question == "worst":
         return result.get("worst_position")
     if question == "random":
-        return _quantile(result, "position", 0.95)
+        return _quantile(result, "position", TYPICAL)
     if question in ("solve", "singularities"):
         return -result.get("singular_value")
     return size(result, "error", "position")
@@ -234,9 +234,8 @@ def _figure(result: Result, name: str, at: dict[str, object]) -> tuple[Floats, s
         quantity = str(at["size"])
         return size(result, "error", quantity), unit_of(result, quantity)
     if name == "quantile":
-        levels = result.labels("probability")
-        at = {**at, "probability": min(levels, key=lambda level: abs(level - 0.95))}
-        return result.get(name, **at), result.unit(name, quantity=at["quantity"])
+        quantity = str(at["quantity"])
+        return _quantile(result, quantity, TYPICAL), result.unit(name, quantity=quantity)
     return result.get(name, **at), result.unit(name, **at)
 
 

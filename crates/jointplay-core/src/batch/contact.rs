@@ -12,7 +12,7 @@ use super::lanes::{Block, LANES};
 use super::layout::Layout;
 use super::program::record_step;
 use super::push::{change, mutes, push};
-use super::statics::{StaticsOutputs, load_statics, record_finish, record_statics};
+use super::statics::{SAME_DRIVES, StaticsOutputs, load_statics, record_finish, record_statics};
 use super::symbol::Recorder;
 use super::tape::Program;
 use crate::loaded::{Case, Pressing};
@@ -29,8 +29,6 @@ const STEPS: usize = 40;
 const PARTS: f64 = 16.0;
 /// Turn of the output in space (rad) up to which it is told.
 const LARGEST_TURN: f64 = 0.6;
-/// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
-pub(super) const SAME_DRIVES: f64 = 1e-12;
 
 /// The recorded programs of one mechanism under its loads.
 #[derive(Clone, Debug)]
@@ -229,9 +227,9 @@ impl<'m> Contact<'m> {
         m.space == Space::Spatial && (m.n_translations()..m.size()).map(square).sum::<f64>() > LARGEST_TURN.powi(2)
     }
 
-    /// Appends the first-order error of one lane and the share of every source in it; gives the error.
+    /// Appends the first-order error of one lane and the share of every source in it.
     #[inline(always)]
-    fn tell_shares(&self, statics: &[Block], offsets: &[Block], lane: usize, table: &mut Table) -> [f64; 6] {
+    fn tell_shares(&self, statics: &[Block], offsets: &[Block], lane: usize, table: &mut Table) {
         let m = self.mechanism;
         let (map, n_u, size) = (StaticsOutputs::new(m).map, m.n_parameters(), m.size());
         let mut error = [0.0; 6];
@@ -244,7 +242,6 @@ impl<'m> Contact<'m> {
             }
         }
         table.error_first_order.extend_from_slice(&error[..size]);
-        error
     }
 }
 

@@ -43,7 +43,7 @@ fn sign_if(chosen: bool, x: f64) -> f64 {
 }
 
 impl Faces {
-    /// The faces that forces expose; `tolerance` as for [`Set::face`].
+    /// The faces that forces expose, of a set that is not zero; `tolerance` as for [`Set::face`].
     #[inline(always)]
     pub fn new(set: &Set, forces: &[&Block], tolerance: &Block) -> Self {
         match set.shape() {
@@ -246,6 +246,7 @@ fn own_forces(tapered: &Tapered, forces: &[&Block]) -> [Block; MAX_SIZE] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::clearance::samples::{DEGENERATE, KINDS};
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -266,18 +267,8 @@ mod tests {
 
     #[test]
     fn faces_of_all_lanes_are_those_of_each() {
-        let sets = [
-            Set::Disc { radius: 0.2 },
-            Set::Diamond { gap: 0.1, half_length: 2.0 },
-            Set::Interval { low: -0.3, high: 0.2 },
-            Set::Journal { radius: 0.1, half_length: 2.0, axial: 0.3 },
-            Set::Journal { radius: 0.0, half_length: 2.0, axial: 0.3 },
-            Set::Sleeve { radius: 0.1, half_length: 2.0 },
-            Set::Guide { gap: 0.1, half_length: 3.0, half_width: 1.0, half_height: 0.5 },
-            Set::Plate { gap: 0.1, half_normal: 2.0, half_side: 3.0 },
-        ];
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
-        for set in sets {
+        for set in KINDS.into_iter().chain(DEGENERATE).filter(|s| !s.is_zero()) {
             for _ in 0..50 {
                 let n = set.size();
                 let (w, direction) = (forces(&mut rng, &set), forces(&mut rng, &set));

@@ -1,15 +1,14 @@
 //! Load-determined errors of a block of configurations to first order, at their nominal poses.
 
 use super::SMALL_ANGLE;
-use super::contact::SAME_DRIVES;
 use super::faces::Faces;
 use super::lanes::{Block, LANES};
 use super::layout::Layout;
+use super::on_tree::OnTree;
 use super::program::evaluate;
-use super::statics::{StaticsOutputs, poses_of, record_statics, statics_outputs};
+use super::statics::{SAME_DRIVES, StaticsOutputs, poses_of, record_statics, statics_outputs};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
-use super::tree::OnTree;
 use crate::ascent::UNDECIDED;
 use crate::clearance::MAX_SIZE;
 use crate::loaded::{Case, UNFELT};

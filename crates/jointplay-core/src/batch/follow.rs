@@ -7,11 +7,12 @@
 use super::SMALL_ANGLE;
 use super::lanes::{Block, LANES};
 use super::layout::Layout;
+use super::linear::Linear;
+use super::on_tree::OnTree;
 use super::program::{evaluate, record_step, step_by};
 use super::statics::poses_of;
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
-use super::tree::{Linear, OnTree};
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
 use crate::space::Component;

@@ -19,6 +19,8 @@ mod graph;
 mod jit;
 pub mod lanes;
 mod layout;
+mod linear;
+mod on_tree;
 mod program;
 mod push;
 mod schedule;

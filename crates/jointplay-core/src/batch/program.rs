@@ -2,9 +2,9 @@
 
 use super::lanes::{Block, LANES, Mask, bits_if};
 use super::layout::{Layout, Symbolic};
+use super::linear::{Eliminated, Linear};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
-use super::tree::{Eliminated, Linear};
 use super::{LATER_ANGLE, SMALL_ANGLE};
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};

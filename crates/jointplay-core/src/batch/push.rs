@@ -1,4 +1,4 @@
-//! Offsets moved to where a load, or a measure of the error, pushes them, for all lanes.
+//! Offsets of a block of configurations moved to where the forces push them.
 
 use super::lanes::{Block, LANES};
 use crate::ascent::UNDECIDED;

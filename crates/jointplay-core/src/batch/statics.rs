@@ -1,16 +1,19 @@
-//! Statics recorded: reactions, first-order maps and the work of the loads at a pose.
+//! Recorded statics: the work of the loads along every parameter, reactions and first-order maps at a pose.
 
 use super::SMALL_ANGLE;
 use super::layout::{Layout, Symbolic};
+use super::linear::Linear;
 use super::program::record_step;
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
-use super::tree::Linear;
 use crate::closure::Inputs;
 use crate::mechanism::Mechanism;
 use crate::sensitivity::Cost;
 use crate::solver::Solver;
 use crate::space::{Component, Pose};
+
+/// Largest residual (m, rad) of a drive at the nominal pose: the case asks for its own nominal pose.
+pub(super) const SAME_DRIVES: f64 = 1e-12;
 
 /// Reactions and gradient of the work of the loads at a pose.
 pub(super) struct Statics<'r> {
@@ -80,6 +83,7 @@ impl Mechanism {
     }
 }
 
+/// At a pose with its linearised closure.
 pub(super) fn load_statics<'r>(m: &Mechanism, linear: &impl Linear<'r>, symbolic: &Symbolic<'r>) -> Statics<'r> {
     let poses = poses_of(m, symbolic);
     let cost = m.load_cost(&poses, &symbolic.inputs.parameters);

@@ -25,9 +25,13 @@ mod face;
 mod mute;
 mod own;
 mod pin;
+#[cfg(test)]
+pub(crate) mod samples;
 mod tapered;
 #[cfg(test)]
 mod tests;
+
+use serde::Deserialize;
 
 use crate::sampling::law;
 use crate::space::norm;
@@ -41,8 +45,9 @@ pub(crate) use tapered::Tapered;
 /// The most components that one set has.
 pub const MAX_SIZE: usize = 5;
 
-/// A convex compact set that contains zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A convex compact set that contains zero, if [`Set::check`] finds nothing wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Set {
     /// Two translations within a circle.
     Disc {
@@ -58,9 +63,9 @@ pub enum Set {
     },
     /// One number.
     Interval {
-        /// Lower bound.
+        /// Lower bound, not above zero.
         low: f64,
-        /// Upper bound.
+        /// Upper bound, not below zero.
         high: f64,
     },
     /// Three translations within a sphere.

@@ -135,17 +135,7 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
-
-    const SETS: [Set; 8] = [
-        Set::Disc { radius: 0.7 },
-        Set::Diamond { gap: 0.3, half_length: 2.5 },
-        Set::Interval { low: -0.2, high: 0.5 },
-        Set::Ball { radius: 0.4 },
-        Set::Journal { radius: 0.7, half_length: 2.0, axial: 0.3 },
-        Set::Sleeve { radius: 0.2, half_length: 3.0 },
-        Set::Guide { gap: 0.3, half_length: 2.5, half_width: 0.8, half_height: 0.5 },
-        Set::Plate { gap: 0.3, half_normal: 2.5, half_side: 0.5 },
-    ];
+    use crate::clearance::samples::KINDS;
 
     fn within(reach: f64, size: usize, rng: &mut impl Rng) -> Vec<f64> {
         (0..size).map(|_| rng.random_range(-reach..reach)).collect()
@@ -162,7 +152,7 @@ mod tests {
     fn nearest_points_move_as_their_derivative_says() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
         let h = 1e-6;
-        for set in SETS {
+        for set in KINDS {
             let n = set.size();
             let mut off = 0;
             for _ in 0..2000 {
@@ -180,7 +170,7 @@ mod tests {
     #[test]
     fn a_step_is_cut_where_it_leaves_the_set() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
-        for set in SETS.into_iter().filter(|s| matches!(s.shape(), Shape::Tapered(_))) {
+        for set in KINDS.into_iter().filter(|s| matches!(s.shape(), Shape::Tapered(_))) {
             for _ in 0..2000 {
                 let n = set.size();
                 let unit: Vec<f64> = projected(&set, &within(1.5, n, &mut rng)).into_iter().map(|u| 0.99 * u).collect();

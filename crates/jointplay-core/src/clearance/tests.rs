@@ -4,27 +4,14 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::*;
 use crate::batch::draw::Stream;
 use crate::batch::lanes::{Block, LANES};
-use crate::spec::SetSpec;
+use crate::clearance::samples::{DEGENERATE, KINDS};
 
-/// Every kind of set, also with parts that are points.
-const SETS: [Set; 14] = [
-    Set::Disc { radius: 0.7 },
-    Set::Diamond { gap: 0.3, half_length: 2.5 },
-    Set::Interval { low: -0.2, high: 0.5 },
-    Set::Interval { low: 0.0, high: 0.0 },
-    Set::Ball { radius: 0.4 },
-    Set::Journal { radius: 0.7, half_length: 2.0, axial: 0.3 },
-    Set::Journal { radius: 0.7, half_length: 0.5, axial: 0.0 },
-    Set::Journal { radius: 0.0, half_length: 2.0, axial: 0.3 },
-    Set::Sleeve { radius: 0.2, half_length: 3.0 },
-    Set::Guide { gap: 0.3, half_length: 2.5, half_width: 0.8, half_height: 0.5 },
-    Set::Guide { gap: 0.3, half_length: 0.5, half_width: 0.4, half_height: 0.4 },
-    Set::Guide { gap: 0.2, half_length: 1.5, half_width: 0.0, half_height: 0.5 },
-    Set::Plate { gap: 0.3, half_normal: 2.5, half_side: 0.5 },
-    Set::Plate { gap: 0.0, half_normal: 2.5, half_side: 0.5 },
-];
 const LAWS: [Law; 4] = [Law::Uniform, Law::Boundary, Law::Normal, Law::Gauss];
 const BOUNDED: [Law; 3] = [Law::Uniform, Law::Boundary, Law::Normal];
+
+fn sets() -> Vec<Set> {
+    [&KINDS[..], &DEGENERATE].concat()
+}
 
 fn samples(set: &Set, law: Law, blocks: usize) -> Vec<Vec<f64>> {
     let mut stream = Stream::new(1, 2);
@@ -50,7 +37,7 @@ fn rng() -> Xoshiro256PlusPlus {
 #[test]
 fn support_is_attained_on_the_face_and_never_exceeded_by_samples() {
     let mut rng = rng();
-    for set in SETS {
+    for set in sets() {
         for law in BOUNDED {
             for offset in samples(&set, law, 200) {
                 let w = wrench(&set, &mut rng);
@@ -67,7 +54,7 @@ fn support_is_attained_on_the_face_and_never_exceeded_by_samples() {
 
 #[test]
 fn half_widths_are_the_largest_components() {
-    for set in SETS {
+    for set in sets() {
         for k in 0..set.size() {
             for sign in [-1.0, 1.0] {
                 let mut w = vec![0.0; set.size()];
@@ -83,7 +70,7 @@ fn half_widths_are_the_largest_components() {
 
 #[test]
 fn on_the_boundary_nothing_is_left_inside() {
-    for set in SETS.iter().filter(|s| !s.is_zero()) {
+    for set in sets().iter().filter(|s| !s.is_zero()) {
         for offset in samples(set, Law::Boundary, 20) {
             // About its middle, every set but the off-centre interval is symmetric.
             let (mean, _) = set.moments(Law::Boundary);
@@ -96,7 +83,7 @@ fn on_the_boundary_nothing_is_left_inside() {
 #[test]
 fn own_coordinates_keep_offsets_gradients_and_membership() {
     let mut rng = rng();
-    for set in SETS.iter().filter(|s| !s.is_zero()) {
+    for set in sets().iter().filter(|s| !s.is_zero()) {
         let n = set.size();
         for offset in samples(set, Law::Uniform, 20) {
             let unit = set.to_unit(&offset);
@@ -118,7 +105,7 @@ fn own_coordinates_keep_offsets_gradients_and_membership() {
 #[test]
 fn projections_are_the_nearest_points() {
     let mut rng = rng();
-    for set in SETS.iter().filter(|s| !s.is_zero()) {
+    for set in sets().iter().filter(|s| !s.is_zero()) {
         let n = set.size();
         let inside: Vec<[f64; MAX_SIZE]> = samples(set, Law::Boundary, 10)
             .into_iter()
@@ -155,7 +142,7 @@ fn projections_are_the_nearest_points() {
 
 #[test]
 fn moments_agree_with_samples() {
-    for set in SETS {
+    for set in sets() {
         for law in LAWS {
             let (mean, variance) = set.moments(law);
             let samples = samples(&set, law, 3000);
@@ -206,7 +193,7 @@ fn ties(set: &Set) -> Vec<Vec<f64>> {
 #[test]
 fn faces_reach_as_far_as_the_support_function_bends() {
     let mut rng = rng();
-    for set in SETS {
+    for set in sets() {
         for w in ties(&set) {
             let face = set.face(&w, 1e-9);
             assert!((inner(&w, &face.centre) - set.support(&w)).abs() < 1e-14, "{set:?} {w:?}");
@@ -233,7 +220,7 @@ fn faces_reach_as_far_as_the_support_function_bends() {
 #[test]
 fn the_nearest_points_of_faces_are_on_them_and_nearest() {
     let mut rng = rng();
-    for set in SETS.iter().filter(|s| !s.is_zero()) {
+    for set in sets().iter().filter(|s| !s.is_zero()) {
         let n = set.size();
         let offsets = samples(set, Law::Uniform, 1);
         for w in ties(set) {
@@ -263,7 +250,7 @@ fn the_nearest_points_of_faces_are_on_them_and_nearest() {
 #[test]
 fn rounding_noise_decides_nothing() {
     let mut rng = rng();
-    for set in SETS.iter().filter(|s| !s.is_zero()) {
+    for set in sets().iter().filter(|s| !s.is_zero()) {
         for w in ties(set) {
             let noisy: Vec<f64> = w.iter().map(|w| w + 1e-13 * rng.random_range(-1.0..1.0)).collect();
             let (face, other) = (set.face(&w, 1e-9), set.face(&noisy, 1e-9));
@@ -301,17 +288,17 @@ fn a_force_through_one_end_of_a_pin_leaves_the_other_end_free() {
 
 #[test]
 fn sizes_without_bound_are_refused() {
-    let refused = |spec: SetSpec, message: &str| {
-        assert_eq!(Set::try_from(spec).unwrap_err().to_string(), message);
+    let refused = |set: Set, message: &str| {
+        assert_eq!(set.check().unwrap_err().to_string(), message);
     };
-    let guide = SetSpec::Guide { gap: 0.1, half_length: 1.0, half_width: 0.0, half_height: 0.0 };
+    let guide = Set::Guide { gap: 0.1, half_length: 1.0, half_width: 0.0, half_height: 0.0 };
     refused(guide, "half_width of the guide is 0: it must be finite and above zero");
-    let journal = SetSpec::Journal { radius: 0.1, half_length: 0.0, axial: 0.0 };
+    let journal = Set::Journal { radius: 0.1, half_length: 0.0, axial: 0.0 };
     refused(journal, "half_length of the journal is 0: it must be finite and above zero");
-    let ball = SetSpec::Ball { radius: -1.0 };
+    let ball = Set::Ball { radius: -1.0 };
     refused(ball, "radius of the ball is -1: it must be finite and not negative");
-    let interval = SetSpec::Interval { low: 0.1, high: 1.0 };
+    let interval = Set::Interval { low: 0.1, high: 1.0 };
     refused(interval, "low of the interval is 0.1: it must not be above zero");
-    let guide = SetSpec::Guide { gap: 0.1, half_length: 1.0, half_width: 0.0, half_height: 1.0 };
-    assert!(Set::try_from(guide).is_ok());
+    let guide = Set::Guide { gap: 0.1, half_length: 1.0, half_width: 0.0, half_height: 1.0 };
+    assert!(guide.check().is_ok());
 }

@@ -29,12 +29,15 @@ mod single;
 mod springs;
 mod standard;
 
+use serde::Deserialize;
+
 use crate::clearance::Set;
 pub use answer::{Answer, Extreme, Outcome};
 pub(crate) use springs::factor;
 
 /// What a block of displacements may be.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// Within a clearance, which the question of assemblability makes larger or smaller.
     Clearance(Set),

@@ -3,8 +3,6 @@
 //! Rigid bodies either close for the offsets or do not. What is elastic takes up the misfit with the least
 //! energy.
 
-use nalgebra::DMatrix;
-
 use super::compatibility::Compatibility;
 use super::settle::Failure;
 use super::system::{Ask, System};
@@ -88,18 +86,11 @@ impl Mechanism {
     /// Sensitivity of the output of every case, shared out among displacements that keep compatible.
     #[must_use]
     pub fn shared_sensitivities(&self, cases: &[Case<'_>]) -> Vec<Sensitivity> {
-        let missing = |status| {
-            let nan = |columns| DMatrix::from_element(self.size(), columns, f64::NAN);
-            Sensitivity {
-                output: Output { parameters: nan(self.n_parameters()), drives: nan(self.n_drives()) },
-                status,
-            }
-        };
         self.each_on_basis(
             cases,
             |system, solver, _, _, nominal| {
                 let Some(c) = Compatibility::at(system.basis, solver, &nominal) else {
-                    return missing(Status::Singular);
+                    return self.no_sensitivity(Status::Singular);
                 };
                 let columns: Vec<usize> = (0..self.n_parameters()).map(|p| self.place_of(p)).collect();
                 Sensitivity {
@@ -110,7 +101,7 @@ impl Mechanism {
                     status: self.nominal_status(&nominal),
                 }
             },
-            missing,
+            |status| self.no_sensitivity(status),
         )
     }
 }

@@ -206,7 +206,7 @@ impl Mechanism {
             failures: tally.statuses,
             fallbacks: tally.fallbacks,
             kept: tally.kept,
-            status: self.nominal_status(nominal),
+            status: self.status_of(&linearised, nominal),
         }
     }
 

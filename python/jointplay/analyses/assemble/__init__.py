@@ -58,9 +58,9 @@ def assemble(
     Returns
     -------
     xarray.Dataset
-        Over `step`: `kind` (``fixed``, ``connected``, ``closing``, ``redundant``, ``loose``), `members`, `links`,
-        `mobility` and `redundancy` of what is assembled, `held` (what is free and therefore held at its nominal
-        place), `status`. What is not there yet is nan.
+        Over `step`: `kind` (``fixed``, ``connected``, ``closing``, ``redundant``, ``loose``, ``redundant and loose``),
+        `members`, `links`, `mobility` and `redundancy` of what is assembled, `held` (what is free and therefore held at
+        its nominal place), `status`. What is not there yet is nan.
 
         For the unit: `error_shaft` and `error_bearing` (of the centre on the first and on the second body of every
         joint), `undetermined_shaft` and `undetermined_bearing` (half-width of what the loads do not decide of them),

@@ -55,11 +55,6 @@ class Lattice:
     def __len__(self) -> int:
         return math.prod(self.counts)
 
-    @property
-    def regions(self) -> list[Region]:
-        """Every chunk's part of the grid."""
-        return [self.region(number) for number in range(len(self))]
-
     def region(self, number: int) -> Region:
         """A chunk's part of the grid."""
         place = np.unravel_index(number, self.counts)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import _core
+from jointplay import _core, poses
 from jointplay.analyses.nominal import Floats, Nominal
 from jointplay.compile import Grid
 from jointplay.errors import InputError, listed
@@ -103,12 +103,12 @@ class Reach:
         """The nominal mechanism at the nodes of a chunk, as far as they are reached from the seeds."""
         rows = self.commands(lattice, chunk)
         found = self._flood(list(lattice.size(chunk)), rows, seeds)
-        poses, n = found["poses"], len(rows)
+        there, n = found["poses"], len(rows)
         drives = rows
         if self.grid.of_output:
-            drives = self.m.core.drive_values(poses, self.start.drives[0])
+            drives = self.m.core.drive_values(there, self.start.drives[0])
         nothing = np.full((n, 0), np.nan)
-        return Nominal(drives, poses, found["output"], found["status"], np.full(n, np.nan), nothing)
+        return Nominal(drives, there, found["output"], found["status"], np.full(n, np.nan), nothing)
 
     def measured(self, at: Nominal) -> Nominal:
         """With the nearness to a singularity of the mechanism itself."""
@@ -163,7 +163,7 @@ def _commanding_output(m: Mechanism, grid: Grid, commanded: list[str], start: No
     target = len(spec["joints"]) - 1
     spec["drives"] = [{"joint": target, "component": name} for name in commanded]
     if any(name in grid.held for name in ROTATIONS):
-        held = _rotation(np.array([grid.held[name] for name in ROTATIONS]))
+        held = poses.turned_by([grid.held[name] for name in ROTATIONS])
         spec["joints"].append(joint | {"kind": "orientation"} | _axes(held.T, frame))
     return _core.Mechanism(json.dumps(spec, allow_nan=False))
 
@@ -172,14 +172,3 @@ def _axes(first: Floats, second: Floats) -> dict[str, list[float]]:
     """Axis and side of a joint on both bodies: the first two rows."""
     named = {"axis_first": first[0], "side_first": first[1], "axis_second": second[0], "side_second": second[1]}
     return {name: [float(v) for v in values] for name, values in named.items()}
-
-
-def _rotation(vector: Floats) -> Floats:
-    """The rotation matrix of a rotation vector (Rodrigues)."""
-    angle = float(np.linalg.norm(vector))
-    if angle == 0.0:
-        return np.eye(3)
-    x, y, z = vector / angle
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    matrix: Floats = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    return matrix

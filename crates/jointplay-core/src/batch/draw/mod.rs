@@ -166,6 +166,7 @@ mod tests {
     use super::*;
     use crate::batch::simd::{Kernel, Width, dispatch, limit};
     use crate::clearance::Set;
+    use crate::clearance::samples::KINDS;
 
     struct Draws(Set, Law);
 
@@ -187,17 +188,7 @@ mod tests {
 
     #[test]
     fn draws_are_the_same_on_every_width() {
-        let sets = [
-            Set::Disc { radius: 0.7 },
-            Set::Diamond { gap: 0.3, half_length: 2.5 },
-            Set::Interval { low: -0.2, high: 0.5 },
-            Set::Ball { radius: 0.4 },
-            Set::Journal { radius: 0.7, half_length: 2.0, axial: 0.3 },
-            Set::Sleeve { radius: 0.2, half_length: 3.0 },
-            Set::Guide { gap: 0.3, half_length: 2.5, half_width: 0.8, half_height: 0.5 },
-            Set::Plate { gap: 0.3, half_normal: 2.5, half_side: 0.5 },
-        ];
-        for set in sets {
+        for set in KINDS {
             for law in [Law::Uniform, Law::Boundary, Law::Normal, Law::Gauss] {
                 let [plain, avx2, avx512] = [Width::Plain, Width::Avx2, Width::Avx512].map(|width| {
                     limit(width);

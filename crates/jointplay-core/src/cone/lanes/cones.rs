@@ -7,7 +7,7 @@
 //! equations, `H = G' W^-2 G`, is inverted in closed form: one number for an interval, the unit matrix
 //! and a dyad for a disc or a ball, an arrow for a body that tapers.
 
-use super::round::{inverse_round, limit_round, scale_round, target_round, towards};
+use super::round::{inverse_matrix, inverse_round, scale_round, step_round, target_round, towards};
 use super::vector::{V, dot_few};
 use crate::cone::own::Atom;
 
@@ -123,12 +123,52 @@ impl Cone {
         }
     }
 
-    /// A point inside.
+    /// The middle.
     #[inline(always)]
-    pub fn start(&self, sizes: &[V], factor: V, p: &mut [V]) {
+    pub fn middle(&self, sizes: &[V], factor: V, p: &mut [V]) {
         p.fill(V::ZERO);
         if let Atom::Interval { .. } = self.atom {
             p[0] = V::splat(0.5) * (sizes[0] - sizes[1]) * factor;
+        }
+    }
+
+    /// The same multiplier for all inequalities and cones.
+    #[inline(always)]
+    pub fn even(&self, multiplier: V, l: &mut [V]) {
+        l.fill(multiplier);
+        if let Atom::Round { .. } = self.atom {
+            l[1..].fill(V::ZERO);
+        }
+    }
+
+    /// Where a force pushes it on the central path, and the multipliers there, whose products with the slacks are
+    /// `centre`; a body that tapers stays in the middle.
+    #[inline(always)]
+    pub fn rest(&self, sizes: &[V], force: &[V], centre: V, p: &mut [V], l: &mut [V]) {
+        let half = V::splat(0.5);
+        match self.atom {
+            Atom::Interval { .. } => {
+                // f = centre / (high - p) - centre / (p - low).
+                let (middle, half_width) = (half * (sizes[0] - sizes[1]), half * (sizes[0] + sizes[1]));
+                let pull = force[0] * half_width / centre;
+                let part = pull / (V::ONE + pull.times_plus(pull, V::ONE).sqrt());
+                p[0] = half_width.times_plus(part, middle);
+                l[0] = centre / (half_width * (V::ONE - part));
+                l[1] = centre / (half_width * (V::ONE + part));
+            }
+            Atom::Round { size } => {
+                let square = dot_few(force, force);
+                l[0] = half * (centre + centre.times_plus(centre, V::splat(4.0) * square).sqrt());
+                let per = V::ONE / l[0];
+                for k in 0..size {
+                    l[1 + k] = -force[k];
+                    p[k] = force[k] * per;
+                }
+            }
+            Atom::Tapered { .. } => {
+                self.middle(sizes, V::ONE, p);
+                self.even(centre, l);
+            }
         }
     }
 
@@ -201,9 +241,9 @@ impl Cone {
     pub fn scale(&self, sizes: &[V], [s, l]: [&[V]; 2], [per_s, per_l]: [&mut [V]; 2], data: &mut [V]) {
         if let Atom::Round { size } = self.atom {
             if size == 2 {
-                scale_round::<2>([s, l], [per_s, per_l], data);
+                scale_round::<2, 3>([s, l], [per_s, per_l], data);
             } else {
-                scale_round::<3>([s, l], [per_s, per_l], data);
+                scale_round::<3, 4>([s, l], [per_s, per_l], data);
             }
             return;
         }
@@ -234,8 +274,8 @@ impl Cone {
     pub fn inverse(&self, data: &[V], x: &[V], out: &mut [V]) {
         match self.atom {
             Atom::Interval { .. } => out[0] = data[2] * x[0],
-            Atom::Round { size: 2 } => inverse_round::<2>(data, x, out),
-            Atom::Round { .. } => inverse_round::<3>(data, x, out),
+            Atom::Round { size: 2 } => inverse_round::<2>(&inverse_matrix::<2>(data), x, out),
+            Atom::Round { .. } => inverse_round::<3>(&inverse_matrix::<3>(data), x, out),
             Atom::Tapered { arms, .. } => {
                 let (inverse, coupling) = (&data[4 * arms..5 * arms], &data[5 * arms..6 * arms]);
                 let mut along = x[0];
@@ -245,6 +285,21 @@ impl Cone {
                 out[0] = data[6 * arms] * along;
                 for arm in 0..arms {
                     out[1 + arm] = inverse[arm] * coupling[arm].times_from(out[0], x[1 + arm]);
+                }
+            }
+        }
+    }
+
+    /// `E H^-1`, row by row of n coordinates of all bodies.
+    #[inline(always)]
+    pub fn inverse_rows(&self, data: &[V], n: usize, e: &[V], g: &mut [V]) {
+        match self.atom {
+            Atom::Round { size: 2 } => round_rows::<2>(data, n, self.first, e, g),
+            Atom::Round { .. } => round_rows::<3>(data, n, self.first, e, g),
+            Atom::Interval { .. } | Atom::Tapered { .. } => {
+                let at = self.first..self.first + self.dimension();
+                for (e, g) in e.chunks_exact(n).zip(g.chunks_exact_mut(n)) {
+                    self.inverse(data, &e[at.clone()], &mut g[at.clone()]);
                 }
             }
         }
@@ -282,8 +337,8 @@ impl Cone {
     #[inline(always)]
     pub fn target(&self, data: &[V], [s, l, per_l, ds, dl]: [&[V]; 5], centre: V, u: &mut [V]) {
         match self.atom {
-            Atom::Round { size: 2 } => target_round::<2>(data, s, l, ds, centre, u),
-            Atom::Round { .. } => target_round::<3>(data, s, l, ds, centre, u),
+            Atom::Round { size: 2 } => target_round::<2, 3>(data, s, l, ds, centre, u),
+            Atom::Round { .. } => target_round::<3, 4>(data, s, l, ds, centre, u),
             Atom::Interval { .. } | Atom::Tapered { .. } => {
                 for k in 0..self.slots() {
                     u[k] = ds[k].times_from(dl[k], centre).times_plus(per_l[k], -s[k]);
@@ -328,27 +383,15 @@ impl Cone {
         sum
     }
 
-    /// The multipliers' step `W^-2 (u - ds)`, which fulfils `G' dl = force`.
-    ///
-    /// Where a body is round this equation gives it directly: `W^-2 ds` would be the difference of large
-    /// numbers near the boundary, whose rounding would be left in the equation.
+    /// The multipliers' step `W^-2 (u - ds)` of half spaces, which fulfils `G' dl = force`.
     #[inline(always)]
-    pub fn multipliers(&self, sizes: &[V], data: &[V], [u, ds, force]: [&[V]; 3], dl: &mut [V]) {
-        if let Atom::Round { size } = self.atom {
-            let mut along = [V::ZERO; 3];
-            towards(size, data, &mut along[..size]);
-            dl[0] = (data[size + 1] * data[size + 3]).times_plus(u[0] - ds[0], dot_few(&along[..size], force));
-            for k in 0..size {
-                dl[1 + k] = -force[k];
-            }
-            return;
-        }
+    fn multipliers(&self, sizes: &[V], data: &[V], [u, ds, force]: [&[V]; 3], dl: &mut [V]) {
         let n = self.slots();
         for slot in 0..n {
             dl[slot] = data[slot] * (u[slot] - ds[slot]);
         }
         if let Atom::Tapered { .. } = self.atom {
-            // The same rounding, taken out by one step of refinement.
+            // The rounding of a difference of large numbers near the boundary, taken out by one step of refinement.
             let mut left = [V::ZERO; 5];
             let mut move_back = [V::ZERO; 5];
             let mut slack = [V::ZERO; 16];
@@ -365,19 +408,45 @@ impl Cone {
         }
     }
 
-    /// The larger of `most` and the inverse of the longest step inside the cone.
+    /// The steps of coordinates, slacks and multipliers towards a target, for the force that they add and the
+    /// factor's step; gives the inverse of the longest step inside the cone.
     #[inline(always)]
-    pub fn limit(&self, [x, per, dx]: [&[V]; 3], most: V) -> V {
-        match self.atom {
-            Atom::Round { size: 2 } => limit_round::<2>(x, per, dx).max(most),
-            Atom::Round { .. } => limit_round::<3>(x, per, dx).max(most),
-            Atom::Interval { .. } | Atom::Tapered { .. } => {
-                let mut most = most;
-                for k in 0..self.slots() {
-                    most = (-dx[k] * per[k]).max(most);
-                }
-                most
-            }
+    pub fn step(
+        &self,
+        sizes: &[V],
+        data: &[V],
+        [target, force, approach, follow]: [&[V]; 4],
+        factor: V,
+        [s, per_s, l, per_l]: [&[V]; 4],
+        [dp, ds, dl]: [&mut [V]; 3],
+    ) -> V {
+        if let Atom::Round { size } = self.atom {
+            let (aims, at, steps) = ([target, force, approach, follow], [s, per_s, l, per_l], [dp, ds, dl]);
+            return if size == 2 {
+                step_round::<2, 3>(sizes[0], data, aims, factor, at, steps)
+            } else {
+                step_round::<3, 4>(sizes[0], data, aims, factor, at, steps)
+            };
         }
+        self.inverse(data, force, dp);
+        for ((dp, approach), follow) in dp.iter_mut().zip(approach).zip(follow) {
+            *dp = follow.times_plus(factor, *dp + *approach);
+        }
+        self.slack(sizes, dp, factor, ds);
+        self.multipliers(sizes, data, [target, ds, force], dl);
+        let mut most = V::ZERO;
+        for k in 0..self.slots() {
+            most = (-ds[k] * per_s[k]).max(most);
+            most = (-dl[k] * per_l[k]).max(most);
+        }
+        most
+    }
+}
+
+#[inline(always)]
+fn round_rows<const K: usize>(data: &[V], n: usize, first: usize, e: &[V], g: &mut [V]) {
+    let matrix = inverse_matrix::<K>(data);
+    for (e, g) in e.chunks_exact(n).zip(g.chunks_exact_mut(n)) {
+        inverse_round::<K>(&matrix, &e[first..first + K], &mut g[first..first + K]);
     }
 }

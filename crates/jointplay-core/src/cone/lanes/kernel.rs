@@ -16,11 +16,10 @@
 //! one that has come to an end keeps what it has.
 
 use super::cones::Cone;
-use super::normal::{factor, products, solve};
-use super::state::{Data, State};
+use super::normal::{ROWS, add_transposed, factor, products, solve, times, triangle};
+use super::state::{Data, State, of};
 use super::vector::{Choice, V, dot};
 use crate::batch::simd::Kernel;
-use crate::cone::own::Atom;
 
 /// Iterations at most: eight programs are rarely done after more than 16.
 const ITERATIONS: usize = 32;
@@ -31,8 +30,10 @@ const GAP: V = V::splat(1e-11);
 const RESIDUAL: V = V::splat(1e-11);
 /// A step that is no number any more, or on its way there.
 const LOST: V = V::splat(1e30);
-/// Part of the way to the boundary that a step goes.
-const STEP: V = V::splat(0.99);
+/// Part of the way to the boundary that a step leaves: of what the step to the boundary itself has to leave, and at
+/// most.
+const MARGIN_OF_REST: V = V::splat(0.3);
+const MARGIN: V = V::splat(0.05);
 
 /// Solves eight programs.
 pub(super) struct Solve<'a> {
@@ -58,95 +59,24 @@ impl Kernel for Solve<'_> {
             self.scale();
             self.aim();
             let mut target = -self.state.factor;
-            let (mut limit, mut step) = (V::ONE, V::ZERO);
+            let (mut limit, mut step, mut rest) = (V::ONE, V::ZERO, V::ONE);
             // A number of passes that the compiler does not know, so that it compiles the step once.
             for pass in 0..std::hint::black_box(2) {
                 if pass == 1 {
-                    let rest = V::ONE - V::ONE / limit.max(V::ONE);
-                    let centre = rest * rest * rest * self.mean();
-                    target = self.aim_again(centre, step);
+                    rest = V::ONE - V::ONE / limit.max(V::ONE);
+                    target = self.aim_again(rest * self.mean(), step);
                 }
                 (limit, step) = self.step(target);
             }
             open = open.and(self.is_finite());
-            self.advance(STEP / limit.max(STEP), step, target, open);
+            let most = V::ONE - (MARGIN_OF_REST * rest).min(MARGIN);
+            self.advance(most / limit.max(most), step, target, open);
         }
         ITERATIONS
     }
 }
 
-/// The numbers of one cone in an array.
-macro_rules! of {
-    ($cone:ident, $array:expr, slots) => {
-        $array[$cone.slot..$cone.slot + $cone.slots()]
-    };
-    ($cone:ident, $array:expr, coordinates) => {
-        $array[$cone.first..$cone.first + $cone.dimension()]
-    };
-    ($cone:ident, $array:expr, scaling) => {
-        $array[$cone.data..$cone.data + $cone.data_size()]
-    };
-    ($cone:ident, $array:expr, sizes) => {
-        $array[$cone.size..$cone.size + $cone.sizes()]
-    };
-}
-
 impl Solve<'_> {
-    /// A point inside all sets, and multipliers near the middle of theirs.
-    #[inline(always)]
-    fn start(&mut self) {
-        let (s, n) = (self.data.s, self.data.n);
-        let slots = self.cones.iter().map(Cone::slots).sum();
-        let scaling = self.cones.iter().map(Cone::data_size).sum();
-        let st = &mut *self.state;
-        for (array, size) in [
-            (&mut st.p, n),
-            (&mut st.y, s),
-            (&mut st.s, slots),
-            (&mut st.l, slots),
-            (&mut st.per_s, slots),
-            (&mut st.per_l, slots),
-            (&mut st.ds, slots),
-            (&mut st.dl, slots),
-            (&mut st.target, slots),
-            (&mut st.approach, n),
-            (&mut st.scaling, scaling),
-            (&mut st.g, s * n),
-            (&mut st.matrix, s * s),
-            (&mut st.left, n),
-            (&mut st.force, n),
-            (&mut st.dp, n),
-            (&mut st.dy, s),
-            (&mut st.follow, n),
-            (&mut st.q, s),
-            (&mut st.residual, s),
-        ] {
-            array.resize(size, V::ZERO);
-        }
-        st.y.fill(V::ZERO);
-        st.follow.fill(V::ZERO);
-        let degree: usize = self.cones.iter().map(Cone::degree).sum();
-        // The multipliers of a variable factor add up to one.
-        let (factor, multiplier) =
-            if self.variable { (V::splat(2.0), V::splat(1.0 / (1.0 + degree as f64))) } else { (V::ONE, V::ONE) };
-        st.factor = factor;
-        st.factor_multiplier = multiplier;
-        for cone in self.cones {
-            let sizes = &of!(cone, self.data.sizes, sizes);
-            let factor = if cone.scaled { factor } else { V::ONE };
-            let p = &mut of!(cone, st.p, coordinates);
-            cone.start(sizes, factor, p);
-            cone.slack(sizes, p, factor, &mut of!(cone, st.s, slots));
-            let l = &mut of!(cone, st.l, slots);
-            if let Atom::Round { .. } = cone.atom {
-                l.fill(V::ZERO);
-                l[0] = multiplier;
-            } else {
-                l.fill(multiplier);
-            }
-        }
-    }
-
     /// The sum of slacks times multipliers.
     #[inline(always)]
     fn gap(&self) -> V {
@@ -171,17 +101,16 @@ impl Solve<'_> {
         for (left, cost) in st.left.iter_mut().zip(&data.cost) {
             *left = *left + *cost;
         }
+        for (left, stress) in st.left.iter_mut().zip(&st.stress) {
+            *left = *left - *stress;
+        }
+        times(&data.e, n, &st.p, |i, sum| st.residual[i] = data.right[i] - sum);
         let mut worst = V::ZERO;
-        for (i, row) in data.e.chunks_exact(n).enumerate() {
-            let mut sum = data.right[i] - dot(row, &st.p);
-            for (left, e) in st.left.iter_mut().zip(row) {
-                *left = e.times_from(st.y[i], *left);
-            }
+        for i in 0..data.s {
             if !data.springs.is_empty() {
-                sum = sum - dot(&data.springs[i * data.s..(i + 1) * data.s], &st.y);
+                st.residual[i] = st.residual[i] - dot(&data.springs[i * data.s..(i + 1) * data.s], &st.y);
             }
-            st.residual[i] = sum;
-            worst = sum.abs().max(worst);
+            worst = st.residual[i].abs().max(worst);
         }
         for left in &st.left {
             worst = left.abs().max(worst);
@@ -214,15 +143,20 @@ impl Solve<'_> {
             let at = cone.slot..cone.slot + cone.slots();
             let numbers = [&st.s[at.clone()], &st.l[at.clone()]];
             cone.scale(sizes, numbers, [&mut st.per_s[at.clone()], &mut st.per_l[at]], scaling);
-            for i in 0..s {
-                let at = i * n + cone.first..i * n + cone.first + cone.dimension();
-                cone.inverse(scaling, &data.e[at.clone()], &mut st.g[at]);
-            }
+            cone.inverse(scaling, &of!(cone, st.left, coordinates), &mut of!(cone, st.moved, coordinates));
             if self.variable && cone.scaled {
                 stiffness = stiffness + cone.follow(sizes, scaling, &mut of!(cone, st.follow, coordinates));
             }
         }
-        products(n, &st.g, &data.e, &data.springs, &mut st.matrix);
+        for i in (0..s).step_by(ROWS) {
+            let e = &data.e[i * n..s.min(i + ROWS) * n];
+            let g = &mut st.g[..e.len()];
+            for cone in self.cones {
+                cone.inverse_rows(&of!(cone, st.scaling, scaling), n, e, g);
+            }
+            products(n, g, &data.e, i, &mut st.matrix);
+        }
+        add_springs(s, &data.springs, &mut st.matrix);
         if self.variable {
             let per = V::ONE / stiffness;
             st.per_stiffness = per;
@@ -232,11 +166,12 @@ impl Solve<'_> {
             for i in 0..s {
                 let part = per * st.q[i];
                 for j in 0..=i {
-                    st.matrix[i * s + j] = part.times_plus(st.q[j], st.matrix[i * s + j]);
+                    let at = triangle(i) + j;
+                    st.matrix[at] = part.times_plus(st.q[j], st.matrix[at]);
                 }
             }
         }
-        factor(s, &mut st.matrix);
+        factor(s, &mut st.matrix, &mut st.columns);
     }
 
     /// Aims at the boundary.
@@ -285,45 +220,43 @@ impl Solve<'_> {
                 a = a - cone.approach_factor(sizes, scaling, &of!(cone, st.follow, coordinates), target);
             }
         }
-        for i in 0..s {
-            let at = i * n..(i + 1) * n;
-            let mut sum = st.residual[i] - dot(&data.e[at.clone()], &st.approach);
-            sum = sum + dot(&st.g[at], &st.left);
-            if self.variable {
-                sum = st.q[i].times_plus(a * st.per_stiffness, sum);
-            }
-            st.dy[i] = sum;
+        for ((force, approach), moved) in st.force.iter_mut().zip(&st.approach).zip(&st.moved) {
+            *force = *moved - *approach;
         }
-        solve(s, &st.matrix, &mut st.dy);
+        times(&data.e, n, &st.force, |i, sum| st.dy[i] = st.residual[i] + sum);
+        if self.variable {
+            for i in 0..s {
+                st.dy[i] = st.q[i].times_plus(a * st.per_stiffness, st.dy[i]);
+            }
+        }
+        self.solve();
+        let st = &mut *self.state;
         let factor_step = if self.variable { (dot(&st.q, &st.dy) - a) * st.per_stiffness } else { V::ZERO };
         for (force, left) in st.force.iter_mut().zip(&st.left) {
             *force = -*left;
         }
-        for (row, dy) in data.e.chunks_exact(n).zip(&st.dy) {
-            for (force, e) in st.force.iter_mut().zip(row) {
-                *force = e.times_plus(*dy, *force);
-            }
-        }
+        add_transposed(&data.e, &st.dy, &mut st.force);
         let mut limit = V::ZERO;
         for cone in self.cones {
             let sizes = &of!(cone, data.sizes, sizes);
             let scaling = &of!(cone, st.scaling, scaling);
             let force = &of!(cone, st.force, coordinates);
-            let dp = &mut of!(cone, st.dp, coordinates);
-            cone.inverse(scaling, force, dp);
-            let mut factor = V::ZERO;
-            if self.variable && cone.scaled {
-                factor = factor_step;
-            }
-            for (k, dp) in dp.iter_mut().enumerate() {
-                let at = cone.first + k;
-                *dp = st.follow[at].times_plus(factor, *dp + st.approach[at]);
-            }
-            let (ds, dl) = (&mut of!(cone, st.ds, slots), &mut of!(cone, st.dl, slots));
-            cone.slack(sizes, dp, factor, ds);
-            cone.multipliers(sizes, scaling, [&of!(cone, st.target, slots), ds, force], dl);
-            limit = cone.limit([&of!(cone, st.s, slots), &of!(cone, st.per_s, slots), ds], limit);
-            limit = cone.limit([&of!(cone, st.l, slots), &of!(cone, st.per_l, slots), dl], limit);
+            let factor = if self.variable && cone.scaled { factor_step } else { V::ZERO };
+            let aims = [
+                &of!(cone, st.target, slots),
+                force,
+                &of!(cone, st.approach, coordinates),
+                &of!(cone, st.follow, coordinates),
+            ];
+            let at = [
+                &of!(cone, st.s, slots),
+                &of!(cone, st.per_s, slots),
+                &of!(cone, st.l, slots),
+                &of!(cone, st.per_l, slots),
+            ];
+            let steps =
+                [&mut of!(cone, st.dp, coordinates), &mut of!(cone, st.ds, slots), &mut of!(cone, st.dl, slots)];
+            limit = cone.step(sizes, scaling, aims, factor, at, steps).max(limit);
         }
         if self.variable {
             let multiplier_step = self.multiplier_step(factor_step, factor_target);
@@ -331,6 +264,35 @@ impl Solve<'_> {
             limit = (-multiplier_step / self.state.factor_multiplier).max(limit);
         }
         (limit, factor_step)
+    }
+
+    /// Solves the normal equations for `dy`.
+    ///
+    /// For the factor more parts of the sets are met at the same time than there are ways to move along them, the more
+    /// so the more equations there are for every coordinate. The normal equations get so bad near the optimum that
+    /// their solution violates the equations; one step of refinement, by the equations themselves, mends it.
+    #[inline(always)]
+    fn solve(&mut self) {
+        let (data, s, n) = (self.data, self.data.s, self.data.n);
+        let st = &mut *self.state;
+        let refine = self.variable && 2 * s > n;
+        st.columns[..s].copy_from_slice(&st.dy);
+        solve(s, &st.matrix, &mut st.dy);
+        if !refine {
+            return;
+        }
+        st.force.fill(V::ZERO);
+        add_transposed(&data.e, &st.dy, &mut st.force);
+        for cone in self.cones {
+            let scaling = &of!(cone, st.scaling, scaling);
+            cone.inverse(scaling, &of!(cone, st.force, coordinates), &mut of!(cone, st.dp, coordinates));
+        }
+        let part = dot(&st.q, &st.dy) * st.per_stiffness;
+        times(&data.e, n, &st.dp, |i, sum| st.columns[i] = part.times_from(st.q[i], st.columns[i] - sum));
+        solve(s, &st.matrix, &mut st.columns[..s]);
+        for (dy, more) in st.dy.iter_mut().zip(&st.columns) {
+            *dy = *dy + *more;
+        }
     }
 
     /// Step of the multiplier of `tau >= 0`.
@@ -353,6 +315,10 @@ impl Solve<'_> {
     fn advance(&mut self, length: V, factor_step: V, factor_target: V, open: Choice) {
         let multiplier_step = self.multiplier_step(factor_step, factor_target);
         let st = &mut *self.state;
+        for (force, left) in st.force.iter_mut().zip(&st.left) {
+            *force = *force + *left;
+        }
+        go(&mut st.stress, &st.force, length, open);
         go(&mut st.p, &st.dp, length, open);
         go(&mut st.y, &st.dy, length, open);
         go(&mut st.s, &st.ds, length, open);
@@ -369,5 +335,15 @@ impl Solve<'_> {
 fn go(x: &mut [V], dx: &[V], length: V, open: Choice) {
     for (x, dx) in x.iter_mut().zip(dx) {
         *x = length.times_plus(*dx, *x).where_else(open, *x);
+    }
+}
+
+/// Adds what the springs do to the lower triangle of the normal equations.
+#[inline(always)]
+pub(super) fn add_springs(s: usize, springs: &[V], matrix: &mut [V]) {
+    for (i, row) in springs.chunks_exact(s).enumerate() {
+        for (out, spring) in matrix[triangle(i)..].iter_mut().zip(&row[..=i]) {
+            *out = *out + *spring;
+        }
     }
 }

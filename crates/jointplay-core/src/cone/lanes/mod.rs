@@ -15,6 +15,7 @@ mod kernel;
 mod layout;
 mod normal;
 mod round;
+mod start;
 mod state;
 mod unload;
 mod vector;
@@ -33,7 +34,7 @@ use vector::LANES;
 /// Relative gap and residual up to which an answer needs no other.
 const PROVED: f64 = 1e-9;
 /// One program among so many is solved by itself for comparison.
-const SAMPLED: usize = 1024;
+const SAMPLED: usize = 2048;
 
 /// Programs of one structure.
 #[derive(Clone, Debug, Default)]

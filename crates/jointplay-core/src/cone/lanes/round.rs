@@ -5,9 +5,21 @@ use super::vector::{V, dot_few};
 /// Keeps a quotient finite; everything here is near one.
 const TINY: V = V::splat(1e-200);
 
+/// So many of the first numbers, without a question at each of them whether it is there.
+#[inline(always)]
+fn first<const N: usize>(x: &[V]) -> &[V; N] {
+    x.first_chunk().expect("arrays are as long as the layout says")
+}
+
+#[inline(always)]
+fn first_mut<const N: usize>(x: &mut [V]) -> &mut [V; N] {
+    x.first_chunk_mut().expect("arrays are as long as the layout says")
+}
+
 /// The inverse root of `x0^2 - |x1|^2`, the root, and what [`limit_round`] needs.
 #[inline(always)]
-fn hyperbolic<const K: usize>(x: &[V], per: &mut [V]) -> (V, V) {
+fn hyperbolic<const K: usize, const N: usize>(x: &[V; N], per: &mut [V]) -> (V, V) {
+    let per = first_mut::<2>(per);
     let square = x[0].times_plus(x[0], -dot_few(&x[1..=K], &x[1..=K]));
     let size = square.max(TINY).sqrt();
     per[0] = V::ONE / size;
@@ -18,8 +30,14 @@ fn hyperbolic<const K: usize>(x: &[V], per: &mut [V]) -> (V, V) {
 /// Data: w, 1/eta^2, eta^2, 1/(2 w0^2 - 1), eta, 1/eta, 1/(1 + w0), `1/(x0^2 - |x1|^2)` of `x = W l`,
 /// and the upper triangle of `H^-1`.
 #[inline(always)]
-pub(super) fn scale_round<const K: usize>([s, l]: [&[V]; 2], [for_s, for_l]: [&mut [V]; 2], data: &mut [V]) {
-    let ((per_s, size_s), (per_l, size_l)) = (hyperbolic::<K>(s, for_s), hyperbolic::<K>(l, for_l));
+pub(super) fn scale_round<const K: usize, const N: usize>(
+    [s, l]: [&[V]; 2],
+    [for_s, for_l]: [&mut [V]; 2],
+    data: &mut [V],
+) {
+    let (s, l) = (first::<N>(s), first::<N>(l));
+    let data = &mut data[..K + 8 + K * (K + 1) / 2];
+    let ((per_s, size_s), (per_l, size_l)) = (hyperbolic::<K, N>(s, for_s), hyperbolic::<K, N>(l, for_l));
     let along = dot_few(&s[..=K], &l[..=K]) * (per_s * per_l);
     let half = V::splat(0.5);
     let per_twice = half / half.times_plus(along, half).sqrt();
@@ -50,10 +68,18 @@ pub(super) fn scale_round<const K: usize>([s, l]: [&[V]; 2], [for_s, for_l]: [&m
     }
 }
 
-/// `eta^2 (1 - 2 w1 w1' / (1 + 2 |w1|^2)) x`, whose elements follow the other data row by row.
+/// `H^-1 = eta^2 (1 - 2 w1 w1' / (1 + 2 |w1|^2))`, the upper triangle row by row; six numbers, or three of a disc.
 #[inline(always)]
-pub(super) fn inverse_round<const K: usize>(data: &[V], x: &[V], out: &mut [V]) {
-    let m = &data[K + 8..];
+pub(super) fn inverse_matrix<const K: usize>(data: &[V]) -> [V; 6] {
+    let mut matrix = [V::ZERO; 6];
+    let count = K * (K + 1) / 2;
+    matrix[..count].copy_from_slice(&data[K + 8..K + 8 + count]);
+    matrix
+}
+
+/// That matrix times x.
+#[inline(always)]
+pub(super) fn inverse_round<const K: usize>(m: &[V; 6], x: &[V], out: &mut [V]) {
     if K == 2 {
         out[0] = m[0].times_plus(x[0], m[1] * x[1]);
         out[1] = m[1].times_plus(x[0], m[2] * x[1]);
@@ -74,7 +100,16 @@ pub(super) fn towards(size: usize, data: &[V], out: &mut [V]) {
 }
 
 #[inline(always)]
-pub(super) fn target_round<const K: usize>(data: &[V], s: &[V], l: &[V], ds: &[V], centre: V, u: &mut [V]) {
+pub(super) fn target_round<const K: usize, const N: usize>(
+    data: &[V],
+    s: &[V],
+    l: &[V],
+    ds: &[V],
+    centre: V,
+    u: &mut [V],
+) {
+    let data = &data[..K + 8];
+    let (s, l, ds, u) = (first::<N>(s), first::<N>(l), first::<N>(ds), first_mut::<N>(u));
     let (eta, per_eta, per_one) = (data[K + 4], data[K + 5], data[K + 6]);
     // W l and W^-1 ds.
     let mut scaled = [V::ZERO; 4];
@@ -115,15 +150,45 @@ pub(super) fn target_round<const K: usize>(data: &[V], s: &[V], l: &[V], ds: &[V
     }
 }
 
+/// Steps and the inverse of the longest one, see [`super::cones::Cone::step`].
+///
+/// The multipliers' step `W^-2 (u - ds)` has to fulfil `G' dl = force`, and this equation gives it directly:
+/// `W^-2 ds` would be the difference of large numbers near the boundary, whose rounding would be left in the equation.
 #[inline(always)]
-pub(super) fn limit_round<const K: usize>(x: &[V], per: &[V], dx: &[V]) -> V {
-    let (per, per_more) = (per[0], per[1]);
-    let product = x[0].times_plus(dx[0], -dot_few(&x[1..=K], &dx[1..=K])) * per;
-    let part = (product + dx[0]) * per_more * per;
+pub(super) fn step_round<const K: usize, const N: usize>(
+    radius: V,
+    data: &[V],
+    [target, force, approach, follow]: [&[V]; 4],
+    factor: V,
+    [s, per_s, l, per_l]: [&[V]; 4],
+    [dp, ds, dl]: [&mut [V]; 3],
+) -> V {
+    let data = &data[..K + 8 + K * (K + 1) / 2];
+    let (force, approach, follow) = (first::<K>(force), first::<K>(approach), first::<K>(follow));
+    let (dp, ds, dl) = (first_mut::<K>(dp), first_mut::<N>(ds), first_mut::<N>(dl));
+    inverse_round::<K>(&inverse_matrix::<K>(data), force, dp);
+    let mut along = [V::ZERO; K];
+    towards(K, data, &mut along);
+    ds[0] = radius * factor;
+    dl[0] = (data[K + 1] * data[K + 3]).times_plus(target[0] - ds[0], dot_few(&along, force));
+    for k in 0..K {
+        dp[k] = follow[k].times_plus(factor, dp[k] + approach[k]);
+        ds[1 + k] = dp[k];
+        dl[1 + k] = -force[k];
+    }
+    let limit_s = limit_round::<K, N>(first(s), first(per_s), ds);
+    limit_round::<K, N>(first(l), first(per_l), dl).max(limit_s)
+}
+
+/// The inverse of the longest step inside the cone.
+#[inline(always)]
+fn limit_round<const K: usize, const N: usize>(x: &[V; N], [per, per_more]: &[V; 2], dx: &[V; N]) -> V {
+    let product = x[0].times_plus(dx[0], -dot_few(&x[1..=K], &dx[1..=K])) * *per;
+    let part = (product + dx[0]) * *per_more * *per;
     let mut square = V::ZERO;
     for k in 1..=K {
         let rest = part.times_from(x[k], dx[k]);
         square = rest.times_plus(rest, square);
     }
-    per * (square.sqrt() - product)
+    *per * (square.sqrt() - product)
 }

@@ -39,11 +39,17 @@ pub(super) struct State {
     pub target: Vec<V>,
     pub approach: Vec<V>,
     pub scaling: Vec<V>,
-    /// `E H^-1`.
+    /// `E' y`.
+    pub stress: Vec<V>,
+    /// Some rows of `E H^-1`.
     pub g: Vec<V>,
+    /// Lower triangle of the normal equations, and memory for their factors.
     pub matrix: Vec<V>,
+    pub columns: Vec<V>,
     /// `c - E' y + G' l`, and the force that a step adds.
     pub left: Vec<V>,
+    /// `H^-1` of what is left.
+    pub moved: Vec<V>,
     pub force: Vec<V>,
     /// Residuals of the equations, and of the factor's own condition.
     pub residual: Vec<V>,
@@ -54,3 +60,20 @@ pub(super) struct State {
     pub follow: Vec<V>,
     pub q: Vec<V>,
 }
+
+/// The numbers of one cone in an array.
+macro_rules! of {
+    ($cone:ident, $array:expr, slots) => {
+        $array[$cone.slot..$cone.slot + $cone.slots()]
+    };
+    ($cone:ident, $array:expr, coordinates) => {
+        $array[$cone.first..$cone.first + $cone.dimension()]
+    };
+    ($cone:ident, $array:expr, scaling) => {
+        $array[$cone.data..$cone.data + $cone.data_size()]
+    };
+    ($cone:ident, $array:expr, sizes) => {
+        $array[$cone.size..$cone.size + $cone.sizes()]
+    };
+}
+pub(super) use of;

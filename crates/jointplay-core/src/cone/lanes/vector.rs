@@ -77,6 +77,11 @@ impl V {
     pub fn max(self, o: Self) -> Self {
         each!(i, if self.0[i] > o.0[i] { self.0[i] } else { o.0[i] })
     }
+    /// The smaller; the other one where one is not a number.
+    #[inline(always)]
+    pub fn min(self, o: Self) -> Self {
+        each!(i, if self.0[i] < o.0[i] { self.0[i] } else { o.0[i] })
+    }
     /// `self o + c` with one rounding.
     #[inline(always)]
     pub fn times_plus(self, o: Self, c: Self) -> Self {

@@ -243,17 +243,7 @@ impl Section {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const SETS: [Set; 8] = [
-        Set::Disc { radius: 0.7 },
-        Set::Diamond { gap: 0.5, half_length: 2.0 },
-        Set::Interval { low: -0.2, high: 0.5 },
-        Set::Ball { radius: 0.4 },
-        Set::Journal { radius: 0.7, half_length: 2.0, axial: 0.3 },
-        Set::Sleeve { radius: 0.5, half_length: 3.0 },
-        Set::Guide { gap: 0.6, half_length: 2.5, half_width: 0.8, half_height: 0.5 },
-        Set::Plate { gap: 0.5, half_normal: 2.5, half_side: 0.5 },
-    ];
+    use crate::clearance::samples::KINDS;
 
     /// Coefficients without a pattern.
     fn map(set: &Set, equations: usize, seed: usize) -> Vec<f64> {
@@ -283,7 +273,7 @@ mod tests {
     #[test]
     fn a_chain_has_the_law_of_rejection() {
         let count = 1500;
-        for set in SETS {
+        for set in KINDS {
             for (law, equations) in [(Law::Uniform, 1), (Law::Normal, 1), (Law::Uniform, 2)] {
                 let section = section(set, law, equations);
                 let inside: Vec<f64> = section.places.iter().map(|p| 0.25 * (p.k as f64 + 1.3).sin()).collect();

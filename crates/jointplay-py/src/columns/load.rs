@@ -1,14 +1,14 @@
 //! The columns of configurations under load, as arrays.
 
 use jointplay_core::Mechanism as Core;
-use jointplay_core::hyperstatic::StrainTable;
+use jointplay_core::hyperstatic::{StrainTable, UnitTable};
 use jointplay_core::table::{Keep, Table as LoadTable};
 use pyo3::prelude::*;
 
 use crate::arrays::Table;
 
 /// What every mechanism tells of configurations under load.
-pub(crate) fn pushed<'py>(core: &Core, table: Table<'py>, found: LoadTable, keep: Keep) -> PyResult<Table<'py>> {
+pub fn pushed<'py>(core: &Core, table: Table<'py>, found: LoadTable, keep: Keep) -> PyResult<Table<'py>> {
     let (n, size, sources) = (found.status.len(), core.size(), core.sources().len());
     let mut table = table
         .status(found.status.iter().copied())?
@@ -31,7 +31,7 @@ pub(crate) fn pushed<'py>(core: &Core, table: Table<'py>, found: LoadTable, keep
 }
 
 /// What over-constrained and elastic mechanisms tell beside.
-pub(crate) fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, keep: Keep) -> PyResult<Table<'py>> {
+pub fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, keep: Keep) -> PyResult<Table<'py>> {
     let (n, size) = (found.gap.len(), core.size());
     let table = table
         .array("clearance_factor", &[n], found.clearance_factor)?
@@ -42,4 +42,16 @@ pub(crate) fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, 
         .array("gap", &[n], found.gap)?
         .array("lack_of_fit", &[n], found.lack_of_fit)?;
     pushed(core, table, found.loaded, keep)
+}
+
+/// Units with parameters of their own.
+pub fn units<'py>(core: &Core, table: Table<'py>, found: UnitTable) -> PyResult<Table<'py>> {
+    let n = found.status.len();
+    table
+        .array("clearance_factor", &[n], found.clearance_factor)?
+        .array("poses", &[n, core.n_bodies(), core.n_body_coordinates()], found.coordinates)?
+        .array("force", &[n, core.n_rows()], found.force)?
+        .array("reaction", &[n, core.n_joints(), core.size()], found.reaction)?
+        .array("offset", &[n, core.n_parameters()], found.offset)?
+        .status(found.status.into_iter())
 }

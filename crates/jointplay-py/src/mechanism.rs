@@ -1,0 +1,402 @@
+//! A mechanism as Python holds it: arguments checked, the core called without the interpreter's lock.
+
+use jointplay_core::sampling::Request;
+use jointplay_core::spec::Law;
+use jointplay_core::table::Keep;
+use jointplay_core::{Mechanism as Core, Spec};
+use numpy::ndarray::Array2;
+use numpy::{
+    IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{Configurations, Table, flat_rows, rows};
+use crate::columns::{given, load, nominal, scatter, worst};
+
+type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+
+/// A checked, immutable mechanism.
+#[pyclass(frozen, module = "jointplay._core")]
+pub struct Mechanism {
+    core: Core,
+}
+
+impl Mechanism {
+    /// One value per drive.
+    fn drive_row(&self, drives: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<f64>> {
+        let drives = drives.as_array().to_vec();
+        if drives.len() != self.core.n_drives() {
+            return Err(PyValueError::new_err(format!("{} drive values are needed", self.core.n_drives())));
+        }
+        Ok(drives)
+    }
+}
+
+#[pymethods]
+impl Mechanism {
+    #[new]
+    fn new(spec: &str) -> PyResult<Self> {
+        let spec: Spec = serde_json::from_str(spec).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Ok(Self { core: Core::new(&spec).map_err(|e| PyValueError::new_err(e.to_string()))? })
+    }
+
+    #[getter]
+    fn parameters(&self) -> Vec<(usize, &'static str)> {
+        self.core.parameters().collect()
+    }
+
+    #[getter]
+    fn rows(&self) -> Vec<(usize, &'static str)> {
+        self.core.row_names().collect()
+    }
+
+    /// Joint and component of everything that gives way elastically.
+    #[getter]
+    fn deformations(&self) -> Vec<(usize, &'static str)> {
+        self.core.deformations().collect()
+    }
+
+    /// Joint and component of every row of the elastic joints.
+    #[getter]
+    fn elastic_rows(&self) -> Vec<(usize, &'static str)> {
+        let names: Vec<_> = self.core.row_names().collect();
+        self.core.elastic_rows().map(|row| names[row]).collect()
+    }
+
+    /// Whether statics and closure decide everything: no row is redundant and no joint elastic.
+    #[getter]
+    fn isostatic(&self) -> bool {
+        self.core.is_isostatic()
+    }
+
+    fn assemble<'py>(&self, py: Python<'py>, drives: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
+        let drives = self.drive_row(&drives)?;
+        let assembly = py.detach(|| self.core.assemble(&drives, true));
+        Ok(Table::new(py)
+            .array("poses", &[self.core.n_bodies(), self.core.n_body_coordinates()], assembly.coordinates)?
+            .value("residual", assembly.residual)?
+            .value("converged", assembly.converged)?
+            .finish())
+    }
+
+    /// Whether joints and drives decide every pose just once at the given drive values.
+    fn regular(&self, py: Python<'_>, drives: PyReadonlyArray1<'_, f64>) -> PyResult<bool> {
+        let drives = self.drive_row(&drives)?;
+        Ok(py.detach(|| self.core.is_regular(&drives)))
+    }
+
+    fn jacobian<'py>(&self, py: Python<'py>, poses: PyReadonlyArray2<'py, f64>) -> PyResult<Matrix<'py>> {
+        let coordinates = rows(&poses, "poses", self.core.n_body_coordinates())?.concat();
+        if coordinates.len() != self.core.n_coordinates() {
+            return Err(PyValueError::new_err(format!("poses of {} bodies are needed", self.core.n_bodies())));
+        }
+        let matrix = self.core.jacobian(&coordinates);
+        let array = Array2::from_shape_fn(matrix.shape(), |at| matrix[at]);
+        Ok(array.into_pyarray(py))
+    }
+
+    fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
+        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", self.core.n_drives())?);
+        let configurations = py.detach(|| self.core.solve(n, &rows));
+        Ok(nominal::solved(&self.core, Table::new(py), &configurations)?.finish())
+    }
+
+    /// Poses, output and status only: no singular values, for maps of many configurations.
+    fn trace<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
+        let (trace, output) = py.detach(|| {
+            let trace = core.trace(n, &rows);
+            let output = core.outputs(&trace.coordinates);
+            (trace, output)
+        });
+        Ok(nominal::traced(core, Table::new(py), trace, output)?.finish())
+    }
+
+    /// Poses, output and status on a grid of drive values, reached from seeds: states with a node each. If it
+    /// does not spread, nodes without a seed are not reached.
+    #[allow(clippy::too_many_arguments)] // arrays of the grid, arrays of the seeds
+    #[pyo3(signature = (shape, drives, seed_nodes, seed_drives, seed_poses, spread = true))]
+    fn flood<'py>(
+        &self,
+        py: Python<'py>,
+        shape: Vec<usize>,
+        drives: PyReadonlyArray2<'py, f64>,
+        seed_nodes: Vec<usize>,
+        seed_drives: PyReadonlyArray2<'py, f64>,
+        seed_poses: PyReadonlyArray3<'py, f64>,
+        spread: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let rows = flat_rows(&drives, "drives", core.n_drives())?;
+        let configurations = Configurations::new(core, &seed_drives, &seed_poses)?;
+        let seeds: Vec<_> = seed_nodes.into_iter().zip(configurations.cases()).collect();
+        let n = shape.iter().product::<usize>();
+        if drives.shape()[0] != n || seeds.len() != configurations.cases().len() || seeds.iter().any(|seed| seed.0 >= n)
+        {
+            return Err(PyValueError::new_err("a row of drives per node of the grid and a node per seed are needed"));
+        }
+        let (trace, output) = py.detach(|| {
+            let trace = core.flood(&shape, &rows, &seeds, spread);
+            let output = core.outputs(&trace.coordinates);
+            (trace, output)
+        });
+        Ok(nominal::traced(core, Table::new(py), trace, output)?.finish())
+    }
+
+    /// Drive values of configurations that are solved already, those nearest to given ones over full turns.
+    fn drive_values<'py>(
+        &self,
+        py: Python<'py>,
+        poses: PyReadonlyArray3<'py, f64>,
+        near: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Matrix<'py>> {
+        let (core, n) = (&self.core, poses.shape()[0]);
+        let drives = near.as_array().broadcast((n, near.len())).map(|rows| rows.to_owned());
+        let drives = drives.unwrap_or_default().into_pyarray(py).readonly();
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
+        let read = cases.iter().flat_map(|case| core.drive_values(case.coordinates, case.drives)).collect();
+        let array =
+            Array2::from_shape_vec((n, core.n_drives()), read).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Ok(array.into_pyarray(py))
+    }
+
+    /// How near configurations that are solved already are to a singular one.
+    fn measure<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let configurations = Configurations::new(&self.core, &drives, &poses)?;
+        let cases = configurations.cases();
+        let measured = py.detach(|| self.core.measure(&cases));
+        Ok(nominal::solved(&self.core, Table::new(py), &measured)?.finish())
+    }
+
+    fn inverse<'py>(
+        &self,
+        py: Python<'py>,
+        targets: PyReadonlyArray2<'py, f64>,
+        weights: PyReadonlyArray1<'py, f64>,
+        drives0: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let targets = rows(&targets, "targets", self.core.size())?;
+        let (weights, start) = (weights.as_array().to_vec(), drives0.as_array().to_vec());
+        if weights.len() != self.core.size() || start.len() != self.core.n_drives() {
+            return Err(PyValueError::new_err("one weight per component and one start value per drive are needed"));
+        }
+        let configurations = py.detach(|| self.core.inverse(&targets, &weights, &start));
+        let mismatch = configurations.iter().map(|c| c.mismatch).collect();
+        let table = nominal::solved(&self.core, Table::new(py), &configurations)?;
+        Ok(table.array("mismatch", &[configurations.len()], mismatch)?.finish())
+    }
+
+    fn given<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        u: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let parameters = rows(&u, "u", core.n_parameters())?;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
+        if parameters.len() != cases.len() {
+            return Err(PyValueError::new_err("one row of u per configuration is needed"));
+        }
+        let table = Table::new(py);
+        let table = if core.is_isostatic() {
+            let found = py.detach(|| core.given(&cases, &parameters));
+            given::given(core, table, &found.iter().collect::<Vec<_>>())
+        } else {
+            let found = py.detach(|| core.forced(&cases, &parameters));
+            given::forced(core, table, &found)
+        };
+        Ok(table?.finish())
+    }
+
+    fn sensitivity<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
+        let isostatic = core.is_isostatic();
+        let found =
+            py.detach(|| if isostatic { core.sensitivities(&cases) } else { core.shared_sensitivities(&cases) });
+        Ok(given::sensitivity(core, Table::new(py), &found)?.finish())
+    }
+
+    /// `offset` and `details` tell whether these columns are wanted beside error, undetermined, iterations, status.
+    #[pyo3(signature = (drives, poses, exact = true, offset = true, details = true))]
+    fn loaded<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        exact: bool,
+        offset: bool,
+        details: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
+        let keep = Keep { offset, details };
+        if core.is_isostatic() {
+            let found = py.detach(|| core.loaded(&cases, exact, keep));
+            return Ok(load::pushed(core, Table::new(py), found, keep)?.finish());
+        }
+        let found = py.detach(|| core.strained(&cases, exact));
+        Ok(load::strained(core, Table::new(py), found, keep)?.finish())
+    }
+
+    /// The same for drive values alone, in one go, each row on the assembly branch of those before it.
+    #[pyo3(signature = (drives, exact = true, offset = true, details = true))]
+    fn loaded_along<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        exact: bool,
+        offset: bool,
+        details: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
+        if !core.is_isostatic() {
+            return Err(PyValueError::new_err("loads are distributed by the play of this mechanism: trace it first"));
+        }
+        let keep = Keep { offset, details };
+        let found = py.detach(|| core.loaded_along(n, &rows, exact, keep));
+        Ok(load::pushed(core, Table::new(py), found, keep)?.finish())
+    }
+
+    /// An over-constrained or elastic mechanism in one configuration, for units with parameters of their own.
+    fn loaded_units<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        u: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let units = rows(&u, "u", core.n_parameters())?;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let [case] = configurations.cases()[..] else {
+            return Err(PyValueError::new_err("one configuration is needed"));
+        };
+        let found = py.detach(|| core.strained_units(case, &units));
+        Ok(load::units(core, Table::new(py), found)?.finish())
+    }
+
+    #[pyo3(signature = (drives, poses, starts = 24, lanes = true))]
+    fn worst<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        starts: usize,
+        lanes: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
+        let found = py.detach(|| match (core.is_isostatic(), lanes) {
+            (false, _) => core.worst_together(&cases, starts),
+            (true, true) => core.worst(&cases, starts),
+            (true, false) => core.worst_plainly(&cases, starts),
+        });
+        Ok(worst::worst(core, Table::new(py), &found)?.finish())
+    }
+
+    /// Parameters of random units: those that `random` solves with the same seed and law.
+    #[pyo3(signature = (samples, seed, law = None))]
+    fn units<'py>(&self, py: Python<'py>, samples: usize, seed: u64, law: Option<&str>) -> PyResult<Matrix<'py>> {
+        let core = &self.core;
+        let (limit_position, limit_rotation) = (f64::NAN, f64::NAN);
+        let law = named(law)?;
+        let request = Request {
+            samples,
+            seed,
+            probabilities: vec![],
+            limit_position,
+            limit_rotation,
+            law,
+            loaded: false,
+            keep: false,
+        };
+        let units = py.detach(|| core.units(&request));
+        let array = Array2::from_shape_vec((samples, core.n_parameters()), units)
+            .map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Ok(array.into_pyarray(py))
+    }
+
+    /// The clearances that compatibility ties to others in any of the configurations.
+    fn tied(
+        &self,
+        py: Python<'_>,
+        drives: PyReadonlyArray2<'_, f64>,
+        poses: PyReadonlyArray3<'_, f64>,
+    ) -> PyResult<Vec<usize>> {
+        let configurations = Configurations::new(&self.core, &drives, &poses)?;
+        let cases = configurations.cases();
+        Ok(py.detach(|| self.core.tied(&cases)))
+    }
+
+    #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method
+    #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0, keep = false, loaded = false))]
+    fn random<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        samples: usize,
+        seed: u64,
+        probabilities: PyReadonlyArray1<'py, f64>,
+        limit_position: f64,
+        limit_rotation: f64,
+        law: Option<&str>,
+        threads: usize,
+        keep: bool,
+        loaded: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let law = named(law)?;
+        let probabilities = probabilities.as_array().to_vec();
+        let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law, loaded, keep };
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        let table = Table::new(py);
+        // Without load and redundant rows nothing is elastically deformed.
+        let table = if core.n_rows() == core.n_unknowns() && !loaded {
+            let found = py.detach(|| pool.install(|| core.random(&cases, &request)));
+            scatter::scatter(core, table, &found.iter().collect::<Vec<_>>(), &request)
+        } else {
+            let found = py.detach(|| pool.install(|| core.random_units(&cases, &request)));
+            scatter::units(core, table, &found, &request)
+        };
+        Ok(table?.finish())
+    }
+}
+
+/// The law of a name.
+fn named(law: Option<&str>) -> PyResult<Option<Law>> {
+    match law {
+        None => Ok(None),
+        Some("uniform") => Ok(Some(Law::Uniform)),
+        Some("boundary") => Ok(Some(Law::Boundary)),
+        Some("normal") => Ok(Some(Law::Normal)),
+        Some(other) => Err(PyValueError::new_err(format!("unknown law '{other}'"))),
+    }
+}
