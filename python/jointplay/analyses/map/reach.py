@@ -90,9 +90,9 @@ class Reach:
         # Nothing is reached but from the start.
         first = [Seed(k, self._first.row, self._first.poses) for k in range(len(rows))]
         found = self._flood([len(rows)], rows, first, spread=False)
-        for (chunk, node), row, status, poses in zip(places, rows, found["status"], found["poses"], strict=True):
+        for (chunk, node), row, status, state in zip(places, rows, found["status"], found["poses"], strict=True):
             if status == 0:
-                seeds.setdefault(chunk, []).append(Seed(node, row, poses))
+                seeds.setdefault(chunk, []).append(Seed(node, row, state))
         return seeds
 
     def commands(self, lattice: Lattice, chunk: int) -> Floats:
