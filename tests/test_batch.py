@@ -197,3 +197,23 @@ def test_worst_equals_the_plain_solver_on_every_width(name):
     # In the plane the rotation needs no direction.
     assert first["rotation_direction"].shape[1] == (0 if mechanism.pose_size == 3 else 3)
     assert np.allclose(np.linalg.norm(first["direction"], axis=1), 1.0, rtol=0, atol=1e-12)
+
+
+def test_drive_values_column_by_column_are_the_same():
+    mechanism = example("3-rrr")
+    drives = _dense_path(mechanism, 70)
+    by_rows, by_columns = (mechanism.core.trace(order(drives)) for order in (np.ascontiguousarray, np.asfortranarray))
+    assert np.array_equal(by_rows["poses"], by_columns["poses"])
+
+
+def test_a_grid_that_does_not_spread_is_reached_at_its_seeds_only():
+    mechanism = example("five-bar")
+    at = nominal(mechanism)
+    drives = _dense_path(mechanism, 80)
+    seeds = [10, 11, 40]
+    given = [drives, seeds, np.repeat(at.drives[:1], 3, 0), np.repeat(at.poses[:1], 3, 0)]
+    found = mechanism.core.flood([80], *given, spread=False)
+    assert np.flatnonzero(found["status"] == 0).tolist() == seeds
+    everywhere = mechanism.core.flood([80], *given)
+    assert (everywhere["status"] == 0).all()
+    assert np.abs(found["poses"][seeds] - everywhere["poses"][seeds]).max() < 1e-9

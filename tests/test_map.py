@@ -115,6 +115,20 @@ class TestQuestions:
         for drive in ("left", "right"):
             np.testing.assert_allclose(result[drive].values.ravel(), along[drive], rtol=0, atol=1e-9)
 
+    @pytest.mark.parametrize("exact", [True, False])
+    def test_without_details_it_says_the_same_of_the_errors(self, exact: bool) -> None:
+        m, grid = (
+            example("3-rrr"),
+            {"x": np.linspace(-100.0, 100.0, 9), "y": np.linspace(-80.0, 100.0, 8), "angle": 0.0},
+        )
+        whole = jp.map(m, grid=grid, exact=exact, chunk=30)
+        light = jp.map(m, grid=grid, exact=exact, chunk=30, details=False)
+        assert set(light.data_vars) == {"contact_change", "error", "iterations", "nominal", "status", "undetermined"}
+        assert not {"parameter", "source", "joint"} & set(light.dims)
+        for name in light.variables:
+            xr.testing.assert_identical(light[name].variable, whole[name].variable)
+        assert light.contact_change.any()
+
     def compare(self, result: xr.Dataset, along: xr.Dataset) -> None:
         dims = result.attrs["grid"].split(", ")
         flat = result.stack(configuration=dims).transpose("configuration", ...)
@@ -178,17 +192,21 @@ class TestContact:
     def test_a_pin_changes_where_its_direction_turns_by_a_right_angle(self) -> None:
         m = example("four-bar")
         contacts = Contacts(m)
+
+        def changes(before: np.ndarray, after: np.ndarray) -> bool:
+            return bool(contacts.change(contacts.states(before), contacts.states(after)))
+
         first = np.zeros(len(m.parameters))
         first[:8] = np.tile([1.0, 0.0], 4)
         for degrees, expected in ((80.0, False), (100.0, True), (180.0, True)):
             turned = first.copy()
             turned[2:4] = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-            assert bool(contacts.change(first, turned)) is expected
+            assert changes(first, turned) is expected
         nowhere = first.copy()
         nowhere[2:4] = 0.0
-        assert bool(contacts.change(first, nowhere))
-        assert not bool(contacts.change(nowhere, nowhere))
-        assert not bool(contacts.change(first, np.full_like(first, np.nan)))
+        assert changes(first, nowhere)
+        assert not changes(nowhere, nowhere)
+        assert not changes(first, np.full_like(first, np.nan))
 
 
 class TestRefusals:

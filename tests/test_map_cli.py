@@ -61,6 +61,14 @@ class TestSummary:
         for source in ("A", "B", "C", "D", "E"):
             assert float(row(out, source)[0]) == pytest.approx(float(share.sel(source=source)), abs=0.051)
 
+    def test_without_details_nobody_is_blamed(self, say) -> None:
+        code, out, _ = say("map five-bar.toml -g x=-60:60:7 -g y=150,170,190 --no-details")
+        whole = say("map five-bar.toml -g x=-60:60:7 -g y=150,170,190")[1]
+        assert code == 0
+        assert whole.startswith(out.rstrip())
+        assert "To blame" in whole
+        assert "To blame" not in out
+
     def test_every_question(self, say) -> None:
         for question, figure in (
             ("worst", "largest position error"),

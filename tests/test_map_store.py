@@ -57,6 +57,14 @@ class TestFiles:
         left = {path.name for path in Path().iterdir()} - {"3-rrr.toml", "five-bar.toml", name}
         assert not left
 
+    def test_without_details_are_another_map(self, name: str) -> None:
+        m = jp.load("five-bar.toml")
+        grid = {"x": np.linspace(-150, 150, 7), "y": [120.0, 150.0, 400.0]}
+        with jp.map(m, grid=grid, path=name, chunk=8, details=False) as written:
+            same(jp.map(m, grid=grid, chunk=8, details=False), written)
+        with pytest.raises(jp.InputError, match="something else"):
+            jp.map(m, grid=grid, path=name, chunk=8)
+
     def test_are_not_made_twice(self, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
         m = jp.load("3-rrr.toml")
         jp.map(m, grid=GRID, path=name).close()

@@ -240,8 +240,18 @@ impl Mechanism {
     /// An ascent stands still when no offset wants to change by more than this part of its set. Forces go
     /// through more rounding the more bodies hand them on.
     pub(crate) const fn still(&self) -> f64 {
+        1e-13 * self.hands()
+    }
+
+    /// A Newton step below this (length-scaled) is rounding: places are sums over the bodies that lead to them.
+    pub(crate) const fn step_of_rounding(&self) -> f64 {
+        1e-13 * self.hands()
+    }
+
+    /// How much more rounding there is than in a small mechanism.
+    const fn hands(&self) -> f64 {
         let hands = self.n_unknowns() as f64 / 64.0;
-        if hands > 1.0 { 1e-13 * hands } else { 1e-13 }
+        if hands > 1.0 { hands } else { 1.0 }
     }
 
     fn noise(&self, at: &Summit) -> f64 {

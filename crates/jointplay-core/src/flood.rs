@@ -9,10 +9,11 @@
 #![allow(clippy::inline_always)]
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::batch::lanes::LANES;
+use crate::batch::lanes::{Block as Numbers, LANES};
 use crate::batch::simd::{Kernel, dispatch};
 use crate::batch::{Follow, Start};
 use crate::closure::Inputs;
@@ -26,10 +27,10 @@ use crate::trace::{CLEAR, Trace};
 const NEAR_THE_END: f64 = 1e-3;
 
 /// A node with the states, of neighbours or from elsewhere, that may lead to it.
-type Task = (usize, Vec<State>);
+type Task = (usize, Vec<Arc<State>>);
 
 /// What became of a node: its state where there is one.
-type Outcome = (Status, Option<State>);
+type Outcome = (Status, Option<Arc<State>>);
 
 /// Up to a block of nodes.
 struct Block<'t, 'm> {
@@ -39,29 +40,36 @@ struct Block<'t, 'm> {
     tasks: &'t [Task],
 }
 
-impl Kernel for &Block<'_, '_> {
+/// A block with registers to work in.
+struct Work<'w, 't, 'm>(&'w Block<'t, 'm>, &'w mut Vec<Numbers>);
+
+impl Kernel for Work<'_, '_, '_> {
     type Output = Vec<Outcome>;
 
     #[inline(always)]
     fn run(self) -> Vec<Outcome> {
-        let m = self.solver.mechanism;
-        let mut outcomes: Vec<Option<Outcome>> = vec![None; self.tasks.len()];
-        if let Some(follow) = self.follow {
-            let from: Vec<Start<'_>> = self.tasks.iter().map(|(_, from)| Start::of(&from[0])).collect();
-            let rows: Vec<f64> = self.tasks.iter().flat_map(|(node, _)| self.row(*node)).copied().collect();
+        let Work(block, registers) = self;
+        let m = block.solver.mechanism;
+        let mut outcomes: Vec<Option<Outcome>> = vec![None; block.tasks.len()];
+        if let Some(follow) = block.follow {
+            if registers.is_empty() {
+                *registers = follow.workspace();
+            }
+            let from: Vec<Start<'_>> = block.tasks.iter().map(|(_, from)| Start::of(&from[0])).collect();
+            let rows: Vec<f64> = block.tasks.iter().flat_map(|(node, _)| block.row(*node)).copied().collect();
             let n = m.n_coordinates();
             let mut found = vec![0.0; from.len() * n];
-            let clear = follow.solve(&mut follow.workspace(), &from, &rows, &mut found);
+            let clear = follow.solve(registers, &from, &rows, &mut found);
             for (k, outcome) in outcomes.iter_mut().enumerate() {
                 *outcome = (clear[k] >= CLEAR * m.singular_value).then(|| {
-                    let inputs = Inputs::nominal(m, self.row(self.tasks[k].0));
+                    let inputs = Inputs::nominal(m, block.row(block.tasks[k].0));
                     let coordinates = found[k * n..(k + 1) * n].to_vec();
-                    (Status::Ok, Some(State { coordinates, inputs, negative: from[k].negative }))
+                    (Status::Ok, Some(Arc::new(State { coordinates, inputs, negative: from[k].negative })))
                 });
             }
         }
-        let tasks = self.tasks.iter().zip(outcomes);
-        tasks.map(|((node, from), outcome)| outcome.unwrap_or_else(|| self.plainly(*node, from))).collect()
+        let tasks = block.tasks.iter().zip(outcomes);
+        tasks.map(|((node, from), outcome)| outcome.unwrap_or_else(|| block.plainly(*node, from))).collect()
     }
 }
 
@@ -72,15 +80,15 @@ impl Block<'_, '_> {
     }
 
     /// The node from the first of the states that leads to it.
-    fn plainly(&self, node: usize, from: &[State]) -> Outcome {
+    fn plainly(&self, node: usize, from: &[Arc<State>]) -> Outcome {
         let m = self.solver.mechanism;
         let to = Inputs::nominal(m, self.row(node));
         for state in from {
             match self.solver.follow_part(state, &to) {
-                Ok(next) => return (m.nominal_status(&next), Some(next)),
+                Ok(next) => return (m.nominal_status(&next), Some(Arc::new(next))),
                 Err((last, _)) if left(state, &last, &to) < NEAR_THE_END => {
                     if let Some(next) = m.dead_centre(&last, &to.drives) {
-                        return (Status::Singular, Some(next));
+                        return (Status::Singular, Some(Arc::new(next)));
                     }
                 }
                 Err(_) => {}
@@ -98,11 +106,12 @@ fn left(from: &State, at: &State, to: &Inputs<f64>) -> f64 {
 
 impl Mechanism {
     /// Nominal coordinates on a grid: its `shape`, the drive values of its nodes (the last axis runs
-    /// fastest), and `seeds`: states with a node each that they may lead to.
+    /// fastest), and `seeds`: states with a node each that they may lead to. If it does not spread, only those
+    /// nodes are solved.
     #[must_use]
-    pub fn flood(&self, shape: &[usize], drives: &[f64], seeds: &[(usize, Case<'_>)]) -> Trace {
+    pub fn flood(&self, shape: &[usize], drives: &[f64], seeds: &[(usize, Case<'_>)], spread: bool) -> Trace {
         if self.n_rows() != self.n_unknowns() {
-            return self.flood_on_basis(shape, drives, seeds);
+            return self.flood_on_basis(shape, drives, seeds, spread);
         }
         let n = shape.iter().product();
         let width = self.n_coordinates();
@@ -111,10 +120,10 @@ impl Mechanism {
         let Some(solver) = self.solver(&cases) else { return trace };
         // A handful of nodes is solved before the program is recorded.
         let follow = if n >= LANES && self.n_drives() > 0 { Follow::record(&solver) } else { None };
-        let mut wave: BTreeMap<usize, Vec<State>> = BTreeMap::new();
+        let mut wave: BTreeMap<usize, Vec<Arc<State>>> = BTreeMap::new();
         for (node, case) in seeds {
             if let Some(state) = self.restore(&solver, case.coordinates, case.drives) {
-                wave.entry(*node).or_default().push(state);
+                wave.entry(*node).or_default().push(Arc::new(state));
             }
         }
         while !wave.is_empty() {
@@ -123,21 +132,22 @@ impl Mechanism {
                 .chunks(LANES)
                 .map(|tasks| Block { solver: &solver, follow: follow.as_ref(), drives, tasks })
                 .collect();
-            let outcomes: Vec<Vec<Outcome>> = blocks.par_iter().map(dispatch).collect();
+            let work = |registers: &mut Vec<Numbers>, block| dispatch(Work(block, registers));
+            let outcomes: Vec<Vec<Outcome>> = blocks.par_iter().map_init(Vec::new, work).collect();
             let mut reached = Vec::new();
             for ((node, _), (status, state)) in tasks.iter().zip(outcomes.into_iter().flatten()) {
                 trace.status[*node] = status;
                 let Some(state) = state else { continue };
                 trace.coordinates[node * width..(node + 1) * width].copy_from_slice(&state.coordinates);
                 // At a singular state the branch may fork: nothing goes on from there.
-                if status == Status::Ok {
+                if status == Status::Ok && spread {
                     reached.push((*node, state));
                 }
             }
             for (node, state) in &reached {
                 for next in neighbours(shape, *node) {
                     if trace.status[next] == Status::NotAssembled {
-                        wave.entry(next).or_default().push(state.clone());
+                        wave.entry(next).or_default().push(Arc::clone(state));
                     }
                 }
             }

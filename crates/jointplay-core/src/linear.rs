@@ -1,19 +1,21 @@
 //! Sparse elimination with its order found once and replayed.
 //!
-//! The order of the pivots is chosen on one numerical example of the matrix (Markowitz's count among
-//! the entries that are large enough in their column) and recorded as a straight list of operations
-//! on a fixed array of non-zeros. Replaying the list factors any matrix of the same pattern; the
-//! guard on the size of the pivots tells when the recorded order does not suit the numbers.
+//! The matrix is put in block triangular order, and only its diagonal blocks are eliminated: what one loop
+//! of a chain of loops does is known before the next one. The order of the pivots is chosen on one numerical
+//! example of the matrix (Markowitz's count among the entries that are large enough in their row) and recorded
+//! as a straight list of operations on a fixed array of non-zeros. Replaying the list factors any matrix of the
+//! same pattern; the guard on the size of the pivots tells when the recorded order does not suit the numbers.
+
+mod active;
+mod blocks;
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use crate::real::Real;
+use active::Active;
+use blocks::diagonal_blocks;
 
-/// A pivot must be at least this large relative to the largest entry of its row.
-const THRESHOLD: f64 = 0.05;
-/// Rows among which a pivot is looked for: all of those of a small mechanism, enough in a large one.
-const CANDIDATES: usize = 64;
 /// A replayed pivot smaller than this part of the planned one fails the guard.
 const GUARD: f64 = 1e-3;
 
@@ -37,10 +39,19 @@ struct Pivot {
     updates: Vec<Update>,
 }
 
+/// A diagonal block.
+#[derive(Clone, Debug)]
+struct Block {
+    pivots: Range<usize>,
+    /// Entries of its rows in columns of earlier blocks: row, column, slot.
+    before: Vec<(usize, usize, usize)>,
+}
+
 /// A recorded elimination of square matrices of one sparsity pattern.
 #[derive(Clone, Debug)]
 pub struct Elimination {
     pivots: Vec<Pivot>,
+    blocks: Vec<Block>,
     n_slots: usize,
     /// For each non-zero of the pattern, in the order given: its slot.
     slots: Vec<usize>,
@@ -60,16 +71,32 @@ impl Elimination {
     /// Returns `None` when the example itself is singular to working precision.
     #[must_use]
     pub fn plan(n: usize, entries: &[(usize, usize, f64)]) -> Option<Self> {
-        let (mut active, slots) = Active::new(n, entries);
-        let mut pivots = Vec::with_capacity(n);
-        for _ in 0..n {
-            let (row, column) = active.choose()?;
-            pivots.push(active.eliminate(row, column));
+        Self::plan_in(&diagonal_blocks(n, entries.iter().map(|&(i, j, _)| (i, j)))?, entries)
+    }
+
+    /// Plans the elimination of another matrix of the same pattern.
+    fn plan_again(&self, entries: &[(usize, usize, f64)]) -> Option<Self> {
+        let pairs = |block: &Block| self.pivots[block.pivots.clone()].iter().map(|p| (p.row, p.column)).collect();
+        Self::plan_in(&self.blocks.iter().map(pairs).collect::<Vec<_>>(), entries)
+    }
+
+    fn plan_in(diagonal: &[Vec<(usize, usize)>], entries: &[(usize, usize, f64)]) -> Option<Self> {
+        let (mut active, slots, mut before) = Active::new(diagonal, entries);
+        let mut pivots = Vec::with_capacity(before.len());
+        let mut blocks = Vec::with_capacity(diagonal.len());
+        for (pairs, before) in diagonal.iter().zip(&mut before) {
+            active.begin(pairs);
+            let first = pivots.len();
+            for _ in pairs {
+                let (row, column) = active.choose()?;
+                pivots.push(active.eliminate(row, column));
+            }
+            blocks.push(Block { pivots: first..pivots.len(), before: std::mem::take(before) });
         }
         let rows: Vec<usize> = pivots.iter().map(|p| p.row).collect();
         let columns: Vec<usize> = pivots.iter().map(|p| p.column).collect();
         let odd = is_odd(&rows) != is_odd(&columns);
-        Some(Self { pivots, n_slots: active.values.len(), slots, odd })
+        Some(Self { pivots, blocks, n_slots: active.values.len(), slots, odd })
     }
 
     /// Factors a matrix given by its non-zeros in the order of the plan; `None` when a pivot shrinks
@@ -111,36 +138,48 @@ impl Elimination {
 
     /// Solves `A x = b`; overwrites `b`.
     pub fn solve<S: Real>(&self, f: &Factors<S>, b: &mut [S], x: &mut [S]) {
-        for pivot in &self.pivots {
-            let v = b[pivot.row];
-            for &(i, lower) in &pivot.lower {
-                b[i] = b[i] - f.values[lower] * v;
+        for block in &self.blocks {
+            let pivots = &self.pivots[block.pivots.clone()];
+            for &(i, j, slot) in &block.before {
+                b[i] = b[i] - f.values[slot] * x[j];
             }
-        }
-        for (pivot, inverse) in self.pivots.iter().zip(&f.inverse_pivots).rev() {
-            let mut v = b[pivot.row];
-            for &(j, upper) in &pivot.upper {
-                v = v - f.values[upper] * x[j];
+            for pivot in pivots {
+                let v = b[pivot.row];
+                for &(i, lower) in &pivot.lower {
+                    b[i] = b[i] - f.values[lower] * v;
+                }
             }
-            x[pivot.column] = v * *inverse;
+            for (pivot, inverse) in pivots.iter().zip(&f.inverse_pivots[block.pivots.clone()]).rev() {
+                let mut v = b[pivot.row];
+                for &(j, upper) in &pivot.upper {
+                    v = v - f.values[upper] * x[j];
+                }
+                x[pivot.column] = v * *inverse;
+            }
         }
     }
 
     /// Solves `A^T x = b`; overwrites `b`.
     pub fn solve_transposed<S: Real>(&self, f: &Factors<S>, b: &mut [S], x: &mut [S]) {
-        for (pivot, inverse) in self.pivots.iter().zip(&f.inverse_pivots) {
-            let v = b[pivot.column] * *inverse;
-            x[pivot.row] = v;
-            for &(j, upper) in &pivot.upper {
-                b[j] = b[j] - f.values[upper] * v;
+        for block in self.blocks.iter().rev() {
+            let pivots = &self.pivots[block.pivots.clone()];
+            for (pivot, inverse) in pivots.iter().zip(&f.inverse_pivots[block.pivots.clone()]) {
+                let v = b[pivot.column] * *inverse;
+                x[pivot.row] = v;
+                for &(j, upper) in &pivot.upper {
+                    b[j] = b[j] - f.values[upper] * v;
+                }
             }
-        }
-        for pivot in self.pivots.iter().rev() {
-            let mut v = x[pivot.row];
-            for &(i, lower) in &pivot.lower {
-                v = v - f.values[lower] * x[i];
+            for pivot in pivots.iter().rev() {
+                let mut v = x[pivot.row];
+                for &(i, lower) in &pivot.lower {
+                    v = v - f.values[lower] * x[i];
+                }
+                x[pivot.row] = v;
             }
-            x[pivot.row] = v;
+            for &(i, j, slot) in &block.before {
+                b[j] = b[j] - f.values[slot] * x[i];
+            }
         }
     }
 
@@ -162,101 +201,6 @@ impl Elimination {
         self.pivots.iter().fold(S::from_f64(1.0), |product, pivot| {
             product * (f.values[pivot.slot] * S::from_f64(1.0 / pivot.planned))
         })
-    }
-}
-
-/// The part of a matrix that is not eliminated yet. Ordered maps, so that the plan is always the same.
-struct Active {
-    /// Slot of every non-zero, by row and column.
-    rows: Vec<BTreeMap<usize, usize>>,
-    columns: Vec<BTreeSet<usize>>,
-    /// Rows by their number of non-zeros.
-    by_length: BTreeSet<(usize, usize)>,
-    values: Vec<f64>,
-    largest: f64,
-}
-
-impl Active {
-    fn new(n: usize, entries: &[(usize, usize, f64)]) -> (Self, Vec<usize>) {
-        let mut active = Self {
-            rows: vec![BTreeMap::new(); n],
-            columns: vec![BTreeSet::new(); n],
-            by_length: BTreeSet::new(),
-            values: Vec::new(),
-            largest: 0.0,
-        };
-        let mut slots = Vec::with_capacity(entries.len());
-        for &(i, j, v) in entries {
-            let slot = active.slot(i, j);
-            active.values[slot] += v;
-            slots.push(slot);
-        }
-        active.largest = active.values.iter().fold(0.0, |a, v| a.max(v.abs()));
-        active.by_length = active.rows.iter().enumerate().map(|(i, row)| (row.len(), i)).collect();
-        (active, slots)
-    }
-
-    /// The slot of an entry, a new one where there was none.
-    fn slot(&mut self, i: usize, j: usize) -> usize {
-        let values = &mut self.values;
-        self.columns[j].insert(i);
-        *self.rows[i].entry(j).or_insert_with(|| {
-            values.push(0.0);
-            values.len() - 1
-        })
-    }
-
-    /// The entry of least Markowitz count among the large enough ones of the shortest rows.
-    fn choose(&self) -> Option<(usize, usize)> {
-        let mut best: Option<(usize, f64, usize, usize)> = None;
-        for &(length, i) in self.by_length.iter().take(CANDIDATES) {
-            let size = |slot: usize| self.values[slot].abs();
-            let row_largest = self.rows[i].values().map(|&slot| size(slot)).fold(0.0, f64::max);
-            for (&j, &slot) in &self.rows[i] {
-                let size = size(slot);
-                if size < THRESHOLD * row_largest || size <= 1e-13 * self.largest {
-                    continue;
-                }
-                let cost = (length - 1) * (self.columns[j].len() - 1);
-                if best.is_none_or(|(c, s, ..)| cost < c || (cost == c && size > s)) {
-                    best = Some((cost, size, i, j));
-                }
-            }
-        }
-        best.map(|(_, _, i, j)| (i, j))
-    }
-
-    /// Eliminates a column with a row and records how.
-    fn eliminate(&mut self, p: usize, q: usize) -> Pivot {
-        self.by_length.remove(&(self.rows[p].len(), p));
-        let mut upper: Vec<(usize, usize)> = std::mem::take(&mut self.rows[p]).into_iter().collect();
-        for (j, _) in &upper {
-            self.columns[*j].remove(&p);
-        }
-        let at = upper.iter().position(|(j, _)| *j == q).unwrap_or_default();
-        let (_, slot) = upper.remove(at);
-        let mut pivot = Pivot {
-            row: p,
-            column: q,
-            slot,
-            planned: self.values[slot].abs(),
-            lower: Vec::new(),
-            upper,
-            updates: Vec::new(),
-        };
-        for i in std::mem::take(&mut self.columns[q]) {
-            self.by_length.remove(&(self.rows[i].len(), i));
-            let Some(lower) = self.rows[i].remove(&q) else { continue };
-            self.values[lower] /= self.values[slot];
-            pivot.lower.push((i, lower));
-            for &(j, upper) in &pivot.upper {
-                let target = self.slot(i, j);
-                self.values[target] -= self.values[lower] * self.values[upper];
-                pivot.updates.push(Update { target, lower, upper });
-            }
-            self.by_length.insert((self.rows[i].len(), i));
-        }
-        pivot
     }
 }
 
@@ -301,7 +245,7 @@ impl<'a> Factored<'a> {
         if placed.iter().any(|(_, _, v)| !v.is_finite()) {
             return None;
         }
-        let own = Elimination::plan(n, &placed)?;
+        let own = plan.map_or_else(|| Elimination::plan(n, &placed), |plan| plan.plan_again(&placed))?;
         let factors = own.factor(entries)?;
         Some(Self { plan: Cow::Owned(own), factors })
     }

@@ -259,7 +259,7 @@ fn support(set: &Set, w: &[Block; MAX_SIZE]) -> Block {
     match *set {
         Set::Disc { radius } => w[0].mul(&w[0]).add(&w[1].mul(&w[1])).sqrt().mul(&Block::splat(radius)),
         Set::Interval { low, high } => w[0].mul(&Block::splat(low)).max(&w[0].mul(&Block::splat(high))),
-        _ => Block(std::array::from_fn(|i| {
+        _ => Block::new(std::array::from_fn(|i| {
             let w: [f64; MAX_SIZE] = std::array::from_fn(|k| w[k].0[i]);
             set.support(&w[..set.size()])
         })),

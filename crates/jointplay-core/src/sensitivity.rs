@@ -6,6 +6,7 @@
 //! sensitivity. One solve serves all inputs.
 
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 use crate::closure::{Inputs, constant};
 use crate::loaded::Case;
@@ -13,6 +14,7 @@ use crate::mechanism::Mechanism;
 use crate::real::Real;
 use crate::solver::{Linearised, State};
 use crate::space::{Component, Pose, Vec3, add, cross, dot};
+use crate::table::filled;
 
 /// First-order maps of the output.
 #[derive(Clone, Debug)]
@@ -67,19 +69,22 @@ impl Mechanism {
     /// Outputs of many perfect mechanisms, coordinates given one after the other.
     #[must_use]
     pub fn outputs(&self, coordinates: &[f64]) -> Vec<f64> {
+        const AT_ONCE: usize = 1 << 10;
         let inputs = Inputs::nominal(self, &vec![0.0; self.n_drives]);
         let (point, width) = (&self.points[self.output], self.n_body_coordinates());
         let Some(body) = point.body else {
             let rows = coordinates.chunks_exact(self.n_coordinates());
             return rows.flat_map(|c| self.output(c, &inputs)).collect();
         };
-        let mut outputs = Vec::with_capacity(coordinates.len() / self.n_coordinates() * self.size());
-        for row in coordinates.chunks_exact(self.n_coordinates()) {
+        let mut outputs = filled(coordinates.len() / self.n_coordinates() * self.size(), 0.0);
+        let rows = outputs.par_chunks_exact_mut(self.size()).zip(coordinates.par_chunks_exact(self.n_coordinates()));
+        rows.with_min_len(AT_ONCE).for_each(|(output, row)| {
             let own = &row[body * width..(body + 1) * width];
             let pose = self.space.pose(own);
-            outputs.extend_from_slice(&add(pose.position, pose.turn(point.at))[..self.n_translations()]);
-            outputs.extend(self.space.attitude(own));
-        }
+            let (place, attitude) = output.split_at_mut(self.n_translations());
+            place.copy_from_slice(&add(pose.position, pose.turn(point.at))[..place.len()]);
+            attitude.copy_from_slice(&self.space.attitude(own));
+        });
         outputs
     }
 

@@ -3,6 +3,8 @@
 // Inlined into kernels compiled for a width of vector registers.
 #![allow(clippy::inline_always)]
 
+use rayon::prelude::*;
+
 use crate::loaded::Loaded;
 use crate::mechanism::Mechanism;
 use crate::status::Status;
@@ -19,6 +21,13 @@ pub struct Keep {
 impl Keep {
     /// All columns.
     pub const ALL: Self = Self { offset: true, details: true };
+}
+
+/// Values of which all cores write a part for the first time: memory from the system comes page by page, and takes as
+/// long as many a result.
+pub(crate) fn filled<T: Copy + Send + Sync>(n: usize, value: T) -> Vec<T> {
+    const AT_ONCE: usize = 1 << 14;
+    rayon::iter::repeat_n(value, n).with_min_len(AT_ONCE).collect()
 }
 
 /// Columns row after row; empty where they are not kept.
@@ -45,16 +54,16 @@ impl Table {
         let detailed = if keep.details { n } else { 0 };
         let (size, sources) = (m.size(), m.sources().len());
         Self {
-            error: vec![0.0; n * size],
-            error_first_order: vec![0.0; detailed * size],
-            undetermined: vec![0.0; n * size],
-            open: vec![0.0; detailed * sources * size],
-            decided: vec![true; detailed * sources],
-            reaction: vec![0.0; detailed * m.n_joints() * size],
-            offset: vec![0.0; if keep.offset { n * m.n_parameters() } else { 0 }],
-            contribution: vec![0.0; detailed * sources * size],
-            steps: vec![0; n],
-            status: vec![Status::Ok; n],
+            error: filled(n * size, 0.0),
+            error_first_order: filled(detailed * size, 0.0),
+            undetermined: filled(n * size, 0.0),
+            open: filled(detailed * sources * size, 0.0),
+            decided: filled(detailed * sources, true),
+            reaction: filled(detailed * m.n_joints() * size, 0.0),
+            offset: filled(if keep.offset { n * m.n_parameters() } else { 0 }, 0.0),
+            contribution: filled(detailed * sources * size, 0.0),
+            steps: filled(n, 0),
+            status: filled(n, Status::Ok),
             fallbacks: 0,
         }
     }

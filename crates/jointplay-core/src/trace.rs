@@ -15,6 +15,7 @@ use crate::closure::Inputs;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
 use crate::status::Status;
+use crate::table::filled;
 
 /// The estimate of the smallest singular value must clear the limit by this factor, or it is computed.
 pub(crate) const CLEAR: f64 = 30.0;
@@ -205,14 +206,13 @@ impl Mechanism {
         if self.n_rows() != self.n_unknowns() {
             return self.trace_on_bases(n, drives);
         }
-        let mut trace = Trace::default();
+        let coordinates = filled(n * self.n_coordinates(), f64::NAN);
+        let mut trace = Trace { coordinates, status: Vec::new() };
         let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
         let Some((solver, from)) = first else {
-            trace.coordinates.resize(n * self.n_coordinates(), f64::NAN);
             trace.status.resize(n, Status::NotAssembled);
             return trace;
         };
-        trace.coordinates.resize(n * self.n_coordinates(), f64::NAN);
         let rows = trace.coordinates.chunks_mut(RUN * self.n_coordinates()).collect();
         let status = trace_runs(
             &solver,

@@ -21,7 +21,11 @@ pub fn rows(matrix: &PyReadonlyArray2<'_, f64>, name: &str, columns: usize) -> P
 
 /// The numbers of an array row after row, copied only where they do not lie so.
 fn in_rows<'a, D: Dimension>(array: &'a PyReadonlyArray<'_, f64, D>) -> Cow<'a, [f64]> {
-    array.as_slice().map_or_else(|_| Cow::Owned(array.as_array().iter().copied().collect()), Cow::Borrowed)
+    match array.as_slice() {
+        // A slice is there for columns one after the other, too.
+        Ok(slice) if array.is_c_contiguous() => Cow::Borrowed(slice),
+        _ => Cow::Owned(array.as_array().iter().copied().collect()),
+    }
 }
 
 /// Rows of a matrix one after the other, checked for their length.

@@ -133,7 +133,10 @@ impl Mechanism {
         Ok(nominal::traced(core, Table::new(py), trace, output)?.finish())
     }
 
-    /// Poses, output and status on a grid of drive values, reached from seeds: states with a node each.
+    /// Poses, output and status on a grid of drive values, reached from seeds: states with a node each. If it
+    /// does not spread, nodes without a seed are not reached.
+    #[allow(clippy::too_many_arguments)] // arrays of the grid, arrays of the seeds
+    #[pyo3(signature = (shape, drives, seed_nodes, seed_drives, seed_poses, spread = true))]
     fn flood<'py>(
         &self,
         py: Python<'py>,
@@ -142,6 +145,7 @@ impl Mechanism {
         seed_nodes: Vec<usize>,
         seed_drives: PyReadonlyArray2<'py, f64>,
         seed_poses: PyReadonlyArray3<'py, f64>,
+        spread: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let rows = flat_rows(&drives, "drives", core.n_drives())?;
@@ -153,7 +157,7 @@ impl Mechanism {
             return Err(PyValueError::new_err("a row of drives per node of the grid and a node per seed are needed"));
         }
         let (trace, output) = py.detach(|| {
-            let trace = core.flood(&shape, &rows, &seeds);
+            let trace = core.flood(&shape, &rows, &seeds, spread);
             let output = core.outputs(&trace.coordinates);
             (trace, output)
         });

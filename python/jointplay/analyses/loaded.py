@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def loaded(m: Mechanism, *, exact: bool = True) -> xr.Dataset:
+def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Dataset:
     """Find the error that the loads cause by taking up the clearances.
 
     Parameters
@@ -32,6 +32,9 @@ def loaded(m: Mechanism, *, exact: bool = True) -> xr.Dataset:
         Whether the closure is solved again with contact and reactions in agreement. If not, everything is told to
         first order at the nominal pose, several times faster: `error` then is `error_first_order`, and reactions are
         the nominal ones.
+    details : bool
+        Whether more is told than `error`, `undetermined`, `iterations`, `status` and, of an over-constrained mechanism,
+        `clearance_factor`. Of very many configurations the rest takes most of the time and the memory.
 
     Returns
     -------
@@ -61,20 +64,39 @@ def loaded(m: Mechanism, *, exact: bool = True) -> xr.Dataset:
     >>> result.error.sel(component=["x", "y"])[0].values.round(4)
     array([ 0.9505, -3.1031])
     """
-    return to_dataset(compute(m, exact=exact))
+    return to_dataset(compute(m, exact=exact, details=details))
 
 
-def compute(m: Mechanism, *, exact: bool = True, at: Nominal | None = None) -> Result:
-    """The light form of `loaded`."""
+def compute(
+    m: Mechanism, *, exact: bool = True, details: bool = True, offset: bool = False, at: Nominal | None = None
+) -> Result:
+    """The light form of `loaded`; `offset` asks for the offsets without the other details."""
     require_loads(m)
     at = at or nominal(m)
-    found = m.core.loaded(at.drives, at.poses, exact)
+    found = m.core.loaded(at.drives, at.poses, exact, offset or details, details)
     pose = ("configuration", "component")
     builder = report(m, "loaded", at)
     words = "error of the output, actual - nominal" + ("" if exact else ", to first order")
     builder.add("error", pose, found["error"], words, "component")
-    builder.add("error_first_order", pose, found["error_first_order"], "error to first order", "component")
     builder.add("undetermined", pose, found["undetermined"], "half-width of what the load leaves open", "component")
+    if offset or details:
+        builder.add("offset", ("configuration", "parameter"), found["offset"], "offset of the parameter", "parameter")
+    if details:
+        _details(builder, found)
+    builder.add("iterations", "configuration", found["iterations"].astype(np.int64), "steps until contact was settled")
+    if not m.core.isostatic:
+        words = "smallest factor on the clearances with which rigid bodies go together"
+        builder.add("clearance_factor", "configuration", found["clearance_factor"], words)
+        if details:
+            _strain(m, builder, found)
+    builder.status(at.worse(found["status"]))
+    return builder.result()
+
+
+def _details(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
+    """What every joint and every source does."""
+    words = "error to first order"
+    builder.add("error_first_order", ("configuration", "component"), found["error_first_order"], words, "component")
     builder.add(
         "undetermined_contribution",
         ("configuration", "source", "component"),
@@ -91,7 +113,6 @@ def compute(m: Mechanism, *, exact: bool = True, at: Nominal | None = None) -> R
         "force and moment on the second body of the joint",
         "wrench",
     )
-    builder.add("offset", ("configuration", "parameter"), found["offset"], "offset of the parameter", "parameter")
     builder.add(
         "contribution",
         ("configuration", "source", "component"),
@@ -99,17 +120,10 @@ def compute(m: Mechanism, *, exact: bool = True, at: Nominal | None = None) -> R
         "part of the source in the first-order error",
         "component",
     )
-    builder.add("iterations", "configuration", found["iterations"].astype(np.int64), "steps until contact was settled")
-    if not m.core.isostatic:
-        _strain(m, builder, found)
-    builder.status(at.worse(found["status"]))
-    return builder.result()
 
 
 def _strain(m: Mechanism, builder: Builder, found: dict[str, NDArray[Any]]) -> None:
     """What over-constrained and elastic mechanisms tell beside."""
-    words = "smallest factor on the clearances with which rigid bodies go together"
-    builder.add("clearance_factor", "configuration", found["clearance_factor"], words)
     words = "reaction without any load"
     builder.add("prestress", ("configuration", "joint", "wrench"), found["prestress"], words, "wrench")
     words = "largest misfit of the nominal mechanism, angles at its characteristic length"

@@ -283,6 +283,12 @@ def map_(
     first_order: Annotated[
         bool, typer.Option("--first-order", help="loaded: to first order only, several times faster.")
     ] = False,
+    details: Annotated[
+        bool,
+        typer.Option(
+            "--details/--no-details", help="loaded: reactions, offsets and shares of the sources at every node, too."
+        ),
+    ] = True,
     samples: Samples = 1_000,
     seed: Seed = 0,
     law: Scatter = None,
@@ -308,7 +314,9 @@ def map_(
     """Ask for the error over a grid of drives or of positions of the output."""
     from . import mapping
 
-    options: dict[str, Any] = {"exact": False} if first_order and question is Mapped.loaded else {}
+    options: dict[str, Any] = {}
+    if question is Mapped.loaded:
+        options = {"exact": not first_order, "details": details}
     if question is Mapped.random:
         options = answer.scatter(samples, seed, law, contact)
     if question is Mapped.given:

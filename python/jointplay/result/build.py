@@ -226,8 +226,10 @@ class Builder:
 def _divided(values: Array, factor: float | Array) -> Array:
     """Values in other units, and short where a short number means the same: 59.43 deg, not 59.43000000000001."""
     quotient: Array = np.asarray(values / factor)
-    digits = SHORT - np.ceil(np.log10(np.abs(quotient), out=np.zeros(quotient.shape), where=quotient != 0))
+    largest = np.max(np.abs(quotient), where=np.isfinite(quotient), initial=0.0)
+    if largest == 0.0 or np.all(factor == 1.0):
+        return quotient
     # Powers of ten are exact up to here.
-    scale = 10.0 ** np.clip(np.nan_to_num(digits), 0, 22)
-    short = np.round(quotient * scale) / scale
+    scale = 10.0 ** np.clip(SHORT - np.ceil(np.log10(largest)), 0, 22)
+    short = np.rint(quotient * scale) / scale
     return np.where(short * factor == values, short, quotient)

@@ -59,7 +59,7 @@ struct Busy<'m> {
 }
 
 impl<'m> Climb<'m> {
-    /// Records the programs; `None` when the mechanism has no plan, turns too far or is too large.
+    /// Records the programs; `None` when the mechanism has no plan or turns too far.
     #[must_use]
     pub fn record(solver: &Solver<'m>) -> Option<Self> {
         let m = solver.mechanism;
@@ -68,7 +68,7 @@ impl<'m> Climb<'m> {
         }
         let layout = Layout::new(m);
         let step = record_climb_step(solver, &layout)?;
-        Some(Self { mechanism: m, finish: record_finish(m, &layout, &step)?, step, layout })
+        Some(Self { mechanism: m, finish: record_finish(m, &layout, &step), step, layout })
     }
 
     /// Climbs from all starts. One that does not come to stand still, or whose branch is in doubt, gives
@@ -211,5 +211,5 @@ fn record_climb_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     outputs.extend(step.turn);
     outputs.extend([step.size, step.pivots, m.largest_force(&multipliers)]);
     outputs.extend(slope);
-    Some(Program::new(&recorder, first + m.size(), &outputs)?.replacing(layout.state(m)))
+    Some(Program::new(&recorder, first + m.size(), &outputs).replacing(layout.state(m)))
 }

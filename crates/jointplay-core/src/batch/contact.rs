@@ -2,7 +2,8 @@
 //!
 //! One recorded program gives the statics of the nominal pose (reactions, first-order maps, nearness
 //! to a singular pose), another takes a Newton step of the closure together with the reactions at the
-//! pose it starts from. Between steps every offset is moved to the support point of its set, until
+//! pose it starts from. Offsets that would turn a body too far for one step are approached in several. Between
+//! steps every offset is moved to the support point of its set, until
 //! pose, reactions and contacts stand still together. Lanes where the load decides nothing, contacts
 //! flip or the closure is in doubt are left to the plain solver.
 
@@ -17,14 +18,17 @@ use super::tape::Program;
 use crate::loaded::{Case, Pressing};
 use crate::mechanism::Mechanism;
 use crate::solver::Solver;
+use crate::space::Space;
 use crate::status::Status;
 use crate::table::Table;
 use crate::trace::CLEAR;
 
 /// Steps that a block takes at most.
 const STEPS: usize = 40;
-/// A step below this (length-scaled) is rounding.
-const ROUNDING: f64 = 1e-13;
+/// Steps in which the first offsets are approached at most.
+const PARTS: f64 = 16.0;
+/// Turn of the output in space (rad) up to which it is told.
+const LARGEST_TURN: f64 = 0.6;
 
 /// The recorded programs of one mechanism under its loads.
 #[derive(Clone, Debug)]
@@ -37,7 +41,7 @@ pub struct Contact<'m> {
 }
 
 impl<'m> Contact<'m> {
-    /// Records the programs; `None` when the mechanism has no plan, turns too far or is too large.
+    /// Records the programs; `None` when the mechanism has no plan or turns too far.
     #[must_use]
     pub fn record(solver: &Solver<'m>) -> Option<Self> {
         let m = solver.mechanism;
@@ -49,7 +53,7 @@ impl<'m> Contact<'m> {
         Some(Self {
             mechanism: m,
             statics: record_statics(solver, &layout)?,
-            finish: record_finish(m, &layout, &step)?,
+            finish: record_finish(m, &layout, &step),
             step,
             layout,
         })
@@ -102,13 +106,17 @@ impl<'m> Contact<'m> {
         let inputs = n_u + self.layout.n_varying();
         step[n_u..inputs].copy_from_slice(&statics[n_u..inputs]);
         let to = StepOutputs::new(m, &self.layout);
-        let sign = *out(at.pivots);
+        let sign = out(at.pivots);
         let mut still = [false; LANES];
         let mut undecided = [false; LANES];
         let mut steps = [0_u64; LANES];
-        for _ in 0..STEPS {
+        let rounding = m.step_of_rounding();
+        for round in 0..STEPS {
             step[..n_u].copy_from_slice(&pushed);
             self.step.run(step);
+            if round == 0 {
+                self.approach(&statics[n_u..inputs], sign, step, &mut good, &mut steps);
+            }
             let out = |k: usize| self.step.output(step, k);
             undecided = push(m, Some(&mutes), &[true; LANES], |p| out(to.gradient + p), out(to.scale), &mut pushed);
             let changed = change(m, true, &step[..n_u], &pushed);
@@ -116,7 +124,7 @@ impl<'m> Contact<'m> {
             for i in 0..cases.len() {
                 let moved = out(to.size).0[i];
                 good[i] &= moved <= SMALL_ANGLE * SMALL_ANGLE && out(to.pivots).0[i] * sign.0[i] > 0.0;
-                still[i] = moved <= ROUNDING * ROUNDING && changed.0[i] <= m.still();
+                still[i] = moved <= rounding * rounding && changed.0[i] <= m.still();
                 steps[i] += u64::from(!still[i]);
                 all &= still[i] || !good[i];
             }
@@ -128,7 +136,7 @@ impl<'m> Contact<'m> {
         let mut widths = vec![0.0; m.sources().len() * size];
         let mut decided = vec![true; m.sources().len()];
         for (i, case) in cases.iter().enumerate() {
-            if !(good[i] && still[i]) {
+            if !(good[i] && still[i]) || self.turns_far(step, i) {
                 plainly(case, table);
                 continue;
             }
@@ -165,6 +173,58 @@ impl<'m> Contact<'m> {
             table.steps.push(steps[i]);
             table.status.push(Status::Ok);
         }
+    }
+
+    /// After a first step: where it went too far, goes back and takes several, each with a part of the offsets.
+    #[inline(always)]
+    fn approach(
+        &self,
+        nominal: &[Block],
+        sign: &Block,
+        step: &mut [Block],
+        good: &mut [bool; LANES],
+        steps: &mut [u64; LANES],
+    ) {
+        let n_u = self.mechanism.n_parameters();
+        let to = StepOutputs::new(self.mechanism, &self.layout);
+        let mut parts = Block::splat(1.0);
+        for i in 0..LANES {
+            let length = self.step.output(step, to.size).0[i].sqrt();
+            if good[i] && length > SMALL_ANGLE {
+                // Steps of half that length: they are not alike.
+                parts.0[i] = (length / (0.5 * SMALL_ANGLE)).ceil();
+                good[i] = parts.0[i] <= PARTS;
+            }
+        }
+        let most = (0..LANES).filter(|&i| good[i]).fold(1.0, |most: f64, i| most.max(parts.0[i]));
+        if most <= 1.0 {
+            return;
+        }
+        let offsets = step[..n_u].to_vec();
+        step[n_u..n_u + nominal.len()].copy_from_slice(nominal);
+        let mut part = 1.0;
+        while part <= most {
+            for (offset, whole) in step.iter_mut().zip(&offsets) {
+                for i in 0..LANES {
+                    offset.0[i] = if part < parts.0[i] { whole.0[i] * (part / parts.0[i]) } else { whole.0[i] };
+                }
+            }
+            self.step.run(step);
+            for i in 0..LANES {
+                good[i] &= self.step.output(step, to.size).0[i] <= SMALL_ANGLE * SMALL_ANGLE
+                    && self.step.output(step, to.pivots).0[i] * sign.0[i] > 0.0;
+                steps[i] += u64::from(part < parts.0[i]);
+            }
+            part += 1.0;
+        }
+    }
+
+    /// Whether the output of a lane has turned so far that its rotation is not known.
+    #[inline(always)]
+    fn turns_far(&self, step: &[Block], lane: usize) -> bool {
+        let m = self.mechanism;
+        let square = |k: usize| self.finish.output(step, k).0[lane].powi(2);
+        m.space == Space::Spatial && (m.n_translations()..m.size()).map(square).sum::<f64>() > LARGEST_TURN.powi(2)
     }
 
     /// Appends the first-order error of one lane and the share of every source in it.
@@ -214,6 +274,6 @@ fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> 
     outputs.extend([step.size, step.pivots, statics.scale]);
     outputs.extend(statics.gradient);
     outputs.extend(statics.reactions);
-    let program = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)?;
+    let program = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs);
     Some(program.replacing(layout.state(m)))
 }

@@ -34,7 +34,7 @@ struct Opening {
 }
 
 impl<'m> FirstOrder<'m> {
-    /// Records the program; `None` when the mechanism has no plan or is too large.
+    /// Records the program; `None` when the mechanism has no plan.
     #[must_use]
     pub fn record(solver: &Solver<'m>) -> Option<Self> {
         let m = solver.mechanism;
@@ -198,7 +198,7 @@ fn record_on_tree(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let [residual, _] = evaluate(m, &symbolic);
     let linear = OnTree::new(solver, &poses_of(m, &symbolic))?;
     let outputs = statics_outputs(m, layout, &recorder, &symbolic, &residual, &linear);
-    Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
+    Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs))
 }
 
 /// As [`Mechanism::undecided`].

@@ -53,7 +53,7 @@ pub struct Follow<'m> {
 }
 
 impl<'m> Follow<'m> {
-    /// Records the step; `None` when the mechanism has no plan or is too large.
+    /// Records the step; `None` when the mechanism has no plan.
     #[must_use]
     pub fn record(solver: &Solver<'m>) -> Option<Self> {
         let m = solver.mechanism;
@@ -75,7 +75,7 @@ impl<'m> Follow<'m> {
             outputs
         };
         let pose = m.n_parameters()..m.n_parameters() + layout.n_pose();
-        let step = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)?.replacing(pose);
+        let step = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs).replacing(pose);
         Some(Self { mechanism: m, layout, step })
     }
 

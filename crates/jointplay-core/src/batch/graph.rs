@@ -114,7 +114,7 @@ fn unsigned(nodes: &[Node]) -> Vec<bool> {
     unsigned
 }
 
-fn operands(node: Node) -> impl Iterator<Item = u32> {
+pub(super) fn operands(node: Node) -> impl Iterator<Item = u32> {
     let (a, b) = match node {
         Node::Constant(_) | Node::Common(_) | Node::Varying(_) => (None, None),
         Node::Neg(a) | Node::Abs(a) => (Some(a), None),
@@ -131,23 +131,4 @@ pub(super) fn varying(nodes: &[Node]) -> Vec<bool> {
         varying.push(depends);
     }
     varying
-}
-
-/// What the roots need, operands first, each as late as its first user allows.
-pub(super) fn reachable(nodes: &[Node], roots: &[u32]) -> Vec<u32> {
-    let mut order = Vec::new();
-    let mut seen = vec![false; nodes.len()];
-    for &root in roots {
-        let mut stack = vec![(root, false)];
-        while let Some((id, expanded)) = stack.pop() {
-            if expanded {
-                order.push(id);
-            } else if !seen[id as usize] {
-                seen[id as usize] = true;
-                stack.push((id, true));
-                stack.extend(operands(nodes[id as usize]).filter(|&o| !seen[o as usize]).map(|o| (o, false)));
-            }
-        }
-    }
-    order
 }

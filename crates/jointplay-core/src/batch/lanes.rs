@@ -4,13 +4,19 @@
 //! several widths of vector registers. The operations and their order do not depend on the width, so
 //! neither do the results.
 
+use std::mem::MaybeUninit;
+
 /// Samples per block.
 pub const LANES: usize = 64;
 
 /// One number for every sample of a block.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub struct Block(pub [f64; LANES]);
+#[repr(C, align(64))]
+pub struct Block(pub [f64; LANES], Gap);
+
+/// A line of the cache between one block and the next: machine code goes through the same lanes of many blocks,
+/// which without it would compete for every eighth set of the cache.
+type Gap = [MaybeUninit<f64>; 8];
 
 /// A choice of lanes: all bits or none. As wide as the numbers, so that lanes are judged in the vector
 /// registers in which they are computed.
@@ -68,17 +74,23 @@ macro_rules! each {
             out[$i] = $value;
             $i += 1;
         }
-        Block(out)
+        Block::new(out)
     }};
 }
 
 #[allow(clippy::should_implement_trait)] // inlining must be forced, which operators cannot promise
 impl Block {
+    /// A number for every sample.
+    #[inline(always)]
+    #[must_use]
+    pub const fn new(lanes: [f64; LANES]) -> Self {
+        Self(lanes, [MaybeUninit::uninit(); 8])
+    }
     /// The same number for every sample.
     #[inline(always)]
     #[must_use]
     pub fn splat(value: f64) -> Self {
-        Self([value; LANES])
+        Self::new([value; LANES])
     }
     /// Sum.
     #[inline(always)]

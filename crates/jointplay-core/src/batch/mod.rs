@@ -24,6 +24,7 @@ mod linear;
 mod on_tree;
 mod program;
 mod push;
+mod schedule;
 pub mod simd;
 mod statics;
 pub mod symbol;

@@ -109,7 +109,9 @@ pub(super) fn step_by<'r>(
 
     // The largest, not the sum: a step is small or large however many bodies take part in it.
     let (mut moved, mut turned) = (zero, zero);
-    for (j, s) in step.iter().enumerate() {
+    let mut known: Vec<(usize, &Symbol<'r>)> = step.iter().enumerate().collect();
+    known.sort_by_key(|(_, s)| s.recorded());
+    for (j, s) in known {
         match m.space.components()[j % m.size()] {
             Component::Along(_) => moved = moved.max(*s * *s),
             Component::About(_) => turned = turned.max(*s * *s),
@@ -125,7 +127,7 @@ pub(super) fn step_by<'r>(
 }
 
 impl Newton {
-    /// Records the iteration of a solver's mechanism; `None` when it has no plan or is too large.
+    /// Records the iteration of a solver's mechanism; `None` when it has no plan.
     #[must_use]
     pub fn record(solver: &Solver<'_>) -> Option<Self> {
         Self::record_beside(solver, solver.mechanism.largest_angle(), None)
@@ -158,7 +160,7 @@ impl Newton {
         outputs.extend(begun.turn);
         outputs.extend([begun.size, begun.pivots]);
         let state = n_u..n_u + n_state;
-        let first = Program::new(&recorder, state.end, &outputs)?.replacing(state.clone());
+        let first = Program::new(&recorder, state.end, &outputs).replacing(state.clone());
 
         let recorder = Recorder::new(LATER_ANGLE.max(given));
         let any = Symbolic {
@@ -170,7 +172,7 @@ impl Newton {
         let mut outputs = next.numbers;
         outputs.extend(next.turn);
         outputs.extend([next.size, next.pivots]);
-        let step = Program::after(&first, &recorder, &outputs)?.replacing(state);
+        let step = Program::after(&first, &recorder, &outputs).replacing(state);
 
         let width = m.space.n_pose_numbers();
         let poses: Vec<Pose<Symbol<'_>>> =
@@ -185,7 +187,7 @@ impl Newton {
             let [residual, _] = evaluate(beside.all, &any);
             outputs.extend(beside.redundant.iter().map(|&row| residual[row]));
         }
-        let finish = Program::after(&step, &recorder, &outputs)?;
+        let finish = Program::after(&step, &recorder, &outputs);
         if let Some(beside) = beside.filter(|beside| beside.statics) {
             statics = Some(beside.record(solver, &any, &recorder, &finish)?);
         }

@@ -100,7 +100,7 @@ pub(super) fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Pro
     symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
     let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
     let outputs = statics_outputs(m, layout, &recorder, &symbolic, &step.residual, &step.linear);
-    Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs)
+    Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs))
 }
 
 /// The outputs that [`StaticsOutputs`] has.
@@ -138,7 +138,7 @@ fn output_of<'r>(
 }
 
 /// The output's place and what its body has turned, by a program that runs on the registers of another.
-pub(super) fn record_finish(m: &Mechanism, layout: &Layout, step: &Program) -> Option<Program> {
+pub(super) fn record_finish(m: &Mechanism, layout: &Layout, step: &Program) -> Program {
     let recorder = Recorder::new(SMALL_ANGLE);
     let symbolic = layout.varying(m, &recorder);
     let outputs = output_of(m, layout, &recorder, &poses_of(m, &symbolic), &symbolic);

@@ -4,8 +4,9 @@
 //! that the plane costs no more than plane geometry.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use rustc_hash::FxHashMap;
 
 use crate::real::Real;
 
@@ -37,7 +38,7 @@ const ARC_TERMS: usize = 16;
 /// Records operations on symbols.
 pub struct Recorder {
     pub(super) nodes: RefCell<Vec<Node>>,
-    known: RefCell<HashMap<Node, u32>>,
+    known: RefCell<FxHashMap<Node, u32>>,
     /// Terms of the power series of sine and cosine.
     terms: usize,
 }
@@ -100,6 +101,14 @@ impl Recorder {
 }
 
 impl<'r> Symbol<'r> {
+    /// Orders symbols as they became known.
+    pub(super) const fn recorded(self) -> u32 {
+        match self {
+            Self::Constant(_) => 0,
+            Self::Node(id, _) => id,
+        }
+    }
+
     fn recorder(a: Self, b: Self) -> Option<&'r Recorder> {
         match (a, b) {
             (Self::Node(_, r), _) | (_, Self::Node(_, r)) => Some(r),

@@ -4,9 +4,10 @@
 //! operations. Operations that depend only on quantities common to all samples of a configuration are
 //! done once for it; the rest is replayed on blocks of samples.
 
-use super::graph::{Kind, Operation, operations, reachable, varying};
+use super::graph::{Kind, Operation, operations, varying};
 use super::jit::{Compiled, Layout, Line};
 use super::lanes::Block;
+use super::schedule::schedule;
 use super::simd::width;
 use super::symbol::{Binary, Node, Recorder, Symbol};
 
@@ -14,10 +15,10 @@ use super::symbol::{Binary, Node, Recorder, Symbol};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Op {
     pub kind: Kind,
-    pub a: u16,
-    pub b: u16,
-    pub c: u16,
-    pub target: u16,
+    pub a: u32,
+    pub b: u32,
+    pub c: u32,
+    pub target: u32,
 }
 
 /// A recorded program.
@@ -29,29 +30,29 @@ pub struct Program {
     common: Vec<(usize, Node)>,
     n_nodes: usize,
     /// Nodes whose common value goes to which register.
-    broadcast: Vec<(usize, u16)>,
+    broadcast: Vec<(usize, u32)>,
     operations: Vec<Op>,
     n_inputs: usize,
     /// Where its own registers begin.
     start: usize,
     /// Where they end.
     n_registers: usize,
-    outputs: Vec<u16>,
+    outputs: Vec<u32>,
     /// Inputs that the first outputs replace.
-    replaced: Vec<u16>,
+    replaced: Vec<u32>,
     compiled: Compiled,
 }
 
 impl Program {
-    /// The program that computes `outputs`; `None` when it needs more registers than can be numbered.
+    /// The program that computes `outputs`.
     #[must_use]
-    pub fn new(recorder: &Recorder, n_inputs: usize, outputs: &[Symbol<'_>]) -> Option<Self> {
+    pub fn new(recorder: &Recorder, n_inputs: usize, outputs: &[Symbol<'_>]) -> Self {
         Self::from(recorder, n_inputs, n_inputs, outputs)
     }
 
     /// A program that shares the inputs of another: its own registers begin where those of the other end.
     #[must_use]
-    pub fn after(other: &Self, recorder: &Recorder, outputs: &[Symbol<'_>]) -> Option<Self> {
+    pub fn after(other: &Self, recorder: &Recorder, outputs: &[Symbol<'_>]) -> Self {
         Self::from(recorder, other.n_inputs, other.n_blocks(), outputs)
     }
 
@@ -61,7 +62,7 @@ impl Program {
     /// When such an output is another input.
     #[must_use]
     pub fn replacing(mut self, inputs: impl Iterator<Item = usize>) -> Self {
-        self.replaced = inputs.map(|i| i as u16).collect();
+        self.replaced = inputs.map(|i| i as u32).collect();
         for (&output, &input) in self.outputs.iter().zip(&self.replaced) {
             assert!(output == input || output as usize >= self.n_inputs, "an output is computed");
         }
@@ -70,12 +71,11 @@ impl Program {
         self
     }
 
-    fn from(recorder: &Recorder, n_inputs: usize, start: usize, outputs: &[Symbol<'_>]) -> Option<Self> {
-        u16::try_from(start).ok()?;
+    fn from(recorder: &Recorder, n_inputs: usize, start: usize, outputs: &[Symbol<'_>]) -> Self {
         let roots: Vec<u32> = outputs.iter().map(|&s| recorder.id(s)).collect();
         let nodes = recorder.nodes.borrow();
         let varying = varying(&nodes);
-        let order = reachable(&nodes, &roots);
+        let order = schedule(&nodes, &varying, &roots);
         let work = operations(&nodes, &varying, &order, &roots);
         let common = order.iter().filter(|&&id| !varying[id as usize]).map(|&id| (id as usize, nodes[id as usize]));
         let mut program = Self {
@@ -90,13 +90,13 @@ impl Program {
             replaced: Vec::new(),
             compiled: Compiled::default(),
         };
-        program.give_registers(&nodes, &varying, &work, &roots)?;
-        Some(program)
+        program.give_registers(&nodes, &varying, &work, &roots);
+        program
     }
 
     /// Linear scan: a temporary's register is free again after its last use.
-    fn give_registers(&mut self, nodes: &[Node], varying: &[bool], work: &[Operation], roots: &[u32]) -> Option<()> {
-        const NONE: u16 = u16::MAX;
+    fn give_registers(&mut self, nodes: &[Node], varying: &[bool], work: &[Operation], roots: &[u32]) {
+        const NONE: u32 = u32::MAX;
         let mut last = vec![0_usize; nodes.len()];
         for (at, (_, operands, _)) in work.iter().enumerate() {
             for &o in operands {
@@ -114,14 +114,13 @@ impl Program {
                 continue;
             }
             if let Node::Varying(index) = nodes[o] {
-                register[o] = u16::try_from(index).ok()?;
+                register[o] = index;
             } else if !varying[o] {
-                register[o] = u16::try_from(self.n_registers).ok().filter(|r| *r != NONE)?;
-                self.n_registers += 1;
+                register[o] = self.next_register();
                 self.broadcast.push((o, register[o]));
             }
         }
-        let mut free: Vec<u16> = Vec::new();
+        let mut free: Vec<u32> = Vec::new();
         for (at, &(kind, operands, id)) in work.iter().enumerate() {
             let [a, b, c] = operands.map(|o| register[o as usize]);
             let mut released: Vec<u32> = Vec::new();
@@ -132,17 +131,16 @@ impl Program {
                     free.push(register[o as usize]);
                 }
             }
-            let target = if let Some(r) = free.pop() {
-                r
-            } else {
-                self.n_registers += 1;
-                u16::try_from(self.n_registers - 1).ok().filter(|r| *r != NONE)?
-            };
+            let target = free.pop().unwrap_or_else(|| self.next_register());
             register[id as usize] = target;
             self.operations.push(Op { kind, a, b, c, target });
         }
         self.outputs = roots.iter().map(|&r| register[r as usize]).collect();
-        Some(())
+    }
+
+    fn next_register(&mut self) -> u32 {
+        self.n_registers += 1;
+        self.n_registers as u32 - 1
     }
 
     /// Number of outputs.
@@ -222,10 +220,10 @@ impl Program {
     pub(super) fn line(&self) -> Line<'_> {
         Line {
             operations: &self.operations,
-            n_inputs: self.n_inputs as u16,
-            first_common: self.start as u16,
-            first_temporary: (self.start + self.broadcast.len()) as u16,
-            n_registers: self.n_registers as u16,
+            n_inputs: self.n_inputs as u32,
+            first_common: self.start as u32,
+            first_temporary: (self.start + self.broadcast.len()) as u32,
+            n_registers: self.n_registers as u32,
             outputs: &self.outputs,
             replaced: &self.replaced,
         }

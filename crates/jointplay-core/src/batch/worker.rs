@@ -20,8 +20,6 @@ const NEWTON_STEPS: usize = 12;
 /// A lane stands still when no offset wants to change by more than this part of its set, as a projected
 /// ascent does: what is left changes the value by the square of it.
 const STILL: f64 = 1e-11;
-/// A Newton step below this (length-scaled) is rounding.
-const ROUNDING: f64 = 1e-13;
 
 /// Where a lane stands still.
 #[derive(Clone, Debug)]
@@ -101,8 +99,8 @@ impl Round<'_> {
         Height { value, parameters: self.offsets(), error }
     }
 
-    const fn is_closed(&self) -> bool {
-        self.moved <= ROUNDING * ROUNDING
+    const fn is_closed(&self, m: &Mechanism) -> bool {
+        self.moved <= m.step_of_rounding() * m.step_of_rounding()
     }
 }
 
@@ -143,7 +141,7 @@ impl<'m> Worker<'m> {
                 Next::Push
             }
             Phase::Whole { change } => {
-                if round.is_closed() && round.change <= STILL {
+                if round.is_closed(self.mechanism) && round.change <= STILL {
                     return Next::Done(Some(round.height(self)));
                 }
                 let shrinks = !self.rounds.is_multiple_of(CHECKED) || {
@@ -156,7 +154,7 @@ impl<'m> Worker<'m> {
                 }
                 Next::Push
             }
-            _ if !round.is_closed() => {
+            _ if !round.is_closed(self.mechanism) => {
                 if self.rounds < NEWTON_STEPS {
                     Next::Stay
                 } else {

@@ -87,7 +87,13 @@ impl Mechanism {
     }
 
     /// The grid of the basis, judged by all rows.
-    pub(crate) fn flood_on_basis(&self, shape: &[usize], drives: &[f64], seeds: &[(usize, Case<'_>)]) -> Trace {
+    pub(crate) fn flood_on_basis(
+        &self,
+        shape: &[usize],
+        drives: &[f64],
+        seeds: &[(usize, Case<'_>)],
+        spread: bool,
+    ) -> Trace {
         let basis = match self.basis() {
             Ok(basis) => basis,
             Err(status) => {
@@ -95,7 +101,7 @@ impl Mechanism {
                 return Trace { coordinates: vec![f64::NAN; n * self.n_coordinates()], status: vec![status; n] };
             }
         };
-        let mut trace = basis.kept.flood(shape, drives, seeds);
+        let mut trace = basis.kept.flood(shape, drives, seeds, spread);
         for (k, status) in trace.status.iter_mut().enumerate().filter(|(_, s)| **s == Status::Singular) {
             let coordinates = trace.coordinates[k * self.n_coordinates()..(k + 1) * self.n_coordinates()].to_vec();
             let inputs = Inputs::nominal(self, &drives[k * self.n_drives()..(k + 1) * self.n_drives()]);

@@ -37,8 +37,7 @@ class Contacts:
     """The places of contact of a mechanism."""
 
     def __init__(self, m: Mechanism) -> None:
-        self.factors = m.parameter_factors
-        self.places: list[Place] = []
+        places: list[Place] = []
         for number, source in enumerate(m.core_spec["sources"]):
             if source["kind"] != "clearance":
                 continue
@@ -47,32 +46,48 @@ class Contacts:
             for is_round, rows in _places(shape, size):
                 # A set of size zero leaves nothing to turn.
                 matrix = np.nan_to_num(np.array(rows), nan=0.0, posinf=0.0, neginf=0.0)
-                self.places.append(Place(columns, np.array(source["centre"]), matrix, is_round))
+                places.append(Place(columns, np.array(source["centre"]), matrix, is_round))
+        places.sort(key=lambda place: place.round)
+        sizes = [len(place.map) for place in places]
+        first = np.cumsum([0, *sizes])
+        #: shares of the clearances at all places from offsets in file units: matrix and what it gives in the centre
+        self._map = np.zeros((len(m.parameters), first[-1]))
+        self._centre = np.zeros(first[-1])
+        #: sums over the components of every round place
+        self._sums = np.zeros((first[-1], len(places)))
+        for k, place in enumerate(places):
+            components = slice(first[k], first[k + 1])
+            self._map[place.columns, components] = place.map.T * m.parameter_factors[place.columns, None]
+            self._centre[components] = place.map @ place.centre
+            self._sums[components, k] = 1.0
+        flat = sum(not place.round for place in places)
+        self._flat, self._sums = first[flat], self._sums[:, flat:]
+
+    def states(self, offsets: Floats) -> Floats:
+        """Where the contacts are, as shares of the clearances; nan at nodes that have no offset.
+
+        Parameters
+        ----------
+        offsets : ndarray
+            In file units, shape (..., parameter).
+        """
+        return np.asarray(offsets @ self._map - self._centre)
 
     def change(self, before: Floats, after: Floats) -> NDArray[np.bool_]:
-        """Whether some contact changes from a node to its neighbour; nodes without an offset have no contact.
+        """Whether some contact changes from a node to its neighbour; a node without an offset has no contact.
 
         Parameters
         ----------
         before, after : ndarray
-            Offsets in file units, shape (..., parameter).
+            States, shape (..., component of a contact).
         """
-        changed = np.zeros(before.shape[:-1], dtype=bool)
-        for place in self.places:
-            a, b = (self._state(place, offsets) for offsets in (before, after))
-            if place.round:
-                there = np.linalg.norm(a, axis=-1) > CENTRAL, np.linalg.norm(b, axis=-1) > CENTRAL
-                turned = (a * b).sum(axis=-1) <= 0.0
-                changed |= np.where(there[0] & there[1], turned, there[0] != there[1])
-            else:
-                changed |= np.abs(a - b).max(axis=-1) > CORNER
+        # Comparisons with nan are false.
+        changed = (np.abs(before - after)[..., : self._flat] > CORNER).any(axis=-1)
+        turned = (before * after) @ self._sums <= 0.0
+        there, then = ((state * state) @ self._sums > CENTRAL**2 for state in (before, after))
+        changed |= np.where(there & then, turned, there != then).any(axis=-1)
         known = np.isfinite(before).all(axis=-1) & np.isfinite(after).all(axis=-1)
-        return changed & known
-
-    def _state(self, place: Place, offsets: Floats) -> Floats:
-        own = offsets[..., place.columns] * self.factors[place.columns] - place.centre
-        state: Floats = own @ place.map.T
-        return state
+        return np.asarray(changed & known)
 
 
 def _places(shape: str, size: dict[str, float]) -> list[tuple[bool, Any]]:

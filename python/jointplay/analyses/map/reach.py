@@ -85,13 +85,14 @@ class Reach:
         values = dict(zip(np.array(self.names)[self._columns].tolist(), self._first.row.tolist(), strict=True))
         nearest = lattice.nearest(values)
         near = lattice.rows(nearest[0], self.names)[nearest[1]]
-        places, rows = [nearest, *places], np.vstack([near, rows])[:, self._columns]
+        places, rows = [nearest, *places], np.ascontiguousarray(np.vstack([near, rows])[:, self._columns])
         seeds: dict[int, list[Seed]] = {}
-        # A grid of one node each: nothing is reached but from the start.
-        for (chunk, node), row in zip(places, rows, strict=True):
-            found = self._flood([1], row[None], [self._first])
-            if found["status"][0] == 0:
-                seeds.setdefault(chunk, []).append(Seed(node, row, found["poses"][0]))
+        # Nothing is reached but from the start.
+        first = [Seed(k, self._first.row, self._first.poses) for k in range(len(rows))]
+        found = self._flood([len(rows)], rows, first, spread=False)
+        for (chunk, node), row, status, state in zip(places, rows, found["status"], found["poses"], strict=True):
+            if status == 0:
+                seeds.setdefault(chunk, []).append(Seed(node, row, state))
         return seeds
 
     def commands(self, lattice: Lattice, chunk: int) -> Floats:
@@ -117,7 +118,9 @@ class Reach:
             at.drives, at.poses, at.output, status, found["singular_value"], found["singular_motion"], at.units
         )
 
-    def _flood(self, shape: list[int], rows: Floats, seeds: Sequence[Seed]) -> dict[str, NDArray[Any]]:
+    def _flood(
+        self, shape: list[int], rows: Floats, seeds: Sequence[Seed], *, spread: bool = True
+    ) -> dict[str, NDArray[Any]]:
         width, bodies = rows.shape[1], self.start.poses.shape[1:]
         return self.core.flood(
             shape,
@@ -125,6 +128,7 @@ class Reach:
             [seed.node for seed in seeds],
             np.array([seed.row for seed in seeds]).reshape(-1, width),
             np.array([seed.poses for seed in seeds]).reshape(-1, *bodies),
+            spread,
         )
 
 

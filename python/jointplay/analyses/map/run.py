@@ -48,6 +48,8 @@ class Work:
 
     def __init__(self, m: Mechanism, lattice: Lattice, store: Store, ask: Ask, *, measure: bool) -> None:
         self.m, self.lattice, self.store, self.ask, self.measure = m, lattice, store, ask, measure
+        #: whether the offsets are part of the map; where contacts change sides is seen from them in any case
+        self.keep_offset = True
         self.reach = Reach(m, lattice.grid)
         self.contacts = Contacts(m)
         self.starts = self.reach.starts(lattice)
@@ -93,10 +95,10 @@ class Work:
             return False
         at = self.reach.solve(self.lattice, number, seeds)
         reached = at.status.copy()
-        result = self._result(number, self.reach.measured(at) if self.measure else at)
+        result, contacts = self._result(number, self.reach.measured(at) if self.measure else at)
         self.store.begin(result)
         self.store.put(self.lattice.region(number), result)
-        self.store.put_entry(number, self._entry(number, at.poses, reached, result, offered))
+        self.store.put_entry(number, self._entry(number, at.poses, reached, contacts, offered))
         return True
 
     def _seeds(self, number: int, neighbour: Neighbour, ok: NDArray[np.bool_], poses: Floats) -> list[Seed]:
@@ -114,15 +116,15 @@ class Work:
         number: int,
         poses: Floats,
         status: NDArray[np.uint8],
-        result: Result,
+        contacts: Floats | None,
         offered: Mapping[str, NDArray[np.bool_]],
     ) -> dict[str, Array]:
         """What the neighbours of a chunk need to know of it."""
         size = self.lattice.size(number)
         kept: dict[str, Array] = {"status": status.reshape(size)}
         kept["poses"] = poses.reshape(*size, *poses.shape[1:])
-        if "contact_change" in result.data:
-            kept["offset"] = result.get("offset")
+        if contacts is not None:
+            kept["contacts"] = contacts
         entry: dict[str, Array] = {f"seen.{face}": ok for face, ok in offered.items()}
         for neighbour in self.lattice.neighbours(number):
             for name, values in kept.items():
@@ -130,8 +132,8 @@ class Work:
                 entry[f"{name}.{neighbour.axis}.{neighbour.side}"] = np.array(face)
         return entry
 
-    def _result(self, number: int, at: Nominal) -> Result:
-        """The answer at the nodes of a chunk, over the axes of the grid."""
+    def _result(self, number: int, at: Nominal) -> tuple[Result, Floats | None]:
+        """The answer at the nodes of a chunk, over the axes of the grid, and under load the states of contact."""
         flat = self.ask(at)
         data = dict(flat.data)
         if self.m.limits.joints or self.m.limits.drives:
@@ -140,23 +142,27 @@ class Work:
             data["within_limits"] = Variable(("configuration",), within, "", words)
         result = _on_grid(Result(flat.coords, data, flat.attrs), self.m, self.lattice, number)
         if flat.attrs["question"] != "loaded":
-            return result
-        offsets = result.get("offset")
+            return result, None
+        states = self.contacts.states(result.get("offset"))
         axes = self.lattice.grid.axes
-        changed = np.zeros((*offsets.shape[:-1], len(axes)), dtype=bool)
+        changed = np.zeros((*states.shape[:-1], len(axes)), dtype=bool)
         for axis in range(len(axes)):
-            along = np.moveaxis(offsets, axis, 0)
+            along = np.moveaxis(states, axis, 0)
             np.moveaxis(changed[..., axis], axis, 0)[:-1] = self.contacts.change(along[:-1], along[1:])
         words = "whether a contact changes sides between this node and the next one along the axis"
         change = Variable((*axes, "across"), changed, "", words)
         across = Variable(("across",), np.array(axes), "", "axis of the grid along which the next node lies")
-        return Result({**result.coords, "across": across}, {**result.data, "contact_change": change}, result.attrs)
+        data, coords = {**result.data, "contact_change": change}, {**result.coords, "across": across}
+        if not self.keep_offset:
+            del data["offset"]
+            coords = {name: v for name, v in coords.items() if "parameter" not in v.dims}
+        return Result(coords, data, result.attrs), states
 
     def _join(self) -> None:
         """Mark changes of contact between the last nodes of a chunk and the first ones of the next."""
         for number in range(len(self.lattice)):
             own = self.store.entry(number)
-            if own is None or not any(name.startswith("offset.") for name in own):
+            if own is None or not any(name.startswith("contacts.") for name in own):
                 continue
             region = list(self.lattice.region(number))
             for neighbour in self.lattice.neighbours(number):
@@ -165,7 +171,9 @@ class Work:
                     continue
                 here = (*region[: neighbour.axis], slice(region[neighbour.axis].stop - 1, region[neighbour.axis].stop))
                 face = (*here, *region[neighbour.axis + 1 :])
-                changed = self.contacts.change(own[f"offset.{neighbour.axis}.1"], other[f"offset.{neighbour.axis}.0"])
+                changed = self.contacts.change(
+                    own[f"contacts.{neighbour.axis}.1"], other[f"contacts.{neighbour.axis}.0"]
+                )
                 marked = self.store.values("contact_change", face)
                 marked[..., neighbour.axis] = np.expand_dims(changed, neighbour.axis)
                 self.store.replace("contact_change", face, marked)

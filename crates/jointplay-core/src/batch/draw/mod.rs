@@ -69,7 +69,7 @@ impl Stream {
             out[i] = f64::from_bits((bits[i] >> 12) | 0x3FF0_0000_0000_0000) - 1.0;
             i += 1;
         }
-        Block(out)
+        Block::new(out)
     }
 
     /// Uniform from -1 to 1.
@@ -88,7 +88,7 @@ impl Stream {
             out[i] = f64::from_bits(0x3FF0_0000_0000_0000 | (bits[i] & 0x8000_0000_0000_0000));
             i += 1;
         }
-        Block(out)
+        Block::new(out)
     }
 
     /// A point of the unit circle: an angle within an eighth of a turn, then one of four quarters.
@@ -109,7 +109,7 @@ impl Stream {
             y[i] = f64::from_bits(((cb & swap) | (sb & !swap)) ^ flip);
             i += 1;
         }
-        [Block(x), Block(y)]
+        [Block::new(x), Block::new(y)]
     }
 
     /// Two independent standard normal numbers (Box and Muller).

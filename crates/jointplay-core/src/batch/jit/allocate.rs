@@ -5,20 +5,18 @@
 
 use super::super::graph::Kind;
 use super::super::tape::Op;
+use super::uses::{NEVER, Uses, magnitude, n_values, operands, sign, uses};
 use super::{FIRST_COMMON, Line, MAGNITUDE, SIGN};
-
-/// A number that is never needed again.
-const NEVER: usize = usize::MAX;
 
 /// Where a number stands in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// In the block of a register.
-    Block(u16),
+    Block(u32),
     /// In the table of common numbers.
-    Common(u16),
+    Common(u32),
     /// Among the temporaries that were put aside.
-    Aside(u16),
+    Aside(u32),
 }
 
 /// What an instruction may read as its last operand.
@@ -70,14 +68,6 @@ pub enum Vector {
     Fused { kind: Fused, form: Form, to: u8, second: u8, third: Source },
 }
 
-/// When the operands of an instruction and its result are needed next.
-struct Uses {
-    operands: [usize; 3],
-    result: usize,
-    /// Blocks that get the result at once.
-    stores: Vec<u16>,
-}
-
 /// A number in a vector register.
 #[derive(Clone, Copy)]
 struct Held {
@@ -94,12 +84,15 @@ struct Allocator<'p> {
     register: Vec<Option<u8>>,
     /// Where a value stands in memory, too.
     stored: Vec<Option<Place>>,
+    /// Places aside in use at most, and those of them that are free again.
+    n_aside: u32,
+    free: Vec<u32>,
 }
 
 /// The line on `n_vector` vector registers, 4 at least.
 pub fn allocate(line: &Line<'_>, n_vector: usize) -> Vec<Vector> {
-    let n_values = line.n_registers as usize + 2;
-    let (uses, at_end) = uses(line, n_values);
+    let n_values = n_values(line);
+    let (uses, at_end) = uses(line);
     let mut stored = vec![None; n_values];
     for r in 0..line.n_inputs {
         stored[r as usize] = Some(Place::Block(r));
@@ -115,80 +108,30 @@ pub fn allocate(line: &Line<'_>, n_vector: usize) -> Vec<Vector> {
         held: vec![None; n_vector],
         register: vec![None; n_values],
         stored,
+        n_aside: 0,
+        free: Vec::new(),
     };
     for (op, uses) in line.operations.iter().zip(&uses) {
         allocator.operation(*op, uses);
     }
-    for (value, block) in at_end {
-        allocator.load(value, NEVER, &[]);
-        allocator.code.push(Vector::Store { from: allocator.in_register(value), to: Place::Block(block) });
+    for (value, input) in at_end {
+        allocator.replace(value, input, NEVER);
     }
     allocator.code
 }
 
-const fn sign(line: &Line<'_>) -> usize {
-    line.n_registers as usize
-}
-
-const fn magnitude(line: &Line<'_>) -> usize {
-    line.n_registers as usize + 1
-}
-
-/// Values that an instruction reads, and how many.
-fn operands(line: &Line<'_>, op: &Op) -> ([usize; 3], usize) {
-    let [a, b, c] = [op.a, op.b, op.c].map(usize::from);
-    match op.kind {
-        Kind::Neg => ([a, sign(line), a], 2),
-        Kind::Abs => ([a, magnitude(line), a], 2),
-        kind => ([a, b, c], kind.arity()),
-    }
-}
-
-/// The uses of every operation's numbers, and which values replace inputs only after the last operation:
-/// those whose input is still read after they have been computed.
-fn uses(line: &Line<'_>, n_values: usize) -> (Vec<Uses>, Vec<(usize, u16)>) {
-    let mut last_read = vec![0; n_values];
-    let mut written = vec![0; n_values];
-    for (at, op) in line.operations.iter().enumerate() {
-        let (values, n) = operands(line, op);
-        for &v in &values[..n] {
-            last_read[v] = at;
-        }
-        written[op.target as usize] = at;
-    }
-    let mut next = vec![NEVER; n_values];
-    let mut at_end = Vec::new();
-    let mut stores: Vec<Vec<u16>> = vec![Vec::new(); n_values];
-    for (k, &output) in line.outputs.iter().enumerate() {
-        let value = output as usize;
-        match line.replaced.get(k) {
-            Some(&input) if input == output => {}
-            Some(&input) if output < line.first_temporary || last_read[input as usize] > written[value] => {
-                at_end.push((value, input));
-                next[value] = line.operations.len();
-            }
-            Some(&input) => stores[value].push(input),
-            None if output >= line.first_temporary && !stores[value].contains(&output) => stores[value].push(output),
-            None => {}
-        }
-    }
-    let mut uses = Vec::with_capacity(line.operations.len());
-    for (at, op) in line.operations.iter().enumerate().rev() {
-        let target = op.target as usize;
-        let result = std::mem::replace(&mut next[target], NEVER);
-        // Numbers that had the register before are not the output.
-        let stores = std::mem::take(&mut stores[target]);
-        let (values, n) = operands(line, op);
-        uses.push(Uses { operands: values.map(|v| next[v]), result, stores });
-        for &v in &values[..n] {
-            next[v] = at;
-        }
-    }
-    uses.reverse();
-    (uses, at_end)
-}
-
 impl Allocator<'_> {
+    /// Puts a value in the place of an input.
+    fn replace(&mut self, value: usize, input: u32, next: usize) {
+        self.load(value, next, &[]);
+        let from = self.in_register(value);
+        self.code.push(Vector::Store { from, to: Place::Block(input) });
+        self.held[from as usize] = Some(Held { value, next });
+        if next == NEVER {
+            self.release(value);
+        }
+    }
+
     fn operation(&mut self, op: Op, uses: &Uses) {
         let (mut values, n) = operands(self.line, &op);
         let mut nexts = uses.operands;
@@ -225,6 +168,9 @@ impl Allocator<'_> {
             self.held[to as usize] = Some(Held { value: target, next: uses.result });
             self.register[target] = Some(to);
         }
+        for replacement in &uses.replacements {
+            self.replace(replacement.value, replacement.input, replacement.next);
+        }
     }
 
     /// Which operand is read from memory: one that is not in a register, stands where the instruction
@@ -259,20 +205,33 @@ impl Allocator<'_> {
             // Among equals one that is in memory already.
             .max_by_key(|(_, h)| (h.next, self.stored[h.value].is_some()))
             .expect("more vector registers than operands");
-        if self.stored[victim.value].is_none() {
-            // Temporaries alive at the same time have different registers, so different places, too.
-            let place = Place::Aside(victim.value as u16 - self.line.first_temporary);
-            self.code.push(Vector::Store { from: r as u8, to: place });
-            self.stored[victim.value] = Some(place);
-        }
+        self.store(r as u8, victim.value);
         self.register[victim.value] = None;
         self.held[r] = None;
         r as u8
     }
 
+    /// Puts a value where it is found when it is needed again, unless it stands there.
+    fn store(&mut self, from: u8, value: usize) {
+        if self.stored[value].is_some() {
+            return;
+        }
+        let to = Place::Aside(self.free.pop().unwrap_or_else(|| {
+            self.n_aside += 1;
+            self.n_aside - 1
+        }));
+        self.code.push(Vector::Store { from, to });
+        self.stored[value] = Some(to);
+    }
+
+    /// Forgets a value that is not needed again.
     fn release(&mut self, value: usize) {
         if let Some(r) = self.register[value].take() {
             self.held[r as usize] = None;
+        }
+        if let Some(Place::Aside(k)) = self.stored[value] {
+            self.stored[value] = None;
+            self.free.push(k);
         }
     }
 

@@ -69,7 +69,7 @@ pub fn encode(code: &[Vector], lanes: Lanes, layout: Layout) -> Result<Vec<u8>, 
     Ok(writer.encoder.take_buffer())
 }
 
-#[allow(clippy::cast_possible_wrap)] // 65535 blocks of 512 bytes at most
+#[allow(clippy::cast_possible_wrap)] // below what an instruction reaches
 fn displaced(base: Register, offset: usize, spread: bool) -> MemoryOperand {
     MemoryOperand::new(base, Register::None, 1, offset as i64, 1, spread, Register::None)
 }
@@ -94,7 +94,11 @@ impl Writer {
     fn place(&self, place: Place) -> MemoryOperand {
         match place {
             Place::Block(r) => displaced(BLOCKS, r as usize * size_of::<Block>(), false),
-            Place::Common(k) => displaced(TABLE, k as usize * COPIES * size_of::<f64>(), self.lanes == Lanes::Eight),
+            Place::Common(k) => {
+                let (block, copies) = (k as usize * COPIES / LANES, k as usize * COPIES % LANES);
+                let at = block * size_of::<Block>() + copies * size_of::<f64>();
+                displaced(TABLE, at, self.lanes == Lanes::Eight)
+            }
             Place::Aside(k) => {
                 let start = (self.layout.aside - self.layout.table) * size_of::<Block>();
                 displaced(TABLE, start + k as usize * size_of::<f64>() * self.lanes.count(), false)

@@ -58,8 +58,13 @@ pub struct Executable {
 }
 
 impl Executable {
-    /// Compiles for so many vector registers; `None` where memory cannot be made executable.
+    /// Compiles for so many vector registers; `None` where memory cannot be made executable, or a program needs
+    /// more than 2 GiB.
     pub fn new(line: &Line<'_>, layout: Layout, lanes: Lanes, n_vector: usize) -> Option<Self> {
+        if layout.n_blocks() * size_of::<Block>() > i32::MAX as usize {
+            // Farther than an instruction reaches.
+            return None;
+        }
         let code = encode(&allocate(line, n_vector), lanes, layout).ok()?;
         // Never writable and executable at the same time.
         let mut memory = MmapMut::map_anon(code.len()).ok()?;

@@ -15,6 +15,8 @@ mod encode;
 mod executable;
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests;
+#[cfg(target_arch = "x86_64")]
+mod uses;
 
 #[cfg(target_arch = "x86_64")]
 pub use executable::Compiled;
@@ -26,25 +28,25 @@ use super::tape::Op;
 pub struct Line<'p> {
     pub operations: &'p [Op],
     /// Registers below this are inputs.
-    pub n_inputs: u16,
+    pub n_inputs: u32,
     /// From here they are common to all samples, ...
-    pub first_common: u16,
+    pub first_common: u32,
     /// ... from here temporaries, ...
-    pub first_temporary: u16,
+    pub first_temporary: u32,
     /// ... up to here.
-    pub n_registers: u16,
+    pub n_registers: u32,
     /// Registers that are read afterwards.
-    pub outputs: &'p [u16],
+    pub outputs: &'p [u32],
     /// Inputs that the first outputs replace at the end.
-    pub replaced: &'p [u16],
+    pub replaced: &'p [u32],
 }
 
 /// Entry of the common table with the sign bit alone.
-const SIGN: u16 = 0;
+const SIGN: u32 = 0;
 /// Entry of the common table with all bits but the sign's.
-const MAGNITUDE: u16 = 1;
+const MAGNITUDE: u32 = 1;
 /// Entry of the first common number.
-const FIRST_COMMON: u16 = 2;
+const FIRST_COMMON: u32 = 2;
 /// Copies of a common number in the table: what the narrower width reads at once. The wider one spreads
 /// the first copy.
 const COPIES: usize = 4;
