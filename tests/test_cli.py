@@ -20,8 +20,7 @@ import xarray as xr
 import jointplay as jp
 from jointplay.cli import run
 from jointplay.cli.arguments import assignments, numbers, swept, value
-
-COMMAND = [sys.executable, "-m", "jointplay"]
+from processes import COMMAND, working
 
 
 class Said(str):
@@ -409,10 +408,10 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     """A sweep that would take minutes is stopped: exit code 130, a whole file with the steps that were done."""
     (tmp_path / "m.toml").write_text(jp.examples.text("four-bar"))
     line = shlex.split("sweep m.toml -q random --samples 100000 --set joints.*.clearance.radial=0.001:1:20000 -o s.csv")
-    process = subprocess.Popen([*COMMAND, *line], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
-    time.sleep(4.0)
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    with working(line, tmp_path) as process:
+        time.sleep(4.0)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "Traceback" not in err
     rows = (tmp_path / "s.csv").read_text().splitlines()[1:]
@@ -425,9 +424,9 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
 def test_ctrl_c_before_anything_is_done(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(jp.examples.text("four-bar"))
     line = shlex.split("error m.toml -q random --samples 100000000 -o s.csv")
-    process = subprocess.Popen([*COMMAND, *line], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
-    time.sleep(3.0)  # started for sure, and seconds from the end of the first configuration
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=120)
+    with working(line, tmp_path) as process:
+        time.sleep(3.0)  # started for sure, and seconds from the end of the first configuration
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=120)
     assert process.returncode == 130
     assert "Traceback" not in err

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ import xarray as xr
 import jointplay as jp
 from jointplay.analyses.map import Stopped, compute, open_map
 from jointplay.cli import run
+from processes import working
 
 GRID = {"x": {"from": -120, "to": 120, "count": 25}, "y": {"from": -120, "to": 120, "count": 25}, "angle": 0}
 AXES = ["-g", "x=-120:120:25", "-g", "y=-120:120:25", "-g", "angle=0"]
@@ -95,17 +97,17 @@ def test_paths_that_cannot_be_written_are_refused_before_the_work() -> None:
 # --- interrupted -----------------------------------------------------------------------------------------------------
 
 
-def started(name: str) -> subprocess.Popen[str]:
+@contextmanager
+def mapping(name: str) -> Iterator[subprocess.Popen[str]]:
     """The command at work on a map of 49 chunks, after some of them."""
-    command = [sys.executable, "-m", "jointplay", "map", "3-rrr.toml", *AXES, "--chunk", "16", "-o", name]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    group = Path(name if name.endswith(".zarr") else f".{name}.part")
-    limit = time.monotonic() + 60
-    while done(group) < 5:
-        assert time.monotonic() < limit, "no chunk was done in a minute"
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.002)
-    return process
+    with working(["map", "3-rrr.toml", *AXES, "--chunk", "16", "-o", name]) as process:
+        group = Path(name if name.endswith(".zarr") else f".{name}.part")
+        limit = time.monotonic() + 60
+        while done(group) < 5:
+            assert time.monotonic() < limit, "no chunk was done in a minute"
+            assert process.poll() is None, process.communicate()
+            time.sleep(0.002)
+        yield process
 
 
 def done(group: Path) -> int:
@@ -119,9 +121,9 @@ def done(group: Path) -> int:
 @pytest.mark.parametrize("name", FORMATS)
 def test_a_run_that_is_killed_is_taken_up_and_ends_as_one_that_was_not(name: str) -> None:
     m = jp.load("3-rrr.toml")
-    killed = started(name)
-    os.kill(killed.pid, signal.SIGKILL)
-    killed.communicate()
+    with mapping(name) as killed:
+        killed.send_signal(signal.SIGKILL)
+        killed.communicate()
     assert killed.returncode == -signal.SIGKILL
     group = Path(name if name.endswith(".zarr") else f".{name}.part")
     kept = done(group)
@@ -185,9 +187,9 @@ def test_a_map_that_is_not_complete_can_be_read_and_says_so() -> None:
 
 
 def test_ctrl_c_keeps_what_is_done_and_says_how_it_goes_on() -> None:
-    stopped = started("map.zarr")
-    stopped.send_signal(signal.SIGINT)
-    _, said = stopped.communicate(timeout=60)
+    with mapping("map.zarr") as stopped:
+        stopped.send_signal(signal.SIGINT)
+        _, said = stopped.communicate(timeout=60)
     assert stopped.returncode == 130
     assert "of 49 chunks, which are kept; the same command goes on from there" in said
     assert run(["map", "3-rrr.toml", *AXES, "--chunk", "16", "-o", "map.zarr"]) == 1

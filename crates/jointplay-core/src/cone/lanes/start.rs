@@ -3,6 +3,7 @@
 //! For the pose: the self-stresses that make the reactions smallest, and every body on the central path of its own for
 //! the reaction on it, `s o l = mu e`. Only the equations between the displacements are left to be fulfilled.
 
+use super::cones::Cone;
 use super::kernel::{Solve, add_springs};
 use super::normal::{ROWS, add_transposed, factor, products, solve, times, triangle};
 use super::state::of;
@@ -28,8 +29,8 @@ impl Solve<'_> {
     #[inline(always)]
     fn make_room(&mut self) {
         let (s, n) = (self.data.s, self.data.n);
-        let slots = self.cones.iter().map(|cone| cone.slots()).sum();
-        let scaling = self.cones.iter().map(|cone| cone.data_size()).sum();
+        let slots = self.cones.iter().map(Cone::slots).sum();
+        let scaling = self.cones.iter().map(Cone::data_size).sum();
         let st = &mut *self.state;
         for (array, size) in [
             (&mut st.p, n),
@@ -64,7 +65,7 @@ impl Solve<'_> {
     #[inline(always)]
     fn start_inside(&mut self) {
         let st = &mut *self.state;
-        let degree: usize = self.cones.iter().map(|cone| cone.degree()).sum();
+        let degree: usize = self.cones.iter().map(Cone::degree).sum();
         let multiplier = V::splat(1.0 / (1.0 + degree as f64));
         (st.factor, st.factor_multiplier) = (V::splat(2.0), multiplier);
         for cone in self.cones {
