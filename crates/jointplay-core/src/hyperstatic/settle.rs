@@ -57,7 +57,8 @@ struct Start {
     state: State,
     /// An answer nearby.
     near: Option<Answer>,
-    /// Steps that led there.
+    /// The change that led there, and the number of steps.
+    last: f64,
     steps: usize,
 }
 
@@ -120,7 +121,7 @@ impl System<'_> {
         near: Option<Answer>,
         ask: impl FnMut(&State, &Compatibility) -> Ask,
     ) -> Result<Settled, Failure> {
-        let start = Start { state: start, near, steps: 0 };
+        let start = Start { state: start, near, last: f64::INFINITY, steps: 0 };
         let rest = self.settle_by(rounds, solver, start, known, false, ask).await?;
         let Rest { state, balance, still, .. } = rest;
         let compatibility = Compatibility::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
@@ -138,12 +139,12 @@ impl System<'_> {
         first: Option<&Balance>,
         ask: Ask,
     ) -> Result<Rest, Failure> {
-        let mut start = Start { state: start, near: None, steps: 0 };
+        let mut start = Start { state: start, near: None, last: f64::INFINITY, steps: 0 };
         if let Some(first) = first {
             start.near.clone_from(&first.answer);
             let target = self.target(known, first);
             if let Ok((state, 1.0)) = step(solver, &start.state, &target) {
-                (start.state, start.steps) = (state, 1);
+                (start.state, start.last, start.steps) = (state, self.difference(known, &target), 1);
             }
         }
         self.settle_by(rounds, solver, start, known, true, |_: &State, _: &Ties| ask.clone()).await
@@ -162,13 +163,13 @@ impl System<'_> {
         &self,
         rounds: &Rounds,
         solver: &Solver<'_>,
-        Start { mut state, mut near, mut steps }: Start,
+        Start { mut state, mut near, mut last, mut steps }: Start,
         known: &[f64],
         foresees: bool,
         mut ask: impl FnMut(&State, &C) -> Ask,
     ) -> Result<Rest, Failure> {
         let mut at: Vec<Vec<f64>> = self.offsets_at(&state, known);
-        let (mut last, mut slowest, mut restless) = (f64::INFINITY, 0.0_f64, 0);
+        let (mut slowest, mut restless) = (0.0_f64, 0);
         // Springs have the stiffness `stiffness * pull`.
         let (mut stiffness, mut pull) = (0.0_f64, 0.0);
         loop {
@@ -192,8 +193,8 @@ impl System<'_> {
                 return Ok(Rest { state, balance, steps, still });
             }
             // Changes shrink by as much as the displacements are beside the dimensions, one like the other.
-            slowest = slowest.max(change / last);
-            let next = if last.is_finite() && slowest < SHRINKS { change * slowest } else { change };
+            slowest = slowest.max(change / last).max(size);
+            let next = if slowest < SHRINKS { change * slowest } else { change };
             if foresees && pull == 0.0 && next <= self.mechanism.still() * size {
                 let (state, part) = step(solver, &state, &target)?;
                 return Ok(Rest { state, balance, steps: steps + 1, still: part >= 1.0 });
