@@ -339,8 +339,9 @@ def test_loaded_units_are_where_loaded_puts_them_one_by_one(name: str, changes: 
         # There the factor is that of the exact closure.
         if abs(factor - 1) > 1e-3:
             assert STATUSES[status] == STATUSES[alone["status"][0]]
-        # Where the energy is flat, the programs know an offset in a round hole to some 1e-6 of its radius.
-        np.testing.assert_allclose(error[:lengths], alone["error"][0, :lengths], rtol=0, atol=1e-5 * play)
+        # Where the energy is flat, the programs know an offset in a round hole to some 1e-6 of its radius, and levers
+        # carry it to the output at a few times its size.
+        np.testing.assert_allclose(error[:lengths], alone["error"][0, :lengths], rtol=0, atol=3e-5 * play)
         np.testing.assert_allclose(u, alone["offset"][0], rtol=0, atol=1e-5 * play)
     if name != "sarrus":
         assert 0 < strained < n
@@ -396,7 +397,7 @@ def test_the_command_line_tells_what_becomes_of_the_units(tmp_path: Path, capsys
     assert run(["error", str(path), "-q", "random", "--samples", "2000"]) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert "not assemblable" in told
-    assert re.search(r"\d+ were not assemblable, up to 5\d % of a configuration; they are not in the figures", told)
+    assert re.search(r"\d+ were not assemblable, 5\d(\.\d+)? %; they are not in the figures", told)
     assert "99.9 % of the units go together with the clearances multiplied by 2.2" in told
     assert run(["error", str(path), "-q", "random", "--samples", "200", "--contact", "loaded"]) == 0
     assert "clearances where the load pushes them" in " ".join(capsys.readouterr().out.split())

@@ -10,7 +10,7 @@ use common::{random_program, rng};
 const QUESTIONS: [Question; 2] = [Question::Pose, Question::Assembly];
 
 /// Programs of all kinds of sets, in no multiple of eight.
-fn some(seed: u64, s: usize, springs: usize, scale: f64) -> Programs {
+fn some(seed: u64, s: usize, springs: usize, scale: f64) -> Programs<'static> {
     let mut rng = rng(seed);
     let programs: Vec<Program> = (0..21).map(|_| random_program(&mut rng, s, springs, 0.5, scale)).collect();
     Programs::of(&programs)
@@ -46,7 +46,7 @@ fn eight_at_a_time_are_what_each_is_alone() {
 }
 
 /// Reactions as parts of the largest one of all blocks of the same number of components.
-fn same_reactions(all: &Programs, answers: &Answers, number: usize, multipliers: &[f64]) {
+fn same_reactions(all: &Programs<'_>, answers: &Answers, number: usize, multipliers: &[f64]) {
     let program = all.program(number);
     let s = all.n_equations;
     let found = &answers.multipliers[number * s..(number + 1) * s];

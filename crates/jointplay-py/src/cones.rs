@@ -1,7 +1,10 @@
 //! Cone programs: whole arrays of programs of one structure in, whole arrays of answers out.
 
+use std::borrow::Cow;
+
 use jointplay_core::cone::lanes::{Answers, Programs, Question};
 use jointplay_core::cone::{Kind, Outcome};
+use numpy::ndarray::{ArrayView, Dimension};
 use numpy::{PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -51,12 +54,20 @@ pub fn cone_programs<'py>(
         n_equations: s,
         n_blocks: kinds.len(),
         kinds,
-        maps: maps.iter().copied().collect(),
-        forces: forces.iter().copied().collect(),
-        rights: rights.iter().copied().collect(),
+        maps: numbers(maps),
+        forces: numbers(forces),
+        rights: numbers(rights),
     };
     let answers = py.detach(|| if alone { programs.solve_alone(question) } else { programs.solve(question) });
     table(py, answers, [n, s, width])
+}
+
+/// The numbers of an array, copied only where they do not lie row by row.
+fn numbers<D: Dimension>(array: ArrayView<'_, f64, D>) -> Cow<'_, [f64]> {
+    match array.to_slice() {
+        Some(slice) => slice.into(),
+        None => array.iter().copied().collect(),
+    }
 }
 
 fn table(py: Python<'_>, answers: Answers, [n, s, width]: [usize; 3]) -> PyResult<Bound<'_, PyDict>> {

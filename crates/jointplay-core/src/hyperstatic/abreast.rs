@@ -30,20 +30,23 @@ impl System<'_> {
         // Coefficients that symmetry makes zero in one state are not so in another.
         let is_tied = |give: &&Give| pulls.iter().any(|pull| Self::is_tied(give, pull.compatibility));
         let tied: Vec<&Give> = self.gives.iter().filter(is_tied).collect();
-        let mut programs = Programs {
+        let (mut maps, mut pushes, mut rights) = (Vec::new(), Vec::new(), Vec::new());
+        for Pull { compatibility, right, forces } in pulls {
+            for row in compatibility.equations.row_iter() {
+                maps.extend(tied.iter().flat_map(|give| &give.columns).map(|&column| row[column]));
+            }
+            pushes.extend(tied.iter().flat_map(|give| Self::along(give, forces)));
+            rights.extend(self.cleaned(right));
+        }
+        let programs = Programs {
             n: pulls.len(),
             n_equations: self.basis.redundancy(),
             n_blocks: tied.len(),
             kinds: tied.iter().map(|give| give.kind.clone()).collect(),
-            ..Programs::default()
+            maps: maps.into(),
+            forces: pushes.into(),
+            rights: rights.into(),
         };
-        for Pull { compatibility, right, forces } in pulls {
-            for row in compatibility.equations.row_iter() {
-                programs.maps.extend(tied.iter().flat_map(|give| &give.columns).map(|&column| row[column]));
-            }
-            programs.forces.extend(tied.iter().flat_map(|give| Self::along(give, forces)));
-            programs.rights.extend(self.cleaned(right));
-        }
         let balance = |(answer, pull): (Answer, &Pull<'_>)| self.balance_of(pull, answer, |give| is_tied(&give));
         answers(&programs).zip(pulls).map(balance).collect()
     }
@@ -84,7 +87,7 @@ impl System<'_> {
 }
 
 /// The answers to all programs.
-fn answers(programs: &Programs) -> impl Iterator<Item = Answer> {
+fn answers(programs: &Programs<'_>) -> impl Iterator<Item = Answer> {
     let answers = programs.solve_all(Question::Pose);
     (0..programs.n).map(move |number| answers.answer(programs, number))
 }

@@ -47,7 +47,7 @@ pub(super) struct Memory {
 /// Eight programs to solve, which fit the layout.
 pub(super) struct Group<'a> {
     pub layout: &'a Layout,
-    pub programs: &'a Programs,
+    pub programs: &'a Programs<'a>,
     /// Their numbers.
     pub numbers: [usize; LANES],
     pub memory: &'a mut Memory,

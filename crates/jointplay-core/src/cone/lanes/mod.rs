@@ -20,6 +20,8 @@ mod state;
 mod unload;
 mod vector;
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use super::own::Own;
@@ -38,7 +40,7 @@ const SAMPLED: usize = 2048;
 
 /// Programs of one structure.
 #[derive(Clone, Debug, Default)]
-pub struct Programs {
+pub struct Programs<'a> {
     /// Number of programs.
     pub n: usize,
     /// Number of equations of each.
@@ -48,11 +50,11 @@ pub struct Programs {
     /// The blocks' kinds, those of all programs one after the other, or the same ones for all.
     pub kinds: Vec<Kind>,
     /// Coefficients, by program, equation and component.
-    pub maps: Vec<f64>,
+    pub maps: Cow<'a, [f64]>,
     /// Forces, by program and component.
-    pub forces: Vec<f64>,
+    pub forces: Cow<'a, [f64]>,
     /// Right sides, by program and equation.
-    pub rights: Vec<f64>,
+    pub rights: Cow<'a, [f64]>,
 }
 
 /// Answers in the order of the programs.
@@ -84,7 +86,7 @@ pub struct Answers {
     pub difference: f64,
 }
 
-impl Programs {
+impl Programs<'_> {
     /// Kinds of the blocks of one program.
     #[must_use]
     pub fn kinds(&self, number: usize) -> &[Kind] {
@@ -128,6 +130,7 @@ impl Programs {
     #[must_use]
     pub fn of(programs: &[Program]) -> Self {
         let mut all = Self { n: programs.len(), ..Self::default() };
+        let (mut maps, mut forces, mut rights) = (Vec::new(), Vec::new(), Vec::new());
         if let Some(first) = programs.first() {
             (all.n_equations, all.n_blocks) = (first.n_equations(), first.blocks.len());
         }
@@ -138,11 +141,12 @@ impl Programs {
                 all.kinds.extend(program.blocks.iter().map(|block| block.kind.clone()));
             }
             for i in 0..program.n_equations() {
-                all.maps.extend(program.blocks.iter().flat_map(|block| block.row(i)));
+                maps.extend(program.blocks.iter().flat_map(|block| block.row(i)));
             }
-            all.forces.extend(program.blocks.iter().flat_map(|block| &block.force));
-            all.rights.extend(&program.right);
+            forces.extend(program.blocks.iter().flat_map(|block| &block.force));
+            rights.extend(&program.right);
         }
+        (all.maps, all.forces, all.rights) = (maps.into(), forces.into(), rights.into());
         all
     }
 
@@ -329,7 +333,7 @@ impl Answers {
 
     /// One of the answers, to one of the programs.
     #[must_use]
-    pub fn answer(&self, programs: &Programs, number: usize) -> Answer {
+    pub fn answer(&self, programs: &Programs<'_>, number: usize) -> Answer {
         let (s, width) = (programs.n_equations, programs.width());
         let mut rest = &self.displacements[number * width..(number + 1) * width];
         let block = |kind: &Kind| {

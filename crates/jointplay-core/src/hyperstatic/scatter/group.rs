@@ -165,8 +165,8 @@ fn factors(job: &Job<'_>, misfits: &[DVector<f64>]) -> Vec<Loosest> {
         n_equations: basis.redundancy(),
         n_blocks: gives.len(),
         kinds: gives.iter().map(|give| give.kind.clone()).collect(),
-        maps: map.repeat(misfits.len()),
-        forces: vec![0.0; width * misfits.len()],
+        maps: map.repeat(misfits.len()).into(),
+        forces: vec![0.0; width * misfits.len()].into(),
         rights: misfits.iter().flat_map(|misfit| misfit.iter().copied()).collect(),
     };
     let answers = programs.solve_here(Question::Assembly);

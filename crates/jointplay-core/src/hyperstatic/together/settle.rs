@@ -197,20 +197,23 @@ impl System<'_> {
         let is_tied = |give: &&Give| some.iter().any(|k| Self::is_tied(give, &units[*k].ties));
         let tied: Vec<&Give> = self.gives.iter().filter(is_tied).collect();
         let columns: Vec<usize> = tied.iter().flat_map(|give| &give.columns).copied().collect();
-        let mut programs = Programs {
+        let (mut maps, mut pushes, mut rights) = (Vec::new(), Vec::new(), Vec::new());
+        for &k in some {
+            let Asked { ties, right, .. } = &units[k];
+            let rows = ties.equations.row_iter();
+            maps.extend(rows.flat_map(|row| columns.iter().map(move |&c| row[c])));
+            pushes.extend(columns.iter().map(|&c| forces[k][c]));
+            rights.extend(self.cleaned(right));
+        }
+        let programs = Programs {
             n: some.len(),
             n_equations: self.basis.redundancy(),
             n_blocks: tied.len(),
             kinds: tied.iter().map(|give| give.kind.clone()).collect(),
-            ..Programs::default()
+            maps: maps.into(),
+            forces: pushes.into(),
+            rights: rights.into(),
         };
-        for &k in some {
-            let Asked { ties, right, .. } = &units[k];
-            let rows = ties.equations.row_iter();
-            programs.maps.extend(rows.flat_map(|row| columns.iter().map(move |&c| row[c])));
-            programs.forces.extend(columns.iter().map(|&c| forces[k][c]));
-            programs.rights.extend(self.cleaned(right));
-        }
         let answers = programs.solve_here(ask.question());
         let of = |(number, k): (usize, &usize)| {
             let answer = answers.answer(&programs, number);
