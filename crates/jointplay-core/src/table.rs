@@ -44,7 +44,8 @@ pub struct Table {
     pub contribution: Vec<f64>,
     pub steps: Vec<u64>,
     pub status: Vec<Status>,
-    /// Configurations that the batch engine handed to the plain solver.
+    /// Configurations that the batch engine handed to the plain solver; of over-constrained mechanisms, cone programs that
+    /// were solved by themselves.
     pub fallbacks: u64,
 }
 

@@ -21,6 +21,7 @@ pub(crate) struct Rounds {
     asked: RefCell<Vec<Asked>>,
     answers: RefCell<HashMap<usize, Answer>>,
     tickets: Cell<usize>,
+    alone: Cell<u64>,
 }
 
 struct Asked {
@@ -67,6 +68,11 @@ impl Rounds {
         }
     }
 
+    /// Programs that were solved by themselves, because neither eight at a time nor Newton's method proved an answer.
+    pub fn alone_so_far(&self) -> u64 {
+        self.alone.get()
+    }
+
     /// Takes one course.
     pub fn alone<T>(course: impl AsyncFnOnce(&Self) -> T) -> T {
         let rounds = Self::default();
@@ -100,7 +106,9 @@ impl Rounds {
             let solved = together.solve_here(question);
             for (k, (ticket, program)) in tickets.into_iter().zip(&programs).enumerate() {
                 let answer = solved.answer(&together, k);
-                answers.insert(ticket, program.polished(question, answer));
+                let polished = program.polished(question, &answer);
+                self.alone.set(self.alone.get() + u64::from(polished.is_none()));
+                answers.insert(ticket, polished.unwrap_or_else(|| program.alone(question)));
             }
         }
     }
@@ -116,12 +124,9 @@ fn go_on<F: Future>(course: Pin<&mut F>) -> Option<F::Output> {
 
 impl Program {
     /// The answer to the last digits. An interior point is good to the root of its gap where the value is flat; where
-    /// Newton's method does not take it further, the program is solved by itself, which goes a little further.
-    fn polished(&self, question: Question, answer: Answer) -> Answer {
-        if answer.outcome == Outcome::Infeasible {
-            return answer;
-        }
-        self.answer_near(question, &answer).unwrap_or_else(|| self.alone(question))
+    /// Newton's method does not take it further, the program is to be solved by itself, which goes a little further.
+    fn polished(&self, question: Question, answer: &Answer) -> Option<Answer> {
+        if answer.outcome == Outcome::Infeasible { Some(answer.clone()) } else { self.answer_near(question, answer) }
     }
 
     /// The answer of a program solved by itself.

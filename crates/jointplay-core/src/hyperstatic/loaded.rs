@@ -1,5 +1,8 @@
 //! Where the load pushes an over-constrained or elastic mechanism.
 
+use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use nalgebra::DVector;
 
 use super::compatibility::Compatibility;
@@ -78,16 +81,28 @@ impl Mechanism {
     /// `exact`, told to first order at the nominal pose. A determinate rigid one is welcome, too.
     #[must_use]
     pub fn strained(&self, cases: &[Case<'_>], exact: bool) -> StrainTable {
+        let fallbacks = AtomicU64::new(0);
         let found: Vec<Strain> = self.chunks_on_basis(
             cases,
             CHUNK,
-            |placed| Rounds::each(placed.iter(), async |rounds, at| self.strain_at(rounds, at, exact).await),
+            |placed| {
+                let alone = Cell::new(0);
+                let rows = Rounds::each(placed.iter(), async |rounds, at| {
+                    let found = self.strain_at(rounds, at, exact).await;
+                    // All share the rounds, so that the last one to end knows of all.
+                    alone.set(rounds.alone_so_far());
+                    found
+                });
+                fallbacks.fetch_add(alone.get(), Ordering::Relaxed);
+                rows
+            },
             |status| self.no_strain(status),
         );
         let mut table = StrainTable::default();
         for row in found {
             table.push(row);
         }
+        table.loaded.fallbacks = fallbacks.into_inner();
         table
     }
 
