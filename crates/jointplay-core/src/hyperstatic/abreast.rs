@@ -30,23 +30,8 @@ impl System<'_> {
         // Coefficients that symmetry makes zero in one state are not so in another.
         let is_tied = |give: &&Give| pulls.iter().any(|pull| Self::is_tied(give, pull.compatibility));
         let tied: Vec<&Give> = self.gives.iter().filter(is_tied).collect();
-        let (mut maps, mut pushes, mut rights) = (Vec::new(), Vec::new(), Vec::new());
-        for Pull { compatibility, right, forces } in pulls {
-            for row in compatibility.equations.row_iter() {
-                maps.extend(tied.iter().flat_map(|give| &give.columns).map(|&column| row[column]));
-            }
-            pushes.extend(tied.iter().flat_map(|give| Self::along(give, forces)));
-            rights.extend(self.cleaned(right));
-        }
-        let programs = Programs {
-            n: pulls.len(),
-            n_equations: self.basis.redundancy(),
-            n_blocks: tied.len(),
-            kinds: tied.iter().map(|give| give.kind.clone()).collect(),
-            maps: maps.into(),
-            forces: pushes.into(),
-            rights: rights.into(),
-        };
+        let states = pulls.iter().map(|pull| (&**pull.compatibility, pull.right, &pull.forces));
+        let programs = self.programs(&tied, states);
         let balance = |(answer, pull): (Answer, &Pull<'_>)| self.balance_of(pull, answer, |give| is_tied(&give));
         answers(&programs).zip(pulls).map(balance).collect()
     }

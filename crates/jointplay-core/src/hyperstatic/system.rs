@@ -7,6 +7,7 @@ use super::basis::Basis;
 use super::compatibility::{FITS, Ties};
 use crate::ascent::UNDECIDED;
 use crate::clearance::Face;
+use crate::cone::lanes::Programs;
 use crate::cone::{Block, Kind, Program};
 use crate::mechanism::Mechanism;
 use crate::space::Component;
@@ -77,6 +78,33 @@ impl<'m> System<'m> {
             |give: &Give| Block { kind: give.kind.clone(), map: Self::map(give, c), force: Self::along(give, forces) };
         let tied = self.gives.iter().filter(|give| Self::is_tied(give, c));
         Program { right: self.cleaned(right), blocks: tied.map(block).collect() }
+    }
+
+    /// The programs of these gives in several states, of one structure: for what ties the gives there, what their
+    /// displacements add up to, and the forces.
+    pub(super) fn programs<'a>(
+        &self,
+        tied: &[&Give],
+        states: impl Iterator<Item = (&'a Ties, &'a DVector<f64>, &'a DVector<f64>)>,
+    ) -> Programs<'static> {
+        let columns: Vec<usize> = tied.iter().flat_map(|give| &give.columns).copied().collect();
+        let (mut maps, mut pushes, mut rights) = (Vec::new(), Vec::new(), Vec::new());
+        let mut n = 0;
+        for (ties, right, forces) in states {
+            n += 1;
+            maps.extend(ties.equations.row_iter().flat_map(|row| columns.iter().map(move |&c| row[c])));
+            pushes.extend(columns.iter().map(|&c| forces[c]));
+            rights.extend(self.cleaned(right));
+        }
+        Programs {
+            n,
+            n_equations: self.basis.redundancy(),
+            n_blocks: tied.len(),
+            kinds: tied.iter().map(|give| give.kind.clone()).collect(),
+            maps: maps.into(),
+            forces: pushes.into(),
+            rights: rights.into(),
+        }
     }
 
     /// Right sides without what rounding leaves of a closed loop: that is no misfit.

@@ -10,7 +10,6 @@ use std::borrow::Cow;
 use nalgebra::{DMatrix, DVector};
 
 use super::{Linearised, Nominal, Together};
-use crate::cone::lanes::Programs;
 use crate::cone::{Answer, Outcome, Program, Rounds};
 use crate::hyperstatic::compatibility::Ties;
 use crate::hyperstatic::settle::{Failure, NOISE};
@@ -196,24 +195,8 @@ impl System<'_> {
     fn answers(&self, units: &[Asked<'_>], forces: &[DVector<f64>], some: &[usize], ask: &Ask) -> Vec<Answer> {
         let is_tied = |give: &&Give| some.iter().any(|k| Self::is_tied(give, &units[*k].ties));
         let tied: Vec<&Give> = self.gives.iter().filter(is_tied).collect();
-        let columns: Vec<usize> = tied.iter().flat_map(|give| &give.columns).copied().collect();
-        let (mut maps, mut pushes, mut rights) = (Vec::new(), Vec::new(), Vec::new());
-        for &k in some {
-            let Asked { ties, right, .. } = &units[k];
-            let rows = ties.equations.row_iter();
-            maps.extend(rows.flat_map(|row| columns.iter().map(move |&c| row[c])));
-            pushes.extend(columns.iter().map(|&c| forces[k][c]));
-            rights.extend(self.cleaned(right));
-        }
-        let programs = Programs {
-            n: some.len(),
-            n_equations: self.basis.redundancy(),
-            n_blocks: tied.len(),
-            kinds: tied.iter().map(|give| give.kind.clone()).collect(),
-            maps: maps.into(),
-            forces: pushes.into(),
-            rights: rights.into(),
-        };
+        let states = some.iter().map(|&k| (&*units[k].ties, &units[k].right, &forces[k]));
+        let programs = self.programs(&tied, states);
         let answers = programs.solve_here(ask.question());
         let of = |(number, k): (usize, &usize)| {
             let answer = answers.answer(&programs, number);
