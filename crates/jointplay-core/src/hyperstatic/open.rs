@@ -33,7 +33,6 @@ impl System<'_> {
     ) -> Vec<f64> {
         let size = self.mechanism.size();
         let map = &c.output.parameters;
-        let row_of = |give: &Give, k: usize| -> Vec<f64> { give.columns.iter().map(|&row| map[(k, row)]).collect() };
         let mut widths = vec![0.0; size];
         let mut together = false;
         for give in &self.gives {
@@ -44,7 +43,7 @@ impl System<'_> {
                 continue;
             }
             for k in 0..size {
-                let width = face.half_width(&row_of(give, k));
+                let width = face.half_width(&row_of(give, map, k));
                 open[source * size + k] = width.max(open[source * size + k]);
                 widths[k] += width;
             }
@@ -75,7 +74,7 @@ impl System<'_> {
             tied.iter().map(|(give, _)| self.face(give, c, &balance.forces).filter(|face| !face.is_point())).collect();
         let optimal = OnceCell::new();
         for k in 0..size {
-            let row = |give: &Give| -> Vec<f64> { give.columns.iter().map(|&r| c.output.parameters[(k, r)]).collect() };
+            let row = |give: &Give| row_of(give, &c.output.parameters, k);
             let felt = UNFELT * self.mechanism.play(c, k);
             // How far the output moves from where it is when only some of them count, the others giving way.
             let reach = async |counts: &dyn Fn(usize) -> bool| {
@@ -164,6 +163,11 @@ impl System<'_> {
         }
         unknown
     }
+}
+
+/// What the displacements of a give do to one component of the output.
+fn row_of(give: &Give, map: &DMatrix<f64>, component: usize) -> Vec<f64> {
+    give.columns.iter().map(|&row| map[(component, row)]).collect()
 }
 
 /// Whether the least pivot of a factored matrix is not small beside the largest one.

@@ -7,7 +7,7 @@
 //! equations, `H = G' W^-2 G`, is inverted in closed form: one number for an interval, the unit matrix
 //! and a dyad for a disc or a ball, an arrow for a body that tapers.
 
-use super::round::{inverse_matrix, inverse_round, scale_round, step_round, target_round, towards};
+use super::round::{inverse_matrix, inverse_round, round_rows, scale_round, step_round, target_round, towards};
 use super::vector::{V, dot_few};
 use crate::cone::own::Atom;
 
@@ -123,55 +123,6 @@ impl Cone {
         }
     }
 
-    /// The middle.
-    #[inline(always)]
-    pub fn middle(&self, sizes: &[V], factor: V, p: &mut [V]) {
-        p.fill(V::ZERO);
-        if let Atom::Interval { .. } = self.atom {
-            p[0] = V::splat(0.5) * (sizes[0] - sizes[1]) * factor;
-        }
-    }
-
-    /// The same multiplier for all inequalities and cones.
-    #[inline(always)]
-    pub fn even(&self, multiplier: V, l: &mut [V]) {
-        l.fill(multiplier);
-        if let Atom::Round { .. } = self.atom {
-            l[1..].fill(V::ZERO);
-        }
-    }
-
-    /// Where a force pushes it on the central path, and the multipliers there, whose products with the slacks are
-    /// `centre`; a body that tapers stays in the middle.
-    #[inline(always)]
-    pub fn rest(&self, sizes: &[V], force: &[V], centre: V, p: &mut [V], l: &mut [V]) {
-        let half = V::splat(0.5);
-        match self.atom {
-            Atom::Interval { .. } => {
-                // f = centre / (high - p) - centre / (p - low).
-                let (middle, half_width) = (half * (sizes[0] - sizes[1]), half * (sizes[0] + sizes[1]));
-                let pull = force[0] * half_width / centre;
-                let part = pull / (V::ONE + pull.times_plus(pull, V::ONE).sqrt());
-                p[0] = half_width.times_plus(part, middle);
-                l[0] = centre / (half_width * (V::ONE - part));
-                l[1] = centre / (half_width * (V::ONE + part));
-            }
-            Atom::Round { size } => {
-                let square = dot_few(force, force);
-                l[0] = half * (centre + centre.times_plus(centre, V::splat(4.0) * square).sqrt());
-                let per = V::ONE / l[0];
-                for k in 0..size {
-                    l[1 + k] = -force[k];
-                    p[k] = force[k] * per;
-                }
-            }
-            Atom::Tapered { .. } => {
-                self.middle(sizes, V::ONE, p);
-                self.even(centre, l);
-            }
-        }
-    }
-
     /// `h dtau - G dp`.
     #[inline(always)]
     pub fn slack(&self, sizes: &[V], p: &[V], factor: V, s: &mut [V]) {
@@ -236,7 +187,7 @@ impl Cone {
         }
     }
 
-    /// The scaling at slacks and multipliers, and what [`Self::limit`] needs of both.
+    /// The scaling at slacks and multipliers, and what [`Self::step`] needs of both.
     #[inline(always)]
     pub fn scale(&self, sizes: &[V], [s, l]: [&[V]; 2], [per_s, per_l]: [&mut [V]; 2], data: &mut [V]) {
         if let Atom::Round { size } = self.atom {
@@ -440,13 +391,5 @@ impl Cone {
             most = (-dl[k] * per_l[k]).max(most);
         }
         most
-    }
-}
-
-#[inline(always)]
-fn round_rows<const K: usize>(data: &[V], n: usize, first: usize, e: &[V], g: &mut [V]) {
-    let matrix = inverse_matrix::<K>(data);
-    for (e, g) in e.chunks_exact(n).zip(g.chunks_exact_mut(n)) {
-        inverse_round::<K>(&matrix, &e[first..first + K], &mut g[first..first + K]);
     }
 }

@@ -98,11 +98,8 @@ impl Solve<'_> {
         for cone in self.cones {
             cone.pull(&of!(cone, data.sizes, sizes), &of!(cone, st.l, slots), &mut of!(cone, st.left, coordinates));
         }
-        for (left, cost) in st.left.iter_mut().zip(&data.cost) {
-            *left = *left + *cost;
-        }
-        for (left, stress) in st.left.iter_mut().zip(&st.stress) {
-            *left = *left - *stress;
+        for ((left, cost), stress) in st.left.iter_mut().zip(&data.cost).zip(&st.stress) {
+            *left = *left + *cost - *stress;
         }
         times(&data.e, n, &st.p, |i, sum| st.residual[i] = data.right[i] - sum);
         let mut worst = V::ZERO;
@@ -275,12 +272,12 @@ impl Solve<'_> {
     fn solve(&mut self) {
         let (data, s, n) = (self.data, self.data.s, self.data.n);
         let st = &mut *self.state;
-        let refine = self.variable && 2 * s > n;
-        st.columns[..s].copy_from_slice(&st.dy);
-        solve(s, &st.matrix, &mut st.dy);
-        if !refine {
+        if !self.variable || 2 * s <= n {
+            solve(s, &st.matrix, &mut st.dy);
             return;
         }
+        st.columns[..s].copy_from_slice(&st.dy);
+        solve(s, &st.matrix, &mut st.dy);
         st.force.fill(V::ZERO);
         add_transposed(&data.e, &st.dy, &mut st.force);
         for cone in self.cones {

@@ -90,6 +90,15 @@ pub(super) fn inverse_round<const K: usize>(m: &[V; 6], x: &[V], out: &mut [V]) 
     }
 }
 
+/// That matrix from the right, on rows of n coordinates, of which the body's begin at `from`.
+#[inline(always)]
+pub(super) fn round_rows<const K: usize>(data: &[V], n: usize, from: usize, e: &[V], g: &mut [V]) {
+    let matrix = inverse_matrix::<K>(data);
+    for (e, g) in e.chunks_exact(n).zip(g.chunks_exact_mut(n)) {
+        inverse_round::<K>(&matrix, &e[from..from + K], &mut g[from..from + K]);
+    }
+}
+
 /// `2 w0 w1 / (2 w0^2 - 1)`: where the coordinates go with the first slack.
 #[inline(always)]
 pub(super) fn towards(size: usize, data: &[V], out: &mut [V]) {

@@ -7,7 +7,8 @@ use super::cones::Cone;
 use super::kernel::{Solve, add_springs};
 use super::normal::{ROWS, add_transposed, factor, products, solve, times, triangle};
 use super::state::of;
-use super::vector::V;
+use super::vector::{V, dot_few};
+use crate::cone::own::Atom;
 
 /// The products of slacks and multipliers, in units of energy, of which the largest reaction's work is one.
 const CENTRE: V = V::splat(0.3);
@@ -99,6 +100,57 @@ impl Solve<'_> {
             let p = &mut of!(cone, st.p, coordinates);
             cone.rest(sizes, &of!(cone, st.force, coordinates), CENTRE, p, &mut of!(cone, st.l, slots));
             cone.slack(sizes, p, V::ONE, &mut of!(cone, st.s, slots));
+        }
+    }
+}
+
+impl Cone {
+    /// The middle.
+    #[inline(always)]
+    fn middle(&self, sizes: &[V], factor: V, p: &mut [V]) {
+        p.fill(V::ZERO);
+        if let Atom::Interval { .. } = self.atom {
+            p[0] = V::splat(0.5) * (sizes[0] - sizes[1]) * factor;
+        }
+    }
+
+    /// The same multiplier for all inequalities and cones.
+    #[inline(always)]
+    fn even(&self, multiplier: V, l: &mut [V]) {
+        l.fill(multiplier);
+        if let Atom::Round { .. } = self.atom {
+            l[1..].fill(V::ZERO);
+        }
+    }
+
+    /// Where a force pushes it on the central path, and the multipliers there, whose products with the slacks are
+    /// `centre`; a body that tapers stays in the middle.
+    #[inline(always)]
+    fn rest(&self, sizes: &[V], force: &[V], centre: V, p: &mut [V], l: &mut [V]) {
+        let half = V::splat(0.5);
+        match self.atom {
+            Atom::Interval { .. } => {
+                // f = centre / (high - p) - centre / (p - low).
+                let (middle, half_width) = (half * (sizes[0] - sizes[1]), half * (sizes[0] + sizes[1]));
+                let pull = force[0] * half_width / centre;
+                let part = pull / (V::ONE + pull.times_plus(pull, V::ONE).sqrt());
+                p[0] = half_width.times_plus(part, middle);
+                l[0] = centre / (half_width * (V::ONE - part));
+                l[1] = centre / (half_width * (V::ONE + part));
+            }
+            Atom::Round { size } => {
+                let square = dot_few(force, force);
+                l[0] = half * (centre + centre.times_plus(centre, V::splat(4.0) * square).sqrt());
+                let per = V::ONE / l[0];
+                for k in 0..size {
+                    l[1 + k] = -force[k];
+                    p[k] = force[k] * per;
+                }
+            }
+            Atom::Tapered { .. } => {
+                self.middle(sizes, V::ONE, p);
+                self.even(centre, l);
+            }
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::group::{Group, positive};
 use super::layout::{Part, Question};
+use super::normal::add_transposed;
 use super::vector::{V, dot};
 
 impl Group<'_> {
@@ -23,18 +24,14 @@ impl Group<'_> {
             residual = left.abs().max(residual);
         }
         let work = dot(&data.right, &state.y);
+        for (force, cost) in state.force.iter_mut().zip(&data.cost) {
+            *force = -*cost;
+        }
+        add_transposed(&data.e, &state.y, &mut state.force);
         let (mut scaled, mut fixed) = (V::ZERO, V::ZERO);
         for cone in &self.layout.cones {
             let sizes = &data.sizes[cone.size..cone.size + cone.sizes()];
-            let at = cone.first..cone.first + cone.dimension();
-            let mut force = [V::ZERO; 5];
-            for (k, force) in force.iter_mut().enumerate().take(cone.dimension()) {
-                *force = -data.cost[at.start + k];
-                for i in 0..s {
-                    *force = data.e[i * n + at.start + k].times_plus(state.y[i], *force);
-                }
-            }
-            let support = cone.support(sizes, &force[..cone.dimension()]);
+            let support = cone.support(sizes, &state.force[cone.first..cone.first + cone.dimension()]);
             *(if cone.scaled { &mut scaled } else { &mut fixed }) =
                 if cone.scaled { scaled + support } else { fixed + support };
         }

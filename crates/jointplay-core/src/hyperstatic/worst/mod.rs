@@ -1,9 +1,10 @@
-//! The worst that the error of an over-constrained mechanism can ever be, without straining it.
+//! The worst that the error of an over-constrained mechanism can ever be.
 //!
 //! Offsets of all sources count that are compatible with each other. To first order the reach along a
 //! direction is the value of a cone program, and the largest error the largest reach over all directions
 //! ([`crate::reach`] tells how much a mesh of them can miss). On the exact closure every extreme is a sequence
-//! of such programs, along the gradient of what is measured, from the first-order optima.
+//! of such programs, along the gradient of what is measured, from the first-order optima. Units that have to be
+//! strained are searched besides ([`strained`]).
 
 mod bound;
 mod deviations;
@@ -34,8 +35,8 @@ use strained::{Elastic, Found};
 const STARTS_PER_CLIMB: usize = 6;
 
 impl Mechanism {
-    /// The worst errors of every case of an over-constrained mechanism, as far as its offsets go together without
-    /// force; what is elastic counts as rigid. Fewer sequences of programs than `starts` are begun, for
+    /// The worst errors of every case of an over-constrained mechanism, whatever the load: over all units that go
+    /// together without force, which deforms nothing, and over those that have to be strained. Fewer sequences of programs than `starts` are begun, for
     /// each of them sees all offsets at once.
     #[must_use]
     pub fn worst_together(&self, cases: &[Case<'_>], starts: usize) -> Vec<Worst> {
