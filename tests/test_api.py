@@ -117,8 +117,8 @@ class TestSolve:
         builder.add("theta1", "configuration", np.array([3.0, 4.0]), "a variable")
         result = to_dataset(builder.result())
         assert result.theta1.values.tolist() == [3.0, 4.0]
-        np.testing.assert_allclose(result["drive theta1"], np.rad2deg([0.1, 0.2]))
-        assert list(from_dataset(result).drives) == ["drive theta1"]
+        np.testing.assert_allclose(result.drive_theta1, np.rad2deg([0.1, 0.2]))
+        assert list(from_dataset(result).drives) == ["drive_theta1"]
 
 
 class TestGiven:

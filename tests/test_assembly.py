@@ -306,7 +306,7 @@ def test_worst_and_scatter_of_the_last_step_are_those_of_the_mechanism() -> None
     worst = jp.assemble(m, "worst")
     assert worst.worst_position[-1].item() == pytest.approx(jp.worst(m).worst_position[0].item(), rel=1e-9)
     found, finished = jp.assemble(m, "random", samples=4000, seed=3), jp.random(m, samples=4000, seed=3)
-    np.testing.assert_allclose(found["std"][-1], finished["std"][0], rtol=1e-3)
+    np.testing.assert_allclose(found.error_std[-1], finished.error_std[0], rtol=1e-3)
     assert found.probability_of_fit.values.tolist() == [1.0, 1.0]
     assert int(found.failures.sel(step=2, outcome="ok")) == 4000
     assert found.quantile_shaft.max() <= worst.worst_shaft.max()
@@ -326,7 +326,7 @@ def test_scatter_of_the_dyad_is_its_first_order() -> None:
     variance = 0.9733 * 0.01**2 * slopes.sel(parameter="l1.length").values ** 2
     for joint in "BED":
         variance = variance + 0.01**2 / 4 * (slopes.sel(parameter=[f"{joint}.x", f"{joint}.y"]).values ** 2).sum(axis=1)
-    np.testing.assert_allclose(found["std"][0, :2], np.sqrt(variance), rtol=0.02)
+    np.testing.assert_allclose(found.error_std[0, :2], np.sqrt(variance), rtol=0.02)
 
 
 # --- bad input -------------------------------------------------------------------------------------------------------

@@ -262,7 +262,7 @@ class TestOutput:
     def test_several_questions_share_a_file(self, say) -> None:
         assert say("error four-bar.toml --samples 500 -o all.json").code == 0
         content = json.loads(Path("all.json").read_text())
-        assert {"loaded_error", "worst_position", "random_quantile", "given_error"} <= set(content["data_vars"])
+        assert {"loaded_error", "worst_position", "random_error_quantile", "given_error"} <= set(content["data_vars"])
 
     def test_a_sweep_is_a_table(self, say) -> None:
         assert say("sweep four-bar.toml --set joints.*.clearance.radial=0.1,0.2 -o s.csv").code == 0

@@ -93,7 +93,7 @@ class TestSweep:
         assert moved["error"].units == "deg"
         laws = jp.sweep(m, "joints.J1.clearance.law", ["uniform", "boundary"], "random", samples=2000)
         assert laws.law.values.tolist() == ["uniform", "boundary"]
-        assert (laws.std_first_order[1] > laws.std_first_order[0]).all()
+        assert (laws.error_std_first_order[1] > laws.error_std_first_order[0]).all()
 
     def test_several_keys_get_the_same_value(self) -> None:
         m = example("four-bar")
@@ -177,7 +177,7 @@ class TestInterruption:
         partial = to_dataset(stopped.value.partial)
         assert "3 of 11" in partial.attrs["incomplete"]
         whole = jp.random(m, samples=2000)
-        for name in ("mean", "quantile", "theta1"):
+        for name in ("error_mean", "error_quantile", "theta1"):
             np.testing.assert_array_equal(partial[name], whole[name][:3])
 
     def test_sweep_keeps_the_steps_that_are_done(self) -> None:
@@ -212,7 +212,7 @@ def test_merging_keeps_every_variable() -> None:
         for name, variable in part.data.items():
             home = name if name == "nominal" or name.startswith(f"{question}_") else f"{question}_{name}"
             assert merged.data[home] is variable or name == "nominal"
-    assert {"loaded_error", "given_error", "worst_position", "random_mean", "worst_status"} <= set(merged.data)
+    assert {"loaded_error", "given_error", "worst_position", "random_error_mean", "worst_status"} <= set(merged.data)
 
 
 def test_merging_what_was_interrupted_leaves_the_rest_empty() -> None:
@@ -226,8 +226,8 @@ def test_merging_what_was_interrupted_leaves_the_rest_empty() -> None:
         random_question.compute(m, samples=100, progress=stop)
     merged = to_dataset(merge({"worst": from_dataset(jp.worst(m)), "random": stopped.value.partial}))
     assert merged.sizes["configuration"] == 11
-    assert np.isfinite(merged.random_std[:4]).all()
-    assert np.isnan(merged.random_std[4:]).all()
+    assert np.isfinite(merged.random_error_std[:4]).all()
+    assert np.isnan(merged.random_error_std[4:]).all()
     assert merged.random_status.values.tolist() == ["ok"] * 4 + [""] * 7
     assert merged.theta1.equals(jp.worst(m).theta1)
     assert np.isfinite(merged.nominal).all()

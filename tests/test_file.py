@@ -105,7 +105,6 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     "uneven path": ("five-bar", "x = [-60, ", "x = [", "path", "need as many values each; here: x 8, y 9"),
     "empty path": ("five-bar", PATH, "[path]", "path", "at least one of x, y, angle"),
     "drive out of its limits": ("serial-2r", "q1 = [-10, 120]", "q1 = [-10, 50]", "drives.q1", "80 is outside limits.drives.q1 = [-10.0, 50.0]"),
-    "drive with a name of results": ("four-bar", "drives.theta1", "drives.status", "drives.status", "is a name in results"),
     "no drive": ("p3r", '[drives.v]\njoint = "P"\nfrom  = 90\nto    = 135\ncount = 11\n', "", "drives", "drive one of J1, P, J2, J3"),
     "two drives on one motion": ("p3r", "[output]", '[drives.w]\njoint = "J3"\nvalues = [30]\n[output]', "drives", "'v' and 'w' command the same motion"),
     # -- output, loads, dimensions, limits

@@ -94,7 +94,7 @@ class TestQuantities:
             (loaded, "reaction.B.fx", loaded.reaction.sel(joint="B", wrench="fx")),
             (worst, "position", worst.worst_position),
             (worst, "worst_component.y.low", worst.worst_component.sel(component="y", side="low")),
-            (random, "rotation", random["quantile"].sel(probability=0.95, quantity="rotation")),
+            (random, "rotation", random.error_quantile.sel(probability=0.95, quantity="rotation")),
             (solve, None, solve.singular_value),
         ):
             np.testing.assert_allclose(quantity(result, name).values, expected, rtol=ROUNDING)
@@ -105,7 +105,7 @@ class TestQuantities:
         grid = {"x": [0.0, 20.0], "y": [150.0, 170.0]}
         result = jp.map(example("five-bar"), "random", grid, samples=300, probabilities=(0.5, 0.9))
         found = quantity(result, "position")
-        expected = result["quantile"].sel(probability=0.9, quantity="position")
+        expected = result.error_quantile.sel(probability=0.9, quantity="position")
         np.testing.assert_array_equal(found.values, expected)
         assert found.long_name == "position, 90 % of the units below"
 

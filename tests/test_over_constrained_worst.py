@@ -33,7 +33,7 @@ def test_first_order_extremes_are_those_of_a_program_on_all_bodies(seed: int, sl
         float(np.hypot(*program.solve(math.cos(a) * program.output[0] + math.sin(a) * program.output[1]).error[:2]))
         for a in np.linspace(0, math.tau, 90)
     ]
-    largest, bound = found.worst_position_first_order[0].item(), found.worst_position_bound[0].item()
+    largest, bound = found.worst_position_first_order[0].item(), found.worst_position_first_order_bound[0].item()
     assert max(fan) * (1 - 1e-6) <= largest <= bound <= 1.001 * largest
 
 

@@ -51,7 +51,7 @@ class TestPlot:
         axes = plot.histogram(result, "rotation", 4).axes[0]
         assert sum(axes.patches[0].get_data().values) == pytest.approx(100.0)
         marks = [line.get_xdata()[0] for line in axes.lines]
-        np.testing.assert_array_equal(marks, result["quantile"].sel(quantity="rotation")[4])
+        np.testing.assert_array_equal(marks, result.error_quantile.sel(quantity="rotation")[4])
 
     @pytest.mark.parametrize("name", EXAMPLES)
     def test_mechanism(self, name: str) -> None:

@@ -50,8 +50,8 @@ def test_first_order_spread_is_the_closed_form(law: str, seed: int) -> None:
     laws = {s.name: (law if s.kind == "disc" else "uniform") for s in link.sources}
     expected = statistics.covariance(link, link.nominal(link.configurations[0]), link.configurations[0], laws)
     expected *= np.outer([1, 1, np.rad2deg(1)], [1, 1, np.rad2deg(1)])
-    np.testing.assert_allclose(result.covariance_first_order, expected, rtol=1e-9, atol=1e-14)
-    np.testing.assert_allclose(result.std_first_order, np.sqrt(np.diag(expected)), rtol=1e-9)
+    np.testing.assert_allclose(result.error_covariance_first_order, expected, rtol=1e-9, atol=1e-14)
+    np.testing.assert_allclose(result.error_std_first_order, np.sqrt(np.diag(expected)), rtol=1e-9)
     np.testing.assert_allclose(result.contribution.sum("source"), np.diag(expected), rtol=1e-9)
 
 
@@ -65,15 +65,15 @@ def test_moments_and_quantiles_of_the_four_bar(law: str) -> None:
     errors = statistics.four_bar_errors(fb, theta, RADII, law, n, 99, (0.4, 0.3)) * [1, 1, np.rad2deg(1)]
     assert result.failures.sum() - result.failures.sel(outcome="ok") == 0
     std = errors.std(axis=0)
-    np.testing.assert_allclose(result["mean"], errors.mean(axis=0), rtol=0, atol=(5 * std * math.sqrt(2 / n)).max())
+    np.testing.assert_allclose(result.error_mean, errors.mean(axis=0), rtol=0, atol=(5 * std * math.sqrt(2 / n)).max())
     scale = np.outer(std, std)
-    assert np.abs(result.covariance / scale - np.cov(errors.T) / scale).max() < 5 * 2 / math.sqrt(n) * 1.5
-    np.testing.assert_allclose(result["std"], std, rtol=5 * 1.5 / math.sqrt(n))
+    assert np.abs(result.error_covariance / scale - np.cov(errors.T) / scale).max() < 5 * 2 / math.sqrt(n) * 1.5
+    np.testing.assert_allclose(result.error_std, std, rtol=5 * 1.5 / math.sqrt(n))
 
     sample = np.sort(quantities(errors), axis=0)
     for p in result.probability.values:
         for k, quantity in enumerate(QUANTITIES):
-            ours = result["quantile"].sel(probability=p, quantity=quantity).item()
+            ours = result.error_quantile.sel(probability=p, quantity=quantity).item()
             # Statistical error of a quantile: the ranks within 5 sqrt(2 n p (1 - p)), in values.
             margin = 5 * math.sqrt(2 * n * p * (1 - p)) + 2
             low, high = (sample[int(np.clip(p * n + s * margin, 0, n - 1)), k] for s in (-1, 1))
@@ -118,13 +118,13 @@ at = [0, 0]
     m, n = jp.loads(text), 300_000
     for law, variance in (("uniform", 1.0), ("boundary", 2.0)):
         result = jp.random(m, samples=n, law=law, seed=3).isel(configuration=0)
-        np.testing.assert_allclose(result["std"][:2] ** 2, variance, rtol=5 * math.sqrt(2 / n))
-        assert abs(result.covariance[0, 1].item()) < 5 * variance / math.sqrt(n)
-        assert result["std"][2].item() < 1e-12
+        np.testing.assert_allclose(result.error_std[:2] ** 2, variance, rtol=5 * math.sqrt(2 / n))
+        assert abs(result.error_covariance[0, 1].item()) < 5 * variance / math.sqrt(n)
+        assert result.error_std[2].item() < 1e-12
     uniform = jp.random(m, samples=n, law="uniform", seed=4).isel(configuration=0)
     for p in uniform.probability.values:
         # Uniform in a disc: P(rho < r) = (r / R)^2.
-        quantile = uniform["quantile"].sel(probability=p, quantity="position").item()
+        quantile = uniform.error_quantile.sel(probability=p, quantity="position").item()
         error = 5 * math.sqrt(p * (1 - p) / n) * 2.0 / (2 * math.sqrt(p)) + uniform.quantile_resolution[3].item()
         assert quantile == pytest.approx(2.0 * math.sqrt(p), abs=error)
 
@@ -167,10 +167,10 @@ def test_forms_of_a_tolerance(tolerance: str, mean: float, std: float, low: floa
     """The reach of one arm: its error is the error of the reach, whatever its law, and its extremes are the limits."""
     m, n = jp.loads(ARM.format(tolerance=tolerance)), 200_000
     result = jp.random(m, samples=n).isel(configuration=0)
-    assert result["mean"][0].item() == pytest.approx(mean, abs=1e-12 + 5 * std / math.sqrt(n))
-    assert result["std"][0].item() == pytest.approx(std, rel=5 * math.sqrt(2 / n), abs=1e-12)
-    assert result.mean_first_order[0].item() == pytest.approx(mean, abs=1e-12)
-    assert result.std_first_order[0].item() == pytest.approx(std, rel=1e-6, abs=1e-12)
+    assert result.error_mean[0].item() == pytest.approx(mean, abs=1e-12 + 5 * std / math.sqrt(n))
+    assert result.error_std[0].item() == pytest.approx(std, rel=5 * math.sqrt(2 / n), abs=1e-12)
+    assert result.error_mean_first_order[0].item() == pytest.approx(mean, abs=1e-12)
+    assert result.error_std_first_order[0].item() == pytest.approx(std, rel=1e-6, abs=1e-12)
     span = jp.worst(m).worst_component.isel(configuration=0).sel(component="x").values
     np.testing.assert_allclose(span, [low, high], rtol=0, atol=1e-12)
 
@@ -182,16 +182,16 @@ def test_monte_carlo_agrees_with_first_order(kind: str) -> None:
     link = read(text)
     n = 200_000
     result = jp.random(jp.loads(text), samples=n).isel(configuration=0)
-    first, sampled = result.std_first_order.values, result["std"].values
+    first, sampled = result.error_std_first_order.values, result.error_std.values
     np.testing.assert_allclose(sampled, first, rtol=5e-3 + 5 / math.sqrt(n), atol=1e-12 * link.length)
-    assert (np.abs(result["mean"].values) < 6 * first / math.sqrt(n) + 2e-2 * first + 1e-12).all()
+    assert (np.abs(result.error_mean.values) < 6 * first / math.sqrt(n) + 2e-2 * first + 1e-12).all()
 
 
 def test_seeds_matter_and_repeat() -> None:
     m = jp.loads(mechanism("slider_crank", 4))
     one, again, other = (jp.random(m, samples=5000, seed=s) for s in (1, 1, 2))
     assert one.identical(again)
-    assert (one["mean"] != other["mean"]).any("component").all()
+    assert (one.error_mean != other.error_mean).any("component").all()
 
 
 SCRIPT = """
@@ -244,7 +244,7 @@ def test_failures_are_counted_by_status() -> None:
     assert bad / n == pytest.approx(share, abs=5 * math.sqrt(2 * share * (1 - share) / n))
     expected = np.nanmean(errors, axis=0) * [1, 1, np.rad2deg(1)]
     spread = np.nanstd(errors, axis=0) * [1, 1, np.rad2deg(1)]
-    np.testing.assert_allclose(result["mean"], expected, rtol=0, atol=(6 * spread * math.sqrt(2 / n)).max())
+    np.testing.assert_allclose(result.error_mean, expected, rtol=0, atol=(6 * spread * math.sqrt(2 / n)).max())
 
 
 def test_outside_is_the_share_beyond_the_limits() -> None:

@@ -90,11 +90,11 @@ def test_the_offsets_of_a_bar_are_those_of_rejection() -> None:
     # The output is the bar's end in A.
     for component, sample in (("x", a.real), ("y", a.imag), ("angle", turn)):
         std = sample.std()
-        assert found["std"].sel(component=component).item() == pytest.approx(std, rel=error)
-        assert found["mean"].sel(component=component).item() == pytest.approx(0.0, abs=error * std)
+        assert found.error_std.sel(component=component).item() == pytest.approx(std, rel=error)
+        assert found.error_mean.sel(component=component).item() == pytest.approx(0.0, abs=error * std)
     # To first order the same, and the sources share it out.
-    np.testing.assert_allclose(found.std_first_order, found["std"], rtol=1e-3)
-    np.testing.assert_allclose(found.contribution.sum("source"), found.std_first_order**2, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(found.error_std_first_order, found.error_std, rtol=1e-3)
+    np.testing.assert_allclose(found.contribution.sum("source"), found.error_std_first_order**2, rtol=1e-9, atol=1e-15)
 
 
 RADIAL = {"A": 0.02, "B": 0.03, "C": 0.01, "D": 0.015}
@@ -161,9 +161,9 @@ def test_a_braced_square_scatters_like_brute_force(law: str) -> None:
     at = 2 * truss.free.index("C")
     sample = np.delete(displaced, left, axis=0)[:, at : at + 2]
     error = 5 * math.sqrt(0.5 / n + 0.5 / len(sample))
-    np.testing.assert_allclose(found["std"][:2], sample.std(axis=0), rtol=error)
-    np.testing.assert_allclose(found["mean"][:2], sample.mean(axis=0), atol=1.5 * error * sample.std(axis=0).max())
-    ours = found.covariance.values[0, 1] / np.prod(found["std"].values[:2])
+    np.testing.assert_allclose(found.error_std[:2], sample.std(axis=0), rtol=error)
+    np.testing.assert_allclose(found.error_mean[:2], sample.mean(axis=0), atol=1.5 * error * sample.std(axis=0).max())
+    ours = found.error_covariance.values[0, 1] / np.prod(found.error_std.values[:2])
     assert ours == pytest.approx(np.corrcoef(sample.T)[0, 1], abs=1.5 * error)
 
 
@@ -199,8 +199,8 @@ def test_units_of_one_loop_do_not_feel_the_strain_of_another() -> None:
     assert calm.strained.item() == 0.0
     assert strained.strained.item() == 1.0
     error = 6 * math.sqrt(2 / n)
-    np.testing.assert_allclose(strained["std"], calm["std"], rtol=error)
-    np.testing.assert_allclose(strained["mean"], calm["mean"], atol=error * calm["std"].max().item())
+    np.testing.assert_allclose(strained.error_std, calm.error_std, rtol=error)
+    np.testing.assert_allclose(strained.error_mean, calm.error_mean, atol=error * calm.error_std.max().item())
 
 
 def test_a_brace_with_much_play_is_as_good_as_none() -> None:
@@ -216,7 +216,7 @@ def test_a_brace_with_much_play_is_as_good_as_none() -> None:
         one(jp.random(jp.loads(with_tolerances(t, 0.02, "uniform")), samples=n, seed=6)) for t in (braced, simple)
     )
     assert one_more.not_assemblable.item() == 0.0
-    np.testing.assert_allclose(one_more["std"], less["std"], rtol=0.03)
+    np.testing.assert_allclose(one_more.error_std, less.error_std, rtol=0.03)
 
 
 @pytest.mark.parametrize("contact", ["scattered", "loaded"])
@@ -227,7 +227,7 @@ def test_seeds_and_threads(contact: str) -> None:
         for seed, threads in ((1, 1), (1, 2), (2, 1))
     ]
     xr.testing.assert_identical(results[0], results[1])
-    assert not results[0]["mean"].equals(results[2]["mean"])
+    assert not results[0].error_mean.equals(results[2].error_mean)
     assert (results[0].failures.sum("outcome") == 9000).all()
 
 
@@ -240,10 +240,10 @@ def test_a_load_pushes_every_unit_to_its_end() -> None:
     assert found.not_assemblable.item() == 0.0
     g = np.linspace(-tolerance, tolerance, 200_001)
     x = np.minimum(R1, R2 - g)
-    assert found["mean"].sel(component="x").item() == pytest.approx(x.mean(), abs=5 * x.std() / math.sqrt(n))
-    assert found["std"].sel(component="x").item() == pytest.approx(x.std(), rel=0.05)
+    assert found.error_mean.sel(component="x").item() == pytest.approx(x.mean(), abs=5 * x.std() / math.sqrt(n))
+    assert found.error_std.sel(component="x").item() == pytest.approx(x.std(), rel=0.05)
     # Below r1, as far as the bar's own length leaves it.
-    quantile = found["quantile"].sel(probability=0.2, quantity="x").item()
+    quantile = found.error_quantile.sel(probability=0.2, quantity="x").item()
     assert quantile == pytest.approx(np.quantile(x, 0.2), abs=2 * tolerance * binomial(0.2, n) + 1e-4)
 
 
@@ -276,8 +276,8 @@ def test_a_load_along_an_elastic_bar_strains_units_as_equilibrium_says() -> None
         # Tensions are known within 0.1 %.
         assert low - size - 2e-3 * abs(low) <= quantile <= high + size + 2e-3 * abs(high), p
     x = found.sel(component="x")
-    assert x["mean"].item() == pytest.approx(at.mean(), abs=5 * at.std() / math.sqrt(n))
-    assert x["std"].item() == pytest.approx(at.std(), rel=0.03)
+    assert x.error_mean.item() == pytest.approx(at.mean(), abs=5 * at.std() / math.sqrt(n))
+    assert x.error_std.item() == pytest.approx(at.std(), rel=0.03)
     share = 1 - (R1 + R2) / tolerance
     assert found.strained.item() == pytest.approx(share, abs=binomial(share, n))
 
@@ -298,7 +298,7 @@ def test_units_are_undetermined_as_often_as_the_pin_that_nothing_pushes_is_loose
     assert undetermined == pytest.approx(share, abs=binomial(share, n) + R2**2 / 200 / tolerance)
     assert found.failures.sel(outcome="ok").item() == n - round(undetermined * n)
     # They are in the figures, with what is open in its middle.
-    assert np.isfinite(found["std"]).all()
+    assert np.isfinite(found.error_std).all()
     assert found.histogram.sum("bin").isel(quantity=0).item() == n
 
 
@@ -351,8 +351,8 @@ def test_loaded_units_are_where_loaded_puts_them_one_by_one(name: str, changes: 
 def test_a_load_leaves_a_determinate_mechanism_no_play() -> None:
     m = jp.loads(jp.examples.text("four-bar"))
     pushed, found = jp.loaded(m), jp.random(m, samples=100, contact="loaded")
-    np.testing.assert_allclose(found["mean"], pushed.error, rtol=1e-9, atol=1e-9)
-    assert found["std"].max().item() < 1e-9
+    np.testing.assert_allclose(found.error_mean, pushed.error, rtol=1e-9, atol=1e-9)
+    assert found.error_std.max().item() < 1e-9
 
 
 def test_a_clearance_cannot_be_at_its_boundary_and_compatible() -> None:

@@ -158,5 +158,5 @@ def test_given() -> None:
 def test_covariance() -> None:
     """Both ends of a pin scatter on their own, so that its middle has half the variance of a point of the disc."""
     space, plane = jp.random(spatial(factor=math.sqrt(2)), samples=100), jp.random(planar(), samples=100)
-    got = space.covariance_first_order.sel(component=SPATIAL, component_other=SPATIAL)
-    np.testing.assert_allclose(got, plane.covariance_first_order, rtol=1e-9, atol=1e-12)
+    got = space.error_covariance_first_order.sel(component=SPATIAL, component_other=SPATIAL)
+    np.testing.assert_allclose(got, plane.error_covariance_first_order, rtol=1e-9, atol=1e-12)

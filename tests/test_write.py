@@ -123,9 +123,9 @@ class TestCsv:
     def test_units_of_products_and_squares(self, tmp_path: Path) -> None:
         jp.save(jp.random(four_bar(), samples=1000), tmp_path / "r.csv")
         header = table(tmp_path / "r.csv")[0]
-        assert "covariance.x.angle [mm deg]" in header
+        assert "error_covariance.x.angle [mm deg]" in header
         assert "contribution.J1.angle [deg^2]" in header
-        assert "quantile.0.95.position [mm]" in header
+        assert "error_quantile.0.95.position [mm]" in header
         assert "failures.ok" in header
         assert not any(name.startswith(("histogram", "edge")) for name in header)
 

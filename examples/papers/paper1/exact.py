@@ -148,7 +148,7 @@ def _answers(m: jp.Mechanism, name: str, printed: dict[float, Floats], rule: dic
         loaded=loaded.error.values,
         loaded_correction=against_load.correction.values[:, 0],
         loaded_residual=against_load.residual_position.values,
-        quantile95=scatter["quantile"].sel(probability=0.95, quantity="position").values,
+        quantile95=scatter.error_quantile.sel(probability=0.95, quantity="position").values,
         radii=RADII,
         position_by_radius=by_radius.worst_position.transpose(..., "configuration").values,
         rotation_by_radius=by_radius.worst_rotation.transpose(..., "configuration").values,

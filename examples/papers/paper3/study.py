@@ -234,7 +234,7 @@ def _worst(m: jp.Mechanism) -> tuple[Worst, Worst]:
         return Worst(
             exact=both(""),
             first_order=both("_first_order"),
-            bound=both("_bound"),
+            bound=both("_first_order_bound"),
             closed_form=(displacement, float(np.degrees(rotation))),
             parts=(parts("position"), parts("rotation")),
         )
@@ -270,14 +270,14 @@ def _swept(
 def _scatter(m: jp.Mechanism) -> Scatter:
     result = jp.random(m, samples=SAMPLES, seed=1).isel(configuration=0)
     pair = ["position", "rotation"]
-    std = result["std"].values
-    quantile = result["quantile"].sel(quantity=pair)
+    std = result.error_std.values
+    quantile = result.error_quantile.sel(quantity=pair)
     largest = result.largest.sel(quantity=pair).values
     failed = SAMPLES - result.failures.sel(outcome="ok").item()
     return Scatter(
         std=std,
-        std_first_order=result.std_first_order.values,
-        correlation=result.covariance.values / np.outer(std, std),
+        std_first_order=result.error_std_first_order.values,
+        correlation=result.error_covariance.values / np.outer(std, std),
         quantiles={float(p): tuple(quantile.sel(probability=p).values) for p in quantile.probability.values},
         largest=(float(largest[0]), float(largest[1])),
         counts=result.histogram.sel(quantity=pair).values,

@@ -108,7 +108,8 @@ def _side(m: Mechanism, result: Result, at: Nominal, path: Nominal) -> Result:
         "mismatch", ("configuration", "component"), mismatch, "nominal pose - nominal pose of the first", "component"
     )
     extra = builder.result()
-    coords = {name: v for name, v in {**result.coords, **extra.coords}.items() if name not in result.drives}
+    drives = {*result.drives, *extra.drives}
+    coords = {name: v for name, v in {**result.coords, **extra.coords}.items() if name not in drives}
     return Result(coords, {**extra.data, **result.data}, result.attrs)
 
 

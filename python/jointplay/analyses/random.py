@@ -63,11 +63,11 @@ def random(
     Returns
     -------
     xarray.Dataset
-        Over `configuration`: `mean`, `std`, `covariance` (also with `_first_order`), `quantile` and `largest` (of every
-        component, position, rotation; quantiles are known within `quantile_resolution`), `histogram` with `edge`,
-        `outside` (share beyond the limits of the file), `failures` (samples by outcome; no sample is dropped
-        silently, and those that the load leaves `undetermined` are in the figures), `contribution` (variance per
-        source; they add up to the first-order one), `nominal`, `status`.
+        Over `configuration`: `error_mean`, `error_std`, `error_covariance` (also with `_first_order`), `error_quantile`
+        and `largest` (of every component, position, rotation; quantiles are known within `quantile_resolution`),
+        `histogram` with `edge`, `outside` (share beyond the limits of the file), `failures` (samples by outcome; no
+        sample is dropped silently, and those that the load leaves `undetermined` are in the figures), `contribution`
+        (variance per source; they add up to the first-order one), `nominal`, `status`.
 
         An over-constrained mechanism, or an elastic one under load, has as well: `clearance_factor_quantile` (of the
         smallest factor on all clearances with which a unit goes together rigidly), `not_assemblable` (share of the
@@ -85,7 +85,7 @@ def random(
     --------
     >>> import jointplay as jp
     >>> result = jp.random(jp.loads(jp.examples.text("four-bar")), samples=200_000)
-    >>> result["std"].sel(component="angle")[4].item()  # doctest: +ELLIPSIS
+    >>> result.error_std.sel(component="angle")[4].item()  # doctest: +ELLIPSIS
     0.38...
     """
     return to_dataset(compute(m, samples, seed, law, contact=contact, probabilities=probabilities, threads=threads))
@@ -182,10 +182,10 @@ def _moments(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
     for suffix, words in (("", ""), ("_first_order", ", to first order")):
         covariance = found[f"covariance{suffix}"]
         std = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-        builder.add(f"mean{suffix}", pose, found[f"mean{suffix}"], f"mean error{words}", "component")
-        builder.add(f"std{suffix}", pose, std, f"standard deviation of the error{words}", "component")
+        builder.add(f"error_mean{suffix}", pose, found[f"mean{suffix}"], f"mean error{words}", "component")
+        builder.add(f"error_std{suffix}", pose, std, f"standard deviation of the error{words}", "component")
         words = f"covariance of the error{words}"
-        builder.add(f"covariance{suffix}", square, covariance, words, ("component", "component_other"))
+        builder.add(f"error_covariance{suffix}", square, covariance, words, ("component", "component_other"))
     words = "part of the source in the first-order variance"
     parts = ("configuration", "source", "component")
     builder.add("contribution", parts, found["contribution"], words, "component", power=2)
@@ -195,7 +195,7 @@ def _distribution(builder: Builder, found: dict[str, NDArray[Any]], levels: NDAr
     per = ("configuration", "quantity")
     builder.labels("probability", levels, "share of the units that is below the quantile")
     quantile = ("configuration", "probability", "quantity")
-    builder.add("quantile", quantile, found["quantile"], "quantile", "quantity")
+    builder.add("error_quantile", quantile, found["quantile"], "quantile of the error", "quantity")
     resolution = found["quantile_resolution"]
     builder.add("quantile_resolution", per, resolution, "width within which the quantile is known", "quantity")
     builder.add("largest", per, found["largest"], "largest size met", "quantity")

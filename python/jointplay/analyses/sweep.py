@@ -10,7 +10,7 @@ import numpy as np
 from jointplay.compile import ANGULAR
 from jointplay.errors import InputError, shown
 from jointplay.model import Mechanism
-from jointplay.result import Result, Variable, stack, to_dataset
+from jointplay.result import Result, Variable, coordinate_names, stack, to_dataset
 
 from .nominal import Interrupted, Progress
 from .questions import computation
@@ -130,11 +130,14 @@ def _check_shape(m: Mechanism, key: str, value: object, first: Result, result: R
 def _stacked(
     m: Mechanism, keys: tuple[str, ...], steps: list[float | str], name: str | None, results: list[Result]
 ) -> Result:
-    taken = {*results[0].coords, *results[0].data, *results[0].sizes}
+    first = results[0]
+    taken = {*first.coords, *first.data, *first.sizes, *first.attrs}
     word = name or keys[0].rpartition(".")[2]
-    dim = word if word not in taken and not word.isdigit() else keys[0].replace(".*", "").replace(".", "_")
+    if word.isdigit() or coordinate_names([word], taken) != [word]:
+        word = keys[0].replace(".*", "").replace(".", "_")
+    (dim,) = coordinate_names([word], taken, "sweep_")
     along = Variable((dim,), np.array(steps), _unit(m, keys[0]), ", ".join(keys))
-    return stack(results, along, {**results[0].attrs, "sweep": dim})
+    return stack(results, along, {**first.attrs, "sweep": dim})
 
 
 def _unit(m: Mechanism, key: str) -> str:

@@ -70,7 +70,7 @@ def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progre
         builder.add(f"worst_component{suffix}", sides, component, words, "component")
     for name, kind in (("position", "length"), ("rotation", "angle")):
         words = f"what the largest {name} error to first order certainly does not exceed"
-        builder.add(f"worst_{name}_bound", "configuration", found[f"{name}_bound"], words, kind)
+        builder.add(f"worst_{name}_first_order_bound", "configuration", found[f"{name}_bound"], words, kind)
     words = "direction of the largest position error"
     builder.add("worst_direction", ("configuration", "axis"), found["direction"], words)
     words = "offset of the parameter at the extreme"

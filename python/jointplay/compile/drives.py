@@ -15,72 +15,6 @@ from .graph import CompiledJoint, Graph
 #: components of a pose, and which of them are lengths; the others are angles
 COMPONENTS = {"planar": ("x", "y", "angle"), "spatial": ("x", "y", "z", "rx", "ry", "rz")}
 LENGTHS = ("x", "y", "z")
-#: names of variables and dimensions of results, beside which the drives appear as coordinates
-RESERVED = frozenset(
-    [
-        "across",
-        "admissible",
-        "at_limit",
-        "bin",
-        "body",
-        "component",
-        "configuration",
-        "contact_change",
-        "contribution",
-        "coordinate",
-        "correction",
-        "covariance",
-        "direction",
-        "drive",
-        "edge",
-        "error",
-        "extreme",
-        "failures",
-        "guess",
-        "histogram",
-        "iterations",
-        "joint",
-        "largest",
-        "mean",
-        "member",
-        "mismatch",
-        "nominal",
-        "not_assemblable",
-        "offset",
-        "outside",
-        "parameter",
-        "pose",
-        "probability",
-        "quantile",
-        "quantity",
-        "question",
-        "reaction",
-        "residual",
-        "rotation",
-        "samples",
-        "settled",
-        "side",
-        "source",
-        "status",
-        "std",
-        "strained",
-        "target",
-        "undetermined",
-        "within_limits",
-    ]
-)
-#: and how the longer ones of them begin
-RESERVED_BEGINNINGS = (
-    "covariance_",
-    "drive_",
-    "error_",
-    "mean_",
-    "quantile_",
-    "residual_",
-    "singular_",
-    "std_",
-    "worst_",
-)
 
 
 @dataclass(frozen=True)
@@ -119,8 +53,6 @@ def compile_drives(data: MechanismFile, graph: Graph) -> Commands:
     """Check the drives against the joints and bring them to SI."""
     joints: list[int] = []
     for name, drive in data.drives.items():
-        if name in RESERVED or name.startswith(RESERVED_BEGINNINGS):
-            raise graph.refuse(f"'{name}' is a name in results; give the drive another one", f"drives.{name}")
         index = graph.joint_index(drive.joint, f"drives.{name}.joint")
         if not graph.joints[index].can_be_driven:
             free = listed(j.name for j in graph.joints if j.can_be_driven)

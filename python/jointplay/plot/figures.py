@@ -170,13 +170,13 @@ def histogram(
     figure, axes = canvas(axes)
     counts = part.get("histogram", quantity=quantity)[configuration]
     edges = part.get("edge", quantity=quantity)[configuration]
-    unit = part.unit("quantile", quantity=quantity)
+    unit = part.unit("error_quantile", quantity=quantity)
     share = 100.0 * counts / max(1, counts.sum())
     axes.stairs(share, edges, fill=True, color=COLOURS[0], alpha=0.5)
     axes.stairs(share, edges, color=COLOURS[0])
     top = float(share.max(initial=0.0))
     for k, level in enumerate(part.labels("probability")):
-        value = float(part.get("quantile", probability=level, quantity=quantity)[configuration])
+        value = float(part.get("error_quantile", probability=level, quantity=quantity)[configuration])
         axes.axvline(value, color=COLOURS[3], linestyle=(0, (3, 1 + k)), linewidth=1.0)
         text = f"{100 * level:g} %"
         box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
@@ -224,9 +224,9 @@ def _sizes(result: Result, quantity: str) -> list[tuple[str, Floats, str]]:
     unit = unit_of(result, quantity)
     if f"worst_{quantity}" in result.data:
         return [("worst", result.get(f"worst_{quantity}"), unit)]
-    if "quantile" in result.data:
+    if "error_quantile" in result.data:
         level = typical(result)
-        return [(f"{100 * level:g} %", result.get("quantile", probability=level, quantity=quantity), unit)]
+        return [(f"{100 * level:g} %", result.get("error_quantile", probability=level, quantity=quantity), unit)]
     if "residual" in result.data:
         return [
             ("as commanded", size(result, "error", quantity), unit),

@@ -4,6 +4,7 @@ from .blame import Blame, blame
 from .build import STATUSES, Builder, axes_of, version
 from .combine import align, merge, stack
 from .dataset import from_dataset, to_dataset
+from .names import coordinate_names
 from .quantity import TYPICAL, quantities, quantity, size, split, typical, unit_of
 from .structure import Attribute, Result, Variable
 
@@ -18,6 +19,7 @@ __all__ = [
     "align",
     "axes_of",
     "blame",
+    "coordinate_names",
     "from_dataset",
     "merge",
     "quantities",

@@ -15,6 +15,7 @@ from jointplay.compile import ANGULAR, TURNS
 from jointplay.model import Mechanism
 from jointplay.units import Units
 
+from .names import coordinate_names
 from .quantity import split
 from .structure import Array, Attribute, Result, Variable
 
@@ -179,8 +180,8 @@ class Builder:
             numbers = np.arange(sizes["configuration"])
             coords["configuration"] = Variable(("configuration",), numbers, "", "number of the configuration, from 0")
         # No variable is lost to a drive that has its name.
-        taken = {*sizes, *self.coords, *self.data, *coords}
-        drives = {f"drive {name}" if name in taken else name: v for name, v in self._drives.items()}
+        taken = {*sizes, *self.coords, *self.data, *coords, *self.attrs}
+        drives = dict(zip(coordinate_names(self._drives, taken), self._drives.values(), strict=True))
         attrs = {**self.attrs, "drives": ", ".join(drives)} if drives else self.attrs
         return Result({**coords, **drives, **self.coords}, self.data, attrs)
 

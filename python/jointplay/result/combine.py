@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from .names import coordinate_names
 from .structure import Array, Result, Variable
 
 #: dimensions whose labels may differ between mechanisms
@@ -92,7 +93,7 @@ def merge(results: Mapping[str, Result]) -> Result:
     """Results of several questions on one mechanism as one.
 
     A variable that only says what it is together with its question gets the question in front: `loaded_error`,
-    `worst_contribution`, `random_mean`, `worst_status`. `nominal` is the same for all and stays.
+    `worst_contribution`, `random_error_mean`, `worst_status`. `nominal` is the same for all and stays.
     """
     if len(results) == 1:
         return next(iter(results.values()))
@@ -102,7 +103,7 @@ def merge(results: Mapping[str, Result]) -> Result:
     data: dict[str, Variable] = {}
     attrs: dict[str, str | int | float] = {}
     for question, result in results.items():
-        coords |= result.coords
+        coords |= {name: v for name, v in result.coords.items() if name not in result.drives}
         for name, variable in result.data.items():
             if name == "nominal":
                 data[name] = variable
@@ -110,7 +111,15 @@ def merge(results: Mapping[str, Result]) -> Result:
                 data[name if name.startswith(f"{question}_") else f"{question}_{name}"] = variable
         attrs |= result.attrs
     attrs["question"] = ", ".join(results)
-    return Result(coords, data, attrs)
+    drives = _drives(list(results.values()), {*Result(coords, data).sizes, *coords, *data, *attrs})
+    return Result({**coords, **drives}, data, {**attrs, "drives": ", ".join(drives)} if drives else attrs)
+
+
+def _drives(results: Sequence[Result], taken: set[str]) -> dict[str, Variable]:
+    """The drives, which the results may call differently: a name that one of them has to give up is given up."""
+    known = [result.drives for result in results if result.drives]
+    names = [max(several, key=len) for several in zip(*known, strict=True)]
+    return dict(zip(coordinate_names(names, taken), known[0].values() if known else (), strict=True))
 
 
 def _padded(result: Result, count: int) -> Result:

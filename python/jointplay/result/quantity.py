@@ -24,7 +24,7 @@ BEHIND = {
     "loaded": {"position": "error", "rotation": "error"},
     "given": {"position": "error", "rotation": "error"},
     "worst": {"position": "worst_position", "rotation": "worst_rotation"},
-    "random": {"position": "quantile", "rotation": "quantile"},
+    "random": {"position": "error_quantile", "rotation": "error_quantile"},
     "solve": {"singular_value": "singular_value"},
 }
 #: share of the units that keep below the figure that stands for the scatter
@@ -131,7 +131,7 @@ def _only(result: Result | xr.Dataset, source: str, known: list[str]) -> Result:
 
 def _behind(result: Result, source: str, name: str) -> Variable:
     found = result.data[source]
-    if source == "quantile":
+    if source == "error_quantile":
         level = typical(result)
         values, unit = result.get(source, probability=level, quantity=name), result.unit(source, quantity=name)
         words = f"{name}, {100 * level:g} % of the units below"

@@ -80,7 +80,7 @@ def _size(result: Result, question: str) -> Floats:
 def _quantile(result: Result, quantity: str, probability: float) -> Floats:
     levels = result.labels("probability")
     nearest = min(levels, key=lambda level: abs(level - probability))
-    return result.get("quantile", probability=nearest, quantity=quantity)
+    return result.get("error_quantile", probability=nearest, quantity=quantity)
 
 
 def noise(result: Result, unit: str) -> float:
@@ -184,7 +184,7 @@ def _worst(result: Result) -> list[Column]:
 
 def _random(result: Result) -> list[Column]:
     length, angle = unit_of(result, "position"), unit_of(result, "rotation")
-    spread = [column for part in _components(result) for column in together(result, "std", part, " std")]
+    spread = [column for part in _components(result) for column in together(result, "error_std", part, " std")]
     columns = [replace(column, spare=3) for column in spread]
     for share, spare in ((0.5, 2), (0.95, 0), (0.99, 2)):
         values = _quantile(result, "position", share)
@@ -223,7 +223,10 @@ def _figure_names(question: str) -> list[tuple[str, dict[str, object], str]]:
         return [("worst_position", {}, "largest position error"), ("worst_rotation", {}, "largest rotation")]
     if question == "random":
         at: dict[str, object] = {"quantity": "position"}
-        return [("quantile", at, "95 % position error"), ("quantile", {"quantity": "rotation"}, "95 % rotation")]
+        return [
+            ("error_quantile", at, "95 % position error"),
+            ("error_quantile", {"quantity": "rotation"}, "95 % rotation"),
+        ]
     if question == "solve":
         return [("singular_value", {}, "smallest singular value")]
     return [("error", {"size": "position"}, "position error"), ("error", {"size": "rotation"}, "rotation")]
@@ -233,7 +236,7 @@ def _figure(result: Result, name: str, at: dict[str, object]) -> tuple[Floats, s
     if name == "error":
         quantity = str(at["size"])
         return size(result, "error", quantity), unit_of(result, quantity)
-    if name == "quantile":
+    if name == "error_quantile":
         quantity = str(at["quantity"])
         return _quantile(result, quantity, TYPICAL), result.unit(name, quantity=quantity)
     return result.get(name, **at), result.unit(name, **at)

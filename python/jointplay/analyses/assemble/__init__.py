@@ -69,8 +69,8 @@ def assemble(
         (smallest factor on all clearances with which rigid bodies go together).
 
         For the worst: `worst_shaft`, `worst_bearing`, `worst_position` of the output, `worst_force`,
-        `worst_clearance_factor`. For random units: quantiles of the same, `mean` and `std` of the output's position
-        error, `probability_of_fit` (share of the units that go together without strain), `failures`.
+        `worst_clearance_factor`. For random units: quantiles of the same, `error_mean` and `error_std` of the output,
+        `probability_of_fit` (share of the units that go together without strain), `failures`.
 
         Links that are locked to one another are one: `link_nominal`, `link_actual`, `link_shortest` and
         `link_longest` are its lengths between its joints.

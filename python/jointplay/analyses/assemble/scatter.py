@@ -59,8 +59,8 @@ def compute(
         name: np.stack([_moment(units.output[good], of) for units, good in zip(solved, ok, strict=True)])
         for name, of in (("mean", np.mean), ("std", np.std))
     }
-    builder.add("mean", ("step", "component"), moments["mean"], "mean error of the output", "component")
-    builder.add("std", ("step", "component"), moments["std"], "standard deviation of it", "component")
+    builder.add("error_mean", ("step", "component"), moments["mean"], "mean error of the output", "component")
+    builder.add("error_std", ("step", "component"), moments["std"], "standard deviation of it", "component")
     builder.labels("member", members.names, "link between two points")
     forces = np.stack([_quantiles(np.abs(units.force), levels) for units in solved])
     builder.add(

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from jointplay.analyses.loaded import require_loads
-from jointplay.analyses.nominal import Interrupted, Progress
+from jointplay.analyses.nominal import Interrupted, Nominal, Progress
 from jointplay.analyses.offsets import parameters
 from jointplay.analyses.questions import computation
 from jointplay.errors import InputError
@@ -20,7 +20,7 @@ from jointplay.result import Result, to_dataset, version
 from jointplay.store import MemoryStore, Plan, open_store
 
 from .lattice import Lattice
-from .run import Work
+from .run import Work, axis_names, drive_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -137,14 +137,19 @@ def compute(
     if chunk is not None and chunk < 1:
         raise InputError(f"{chunk} is not a number of nodes; 1 or more are needed", key="chunk")
     lattice = Lattice(m.grid, chunk or CHUNKS[question])
-    plan = Plan(m.grid.axes, lattice.shape, lattice.chunk, _fingerprint(m, question, lattice, options))
+    # Where contacts change sides is seen from the offsets.
+    also = {"offset": True} if question == "loaded" else {}
+
+    def answer(at: Nominal) -> Result:
+        return ask(m, at=at, **options, **also)
+
+    names = drive_names(m, m.grid, answer)
+    plan = Plan(axis_names(m.grid, names), lattice.shape, lattice.chunk, _fingerprint(m, question, lattice, options))
     store = MemoryStore(plan) if path is None else open_store(Path(path), plan, overwrite=overwrite)
     if not isinstance(store, MemoryStore) and store.is_complete:
         store.clean()
         return None
-    # Where contacts change sides is seen from the offsets.
-    also = {"offset": True} if question == "loaded" else {}
-    work = Work(m, lattice, store, lambda at: ask(m, at=at, **options, **also), measure=question in MEASURED)
+    work = Work(m, lattice, store, answer, names, measure=question in MEASURED)
     work.keep_offset = options.get("details", True)
     try:
         work.run(progress)

@@ -15,14 +15,18 @@ from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Floats, Nominal, Progress
 from jointplay.analyses.solve import coordinates, within_limits
+from jointplay.compile import Grid
+from jointplay.mobility import require_determinate
 from jointplay.model import Mechanism
-from jointplay.result import Result, Variable, axes_of
+from jointplay.result import Result, Variable, axes_of, coordinate_names
 from jointplay.store import Store
 
 from .contact import Contacts
 from .lattice import Lattice, Neighbour
 from .reach import Reach, Seed
 
+#: what a map has beside the answers at its nodes
+OWN = ("across", "contact_change", "within_limits")
 #: passes after which the work ends in any case; a region would have to wind as often in and out of a chunk
 MOST_PASSES = 100
 OK, NOT_ASSEMBLED = 0, 1
@@ -42,12 +46,17 @@ class Work:
         Where chunks go, and where an earlier run stopped.
     ask : callable
         The question.
+    names : mapping
+        What the drives are called in the map, see `drive_names`.
     measure : bool
         Whether it needs the nearness to singularity of every node.
     """
 
-    def __init__(self, m: Mechanism, lattice: Lattice, store: Store, ask: Ask, *, measure: bool) -> None:
+    def __init__(
+        self, m: Mechanism, lattice: Lattice, store: Store, ask: Ask, names: Mapping[str, str], *, measure: bool
+    ) -> None:
         self.m, self.lattice, self.store, self.ask, self.measure = m, lattice, store, ask, measure
+        self.names = names
         #: whether the offsets are part of the map; where contacts change sides is seen from them in any case
         self.keep_offset = True
         self.reach = Reach(m, lattice.grid)
@@ -140,11 +149,11 @@ class Work:
             within = within_limits(self.m, at, coordinates(self.m, at)[0])
             words = "whether joints and drives keep to their ranges"
             data["within_limits"] = Variable(("configuration",), within, "", words)
-        result = _on_grid(Result(flat.coords, data, flat.attrs), self.m, self.lattice, number)
+        result = _on_grid(Result(flat.coords, data, flat.attrs), self.m, self.lattice, number, self.names)
         if flat.attrs["question"] != "loaded":
             return result, None
         states = self.contacts.states(result.get("offset"))
-        axes = self.lattice.grid.axes
+        axes = axis_names(self.lattice.grid, self.names)
         changed = np.zeros((*states.shape[:-1], len(axes)), dtype=bool)
         for axis in range(len(axes)):
             along = np.moveaxis(states, axis, 0)
@@ -184,29 +193,50 @@ def _face(values: Array, axis: int, side: int) -> Array:
     return np.asarray(np.take(values, -side, axis=axis))
 
 
-def _on_grid(flat: Result, m: Mechanism, lattice: Lattice, number: int) -> Result:
+def drive_names(m: Mechanism, grid: Grid, ask: Ask) -> dict[str, str]:
+    """What the drives are called in a map, by their own names.
+
+    They are dimensions of the store, which is there before the first answer; so the question is asked where nothing
+    is assembled, to learn the names that its answers have.
+    """
+    require_determinate(m, over_constrained=True)
+    bodies, components = len(m.bodies), len(m.components)
+    value, pose, motion = (np.full((1, *shape), np.nan) for shape in ((), (bodies, m.pose_size), (bodies, components)))
+    output, status = np.full((1, components), np.nan), np.array([NOT_ASSEMBLED], dtype=np.uint8)
+    flat = ask(Nominal(m.start_drives[None], pose, output, status, value, motion))
+    taken = {*flat.data, *flat.attrs, *flat.sizes, *OWN, *(name for name in flat.coords if name not in flat.drives)}
+    if grid.of_output:
+        taken |= {*grid.axes, *grid.held}
+    return dict(zip(m.drives, coordinate_names(m.drives, taken), strict=True))
+
+
+def axis_names(grid: Grid, names: Mapping[str, str]) -> tuple[str, ...]:
+    """Dimensions of a map."""
+    return grid.axes if grid.of_output else tuple(names[axis] for axis in grid.axes)
+
+
+def _on_grid(flat: Result, m: Mechanism, lattice: Lattice, number: int, names: Mapping[str, str]) -> Result:
     """A result over the nodes of a chunk as one over the axes of the grid."""
     grid, size = lattice.grid, lattice.size(number)
+    axes = axis_names(grid, names)
 
     def shaped(variable: Variable) -> Variable:
         if variable.dims[:1] != ("configuration",):
             return variable
         values = variable.values.reshape(*size, *variable.values.shape[1:])
-        return Variable((*grid.axes, *variable.dims[1:]), values, variable.units, variable.long_name)
+        return Variable((*axes, *variable.dims[1:]), values, variable.units, variable.long_name)
 
-    names = [*grid.axes, *grid.held]
-    drives = {name.removeprefix("drive "): v for name, v in flat.drives.items()} if grid.of_output else {}
+    commanded = _commanded(m, grid, {} if grid.of_output else names)
     known = {name: v for name, v in flat.coords.items() if name not in flat.drives and name != "configuration"}
-    taken = {*names, *known, *flat.data, *flat.sizes}
-    drives = {f"drive_{name}" if name in taken else name: shaped(v) for name, v in drives.items()}
-    coords = {**_axes(m, lattice), **drives, **{name: shaped(v) for name, v in known.items()}}
-    attrs = {**flat.attrs, "grid": ", ".join(grid.axes), "drives": ", ".join(drives or names)}
+    values = [shaped(v) for v in flat.drives.values()]
+    drives = dict(zip(names.values(), values, strict=True)) if grid.of_output else {}
+    coords = {**commanded, **drives, **{name: shaped(v) for name, v in known.items()}}
+    attrs = {**flat.attrs, "grid": ", ".join(axes), "drives": ", ".join(drives or commanded)}
     return Result(coords, {name: shaped(v) for name, v in flat.data.items()}, attrs)
 
 
-def _axes(m: Mechanism, lattice: Lattice) -> dict[str, Variable]:
+def _commanded(m: Mechanism, grid: Grid, called: Mapping[str, str]) -> dict[str, Variable]:
     """Coordinates of the axes, and of what is held, in file units."""
-    grid = lattice.grid
     along = axes_of(m)["component" if grid.of_output else "drive"]
     names, units = (
         along.labels,
@@ -215,10 +245,10 @@ def _axes(m: Mechanism, lattice: Lattice) -> dict[str, Variable]:
     factors = m.component_factors if grid.of_output else m.drive_factors
     words = {name: f"{name} of the output" if grid.of_output else f"value of drive {name}" for name in names}
     coords = {
-        name: Variable((name,), labels, units[name], words[name])
+        called.get(name, name): Variable((called.get(name, name),), labels, units[name], words[name])
         for name, labels in zip(grid.axes, grid.labels, strict=True)
     }
     for name, value in grid.held.items():
         factor = factors[names.index(name)]
-        coords[name] = Variable((), np.array(value / factor), units[name], f"{words[name]}, held")
+        coords[called.get(name, name)] = Variable((), np.array(value / factor), units[name], f"{words[name]}, held")
     return coords
