@@ -108,8 +108,8 @@ def _side(m: Mechanism, result: Result, at: Nominal, path: Nominal) -> Result:
         "mismatch", ("configuration", "component"), mismatch, "nominal pose - nominal pose of the first", "component"
     )
     extra = builder.result()
-    drives = {*result.drives, *extra.drives}
-    coords = {name: v for name, v in {**result.coords, **extra.coords}.items() if name not in drives}
+    # A drive of one part may have the name of a dimension of the other.
+    coords = {name: v for part in (result, extra) for name, v in part.coords.items() if name not in part.drives}
     return Result(coords, {**extra.data, **result.data}, result.attrs)
 
 
