@@ -131,7 +131,7 @@ def _stacked(
     m: Mechanism, keys: tuple[str, ...], steps: list[float | str], name: str | None, results: list[Result]
 ) -> Result:
     first = results[0]
-    taken = {*first.coords, *first.data, *first.sizes, *first.attrs}
+    taken = {*first.coords, *first.data, *first.sizes}
     word = name or keys[0].rpartition(".")[2]
     if word.isdigit() or coordinate_names([word], taken) != [word]:
         word = keys[0].replace(".*", "").replace(".", "_")
