@@ -190,7 +190,7 @@ def test_a_drive_may_have_any_name_in_sweeps_and_comparisons(drive: str) -> None
         dim = swept.attrs["sweep"]
         assert swept[dim].values.tolist() == values
         np.testing.assert_array_equal(swept.error, jp.sweep(usual, key, values, "loaded").error)
-        assert not hidden(swept) - {"q-1", *swept.attrs}
+        assert not hidden(swept) - {"q-1", str(name), *swept.attrs}
     compared = jp.compare(m, example("p3r"), "loaded")
     assert not hidden(compared)
     np.testing.assert_array_equal(compared.error, jp.compare(usual, example("p3r"), "loaded").error)

@@ -46,7 +46,7 @@ def sweep(
         In the units of the file.
     question : {"worst", "loaded", "random", "given", "solve"}
     name : str, optional
-        Of the new dimension; the last word of the key if left out.
+        Of the new dimension; the last word of the key if left out, or the whole key where the results have that word.
     **options
         Of the question, such as ``samples`` or ``offsets``.
 
@@ -132,10 +132,13 @@ def _stacked(
 ) -> Result:
     first = results[0]
     taken = {*first.coords, *first.data, *first.sizes}
-    word = name or keys[0].rpartition(".")[2]
-    if word.isdigit() or coordinate_names([word], taken) != [word]:
-        word = keys[0].replace(".*", "").replace(".", "_")
-    (dim,) = coordinate_names([word], taken, "sweep_")
+    if name and name not in taken:
+        dim = name
+    else:
+        word = keys[0].rpartition(".")[2]
+        if name or word.isdigit() or coordinate_names([word], taken) != [word]:
+            word = keys[0].replace(".*", "").replace(".", "_")
+        (dim,) = coordinate_names([word], taken, "sweep_")
     along = Variable((dim,), np.array(steps), _unit(m, keys[0]), ", ".join(keys))
     return stack(results, along, {**first.attrs, "sweep": dim})
 
