@@ -16,6 +16,7 @@ from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.table import VERDICTS
+from jointplay.typed import typed
 
 from .style import COLOURS, GREY, STYLE, light, round_factor
 
@@ -52,6 +53,7 @@ REACH = {
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
+@typed
 def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | None = None) -> Figure:
     """Draw an assembly, a panel for every step.
 

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from jointplay.errors import InputError
 from jointplay.result import Result, size, typical, unit_of
 from jointplay.result import blame as shares_of
+from jointplay.typed import typed
 
 from .style import COLOURS, GREY, HATCHES, along, canvas, labelled, light, series
 
@@ -27,6 +28,7 @@ MOST_SOURCES = 7
 MOST_CURVES = 6
 
 
+@typed
 def error(results: Results | Result | xr.Dataset, quantity: str = "position", *, axes: Axes | None = None) -> Figure:
     """Draw the size of the error against the drive, or the number of the configuration.
 
@@ -57,6 +59,7 @@ def error(results: Results | Result | xr.Dataset, quantity: str = "position", *,
     return figure
 
 
+@typed
 def blame(result: Result | xr.Dataset, quantity: str = "position", *, axes: Axes | None = None) -> Figure:
     """Draw the share of every source in the first-order error, configuration by configuration.
 
@@ -98,6 +101,7 @@ def blame(result: Result | xr.Dataset, quantity: str = "position", *, axes: Axes
     return figure
 
 
+@typed
 def sweep(
     result: Result | xr.Dataset, quantity: str = "position", *, surface: bool = False, axes: Axes | None = None
 ) -> Figure:
@@ -148,6 +152,7 @@ def sweep(
     return figure
 
 
+@typed
 def histogram(
     result: Result | xr.Dataset, quantity: str = "position", configuration: int = 0, *, axes: Axes | None = None
 ) -> Figure:

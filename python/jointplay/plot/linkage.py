@@ -14,6 +14,7 @@ from jointplay.analyses.nominal import Nominal, nominal
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Result
+from jointplay.typed import typed
 
 from .spatial import Sketch
 from .style import COLOURS, GREY, canvas, light
@@ -27,6 +28,7 @@ PIN, SLIDER, SUPPORT = 0.008, 0.035, 0.03
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
+@typed
 def mechanism(
     m: Mechanism,
     configuration: int = 0,
