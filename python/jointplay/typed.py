@@ -14,6 +14,8 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
+LARGEST_FLOAT = int(np.finfo(float).max)
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -76,7 +78,11 @@ def check(function: Callable[..., Any], name: str, value: object) -> None:
 
 
 def _told(value: object) -> str:
-    return "None" if value is None else f"of type {type(value).__name__}"
+    if value is None:
+        return "None"
+    if isinstance(value, int) and abs(value) > LARGEST_FLOAT:
+        return "a whole number of too many digits"
+    return f"of type {type(value).__name__}"
 
 
 @functools.cache
@@ -85,6 +91,7 @@ def _kinds(function: Callable[..., Any], annotation: str) -> tuple[Kind, ...]:
 
 
 def _kind(function: Callable[..., Any], annotation: str) -> Kind:
+    annotation = ALIASES.get(annotation, annotation)
     name, _, inside = annotation.removesuffix("]").partition("[")
     if annotation in SIMPLE:
         return SIMPLE[annotation]
@@ -98,7 +105,7 @@ def _kind(function: Callable[..., Any], annotation: str) -> Kind:
         each = _kinds(function, elements)
         if elements == "str":
             return Kind("a word or several", lambda v: isinstance(v, str) or _are(v, each))
-        return Kind("a sequence of numbers", lambda v: _are(v, each) or _is_array(v))
+        return Kind("a sequence of numbers", lambda v: _are(v, each) or _is_row(v))
     if name == "Iterable":
         return Kind("a sequence of values", lambda v: isinstance(v, Iterable) and not _is_one(v))
     if name == "Mapping":
@@ -134,13 +141,20 @@ def _is_count(value: object) -> bool:
 
 
 def _is_number(value: object) -> bool:
+    # Whole numbers can be too large for a float.
+    if isinstance(value, int) and abs(value) > LARGEST_FLOAT:
+        return False
     return _is_count(value) or isinstance(value, float | np.floating)
+
+
+def _is_row(value: object) -> bool:
+    return isinstance(value, np.ndarray) and value.ndim == 1 and _is_array(value)
 
 
 def _is_array(value: object) -> bool:
     """Whether it is an array of real numbers, also one that is written as lists in lists."""
-    if isinstance(value, np.ndarray) or (hasattr(value, "__array__") and not isinstance(value, type)):
-        return np.asarray(value).dtype.kind in "iuf"
+    if isinstance(value, np.ndarray):
+        return value.dtype.kind in "iuf"
     return isinstance(value, list | tuple) and all(_is_number(v) or _is_array(v) for v in value)
 
 
@@ -173,3 +187,4 @@ SIMPLE = {
     "Progress": Kind("a function", callable),
     "Offsets": Kind("a mapping with names as keys", _is_table),
 }
+ALIASES = {"Results": "Mapping[str, Result | xr.Dataset]"}

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jointplay.errors import InputError
+from jointplay.errors import InputError, in_range
 from jointplay.result import Result, size, typical, unit_of
 from jointplay.result import blame as shares_of
 from jointplay.typed import typed
@@ -172,6 +172,7 @@ def histogram(
     known = part.labels("quantity")
     if quantity not in known:
         raise InputError(f"'{quantity}' is not one of {', '.join(known)}", key="quantity")
+    in_range(configuration, "configuration", 0, part.sizes["configuration"] - 1)
     figure, axes = canvas(axes)
     counts = part.get("histogram", quantity=quantity)[configuration]
     edges = part.get("edge", quantity=quantity)[configuration]
