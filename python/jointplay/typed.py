@@ -87,11 +87,11 @@ def _told(value: object) -> str:
 
 @functools.cache
 def _kinds(function: Callable[..., Any], annotation: str) -> tuple[Kind, ...]:
-    return tuple(_kind(function, part) for part in _split(annotation, " | "))
+    parts = [ALIASES.get(part, part) for part in _split(annotation, " | ")]
+    return tuple(_kind(function, part) for part in _split(" | ".join(parts), " | "))
 
 
 def _kind(function: Callable[..., Any], annotation: str) -> Kind:
-    annotation = ALIASES.get(annotation, annotation)
     name, _, inside = annotation.removesuffix("]").partition("[")
     if annotation in SIMPLE:
         return SIMPLE[annotation]
@@ -185,6 +185,9 @@ SIMPLE = {
     "Any": Kind("anything", lambda _: True),
     "os.PathLike[str]": Kind("a path", lambda value: isinstance(value, os.PathLike)),
     "Progress": Kind("a function", callable),
-    "Offsets": Kind("a mapping with names as keys", _is_table),
 }
-ALIASES = {"Results": "Mapping[str, Result | xr.Dataset]"}
+#: names of annotations, which read here as text, with what they stand for
+ALIASES = {
+    "Offsets": "Mapping[str, Any] | NDArray[np.float64]",
+    "Results": "Mapping[str, Result | xr.Dataset]",
+}
