@@ -65,6 +65,7 @@ class Mechanism:
         exact: bool = True,
         offset: bool = True,
         details: bool = True,
+        partly: bool = False,
     ) -> dict[str, NDArray[Any]]: ...
     def loaded_along(
         self, drives: NDArray[np.float64], exact: bool = True, offset: bool = True, details: bool = True
@@ -73,7 +74,12 @@ class Mechanism:
         self, drives: NDArray[np.float64], poses: NDArray[np.float64], u: NDArray[np.float64]
     ) -> dict[str, NDArray[Any]]: ...
     def worst(
-        self, drives: NDArray[np.float64], poses: NDArray[np.float64], starts: int = 24, lanes: bool = True
+        self,
+        drives: NDArray[np.float64],
+        poses: NDArray[np.float64],
+        starts: int = 24,
+        lanes: bool = True,
+        partly: bool = False,
     ) -> dict[str, NDArray[Any]]: ...
     def units(self, samples: int, seed: int, law: str | None = None) -> NDArray[np.float64]: ...
     def tied(self, drives: NDArray[np.float64], poses: NDArray[np.float64]) -> list[int]: ...
@@ -90,4 +96,5 @@ class Mechanism:
         threads: int = 0,
         keep: bool = False,
         loaded: bool = False,
+        partly: bool = False,
     ) -> dict[str, NDArray[Any]]: ...

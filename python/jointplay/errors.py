@@ -59,6 +59,20 @@ def shown(value: object) -> str:
     return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."
 
 
+def in_range(value: int, key: str, low: int, high: int, file: str = "") -> None:
+    """Refuse a count that is too small or too large.
+
+    Raises
+    ------
+    InputError
+        The message names the key, the value and the limits.
+    """
+    if not low <= value <= high:
+        # Python refuses to write whole numbers of thousands of digits.
+        said = str(value) if abs(value) < 10**SHOWN else "a number of many digits"
+        raise InputError(f"is a whole number from {low} to {high:.10g}, not {said}", file=file, key=key)
+
+
 def listed(names: Iterable[str]) -> str:
     """Names in a row, at most `LISTED` of them."""
     names = list(names)

@@ -21,6 +21,7 @@ from jointplay.compile import Compiled, compile_file
 from jointplay.errors import InputError, not_known
 from jointplay.schema import validate
 from jointplay.schema.keys import assign, expand, value_at
+from jointplay.typed import typed
 
 #: no mechanism that a person wrote is longer; the bound keeps devices and archives out
 LARGEST_FILE = 8_000_000
@@ -58,6 +59,7 @@ class Mechanism(Compiled):
 
     raw: Mapping[str, Any]
 
+    @typed
     def __init__(self, raw: Mapping[str, Any], file: str = "<data>") -> None:
         _check_depth(raw, file)
         plain: dict[str, Any] = _plain(raw)
@@ -85,6 +87,7 @@ class Mechanism(Compiled):
         """The mechanism as the core reads it: SI units, radians, points and bodies by index. A copy."""
         return copy.deepcopy(dict(self.core_spec))
 
+    @typed
     def value(self, key: str) -> Any:
         """The value at a dotted key of the file, in file units.
 
@@ -107,6 +110,7 @@ class Mechanism(Compiled):
             raise InputError("the values that it matches differ; name one of them", file=self.file, key=key)
         return copy.deepcopy(found[0])
 
+    @typed
     def with_(self, changes: Mapping[str, object] | None = None, **more: object) -> Mechanism:
         """A changed copy, checked like a file.
 
@@ -158,6 +162,7 @@ class Mechanism(Compiled):
         )
 
 
+@typed
 def load(path: str | os.PathLike[str]) -> Mechanism:
     """Read a mechanism file.
 
@@ -187,6 +192,7 @@ def load(path: str | os.PathLike[str]) -> Mechanism:
     return loads(_decoded(content, name), name)
 
 
+@typed
 def loads(text: str, name: str = "<text>") -> Mechanism:
     """Read a mechanism from the text of its file.
 

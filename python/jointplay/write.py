@@ -22,6 +22,7 @@ import numpy as np
 
 from jointplay.errors import InputError
 from jointplay.result import Result, Variable, from_dataset, to_dataset
+from jointplay.typed import typed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,6 +35,7 @@ FOLDER = ".zarr"
 LEFT_OUT = ("bin", "bin_edge")
 
 
+@typed
 def save(result: Result | xr.Dataset, path: str | os.PathLike[str]) -> None:
     """Write a result; the extension says how.
 

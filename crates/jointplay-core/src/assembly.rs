@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::closure::Inputs;
+use crate::interrupt;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State, scaled_size};
 use crate::space::Component;
@@ -106,6 +107,7 @@ impl Mechanism {
     ) -> Assembly {
         let (mut residual, mut matrix) = equations(&coordinates);
         for _ in 0..ASSEMBLY_STEPS {
+            interrupt::check();
             if residual.amax() <= ASSEMBLED * 1e-3 {
                 break;
             }
@@ -154,6 +156,7 @@ impl Mechanism {
         let inputs = Inputs::nominal(self, drives);
         let mut residual = solver.residual(&coordinates, &inputs);
         for _ in 0..ASSEMBLY_STEPS {
+            interrupt::check();
             if residual <= ASSEMBLED * 1e-3 {
                 break;
             }
@@ -184,6 +187,7 @@ impl Mechanism {
     ///
     /// A large mechanism's is found by inverse iteration on the sparse factors.
     pub(crate) fn singular_value_at(&self, state: &State) -> (f64, Vec<f64>) {
+        interrupt::check();
         if self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
             let solver = Solver::new(self, &state.coordinates);
             return solver.inverse_iteration(state).unwrap_or_else(|| (0.0, vec![0.0; self.n_unknowns()]));

@@ -13,6 +13,7 @@ use crate::ascent::Measure;
 use crate::batch::simd::{Kernel, dispatch};
 use crate::batch::{Climb, Height, Site, Task};
 use crate::closure::Inputs;
+use crate::interrupt;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
@@ -130,8 +131,8 @@ impl Mechanism {
         let climb = if lanes { Climb::record(&solver) } else { None };
         // Long enough to fill the lanes, short enough to keep all cores busy.
         let run = (cases.len() / (4 * rayon::current_num_threads())).clamp(1, RUN);
-        let parts = cases.par_chunks(run).flat_map_iter(|part| self.worst_of(&solver, climb.as_ref(), part, starts));
-        parts.collect()
+        let worst = |part| interrupt::until_stopped(|| self.worst_of(&solver, climb.as_ref(), part, starts));
+        interrupt::before_the_stop(cases.par_chunks(run).map(worst).collect())
     }
 
     pub(crate) fn no_worst(&self, status: Status) -> Worst {

@@ -17,6 +17,7 @@ use crate::batch::lanes::{Block as Numbers, LANES};
 use crate::batch::simd::{Kernel, dispatch};
 use crate::batch::{Follow, Start};
 use crate::closure::Inputs;
+use crate::interrupt;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
@@ -48,6 +49,7 @@ impl Kernel for Work<'_, '_, '_> {
 
     #[inline(always)]
     fn run(self) -> Vec<Outcome> {
+        interrupt::check();
         let Work(block, registers) = self;
         let m = block.solver.mechanism;
         let mut outcomes: Vec<Option<Outcome>> = vec![None; block.tasks.len()];

@@ -17,6 +17,7 @@ pub mod extremes;
 pub mod flood;
 pub mod given;
 pub mod hyperstatic;
+pub mod interrupt;
 mod inverse;
 mod joint;
 pub mod linear;

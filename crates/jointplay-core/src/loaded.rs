@@ -17,6 +17,7 @@ use crate::batch::simd::{Kernel, dispatch};
 use crate::batch::{Contact, FirstOrder};
 use crate::clearance::{MAX_SIZE, Mute};
 use crate::closure::Inputs;
+use crate::interrupt;
 use crate::mechanism::{Mechanism, Source};
 use crate::real::Real;
 use crate::sensitivity::{Gradient, Output};
@@ -116,6 +117,7 @@ impl<'r> Kernel for Run<'r, '_> {
                 };
                 let (mut workspace, mut table) = (contact.workspace(), Table::default());
                 for block in self.cases.chunks(LANES) {
+                    interrupt::check();
                     contact.solve(&mut workspace, block, &mut table, plainly);
                 }
                 self.rows.put_table(&table);
@@ -126,6 +128,7 @@ impl<'r> Kernel for Run<'r, '_> {
                     *self.workspace = program.workspace();
                 }
                 for (number, block) in self.cases.chunks(LANES).enumerate() {
+                    interrupt::check();
                     let first = number * LANES;
                     let good = program.solve(self.workspace, block, &mut self.rows, first);
                     for (i, case) in block.iter().enumerate().filter(|(i, _)| !good[*i]) {
@@ -155,14 +158,16 @@ impl Mechanism {
         missing: impl Fn() -> T + Sync,
     ) -> Vec<T> {
         let solver = self.solver(cases);
-        cases
+        let found = cases
             .par_iter()
             .enumerate()
             .map(|(number, case)| {
                 let state = solver.as_ref().and_then(|s| Some((s, self.restore(s, case.coordinates, case.drives)?)));
-                state.map_or_else(&missing, |(s, state)| analysis(s, number, case, state))
+                let found = || state.map_or_else(&missing, |(s, state)| analysis(s, number, case, state));
+                interrupt::until_stopped(found).map(|found| [found])
             })
-            .collect()
+            .collect();
+        interrupt::before_the_stop(found)
     }
 
     /// Error of an output against that of nominal coordinates.
@@ -226,9 +231,12 @@ impl Mechanism {
         let programs = if cases.len() >= LANES { Programs::record(&solver, exact) } else { Programs::None };
         let runs = table.rows().runs(RUN).into_par_iter().zip(cases.par_chunks(RUN));
         let run = |workspace: &mut Vec<Block>, (rows, cases)| {
-            dispatch(Run { solver: &solver, programs: &programs, cases, exact, rows, workspace }).0
+            let run = Run { solver: &solver, programs: &programs, cases, exact, rows, workspace };
+            interrupt::until_stopped(|| [dispatch(run).0])
         };
-        table.fallbacks = runs.map_init(Vec::new, run).sum();
+        let fallbacks = interrupt::before_the_stop(runs.map_init(Vec::new, run).collect());
+        table.keep_first(RUN * fallbacks.len());
+        table.fallbacks = fallbacks.into_iter().sum();
         table
     }
 

@@ -24,6 +24,7 @@ use std::sync::OnceLock;
 use crate::batch::lanes::{Block, LANES};
 use crate::batch::simd::{Kernel, dispatch};
 use crate::clearance::{MAX_SIZE, Set};
+use crate::interrupt;
 use crate::mechanism::{Mechanism, Source};
 use crate::mesh::{cosine_of_radius, mesh, unit};
 use crate::sensitivity::Output;
@@ -111,6 +112,7 @@ impl<'m> Reach<'m> {
 
     /// Goes from a direction to that of its support point, until nothing is gained.
     fn climb(&self, mut direction: Vec3<f64>) -> (Vec3<f64>, f64) {
+        interrupt::check();
         let mut reached = self.reach(direction);
         for _ in 0..ALTERNATIONS {
             let error = self.support_point(direction);
@@ -188,6 +190,7 @@ impl<'m> Reach<'m> {
         let mut cells: Vec<[Corner; 3]> = mesh.cells.iter().map(|cell| cell.map(corner)).collect();
         let (mut bound, mut seen) = (0.0_f64, 0);
         while let Some([a, b, c]) = cells.pop() {
+            interrupt::check();
             seen += 1;
             let here = a.1.max(b.1).max(c.1) / cosine_of_radius([a.0, b.0, c.0]);
             if here <= maxima.largest() * (1.0 + TOLERANCE) || seen > MOST_CELLS {

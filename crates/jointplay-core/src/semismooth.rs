@@ -28,6 +28,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::ascent::UNDECIDED;
 use crate::clearance::{MAX_SIZE, Mute, inner};
 use crate::contact::Contact;
+use crate::interrupt;
 use crate::mechanism::Source;
 use crate::solver::{Linearised, Solver, State};
 
@@ -170,6 +171,7 @@ impl<'s, 'm> Newton<'s, 'm> {
         let mut bends = BTreeMap::new();
         let mut before = f64::INFINITY;
         for number in 0..STEPS {
+            interrupt::check();
             let projected = self.projected(&own);
             let left = largest(&projected.residual);
             at.settled = self.settled(&at);

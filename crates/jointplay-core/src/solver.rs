@@ -1,6 +1,7 @@
 //! Newton's method on the loop closure and continuation along a change of the inputs.
 
 use crate::closure::Inputs;
+use crate::interrupt;
 use crate::linear::{Elimination, Factored};
 use crate::mechanism::Mechanism;
 use crate::space::{Component, Pose, norm};
@@ -170,6 +171,7 @@ impl<'m> Solver<'m> {
 
     fn newton(&self, coordinates: &mut [f64], inputs: &Inputs<f64>) -> Option<Converged> {
         let m = self.mechanism;
+        interrupt::check();
         let mut moves = Vec::with_capacity(NEWTON_STEPS);
         let mut step = vec![0.0; m.n_unknowns()];
         for _ in 0..NEWTON_STEPS {

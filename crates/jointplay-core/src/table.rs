@@ -87,6 +87,27 @@ impl Table {
         }
     }
 
+    /// Leaves out the rows after the first ones, if there are any.
+    pub(crate) fn keep_first(&mut self, rows: usize) {
+        let n = self.status.len();
+        if rows >= n {
+            return;
+        }
+        let numbers = [
+            &mut self.error,
+            &mut self.error_first_order,
+            &mut self.undetermined,
+            &mut self.open,
+            &mut self.reaction,
+            &mut self.offset,
+            &mut self.contribution,
+        ];
+        numbers.into_iter().for_each(|column| column.truncate(column.len() / n * rows));
+        self.decided.truncate(self.decided.len() / n * rows);
+        self.steps.truncate(rows);
+        self.status.truncate(rows);
+    }
+
     pub(crate) fn push(&mut self, row: Loaded) {
         self.error.extend(row.error);
         self.error_first_order.extend(row.error_first_order);

@@ -12,6 +12,7 @@ use crate::batch::lanes::{Block as Numbers, LANES};
 use crate::batch::simd::{Kernel, dispatch};
 use crate::batch::{Follow, Start};
 use crate::closure::Inputs;
+use crate::interrupt;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
 use crate::status::Status;
@@ -78,6 +79,7 @@ impl Kernel for Run<'_, '_> {
             registers = follow.workspace();
         }
         for first in (0..n).step_by(LANES) {
+            interrupt::check();
             let block = first..n.min(first + LANES);
             let nearest = rows.nearest(done, block.clone());
             let (before, found) = done.trace.coordinates.split_at_mut(first * width);

@@ -11,6 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::Table;
+use crate::work::work;
 
 /// Answers of `programs` that differ in their numbers only.
 ///
@@ -58,7 +59,7 @@ pub fn cone_programs<'py>(
         forces: numbers(forces),
         rights: numbers(rights),
     };
-    let answers = py.detach(|| if alone { programs.solve_alone(question) } else { programs.solve(question) });
+    let answers = work(py, || if alone { programs.solve_alone(question) } else { programs.solve(question) })?;
     table(py, answers, [n, s, width])
 }
 

@@ -7,6 +7,7 @@ mod arrays;
 mod columns;
 mod cones;
 mod mechanism;
+mod work;
 
 use jointplay_core::Status;
 use pyo3::exceptions::PyValueError;

@@ -1,5 +1,6 @@
 //! A mechanism as Python holds it: arguments checked, the core called without the interpreter's lock.
 
+use jointplay_core::loaded::Case;
 use jointplay_core::sampling::Request;
 use jointplay_core::spec::Law;
 use jointplay_core::table::Keep;
@@ -8,16 +9,20 @@ use numpy::ndarray::Array2;
 use numpy::{
     IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
 };
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Configurations, Table, flat_rows, rows};
 use crate::columns::{given, load, nominal, scatter, worst};
+use crate::work::{short, work, work_in_part};
 
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 
 /// A checked, immutable mechanism.
+///
+/// What takes `partly` gives what is done when Ctrl-C stops it, where that is anything: the first rows, or the samples
+/// until then.
 #[pyclass(frozen, module = "jointplay._core")]
 pub struct Mechanism {
     core: Core,
@@ -39,7 +44,7 @@ impl Mechanism {
     #[new]
     fn new(spec: &str) -> PyResult<Self> {
         let spec: Spec = serde_json::from_str(spec).map_err(|e| PyValueError::new_err(e.to_string()))?;
-        Ok(Self { core: Core::new(&spec).map_err(|e| PyValueError::new_err(e.to_string()))? })
+        Ok(Self { core: short(|| Core::new(&spec))?.map_err(|e| PyValueError::new_err(e.to_string()))? })
     }
 
     #[getter]
@@ -73,7 +78,7 @@ impl Mechanism {
 
     fn assemble<'py>(&self, py: Python<'py>, drives: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         let drives = self.drive_row(&drives)?;
-        let assembly = py.detach(|| self.core.assemble(&drives, true));
+        let assembly = work(py, || self.core.assemble(&drives, true))?;
         Ok(Table::new(py)
             .array("poses", &[self.core.n_bodies(), self.core.n_body_coordinates()], assembly.coordinates)?
             .value("residual", assembly.residual)?
@@ -84,7 +89,7 @@ impl Mechanism {
     /// Whether joints and drives decide every pose just once at the given drive values.
     fn regular(&self, py: Python<'_>, drives: PyReadonlyArray1<'_, f64>) -> PyResult<bool> {
         let drives = self.drive_row(&drives)?;
-        Ok(py.detach(|| self.core.is_regular(&drives)))
+        work(py, || self.core.is_regular(&drives))
     }
 
     fn jacobian<'py>(&self, py: Python<'py>, poses: PyReadonlyArray2<'py, f64>) -> PyResult<Matrix<'py>> {
@@ -92,7 +97,7 @@ impl Mechanism {
         if coordinates.len() != self.core.n_coordinates() {
             return Err(PyValueError::new_err(format!("poses of {} bodies are needed", self.core.n_bodies())));
         }
-        let matrix = self.core.jacobian(&coordinates);
+        let matrix = short(|| self.core.jacobian(&coordinates))?;
         let array = Array2::from_shape_fn(matrix.shape(), |at| matrix[at]);
         Ok(array.into_pyarray(py))
     }
@@ -112,12 +117,12 @@ impl Mechanism {
                 "poses of {bodies} bodies and {drives} drive values are needed"
             )));
         }
-        Ok(self.core.gaps(&coordinates, &drives).into_pyarray(py))
+        Ok(short(|| self.core.gaps(&coordinates, &drives))?.into_pyarray(py))
     }
 
     fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", self.core.n_drives())?);
-        let configurations = py.detach(|| self.core.solve(n, &rows));
+        let configurations = work(py, || self.core.solve(n, &rows))?;
         Ok(nominal::solved(&self.core, Table::new(py), &configurations)?.finish())
     }
 
@@ -125,11 +130,11 @@ impl Mechanism {
     fn trace<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
-        let (trace, output) = py.detach(|| {
+        let (trace, output) = work(py, || {
             let trace = core.trace(n, &rows);
             let output = core.outputs(&trace.coordinates);
             (trace, output)
-        });
+        })?;
         Ok(nominal::traced(core, Table::new(py), trace, output)?.finish())
     }
 
@@ -156,11 +161,11 @@ impl Mechanism {
         {
             return Err(PyValueError::new_err("a row of drives per node of the grid and a node per seed are needed"));
         }
-        let (trace, output) = py.detach(|| {
+        let (trace, output) = work(py, || {
             let trace = core.flood(&shape, &rows, &seeds, spread);
             let output = core.outputs(&trace.coordinates);
             (trace, output)
-        });
+        })?;
         Ok(nominal::traced(core, Table::new(py), trace, output)?.finish())
     }
 
@@ -176,7 +181,8 @@ impl Mechanism {
         let drives = drives.unwrap_or_default().into_pyarray(py).readonly();
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let read = cases.iter().flat_map(|case| core.drive_values(case.coordinates, case.drives)).collect();
+        let of = |case: &Case<'_>| core.drive_values(case.coordinates, case.drives);
+        let read = short(|| cases.iter().flat_map(of).collect())?;
         let array =
             Array2::from_shape_vec((n, core.n_drives()), read).map_err(|e| PyValueError::new_err(e.to_string()))?;
         Ok(array.into_pyarray(py))
@@ -191,7 +197,7 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         let configurations = Configurations::new(&self.core, &drives, &poses)?;
         let cases = configurations.cases();
-        let measured = py.detach(|| self.core.measure(&cases));
+        let measured = work(py, || self.core.measure(&cases))?;
         Ok(nominal::solved(&self.core, Table::new(py), &measured)?.finish())
     }
 
@@ -207,7 +213,7 @@ impl Mechanism {
         if weights.len() != self.core.size() || start.len() != self.core.n_drives() {
             return Err(PyValueError::new_err("one weight per component and one start value per drive are needed"));
         }
-        let configurations = py.detach(|| self.core.inverse(&targets, &weights, &start));
+        let configurations = work(py, || self.core.inverse(&targets, &weights, &start))?;
         let mismatch = configurations.iter().map(|c| c.mismatch).collect();
         let table = nominal::solved(&self.core, Table::new(py), &configurations)?;
         Ok(table.array("mismatch", &[configurations.len()], mismatch)?.finish())
@@ -229,10 +235,10 @@ impl Mechanism {
         }
         let table = Table::new(py);
         let table = if core.is_isostatic() {
-            let found = py.detach(|| core.given(&cases, &parameters));
+            let found = work(py, || core.given(&cases, &parameters))?;
             given::given(core, table, &found.iter().collect::<Vec<_>>())
         } else {
-            let found = py.detach(|| core.forced(&cases, &parameters));
+            let found = work(py, || core.forced(&cases, &parameters))?;
             given::forced(core, table, &found)
         };
         Ok(table?.finish())
@@ -249,12 +255,13 @@ impl Mechanism {
         let cases = configurations.cases();
         let isostatic = core.is_isostatic();
         let found =
-            py.detach(|| if isostatic { core.sensitivities(&cases) } else { core.shared_sensitivities(&cases) });
+            work(py, || if isostatic { core.sensitivities(&cases) } else { core.shared_sensitivities(&cases) })?;
         Ok(given::sensitivity(core, Table::new(py), &found)?.finish())
     }
 
     /// `offset` and `details` tell whether these columns are wanted beside error, undetermined, iterations, status.
-    #[pyo3(signature = (drives, poses, exact = true, offset = true, details = true))]
+    #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method
+    #[pyo3(signature = (drives, poses, exact = true, offset = true, details = true, partly = false))]
     fn loaded<'py>(
         &self,
         py: Python<'py>,
@@ -263,16 +270,19 @@ impl Mechanism {
         exact: bool,
         offset: bool,
         details: bool,
+        partly: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
         let keep = Keep { offset, details };
         if core.is_isostatic() {
-            let found = py.detach(|| core.loaded(&cases, exact, keep));
+            let loaded = || core.loaded(&cases, exact, keep);
+            let found = work_in_part(py, 0, loaded, |found| !partly || found.status.is_empty())?;
             return Ok(load::pushed(core, Table::new(py), found, keep)?.finish());
         }
-        let found = py.detach(|| core.strained(&cases, exact));
+        let strained = || core.strained(&cases, exact);
+        let found = work_in_part(py, 0, strained, |found| !partly || found.gap.is_empty())?;
         Ok(load::strained(core, Table::new(py), found, keep)?.finish())
     }
 
@@ -292,7 +302,7 @@ impl Mechanism {
             return Err(PyValueError::new_err("loads are distributed by the play of this mechanism: trace it first"));
         }
         let keep = Keep { offset, details };
-        let found = py.detach(|| core.loaded_along(n, &rows, exact, keep));
+        let found = work(py, || core.loaded_along(n, &rows, exact, keep))?;
         Ok(load::pushed(core, Table::new(py), found, keep)?.finish())
     }
 
@@ -310,11 +320,11 @@ impl Mechanism {
         let [case] = configurations.cases()[..] else {
             return Err(PyValueError::new_err("one configuration is needed"));
         };
-        let found = py.detach(|| core.strained_units(case, &units));
+        let found = work(py, || core.strained_units(case, &units))?;
         Ok(load::units(core, Table::new(py), found)?.finish())
     }
 
-    #[pyo3(signature = (drives, poses, starts = 24, lanes = true))]
+    #[pyo3(signature = (drives, poses, starts = 24, lanes = true, partly = false))]
     fn worst<'py>(
         &self,
         py: Python<'py>,
@@ -322,15 +332,17 @@ impl Mechanism {
         poses: PyReadonlyArray3<'py, f64>,
         starts: usize,
         lanes: bool,
+        partly: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let found = py.detach(|| match (core.is_isostatic(), lanes) {
+        let worst = || match (core.is_isostatic(), lanes) {
             (false, _) => core.worst_together(&cases, starts),
             (true, true) => core.worst(&cases, starts),
             (true, false) => core.worst_plainly(&cases, starts),
-        });
+        };
+        let found = work_in_part(py, 0, worst, |found| !partly || found.is_empty())?;
         Ok(worst::worst(core, Table::new(py), &found)?.finish())
     }
 
@@ -350,7 +362,7 @@ impl Mechanism {
             loaded: false,
             keep: false,
         };
-        let units = py.detach(|| core.units(&request));
+        let units = work(py, || core.units(&request))?;
         let array = Array2::from_shape_vec((samples, core.n_parameters()), units)
             .map_err(|e| PyValueError::new_err(e.to_string()))?;
         Ok(array.into_pyarray(py))
@@ -365,11 +377,11 @@ impl Mechanism {
     ) -> PyResult<Vec<usize>> {
         let configurations = Configurations::new(&self.core, &drives, &poses)?;
         let cases = configurations.cases();
-        Ok(py.detach(|| self.core.tied(&cases)))
+        work(py, || self.core.tied(&cases))
     }
 
     #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method
-    #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0, keep = false, loaded = false))]
+    #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0, keep = false, loaded = false, partly = false))]
     fn random<'py>(
         &self,
         py: Python<'py>,
@@ -384,6 +396,7 @@ impl Mechanism {
         threads: usize,
         keep: bool,
         loaded: bool,
+        partly: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let law = named(law)?;
@@ -391,17 +404,15 @@ impl Mechanism {
         let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law, loaded, keep };
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
         let table = Table::new(py);
         // Without load and redundant rows nothing is elastically deformed.
         let table = if core.n_rows() == core.n_unknowns() && !loaded {
-            let found = py.detach(|| pool.install(|| core.random(&cases, &request)));
+            let found =
+                work_in_part(py, threads, || core.random(&cases, &request), |found| !partly || found.is_empty())?;
             scatter::scatter(core, table, &found.iter().collect::<Vec<_>>(), &request)
         } else {
-            let found = py.detach(|| pool.install(|| core.random_units(&cases, &request)));
+            let random = || core.random_units(&cases, &request);
+            let found = work_in_part(py, threads, random, |found| !partly || found.is_empty())?;
             scatter::units(core, table, &found, &request)
         };
         Ok(table?.finish())

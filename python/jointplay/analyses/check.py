@@ -12,6 +12,7 @@ from jointplay.compile import LENGTHS
 from jointplay.mobility import Misfit, SelfStress, examine
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
+from jointplay.typed import typed
 
 from .nominal import Floats
 
@@ -24,6 +25,7 @@ SIZES = ("radius", "axial", "gap")
 MOST_CURES = 3
 
 
+@typed
 def check(m: Mechanism) -> xr.Dataset:
     """Examine a mechanism without asking for its error.
 

@@ -18,9 +18,10 @@ from jointplay.errors import InputError, not_known
 from jointplay.mobility import require_determinate
 from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, align, axes_of, split, stack, to_dataset
+from jointplay.typed import typed
 
 from .nominal import Nominal, follow, nominal, report
-from .questions import computation
+from .questions import check_options, computation
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 QUESTIONS = ("loaded", "worst", "random")
 
 
+@typed
 def compare(
     a: Mechanism,
     b: Mechanism,
@@ -82,6 +84,7 @@ def compute(
 ) -> Result:
     """The light form of `compare`."""
     ask = computation(question, QUESTIONS)
+    check_options(question, options, "compare")
     if a.components != b.components:
         spaces = f"{a.data.space} and {b.data.space}"
         raise InputError(f"one moves in the plane and one in space ({spaces}), so their errors cannot be compared")
@@ -140,6 +143,8 @@ def _components(b: Mechanism, components: Sequence[str] | None) -> tuple[str, ..
 
 def _labels(a: Mechanism, b: Mechanism, names: tuple[str, str] | None) -> tuple[str, str]:
     if names is not None:
+        if len(names) != 2:
+            raise InputError(f"two mechanisms need two names, not {len(names)}", key="names")
         first, second = names
         if first == second:
             raise InputError(f"two mechanisms need two names, not twice '{first}'", key="names")

@@ -20,10 +20,11 @@ from jointplay.compile import LENGTHS
 from jointplay.errors import InputError, not_known, shown
 from jointplay.model import Mechanism
 from jointplay.result import Result, axes_of, split, to_dataset
+from jointplay.typed import typed
 
 from .loaded import require_loads
 from .nominal import Codes, Floats, Nominal, nominal, report
-from .offsets import Offsets, parameters
+from .offsets import Offsets, check_numbers, parameters
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,6 +43,7 @@ Places = NDArray[np.intp]
 Errors = Callable[[Floats, Places], tuple[Floats, Codes]]
 
 
+@typed
 def compensate(
     m: Mechanism,
     question: str = "loaded",
@@ -226,6 +228,7 @@ def _weights(m: Mechanism, weights: tuple[float, float] | None) -> Floats:
         if len(weights) != 2 or not all(np.isfinite(w) and w >= 0 for w in weights) or not any(weights):
             problem = f"two weights, position and rotation, not negative and not both zero; here {shown(list(weights))}"
             raise InputError(problem, key="weights")
+        check_numbers(np.array(weights, dtype=np.float64), "", "weights")
         position, rotation = float(weights[0]), float(weights[1]) * m.units.length
     return np.array([position if c in LENGTHS else rotation for c in m.components])
 
@@ -234,7 +237,10 @@ def _target(m: Mechanism, count: int, target: Any) -> Floats:
     wanted = np.zeros((count, len(m.components)))
     if target is None:
         return wanted
-    array = np.asarray(target, dtype=np.float64)
+    try:
+        array = np.asarray(target, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("is not an array of numbers", file=m.file, key="target") from None
     width = array.shape[-1] if array.ndim else 0
     lengths, _ = split(list(m.components))
     widths = (len(lengths), len(m.components))
@@ -242,8 +248,7 @@ def _target(m: Mechanism, count: int, target: Any) -> Floats:
         names = f"{', '.join(lengths)} or {', '.join(m.components)}"
         problem = f"needs {names} for all or each of the {count} configurations; here the shape is {array.shape}"
         raise InputError(problem, file=m.file, key="target")
-    if not np.isfinite(array).all():
-        raise InputError("has values that are not finite", file=m.file, key="target")
+    check_numbers(array, m.file, "target")
     wanted[:, :width] = array * m.component_factors[:width]
     return wanted
 

@@ -13,6 +13,7 @@ import numpy as np
 from jointplay import poses
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
+from jointplay.typed import typed
 
 from .nominal import Floats, Nominal, nominal, report
 from .offsets import Offsets, admissible, parameters
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@typed
 def given(
     m: Mechanism,
     offsets: Offsets | xr.DataArray | xr.Dataset | None = None,

@@ -14,13 +14,15 @@ from numpy.typing import NDArray
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, to_dataset
+from jointplay.typed import typed
 
-from .nominal import Nominal, nominal, report
+from .nominal import Nominal, finished, nominal, report
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+@typed
 def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Dataset:
     """Find the error that the loads cause by taking up the clearances.
 
@@ -73,7 +75,9 @@ def compute(
     """The light form of `loaded`; `offset` asks for the offsets without the other details."""
     require_loads(m)
     at = at or nominal(m)
-    found = m.core.loaded(at.drives, at.poses, exact, offset or details, details)
+    found = m.core.loaded(at.drives, at.poses, exact, offset or details, details, partly=True)
+    count, done = len(at), len(found["status"])
+    at = at.first(done)
     pose = ("configuration", "component")
     builder = report(m, "loaded", at)
     words = "error of the output, actual - nominal" + ("" if exact else ", to first order")
@@ -90,7 +94,7 @@ def compute(
         if details:
             _strain(m, builder, found)
     builder.status(at.worse(found["status"]))
-    return builder.result()
+    return finished(builder, done, count)
 
 
 def _details(builder: Builder, found: dict[str, NDArray[Any]]) -> None:

@@ -133,7 +133,7 @@ def batched(
     run: Callable[[slice], dict[str, NDArray[Any]]],
     progress: Progress | None,
 ) -> tuple[dict[str, NDArray[Any]], int]:
-    """Run over configurations in batches.
+    """Run over configurations in batches; after Ctrl-C a batch may give fewer than it was asked for.
 
     Returns
     -------
@@ -149,9 +149,12 @@ def batched(
             end = min(done + size, count)
             part = run(slice(done, end))
             parts.append(part)
-            done = end
+            done += len(part["status"])
             if progress is not None:
                 progress(done, count)
+            # Ctrl-C came in the middle of the batch.
+            if done < end:
+                break
     except KeyboardInterrupt:
         if not parts:
             raise
@@ -159,15 +162,15 @@ def batched(
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}, done
 
 
-def finished(builder: Builder, done: int, count: int) -> Result:
-    """The result of batches.
+def finished(builder: Builder, done: int, count: int, unfinished: str = "") -> Result:
+    """The result of batches; `unfinished` says what the last configuration lacks.
 
     Raises
     ------
     Interrupted
         When not all of them were done.
     """
-    if done < count:
-        builder.attrs["incomplete"] = f"interrupted after {done} of {count} configurations"
+    if done < count or unfinished:
+        builder.attrs["incomplete"] = f"interrupted after {done} of {count} configurations{unfinished}"
         raise Interrupted(builder.result())
     return builder.result()

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from jointplay.errors import InputError, listed, not_known
 from jointplay.model import Mechanism
 from jointplay.result import axes_of
+from jointplay.schema.values import LARGEST
 
 from .nominal import Floats
 
@@ -67,8 +68,7 @@ def _put(m: Mechanism, u: Floats, columns: list[int], value: Any, name: str, nam
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError(f"{value!r} is not a number or an array of numbers", file=m.file, key=name) from None
-    if not np.isfinite(array).all():
-        raise InputError("has values that are not finite", file=m.file, key=name)
+    check_numbers(array, m.file, name)
     if len(columns) == 1 and array.shape in ((), (1,), (count,), (count, 1)):
         u[:, columns[0]] = array.reshape(-1) * m.parameter_factors[columns[0]]
     elif len(columns) > 1 and array.shape in ((len(columns),), (count, len(columns))):
@@ -101,12 +101,31 @@ def _from_array(m: Mechanism, count: int, offsets: Any, deviations: Mapping[str,
         if offsets["parameter"].values.tolist() != list(m.parameters):
             raise InputError("the parameters are not those of this mechanism", file=m.file, key="offsets")
         offsets = offsets.transpose(..., "parameter").values
-    array = np.asarray(offsets, dtype=np.float64)
+    try:
+        array = np.asarray(offsets, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("is not an array of numbers", file=m.file, key="offsets") from None
+    # nan stands where another result has none
+    check_numbers(np.nan_to_num(array, nan=0.0, posinf=np.inf, neginf=-np.inf), m.file, "offsets")
     if array.shape not in ((len(m.parameters),), (count, len(m.parameters))):
         shape = f"({count}, {len(m.parameters)})"
         problem = f"needs the shape {shape}, configurations by parameters; here it is {array.shape}"
         raise InputError(problem, file=m.file, key="offsets")
     return np.ascontiguousarray(np.broadcast_to(array * m.parameter_factors, (count, len(m.parameters))))
+
+
+def check_numbers(array: Floats, file: str, key: str) -> None:
+    """Refuse what is not finite, or larger than any number of a file may be.
+
+    Raises
+    ------
+    InputError
+        The message names the key and the limit.
+    """
+    if not np.isfinite(array).all():
+        raise InputError("has values that are not finite", file=file, key=key)
+    if array.size and (largest := float(np.abs(array).max())) > LARGEST:
+        raise InputError(f"{largest:.4g} is too large; numbers go up to {LARGEST:.0e}", file=file, key=key)
 
 
 def admissible(m: Mechanism, u: Floats) -> NDArray[np.bool_]:

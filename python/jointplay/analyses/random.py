@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.errors import InputError, listed, not_known, shown
+from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.model import Mechanism
 from jointplay.result import STATUSES, Builder, Result, to_dataset
+from jointplay.typed import typed
 
 from .loaded import require_loads
 from .nominal import Nominal, Progress, batched, finished, nominal, report
@@ -27,8 +28,12 @@ PROBABILITIES = (0.5, 0.9, 0.95, 0.99, 0.999)
 LAWS = ("uniform", "boundary", "normal")
 CONTACTS = ("scattered", "loaded")
 MOST_SAMPLES = 10**12
+MOST_PROBABILITIES = 1000
+#: more than any machine has cores
+MOST_THREADS = 1024
 
 
+@typed
 def random(
     m: Mechanism,
     samples: int = 100_000,
@@ -105,15 +110,21 @@ def compute(
 ) -> Result:
     """The light form of `random`."""
     levels = checked(samples, seed, law, probabilities)
+    in_range(threads, "threads", 0, MOST_THREADS)
     is_loaded = _is_loaded(m, contact)
     at = at or nominal(m)
     if not is_loaded:
         _require_room(m, law, at)
     drives, poses, limits = at.drives, at.poses, m.limits
 
+    drawn = samples
+
     def run(part: slice) -> dict[str, NDArray[Any]]:
-        # One configuration a call, so that the bar moves and Ctrl-C keeps what is done.
-        return m.core.random(
+        # One configuration a call, so that the bar moves.
+        nonlocal drawn
+        if drawn < samples:
+            raise KeyboardInterrupt
+        found = m.core.random(
             drives[part],
             poses[part],
             samples,
@@ -124,7 +135,10 @@ def compute(
             law,
             threads,
             loaded=is_loaded,
+            partly=True,
         )
+        drawn = int(found["failures"].sum())
+        return found
 
     found, done = batched(len(at), 1, run, progress)
     at = at.first(done)
@@ -134,22 +148,22 @@ def compute(
     _moments(builder, found)
     _distribution(builder, found, levels, m)
     if "clearance_factor" in found:
-        _assembly(builder, found, samples, m)
+        _assembly(builder, found, m)
     builder.status(at.worse(found["status"]))
-    return finished(builder, done, len(drives))
+    unfinished = f", the last with {drawn:,} of {samples:,} samples" if drawn < samples else ""
+    return finished(builder, done, len(drives), unfinished)
 
 
 def checked(samples: int, seed: int, law: str | None, probabilities: Sequence[float]) -> NDArray[np.float64]:
     """The probabilities as an array, after a look at everything that was asked."""
-    if not 2 <= samples <= MOST_SAMPLES:
-        raise InputError(f"{samples} is not a number of samples; 2 or more are needed", key="samples")
-    if not 0 <= seed < 2**64:
-        raise InputError(f"{seed} is not a seed; a whole number from 0 below 2^64 is needed", key="seed")
+    in_range(samples, "samples", 2, MOST_SAMPLES)
+    in_range(seed, "seed", 0, 2**64 - 1)
     if law is not None and law not in LAWS:
         raise InputError(not_known(law, "a law", LAWS), key="law")
     levels = np.array(probabilities, dtype=np.float64)
-    if levels.ndim != 1 or not ((levels > 0) & (levels < 1)).all():
-        raise InputError(f"probabilities lie between 0 and 1, not {shown(list(probabilities))}", key="probabilities")
+    if levels.ndim != 1 or len(levels) > MOST_PROBABILITIES or not ((levels > 0) & (levels < 1)).all():
+        problem = f"up to {MOST_PROBABILITIES} numbers between 0 and 1 are needed, not {shown(levels.tolist())}"
+        raise InputError(problem, key="probabilities")
     return levels
 
 
@@ -210,12 +224,12 @@ def _distribution(builder: Builder, found: dict[str, NDArray[Any]], levels: NDAr
         builder.attrs["limit_rotation"] = m.limits.rotation / builder.units.angle
 
 
-def _assembly(builder: Builder, found: dict[str, NDArray[Any]], samples: int, m: Mechanism) -> None:
+def _assembly(builder: Builder, found: dict[str, NDArray[Any]], m: Mechanism) -> None:
     """What over-constrained and elastic mechanisms tell beside."""
     words = "smallest factor on the clearances with which a unit goes together rigidly, quantile"
     builder.add("clearance_factor_quantile", ("configuration", "probability"), found["clearance_factor"], words)
     for outcome, words in (("not_assemblable", "do not go together"), ("strained", "are strained without any load")):
-        share = found["failures"][:, STATUSES.tolist().index(outcome)] / samples
+        share = found["failures"][:, STATUSES.tolist().index(outcome)] / found["failures"].sum(axis=1)
         builder.add(outcome, "configuration", share, f"share of the units that {words}")
     if not m.core.deformations:
         return

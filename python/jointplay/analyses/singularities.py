@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core
+from jointplay.compile import LARGEST_RATIO
 from jointplay.errors import InputError, not_known, shown
 from jointplay.mobility import RANK, require_determinate
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, to_dataset
+from jointplay.typed import typed
 
 from .nominal import Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .singular_path import Nearest, Path
@@ -30,6 +32,7 @@ WORDS = {
 }
 
 
+@typed
 def singularities(
     m: Mechanism, *, length: float | None = None, components: Sequence[str] | None = None, path: bool = True
 ) -> xr.Dataset:
@@ -180,9 +183,16 @@ def _add_nearest(builder: Builder, nearest: Nearest) -> None:
 def _length(m: Mechanism, length: float | None) -> float:
     if length is None:
         return m.length
-    if isinstance(length, bool) or not isinstance(length, int | float) or not 0.0 < length < np.inf:
-        raise InputError(f"is a positive number of {m.units.length_name}, not {shown(length)}", key="length")
-    return float(length) * m.units.length
+    asked = float(length) * m.units.length
+    # Beyond that no singular value tells anything of the mechanism.
+    low, high = m.length / LARGEST_RATIO, m.length * LARGEST_RATIO
+    if not low <= asked <= high:
+        unit = m.units.length
+        problem = (
+            f"is a number of {m.units.length_name} from {low / unit:.4g} to {high / unit:.4g}, not {shown(length)}"
+        )
+        raise InputError(problem, key="length")
+    return asked
 
 
 def _components(m: Mechanism, scaled: Scaled, at: Nominal, asked: Sequence[str] | None) -> list[int]:
@@ -190,6 +200,7 @@ def _components(m: Mechanism, scaled: Scaled, at: Nominal, asked: Sequence[str] 
     if asked is None and m.targets is not None:
         asked = m.target_components
     if asked is not None:
+        asked = (asked,) if isinstance(asked, str) else tuple(asked)
         for name in asked:
             if name not in m.components:
                 raise InputError(not_known(str(name), "a component of the output", m.components), key="components")

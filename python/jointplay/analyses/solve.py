@@ -12,6 +12,7 @@ from jointplay.compile import ANGULAR, DRIVABLE, coordinate
 from jointplay.mobility import examine
 from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, to_dataset
+from jointplay.typed import typed
 
 from .nominal import Floats, Nominal, nominal, report
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@typed
 def solve(m: Mechanism) -> xr.Dataset:
     """Solve the nominal mechanism for every configuration.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,20 +12,24 @@ from jointplay.compile import ANGULAR
 from jointplay.errors import InputError, shown
 from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, coordinate_names, stack, to_dataset
+from jointplay.typed import typed
 
 from .nominal import Interrupted, Progress
-from .questions import computation
+from .questions import check_options, computation
 
 if TYPE_CHECKING:
     import xarray as xr
 
 QUESTIONS = ("worst", "loaded", "random", "given", "solve")
+#: more than anybody waits for
+MOST_VALUES = 100_000
 LENGTHS = frozenset(
     {"radial", "diametral", "axial", "gap", "length", "width", "height", "size", "position", "x", "y", "z", "at"}
 )
 ANGLES = frozenset({"rotation", "angle", "rx", "ry", "rz"})
 
 
+@typed
 def sweep(
     m: Mechanism,
     key: str | Sequence[str],
@@ -83,6 +88,7 @@ def compute(
 ) -> Result:
     """The light form of `sweep`."""
     ask = computation(question, QUESTIONS)
+    check_options(question, options, "sweep")
     keys = (key,) if isinstance(key, str) else tuple(key)
     steps = _checked(m, keys, values)
     results: list[Result] = []
@@ -108,9 +114,10 @@ def compute(
 def _checked(m: Mechanism, keys: tuple[str, ...], values: Iterable[float | str]) -> list[float | str]:
     if not keys:
         raise InputError("name at least one key of the file", file=m.file, key="sweep")
-    steps = [value.item() if isinstance(value, np.generic) else value for value in values]
-    if not steps:
-        raise InputError("needs at least one value", file=m.file, key=keys[0])
+    steps = [value.item() if isinstance(value, np.generic) else value for value in islice(values, MOST_VALUES + 1)]
+    if not 1 <= len(steps) <= MOST_VALUES:
+        few = "needs at least one value"
+        raise InputError(f"more than {MOST_VALUES} values" if steps else few, file=m.file, key=keys[0])
     kinds = {str if isinstance(value, str) else float for value in steps}
     for value in steps:
         if isinstance(value, bool) or not isinstance(value, int | float | str) or len(kinds) > 1:

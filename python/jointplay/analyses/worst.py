@@ -9,10 +9,14 @@ be strained, where these have the least energy.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from numpy.typing import NDArray
+
+from jointplay.errors import in_range
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
+from jointplay.typed import typed
 
 from .nominal import Nominal, Progress, batched, finished, nominal, report
 
@@ -21,8 +25,11 @@ if TYPE_CHECKING:
 
 #: configurations per call of the core: enough for its threads, few enough to answer Ctrl-C
 BATCH = 16
+#: far more than ever find anything new
+MOST_STARTS = 10_000
 
 
+@typed
 def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
     """Find the largest errors that clearances and tolerances allow.
 
@@ -55,9 +62,14 @@ def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
 
 def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progress: Progress | None = None) -> Result:
     """The light form of `worst`."""
+    in_range(starts, "starts", 1, MOST_STARTS)
     at = at or nominal(m)
     drives, poses = at.drives, at.poses
-    found, done = batched(len(at), BATCH, lambda part: m.core.worst(drives[part], poses[part], starts), progress)
+
+    def run(part: slice) -> dict[str, NDArray[Any]]:
+        return m.core.worst(drives[part], poses[part], starts, partly=True)
+
+    found, done = batched(len(at), BATCH, run, progress)
     at = at.first(done)
     builder = report(m, "worst", at)
     sides = ("configuration", "component", "side")

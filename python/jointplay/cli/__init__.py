@@ -30,9 +30,7 @@ def run(arguments: list[str]) -> int:
         0 done, 1 done but some configuration is not ok, 2 bad input, 130 interrupted.
     """
     try:
-        from .commands import app
-
-        code = app(arguments, standalone_mode=False)
+        code = _done(arguments)
         sys.stdout.flush()
     except JointplayError as problem:
         return _refuse(str(problem))
@@ -47,10 +45,23 @@ def run(arguments: list[str]) -> int:
         bases = {base.__name__ for base in type(problem).__mro__}
         if "Abort" in bases:
             return _interrupted()
+        if "Exit" in bases:
+            return int(problem.exit_code)  # type: ignore[attr-defined]
         if "ClickException" not in bases:
             raise
         return _refuse(one_line(problem.format_message()))  # type: ignore[attr-defined]
     return code if isinstance(code, int) else DONE
+
+
+def _done(arguments: list[str]) -> object:
+    """What a command gives; unlike `app()` this leaves Ctrl-C to the caller, who has something to say."""
+    from typer.main import get_command
+
+    from .commands import app
+
+    command = get_command(app)
+    with command.make_context("jointplay", arguments) as context:
+        return command.invoke(context)
 
 
 def _refuse(message: str) -> int:
@@ -59,5 +70,5 @@ def _refuse(message: str) -> int:
 
 
 def _interrupted() -> int:
-    sys.stderr.write("interrupted\n")
+    sys.stderr.write("interrupted before there was anything to tell\n")
     return INTERRUPTED

@@ -57,13 +57,23 @@ def numbers(text: str, option: str, counts: tuple[int, ...] | None = None) -> fl
         When something is not a number, or there are not as many as `counts` allows.
     """
     try:
-        found = tuple(float(part) for part in text.split(","))
+        found = tuple(_bounded(part, option) for part in text.split(","))
     except ValueError:
         raise InputError(f"{shown(text)} is not a number, or numbers with commas between them", key=option) from None
     if counts is not None and len(found) not in counts:
         wanted = " or ".join(map(str, counts))
         raise InputError(f"needs {wanted} numbers with commas between them, not {shown(text)}", key=option)
     return found[0] if len(found) == 1 and counts is None else found
+
+
+def _bounded(text: str, option: str) -> float:
+    """A number, within what a file may have."""
+    from jointplay.schema.values import LARGEST
+
+    number = float(text)
+    if not abs(number) <= LARGEST:
+        raise InputError(f"{shown(text)} is not a number up to {LARGEST:.0e}", key=option)
+    return number
 
 
 def swept(settings: dict[str, str]) -> tuple[list[str], list[float | str], dict[str, str]]:
@@ -119,7 +129,7 @@ def _steps(key: str, text: str, option: str = "--set") -> list[float | str] | No
         return None
     try:
         first, last, number = text.split(":")
-        low, high, count = float(first), float(last), int(number)
+        low, high, count = _bounded(first, option), _bounded(last, option), int(number)
     except ValueError:
         raise InputError(f"{shown(text)} is not from:to:count, such as 0:1:11", key=f"{option} {key}") from None
     if not 2 <= count <= MOST_STEPS:

@@ -20,6 +20,7 @@ from jointplay.schema import MechanismFile, PlanarFile, SpatialFile
 from jointplay.units import Units
 
 from .assembly import Assembly, compile_assembly
+from .bounds import LARGEST_RATIO, check_sizes
 from .coordinates import coordinate
 from .drives import COMPONENTS, LENGTHS, Commands, compile_drives, coordinate_factor
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
@@ -33,6 +34,7 @@ from .start import planar_start
 __all__ = [
     "ANGULAR",
     "DRIVABLE",
+    "LARGEST_RATIO",
     "LENGTHS",
     "TURNS",
     "Assembly",
@@ -205,6 +207,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
     pieces = split(data, graph, {output: "output", **_loaded(data, loads, output)})
     guess = pieces.guess(guess)
     sources = compile_sources(data, graph, commands, output, length)
+    check_sizes(data, graph, guess, commands, sources, length)
     limits = _limits(data, graph)
     components = COMPONENTS[data.space]
     component_factors = _fixed([units.length if c in LENGTHS else units.angle for c in components])

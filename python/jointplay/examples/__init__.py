@@ -15,6 +15,7 @@ from jointplay.errors import InputError, not_known
 from jointplay.model import loads
 from jointplay.schema import SpatialFile
 from jointplay.schema.keys import assign, expand
+from jointplay.typed import typed
 
 from .antenna_support import AntennaSupport
 from .delta import Delta
@@ -43,6 +44,7 @@ def names() -> tuple[str, ...]:
     return _NAMES
 
 
+@typed
 def title(name: str) -> str:
     """What an example is.
 
@@ -59,6 +61,7 @@ def title(name: str) -> str:
     return str(tomllib.loads(text(name))["title"])
 
 
+@typed
 def parameters(name: str) -> dict[str, float | str]:
     """The sizes from which an example is written, with their usual values; none for one that is a file as it stands.
 
@@ -76,6 +79,7 @@ def parameters(name: str) -> dict[str, float | str]:
     return asdict(_TEMPLATES[name]()) if name in _TEMPLATES else {}
 
 
+@typed
 def text(name: str, settings: Mapping[str, str] | None = None) -> str:
     """The file of an example.
 

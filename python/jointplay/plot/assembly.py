@@ -16,8 +16,9 @@ from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.table import VERDICTS
+from jointplay.typed import typed
 
-from .style import COLOURS, GREY, STYLE, light, round_factor
+from .style import COLOURS, GREY, STYLE, check_exaggeration, light, round_factor
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,6 +53,7 @@ REACH = {
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
+@typed
 def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | None = None) -> Figure:
     """Draw an assembly, a panel for every step.
 
@@ -68,6 +70,7 @@ def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | N
     exaggerate : float, optional
         How many times larger than they are errors are drawn; a round number that makes them visible if left out.
     """
+    check_exaggeration(exaggerate)
     part = light(result)
     if part.attrs.get("question") != "assemble":
         raise InputError("is not the result of an assembly", key="result")

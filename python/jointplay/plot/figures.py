@@ -9,9 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jointplay.errors import InputError
+from jointplay.errors import InputError, in_range
 from jointplay.result import Result, size, typical, unit_of
 from jointplay.result import blame as shares_of
+from jointplay.typed import typed
 
 from .style import COLOURS, GREY, HATCHES, along, canvas, labelled, light, series
 
@@ -27,6 +28,7 @@ MOST_SOURCES = 7
 MOST_CURVES = 6
 
 
+@typed
 def error(results: Results | Result | xr.Dataset, quantity: str = "position", *, axes: Axes | None = None) -> Figure:
     """Draw the size of the error against the drive, or the number of the configuration.
 
@@ -57,6 +59,7 @@ def error(results: Results | Result | xr.Dataset, quantity: str = "position", *,
     return figure
 
 
+@typed
 def blame(result: Result | xr.Dataset, quantity: str = "position", *, axes: Axes | None = None) -> Figure:
     """Draw the share of every source in the first-order error, configuration by configuration.
 
@@ -98,6 +101,7 @@ def blame(result: Result | xr.Dataset, quantity: str = "position", *, axes: Axes
     return figure
 
 
+@typed
 def sweep(
     result: Result | xr.Dataset, quantity: str = "position", *, surface: bool = False, axes: Axes | None = None
 ) -> Figure:
@@ -148,6 +152,7 @@ def sweep(
     return figure
 
 
+@typed
 def histogram(
     result: Result | xr.Dataset, quantity: str = "position", configuration: int = 0, *, axes: Axes | None = None
 ) -> Figure:
@@ -167,6 +172,7 @@ def histogram(
     known = part.labels("quantity")
     if quantity not in known:
         raise InputError(f"'{quantity}' is not one of {', '.join(known)}", key="quantity")
+    in_range(configuration, "configuration", 0, part.sizes["configuration"] - 1)
     figure, axes = canvas(axes)
     counts = part.get("histogram", quantity=quantity)[configuration]
     edges = part.get("edge", quantity=quantity)[configuration]

@@ -11,12 +11,13 @@ from matplotlib.patches import Circle, Polygon
 
 from jointplay import poses
 from jointplay.analyses.nominal import Nominal, nominal
-from jointplay.errors import InputError
+from jointplay.errors import InputError, shown
 from jointplay.model import Mechanism
 from jointplay.result import Result
+from jointplay.typed import typed
 
 from .spatial import Sketch
-from .style import COLOURS, GREY, canvas, light
+from .style import COLOURS, GREY, canvas, check_exaggeration, light
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +28,7 @@ PIN, SLIDER, SUPPORT = 0.008, 0.035, 0.03
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
+@typed
 def mechanism(
     m: Mechanism,
     configuration: int = 0,
@@ -55,9 +57,12 @@ def mechanism(
         Write the names of the joints.
     axes : matplotlib axes, optional
     """
+    check_exaggeration(exaggerate)
     at = nominal(m)
     if not 0 <= configuration < len(at):
-        raise InputError(f"there is no configuration {configuration}; they go from 0 to {len(at) - 1}", file=m.file)
+        raise InputError(
+            f"there is no configuration {shown(configuration)}; they go from 0 to {len(at) - 1}", file=m.file
+        )
     if not np.isfinite(at.poses[configuration]).all():
         raise InputError(f"configuration {configuration} is not assembled and cannot be drawn", file=m.file)
     figure, axes = canvas(axes, 7.4, 5.0, projection(m))

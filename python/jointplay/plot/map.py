@@ -19,6 +19,7 @@ from matplotlib.patches import Patch
 
 from jointplay.errors import InputError
 from jointplay.result import Result, Variable, quantity
+from jointplay.typed import typed
 from jointplay.write import atomically
 
 from . import sheet
@@ -60,6 +61,7 @@ class Layers:
     title: str
 
 
+@typed
 def map(result: Result | xr.Dataset, variable: str | None = None, *, axes: Axes | None = None) -> Figure:
     """Draw a map: a line over one axis, colours over two, slices over three.
 
@@ -250,6 +252,7 @@ def check_path(path: Path) -> None:
         raise InputError(problem, file=os.fspath(path))
 
 
+@typed
 def draw(result: Result | xr.Dataset, path: Path, variable: str | None = None) -> None:
     """Draw a map and write it.
 

@@ -14,6 +14,7 @@ from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.result import size as size_of
+from jointplay.typed import typed
 from jointplay.write import atomically
 
 from .assembly import assembly
@@ -26,6 +27,7 @@ EXTENSIONS = (".png", ".svg", ".pdf")
 VISIBLE = 0.08
 
 
+@typed
 def check_path(path: Path, more: tuple[str, ...] = ()) -> None:
     """Refuse a path that no drawing can be written to; `more` extensions are known where it is asked.
 
@@ -40,6 +42,7 @@ def check_path(path: Path, more: tuple[str, ...] = ()) -> None:
         raise InputError(problem, file=os.fspath(path))
 
 
+@typed
 def draw(m: Mechanism, results: Mapping[str, Result], path: Path) -> None:
     """Draw results of one mechanism on a sheet and write it.
 

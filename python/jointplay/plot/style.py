@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from jointplay.errors import InputError, shown
 from jointplay.result import Result, from_dataset
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 DASHES = ("-", "--", "-.", ":", "-", "--", "-.", ":")
 HATCHES = ("", "///", "...", "\\\\\\", "xxx", "++", "ooo", "---")
 GREY = "#6b6b6b"
+#: as far as errors can be exaggerated
+MOST_TIMES = 1e12
 STYLE: Any = {
     "font.size": 9,
     "axes.titlesize": 10,
@@ -54,6 +57,12 @@ def canvas(
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(width, height))
         return figure, figure.add_subplot(projection=projection)
+
+
+def check_exaggeration(factor: float | None) -> None:
+    """Refuse a factor on errors that takes them out of any drawing."""
+    if factor is not None and not 0.0 <= factor <= MOST_TIMES:
+        raise InputError(f"is a number from 0 to {MOST_TIMES:.0e}, not {shown(factor)}", key="exaggerate")
 
 
 def series(number: int) -> dict[str, Any]:

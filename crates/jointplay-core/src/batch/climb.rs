@@ -16,6 +16,7 @@ use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use super::worker::{Height, Next, Round, Worker};
 use crate::ascent::Measure;
+use crate::interrupt;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::solver::Solver;
@@ -94,6 +95,7 @@ impl<'m> Climb<'m> {
         let state = self.layout.n_state();
         let (moved, pivots, force, gradient) = (state, state + 1, state + 2, state + 3);
         loop {
+            interrupt::check();
             for lane in 0..LANES {
                 if lanes[lane].is_none() && next < tasks.len() {
                     let worker = Worker::new(m, tasks[next].measure);

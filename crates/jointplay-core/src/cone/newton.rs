@@ -19,6 +19,7 @@ use super::form::Form;
 use super::lanes::Question;
 use super::own::Atom;
 use super::{Answer, Block, Program};
+use crate::interrupt;
 use crate::space::norm;
 
 const STEPS: usize = 12;
@@ -93,6 +94,7 @@ impl Program {
         if !self.has_shape_of(near) {
             return None;
         }
+        interrupt::check();
         let form = Form::new(self, question);
         let scaled = near.multipliers.iter().zip(&form.scales).map(|(y, scale)| y * scale);
         let (y, factor) = (DVector::from_iterator(form.scales.len(), scaled), near.factor);

@@ -14,6 +14,7 @@ use std::task::{Context, Poll, Waker};
 
 use super::lanes::{Programs, Question};
 use super::{Answer, Block, Outcome, Program, Springs};
+use crate::interrupt;
 
 /// Where courses hand in their programs.
 #[derive(Default)]
@@ -58,6 +59,7 @@ impl Rounds {
         let mut ends: Vec<Option<T>> = courses.iter().map(|_| None).collect();
         loop {
             for (course, end) in courses.iter_mut().zip(&mut ends).filter(|(_, end)| end.is_none()) {
+                interrupt::check();
                 *end = go_on(course.as_mut());
             }
             // Courses wait for answers and for nothing else.

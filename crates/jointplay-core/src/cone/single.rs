@@ -10,6 +10,7 @@ use super::answer::Judge;
 use super::sets::Condition;
 use super::standard::{Body, Standard};
 use super::{Answer, Outcome, Program, Springs};
+use crate::interrupt;
 
 /// What Clarabel is asked to reach. Where it comes to a halt before, the answer is judged by its own
 /// primal and dual value.
@@ -45,6 +46,7 @@ impl Standard {
     /// Minimises `1/2 |deformations|^2 + cost . x`, or, if `factor` is told to be variable, the factor on
     /// the clearances.
     pub(super) fn solve(&self, cost: &[f64], factor: Option<f64>) -> Raw {
+        interrupt::check();
         // With a variable factor everything is divided by the unit of the right sides.
         let unit = factor.unwrap_or(1.0);
         let n = self.n + usize::from(factor.is_some());

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::basis::Basis;
 use super::system::System;
+use crate::interrupt;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
@@ -98,8 +99,8 @@ impl Mechanism {
             };
             statuses.into_iter().filter_map(each).collect::<Vec<T>>()
         };
-        let chunks: Vec<Vec<T>> = cases.par_chunks(size).enumerate().map(of_chunk).collect();
-        chunks.into_iter().flatten().collect()
+        let done = |chunk| interrupt::until_stopped(|| of_chunk(chunk));
+        interrupt::before_the_stop(cases.par_chunks(size).enumerate().map(done).collect())
     }
 
     /// The nominal state of a case, and another basis where that one is better.

@@ -7,6 +7,7 @@ use crate::batch::draw::Stream;
 use crate::batch::lanes::{Block, LANES, Mask, bits_if};
 use crate::batch::simd::{Kernel, dispatch};
 use crate::closure::Inputs;
+use crate::interrupt;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
 use crate::space::norm;
@@ -26,7 +27,7 @@ pub struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Draws and solves a chunk.
+    /// Draws and solves a chunk; when stopped, part of it.
     pub fn draw(&self, chunk: u64, count: usize) -> Tally {
         dispatch(Chunk { job: self, number: chunk, count })
     }
@@ -92,7 +93,7 @@ impl Kernel for Chunk<'_, '_> {
         let mut unsolved = vec![Block::splat(0.0); m.n_parameters()];
         let mut quantities = vec![Block::splat(0.0); n + 2];
         let mut left = self.count;
-        while left > 0 {
+        'blocks: while left > 0 && !interrupt::is_asked() {
             let lanes = left.min(LANES);
             left -= lanes;
             let parameters = bound.as_mut().map_or(&mut unsolved[..], Bound::parameters);
@@ -120,7 +121,14 @@ impl Kernel for Chunk<'_, '_> {
             let used = good.count();
             let parameters = bound.as_mut().map_or(&unsolved[..], |b| b.parameters());
             for i in if used == lanes as u64 && tally.kept.is_none() { 0..0 } else { 0..lanes } {
-                let plain = if good.has(i) { None } else { Some(job.solve_plainly(&mut tally, parameters, i)) };
+                let mut plainly = || job.solve_plainly(&mut tally, parameters, i);
+                let plain = if good.has(i) {
+                    None
+                } else if let Some(solved) = interrupt::until_stopped(&mut plainly) {
+                    Some(solved)
+                } else {
+                    break 'blocks;
+                };
                 if let Some(kept) = &mut tally.kept {
                     kept.parameters.extend(parameters.iter().map(|b| b.0[i]));
                     if let Some((error, status)) = plain {

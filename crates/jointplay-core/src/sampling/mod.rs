@@ -16,6 +16,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::batch::Newton;
+use crate::interrupt;
 use crate::loaded::Case;
 use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::Output;
@@ -98,7 +99,7 @@ impl Mechanism {
         if source.is_clearance { request.law.unwrap_or(source.law) } else { source.law }
     }
 
-    /// Scatter of every case.
+    /// Scatter of every case; when stopped, that of the samples until then.
     #[must_use]
     pub fn random(&self, cases: &[Case<'_>], request: &Request) -> Vec<Scatter> {
         let newton = self.solver(cases).and_then(|solver| Newton::record(&solver));
@@ -186,6 +187,13 @@ impl Mechanism {
             for part in &parts {
                 tally.merge(part);
             }
+            // What is drawn until then tells something; nothing does not.
+            if interrupt::is_asked() {
+                break;
+            }
+        }
+        if tally.statuses.iter().all(|n| *n == 0) {
+            interrupt::check();
         }
         Scatter {
             mean: tally.mean.clone(),

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::{CHUNK, Request};
 use crate::batch::draw::Stream;
 use crate::batch::lanes::{Block, LANES};
+use crate::interrupt;
 use crate::mechanism::Mechanism;
 
 impl Mechanism {
@@ -25,6 +26,7 @@ impl Mechanism {
         let mut units = Vec::with_capacity(count * parameters.len());
         let mut left = count;
         while left > 0 {
+            interrupt::check();
             let lanes = left.min(LANES);
             left -= lanes;
             for source in self.sources() {

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 
 from jointplay.analyses.nominal import Progress
 from jointplay.analyses.random import PROBABILITIES
-from jointplay.errors import InputError, not_known
+from jointplay.errors import InputError, in_range, not_known
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
+from jointplay.typed import typed
 
 from . import scatter, unit, worst
 from .order import best_order
@@ -30,8 +31,10 @@ __all__ = ["QUESTIONS", "SAMPLES", "assemble", "best_order", "compute"]
 QUESTIONS = ("unit", "worst", "random")
 #: units that a question about scatter draws
 SAMPLES = 2_000
+MOST_SAMPLES = 1_000_000
 
 
+@typed
 def assemble(
     m: Mechanism,
     question: str = "unit",
@@ -107,6 +110,8 @@ def compute(
     if question not in QUESTIONS:
         raise InputError(not_known(str(question), "a question about an assembly", QUESTIONS), key="question")
     order(m)
+    # Units are solved all at once.
+    in_range(samples, "samples", 2, MOST_SAMPLES)
     at = place(m, configuration)
     if not at.is_assembled:
         return unassembled(m, at, question)

@@ -14,6 +14,7 @@ import numpy as np
 from jointplay.analyses.nominal import Progress
 from jointplay.errors import InputError, not_known
 from jointplay.model import Mechanism
+from jointplay.typed import typed
 
 from .forces import Members
 from .freedom import examine
@@ -31,6 +32,7 @@ DIGITS = 10
 IMPASSABLE = ("not_assemblable", "singular", "not_assembled")
 
 
+@typed
 def best_order(
     m: Mechanism, criterion: str = "force", *, configuration: int = 0, progress: Progress | None = None
 ) -> Mechanism:

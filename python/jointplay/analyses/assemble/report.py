@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from jointplay.analyses.nominal import Interrupted, Progress, nominal
-from jointplay.errors import InputError
+from jointplay.errors import InputError, shown
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result
 
@@ -54,7 +54,7 @@ def place(m: Mechanism, configuration: int) -> Place:
     at = nominal(m)
     if not 0 <= configuration < len(at):
         there = f"they go from 0 to {len(at) - 1}" if len(at) > 1 else "there is only 0"
-        problem = f"there is no configuration {configuration}; {there}"
+        problem = f"there is no configuration {shown(configuration)}; {there}"
         raise InputError(problem, file=m.file, key="configuration")
     return Place(configuration, at.poses[configuration], at.output[configuration])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
+import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,11 +14,12 @@ from typing import TYPE_CHECKING, Any
 from jointplay.analyses.loaded import require_loads
 from jointplay.analyses.nominal import Interrupted, Nominal, Progress
 from jointplay.analyses.offsets import parameters
-from jointplay.analyses.questions import computation
-from jointplay.errors import InputError
+from jointplay.analyses.questions import check_options, computation
+from jointplay.errors import InputError, in_range
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset, version
 from jointplay.store import MemoryStore, Plan, open_store
+from jointplay.typed import typed
 
 from .lattice import Lattice
 from .run import Work, axis_names, drive_names
@@ -30,6 +32,8 @@ QUESTIONS = ("loaded", "worst", "random", "given", "solve")
 CHUNKS = {"loaded": 2**14, "given": 2**13, "solve": 2**12, "worst": 2**9, "random": 2**6}
 #: questions that do not tell by themselves how near a node is to a singularity
 MEASURED = ("solve", "worst", "random")
+#: of the largest map, some ten gigabytes where nothing but the error is told
+MOST_NODES = 10**9
 #: parameters of a question on which its numbers do not depend, or that the map gives
 NO_OPTIONS = ("m", "at", "progress", "threads", "offset")
 
@@ -38,6 +42,7 @@ class Stopped(KeyboardInterrupt):
     """Ctrl-C while a map was written; the words say what is there and how it goes on."""
 
 
+@typed
 def map(
     m: Mechanism,
     question: str = "loaded",
@@ -134,8 +139,11 @@ def compute(
     if m.grid is None:
         problem = "say what is mapped: a [grid] in the file, grid={...}, or --grid x=-100:100:201"
         raise InputError(problem, file=m.file, key="grid")
-    if chunk is not None and chunk < 1:
-        raise InputError(f"{chunk} is not a number of nodes; 1 or more are needed", key="chunk")
+    if chunk is not None:
+        in_range(chunk, "chunk", 1, MOST_NODES)
+    nodes = math.prod(m.grid.shape)
+    if nodes > MOST_NODES:
+        raise InputError(f"{nodes:.3g} nodes; up to {MOST_NODES:.0e} are possible", file=m.file, key="grid")
     lattice = Lattice(m.grid, chunk or CHUNKS[question])
     # Where contacts change sides is seen from the offsets.
     also = {"offset": True} if question == "loaded" else {}
@@ -167,6 +175,7 @@ def compute(
 
 def _check_options(m: Mechanism, question: str, options: Mapping[str, Any]) -> None:
     """Refuse before the work what the question would refuse at the first chunk."""
+    check_options(question, options, "map")
     if question == "loaded":
         require_loads(m)
     if question == "given":

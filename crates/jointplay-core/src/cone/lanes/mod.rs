@@ -28,6 +28,7 @@ use super::own::Own;
 use super::standard::ROUNDING;
 use super::{Answer, Block, Kind, Outcome, Program, Springs};
 use crate::batch::simd::dispatch;
+use crate::interrupt;
 use group::{Group, Memory};
 use layout::Layout;
 pub use layout::Question;
@@ -219,6 +220,7 @@ impl Programs<'_> {
         count: usize,
         memory: &mut Memory,
     ) -> Answers {
+        interrupt::check();
         let mut answers = Answers::default();
         let fits = |layout: &Layout, number: usize| {
             let blocks = self.kinds(number).iter().zip(self.kinds(0)).zip(&layout.places);

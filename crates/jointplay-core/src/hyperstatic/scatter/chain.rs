@@ -49,7 +49,8 @@ impl Section {
         loop {
             let step = low + (high - low) * dice.next_unit();
             // Within the sets the exponent varies by a few dozen at most, and most chords are short.
-            if dice.next_unit() < (exponent(step) - top).exp() {
+            // Written so that NaN ends it.
+            if !(dice.next_unit() >= (exponent(step) - top).exp()) {
                 return step;
             }
         }

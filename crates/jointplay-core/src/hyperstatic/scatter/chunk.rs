@@ -9,6 +9,7 @@ use crate::batch::draw::Stream;
 use crate::batch::lanes::{Block, LANES, Mask};
 use crate::hyperstatic::compatibility::Compatibility;
 use crate::hyperstatic::together::Together;
+use crate::interrupt;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::sampling::CHUNK;
@@ -130,7 +131,7 @@ impl<'a> Linear<'a> {
     }
 }
 
-/// Draws, solves and counts a chunk.
+/// Draws, solves and counts a chunk; when stopped, part of it.
 ///
 /// Products are summed about `shift`, an error near the mean.
 pub fn draw(
@@ -164,7 +165,8 @@ pub fn draw(
             units_drawn.extend(lanes.map(|lane| drawn.iter().map(|block| block.0[lane]).collect::<Vec<f64>>()));
         }
         let group = Group::new(job, &mut together, &units_drawn, number * CHUNK as u64 + first as u64);
-        let mut units = group.solve().into_iter();
+        let Some(solved) = interrupt::until_stopped(|| group.solve()) else { break };
+        let mut units = solved.into_iter();
         for _ in (0..n_units).step_by(LANES) {
             let mut good = Mask::NONE;
             for (lane, unit) in units.by_ref().take(LANES).enumerate() {

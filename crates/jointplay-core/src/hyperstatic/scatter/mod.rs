@@ -24,6 +24,7 @@ use super::system::System;
 use super::together::{Nominal, Together};
 use crate::batch::{Beside, Newton};
 use crate::closure::Inputs;
+use crate::interrupt;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
 use crate::sampling::tally::Ranges;
@@ -69,7 +70,7 @@ impl Mechanism {
         (0..self.sources.len()).filter(|s| tied.iter().any(|tied| tied.contains(s))).collect()
     }
 
-    /// Scatter of every case, whatever ties the displacements of its joints or pushes them.
+    /// Scatter of every case, or when stopped of the units until then, whatever ties the displacements of its joints or pushes them.
     #[must_use]
     pub fn random_units(&self, cases: &[Case<'_>], request: &Request) -> Vec<UnitScatter> {
         self.each_on_basis(
@@ -132,6 +133,12 @@ impl Mechanism {
             for part in &parts {
                 count.merge(part);
             }
+            if interrupt::is_asked() {
+                break;
+            }
+        }
+        if count.tally.statuses.iter().all(|n| *n == 0) {
+            interrupt::check();
         }
         Ok(self.table(&count, &ranges, request, self.nominal_status(nominal.state)))
     }

@@ -9,6 +9,7 @@ use crate::hyperstatic::compatibility::{Compatibility, FITS, Ties};
 use crate::hyperstatic::settle::is_apart;
 use crate::hyperstatic::system::{Ask, Balance, Give, System};
 use crate::hyperstatic::together::{Nominal, Rested};
+use crate::interrupt;
 use crate::mechanism::Mechanism;
 use crate::sampling::Request;
 use crate::status::Status;
@@ -180,6 +181,7 @@ impl<'a> Job<'a> {
 
     /// How the unit fits; where the clearances take up the misfit, offsets are drawn that do.
     pub fn fit(&self, misfit: &DVector<f64>, loosest: Loosest, unit: &mut Unit, dice: &mut Dice) -> Fit {
+        interrupt::check();
         unit.factor = loosest.factor;
         let apart = is_apart(loosest.factor);
         if apart && self.rigid {

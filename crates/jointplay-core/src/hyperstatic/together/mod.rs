@@ -18,6 +18,7 @@ use crate::batch::lanes::LANES;
 use crate::batch::simd::{Kernel, dispatch};
 use crate::batch::{Borne, Bound};
 use crate::closure::Inputs;
+use crate::interrupt;
 use crate::solver::{Solver, State};
 use crate::status::Status;
 pub(crate) use settle::Rested;
@@ -127,6 +128,7 @@ impl Together<'_> {
         let Some(bound) = &mut self.bound else { return displacements.iter().map(|_| None).collect() };
         let mut taken = Vec::with_capacity(displacements.len());
         for block in displacements.chunks(LANES) {
+            interrupt::check();
             for lane in 0..LANES {
                 // Idle lanes repeat the last unit.
                 let own = block[lane.min(block.len() - 1)];

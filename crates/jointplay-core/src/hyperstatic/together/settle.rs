@@ -14,6 +14,7 @@ use crate::cone::{Answer, Outcome, Program, Rounds};
 use crate::hyperstatic::compatibility::Ties;
 use crate::hyperstatic::settle::{Failure, NOISE};
 use crate::hyperstatic::system::{Ask, Balance, Give, System};
+use crate::interrupt;
 use crate::status::Status;
 
 /// Rounds until a unit goes on by itself.
@@ -92,6 +93,7 @@ impl Together<'_> {
             }
             let balances = self.system.balances(&asked, ask);
             for (mut unit, balance) in moving.into_iter().zip(balances) {
+                interrupt::check();
                 let Some(balance) = balance else { continue };
                 let known = &known[unit.number];
                 let target = self.target(known, &balance);
@@ -176,6 +178,7 @@ impl System<'_> {
         let pushed = |program: &Program| program.blocks.iter().flat_map(|block| &block.force).any(|f| *f != 0.0);
         let is_one = |program: &Program| !program.blocks.is_empty() && (ask.is_unloaded() || pushed(program));
         let directly = |(unit, program): (&Asked<'_>, &Program)| {
+            interrupt::check();
             let on_a_line = if ask.is_unloaded() { program.on_a_line(ask.question()) } else { None };
             on_a_line.or_else(|| program.answer_near(ask.question(), unit.near.as_ref()?))
         };

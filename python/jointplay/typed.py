@@ -1,0 +1,193 @@
+"""Arguments of public functions, checked against their annotations before anything is done with them.
+
+A value of the wrong type is a `TypeError` that names function and parameter; what a value of the right type may be, is
+for the function to say.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, ParamSpec, TypeVar
+
+import numpy as np
+
+LARGEST_FLOAT = int(np.finfo(float).max)
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Kind(NamedTuple):
+    """One alternative of an annotation: what it is called in a message, and whether a value is one."""
+
+    words: str
+    fits: Callable[[Any], bool]
+
+
+def typed(function: Callable[P, R]) -> Callable[P, R]:
+    """The function, with its arguments checked first."""
+    signature = inspect.signature(function)
+
+    @functools.wraps(function)
+    def checked(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            given = signature.bind(*args, **kwargs).arguments
+        except TypeError:
+            # Too many or too few: Python says it best itself.
+            return function(*args, **kwargs)
+        for name, value in given.items():
+            if signature.parameters[name].kind is not inspect.Parameter.VAR_KEYWORD:
+                check(function, name, value)
+        return function(*args, **kwargs)
+
+    return checked
+
+
+def options(function: Callable[..., Any], given: Mapping[str, Any], asked_by: str) -> None:
+    """Check what goes on to a function by name.
+
+    Raises
+    ------
+    TypeError
+        When it has no such parameter, or the value is of the wrong type.
+    """
+    known = list(inspect.signature(function).parameters)[1:]
+    for name, value in given.items():
+        if name not in known:
+            raise TypeError(f"{asked_by}(): '{name}' is not an option of {function.__name__}: {', '.join(known)}")
+        check(inspect.unwrap(function), name, value)
+
+
+def check(function: Callable[..., Any], name: str, value: object) -> None:
+    """Check one argument.
+
+    Raises
+    ------
+    TypeError
+        When the value is of another type than the parameter's annotation says.
+    """
+    if name == "self":
+        return
+    kinds = _kinds(function, function.__annotations__[name])
+    if not any(kind.fits(value) for kind in kinds):
+        wanted = " or ".join(dict.fromkeys(kind.words for kind in kinds))
+        raise TypeError(f"{function.__qualname__}(): '{name}' is {wanted}, not {_told(value)}")
+
+
+def _told(value: object) -> str:
+    if value is None:
+        return "None"
+    if isinstance(value, int) and abs(value) > LARGEST_FLOAT:
+        return "a whole number of too many digits"
+    return f"of type {type(value).__name__}"
+
+
+@functools.cache
+def _kinds(function: Callable[..., Any], annotation: str) -> tuple[Kind, ...]:
+    parts = [ALIASES.get(part, part) for part in _split(annotation, " | ")]
+    return tuple(_kind(function, part) for part in _split(" | ".join(parts), " | "))
+
+
+def _kind(function: Callable[..., Any], annotation: str) -> Kind:
+    name, _, inside = annotation.removesuffix("]").partition("[")
+    if annotation in SIMPLE:
+        return SIMPLE[annotation]
+    if name.startswith("xr."):
+        # xarray is slow to import; who has no such object need not.
+        return Kind(f"an xarray.{name[3:]}", lambda value: _is_of(value, "xarray", name[3:]))
+    if name == "NDArray":
+        return Kind("an array of numbers", _is_array)
+    if name in ("Sequence", "tuple"):
+        elements = _split(inside, ", ")[0]
+        each = _kinds(function, elements)
+        if elements == "str":
+            return Kind("a word or several", lambda v: isinstance(v, str) or _are(v, each))
+        return Kind("a sequence of numbers", lambda v: _are(v, each) or _is_row(v))
+    if name == "Iterable":
+        return Kind("a sequence of values", lambda v: isinstance(v, Iterable) and not _is_one(v))
+    if name == "Mapping":
+        each = _kinds(function, _split(inside, ", ")[1])
+        return Kind("a mapping with names as keys", lambda value: _is_table(value, each))
+    found = function.__globals__[name]
+    article = "an" if name[0] in "AEIO" else "a"
+    return Kind(f"{article} {name}", lambda value: isinstance(value, found))
+
+
+def _split(text: str, by: str) -> list[str]:
+    """Split where no bracket is open."""
+    parts = [""]
+    for piece in text.split(by):
+        parts[-1] += piece
+        if parts[-1].count("[") == parts[-1].count("]"):
+            parts.append("")
+        else:
+            parts[-1] += by
+    return parts[:-1]
+
+
+def _is_of(value: object, package: str, name: str) -> bool:
+    return any(c.__name__ == name and c.__module__.partition(".")[0] == package for c in type(value).__mro__)
+
+
+def _is_flag(value: object) -> bool:
+    return isinstance(value, bool | np.bool_)
+
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not _is_flag(value)
+
+
+def _is_number(value: object) -> bool:
+    # Whole numbers can be too large for a float.
+    if isinstance(value, int) and abs(value) > LARGEST_FLOAT:
+        return False
+    return _is_count(value) or isinstance(value, float | np.floating)
+
+
+def _is_row(value: object) -> bool:
+    return isinstance(value, np.ndarray) and value.ndim == 1 and _is_array(value)
+
+
+def _is_array(value: object) -> bool:
+    """Whether it is an array of real numbers, also one that is written as lists in lists."""
+    if isinstance(value, np.ndarray):
+        return value.dtype.kind in "iuf"
+    return isinstance(value, list | tuple) and all(_is_number(v) or _is_array(v) for v in value)
+
+
+def _is_one(value: object) -> bool:
+    """Whether what can be gone through means a single thing, or things by name."""
+    return isinstance(value, str | bytes | Mapping)
+
+
+def _are(value: object, each: Sequence[Kind]) -> bool:
+    if _is_one(value) or not isinstance(value, Sequence):
+        return False
+    return all(any(kind.fits(element) for kind in each) for element in value)
+
+
+def _is_table(value: object, each: Sequence[Kind] = ()) -> bool:
+    if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
+        return False
+    return not each or all(any(kind.fits(v) for kind in each) for v in value.values())
+
+
+SIMPLE = {
+    "None": Kind("None", lambda value: value is None),
+    "bool": Kind("True or False", _is_flag),
+    "int": Kind("a whole number", _is_count),
+    "float": Kind("a number", _is_number),
+    "str": Kind("text", lambda value: isinstance(value, str)),
+    "object": Kind("anything", lambda _: True),
+    "Any": Kind("anything", lambda _: True),
+    "os.PathLike[str]": Kind("a path", lambda value: isinstance(value, os.PathLike)),
+    "Progress": Kind("a function", callable),
+}
+#: names of annotations, which read here as text, with what they stand for
+ALIASES = {
+    "Offsets": "Mapping[str, Any] | NDArray[np.float64]",
+    "Results": "Mapping[str, Result | xr.Dataset]",
+}

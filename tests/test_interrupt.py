@@ -1,0 +1,155 @@
+"""Ctrl-C is heard within a second wherever the time goes, and what is done until then is told."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from answers import example
+from jointplay.analyses.nominal import Interrupted
+from jointplay.cli import run
+from processes import working
+
+#: seconds within which Ctrl-C is to be heard, of the processor: a busy machine may take longer
+HEARD = 1.0
+
+
+@contextmanager
+def ctrl_c(after: float) -> Iterator[dict[str, float]]:
+    """Ctrl-C after some seconds, by an alarm; tells how much of the processor's time went by until it was heard."""
+    spent: dict[str, float] = {}
+
+    def handler(*_: object) -> None:
+        spent["since"] = time.process_time()
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, handler)
+    signal.setitimer(signal.ITIMER_REAL, after)
+    try:
+        yield spent
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+        spent["cpu"] = time.process_time() - spent.get("since", time.process_time())
+
+
+@pytest.mark.parametrize(
+    ("question", "name", "options"),
+    [
+        ("random", "four-bar", {"samples": 10**10}),
+        ("random", "delta", {"samples": 10**8, "contact": "loaded"}),
+        ("random", "four-legged-platform", {"samples": 10**8}),
+        ("worst", "stewart-gough", {"starts": 10_000}),
+        ("worst", "four-legged-platform", {"starts": 10_000}),
+    ],
+)
+def test_a_question_is_interrupted_within_a_configuration(question: str, name: str, options: dict[str, Any]) -> None:
+    """``random --samples 1000000000`` and ``delta --contact loaded`` did not listen for more than a minute."""
+    m = example(name)
+    jp.check(m)
+    with ctrl_c(1.0) as spent, pytest.raises(KeyboardInterrupt):
+        getattr(jp, question)(m, **options)
+    assert spent["cpu"] < HEARD
+
+
+def test_samples_until_the_interruption_are_told_with_their_number() -> None:
+    m = example("four-bar")
+    with ctrl_c(1.5), pytest.raises(KeyboardInterrupt) as stopped:
+        jp.random(m, samples=10**10)
+    assert isinstance(stopped.value, Interrupted)
+    partial = stopped.value.partial
+    (drawn,) = partial.get("failures").sum(axis=1).tolist()
+    assert 1000 < drawn < 10**10
+    assert partial.attrs["incomplete"] == (
+        f"interrupted after 1 of 11 configurations, the last with {drawn:,} of 10,000,000,000 samples"
+    )
+    # They are samples like any: the first ones of the same units.
+    whole = jp.random(m, samples=100_000)
+    np.testing.assert_allclose(partial.get("std")[0], whole["std"][0], rtol=0.02)
+    assert (partial.get("histogram").sum(axis=-1) == drawn).all()
+
+
+def test_configurations_until_the_interruption_are_those_of_an_undisturbed_run() -> None:
+    m = example("four-bar").with_({"drives.theta1.values": np.linspace(20.0, 100.0, 20_000)})
+    with ctrl_c(4.0), pytest.raises(KeyboardInterrupt) as stopped:
+        jp.worst(m, starts=300)
+    assert isinstance(stopped.value, Interrupted)
+    partial = stopped.value.partial
+    done = len(partial.get("status"))
+    assert 0 < done < 20_000
+    assert partial.attrs["incomplete"] == f"interrupted after {done} of 20000 configurations"
+
+
+def test_what_nobody_interrupts_goes_on_when_another_thread_was() -> None:
+    """The main thread alone hears Ctrl-C; work of other threads goes on to its end."""
+    m = example("delta")
+    found: list[Any] = []
+    other = threading.Thread(target=lambda: found.append(jp.random(m, samples=3_000_000)))
+    other.start()
+    with ctrl_c(0.5), pytest.raises(KeyboardInterrupt):
+        jp.random(m, samples=10**10)
+    other.join()
+    assert (found[0].failures.sum("outcome") == 3_000_000).all()
+
+
+def test_other_signals_raise_what_their_handler_raises() -> None:
+    def handler(*_: object) -> None:
+        raise TimeoutError("too long")
+
+    before = signal.signal(signal.SIGALRM, handler)
+    signal.setitimer(signal.ITIMER_REAL, 0.5)
+    try:
+        with pytest.raises(TimeoutError, match="too long"):
+            jp.random(example("four-bar"), samples=10**10)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    # And nothing is left of it.
+    assert jp.random(example("four-bar"), samples=1000).failures.sum() == 11_000
+
+
+def test_a_handler_may_ask_a_question_itself() -> None:
+    found: list[float] = []
+    m = example("four-bar")
+    before = signal.signal(signal.SIGALRM, lambda *_: found.append(jp.worst(m).worst_position[0].item()))
+    signal.setitimer(signal.ITIMER_REAL, 0.2)
+    try:
+        jp.random(m, samples=30_000_000)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert found == [jp.worst(m).worst_position[0].item()]
+
+
+def test_the_command_tells_what_is_done(tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    path.write_text(jp.examples.text("four-bar"))
+    with working(["error", str(path), "-q", "random", "--samples", "10000000000"]) as process:
+        time.sleep(6.0)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert err == "interrupted; what is done:\n"
+    assert "Interrupted after 1 of 11 configurations, the last with" in out
+    assert "Traceback" not in err
+
+
+def test_the_command_says_when_nothing_is_done(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It ended with exit code 130 and without a word."""
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("jointplay.cli.answer.mechanism", interrupted)
+    for command in ("check", "error", "assemble", "singularities"):
+        assert run([command, "four-bar.toml"]) == 130
+        assert capsys.readouterr() == ("", "interrupted before there was anything to tell\n")
