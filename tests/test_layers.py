@@ -18,6 +18,8 @@ PACKAGE = ROOT / "python" / "jointplay"
 #: each layer may import from those before it, and a package from its own modules
 LAYERS = (
     "errors",
+    "files",
+    "toml",
     "units",
     "poses",
     "schema",

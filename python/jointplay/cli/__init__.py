@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
 
 from jointplay.errors import JointplayError, one_line
+
+from .streams import let_go, open_all
 
 #: exit codes
 DONE, NOT_OK, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
@@ -13,6 +16,7 @@ DONE, NOT_OK, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 
 def main() -> None:
     """Entry point: run the command and leave with its exit code."""
+    open_all()
     sys.exit(run(sys.argv[1:]))
 
 
@@ -27,37 +31,56 @@ def run(arguments: list[str]) -> int:
     Returns
     -------
     int
-        0 done, 1 done but some configuration is not ok, 2 bad input, 130 interrupted.
+        0 done, 1 done but some configuration is not ok, 2 bad input, 130 interrupted, 141 nobody reads any more.
     """
     try:
-        from .commands import app
-
-        code = app(arguments, standalone_mode=False)
+        code = _run(arguments)
         sys.stdout.flush()
     except JointplayError as problem:
         return _refuse(str(problem))
     except BrokenPipeError:
-        # The reader has gone; nothing more can be said, also not by the interpreter when it leaves.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        let_go()
         return BROKEN_PIPE
+    except OSError as problem:
+        # Files say their name; what is left is what is printed.
+        let_go()
+        reason = problem.strerror or str(problem)
+        return _refuse(f"{problem.filename}: {reason}" if problem.filename else f"standard output: {reason}")
+    except MemoryError:
+        return _refuse("there is not enough memory for this")
     except KeyboardInterrupt:
-        return _interrupted()
+        _say("interrupted")
+        return INTERRUPTED
+    return code
+
+
+def _run(arguments: list[str]) -> int:
+    """Run a subcommand, and say ourselves what a broken pipe or a file that ends too early is."""
+    from typer.main import get_command
+
+    from .commands import app
+
+    try:
+        command = get_command(app)
+        with command.make_context("jointplay", arguments) as context:
+            code = command.invoke(context)
     except Exception as problem:
-        # What typer raises for bad usage and for Ctrl-C has no public base class.
+        # What typer raises has no public base class.
         bases = {base.__name__ for base in type(problem).__mro__}
-        if "Abort" in bases:
-            return _interrupted()
+        if "Exit" in bases:
+            return int(problem.exit_code)  # type: ignore[attr-defined]
         if "ClickException" not in bases:
             raise
-        return _refuse(one_line(problem.format_message()))  # type: ignore[attr-defined]
+        return _refuse(problem.format_message())  # type: ignore[attr-defined]
     return code if isinstance(code, int) else DONE
 
 
 def _refuse(message: str) -> int:
-    sys.stderr.write(f"error: {message}\n")
+    _say(f"error: {one_line(message)}")
     return BAD_INPUT
 
 
-def _interrupted() -> int:
-    sys.stderr.write("interrupted\n")
-    return INTERRUPTED
+def _say(line: str) -> None:
+    # Where the standard error is full or closed the exit code has to do.
+    with suppress(OSError):
+        sys.stderr.write(f"{line}\n")

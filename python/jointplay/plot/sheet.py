@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,11 +11,11 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from jointplay import files
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.result import size as size_of
-from jointplay.write import atomically
 
 from .assembly import assembly
 from .figures import blame, error, histogram, sweep
@@ -35,9 +36,7 @@ def check_path(path: Path, more: tuple[str, ...] = ()) -> None:
     """
     if path.suffix.lower() not in EXTENSIONS:
         raise InputError(f"drawings are written as {', '.join((*EXTENSIONS, *more))}", file=os.fspath(path))
-    if path.is_dir() or not path.parent.is_dir():
-        problem = "is a folder; name a file" if path.is_dir() else f"there is no folder '{path.parent}' to write it to"
-        raise InputError(problem, file=os.fspath(path))
+    files.require_writable(path)
 
 
 def draw(m: Mechanism, results: Mapping[str, Result], path: Path) -> None:
@@ -53,12 +52,16 @@ def draw(m: Mechanism, results: Mapping[str, Result], path: Path) -> None:
     check_path(path)
     with mpl.rc_context(STYLE):
         figure = sheet(m, results)
-        # Without a date the same drawing is the same file.
-        metadata = {"Date": None} if path.suffix.lower() == ".svg" else None
-        try:
-            atomically(path, lambda temporary: figure.savefig(temporary, dpi=160, metadata=metadata))
-        except OSError as problem:
-            raise InputError(f"cannot be written: {problem.strerror or problem}", file=os.fspath(path)) from None
+        put(figure, path)
+
+
+def put(figure: Figure, path: Path) -> None:
+    """Write a drawing."""
+    kind = path.suffix.lower().removeprefix(".")
+    content = io.BytesIO()
+    # Without a date the same drawing is the same file.
+    figure.savefig(content, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
+    files.put(content.getbuffer(), path)
 
 
 def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:

@@ -35,6 +35,8 @@ STYLE: Any = {
     "lines.markersize": 4,
     "figure.constrained_layout.use": True,
     "svg.hashsalt": "jointplay",
+    # A title may have two dollar signs in it.
+    "text.parse_math": False,
 }
 
 
