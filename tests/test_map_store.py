@@ -19,6 +19,7 @@ import xarray as xr
 import jointplay as jp
 from jointplay.analyses.map import Stopped, compute, open_map
 from jointplay.cli import run
+from jointplay.store.checks import sealed
 from processes import working
 
 GRID = {"x": {"from": -120, "to": 120, "count": 25}, "y": {"from": -120, "to": 120, "count": 25}, "angle": 0}
@@ -120,7 +121,7 @@ def mapping(name: str) -> Iterator[subprocess.Popen[str]]:
 
 def done(group: Path) -> int:
     try:
-        number, count = json.loads((group / ".journal" / "position.json").read_text(encoding="utf-8"))
+        number, count = json.loads(sealed(group / ".journal" / "position"))
     except FileNotFoundError:
         return 0
     return count if number == 1 else 10**6
@@ -152,7 +153,7 @@ class Killed(BaseException):
 
 
 @pytest.mark.parametrize("name", FORMATS)
-@pytest.mark.parametrize("where", ["begin", "put", "put_entry", "advance", "finish", "clean"])
+@pytest.mark.parametrize("where", ["begin", "put", "_put_entry", "replace", "advance", "finish", "clean"])
 def test_wherever_a_run_ends_it_can_be_taken_up(name: str, where: str, monkeypatch: pytest.MonkeyPatch) -> None:
     from jointplay.store import ChunkStore
 
@@ -163,7 +164,7 @@ def test_wherever_a_run_ends_it_can_be_taken_up(name: str, where: str, monkeypat
 
         def ending(self: ChunkStore, *args: object, original=original, calls=calls, after=after) -> None:
             calls.append(args)
-            last = len(calls) == (1 if where in ("finish", "clean") else 3)
+            last = len(calls) == (1 if where in ("replace", "finish", "clean") else 3)
             if after or not last:
                 original(self, *args)
             if last:

@@ -139,14 +139,14 @@ def compute(
     lattice = Lattice(m.grid, chunk or CHUNKS[question])
     plan = Plan(m.grid.axes, lattice.shape, lattice.chunk, _fingerprint(m, question, lattice, options))
     store = MemoryStore(plan) if path is None else open_store(Path(path), plan, overwrite=overwrite)
-    if not isinstance(store, MemoryStore) and store.is_complete:
-        store.clean()
-        return None
-    # Where contacts change sides is seen from the offsets.
-    also = {"offset": True} if question == "loaded" else {}
-    work = Work(m, lattice, store, lambda at: ask(m, at=at, **options, **also), measure=question in MEASURED)
-    work.keep_offset = options.get("details", True)
     try:
+        if not isinstance(store, MemoryStore) and store.is_complete():
+            store.clean()
+            return None
+        # Where contacts change sides is seen from the offsets.
+        also = {"offset": True} if question == "loaded" else {}
+        work = Work(m, lattice, store, lambda at: ask(m, at=at, **options, **also), measure=question in MEASURED)
+        work.keep_offset = options.get("details", True)
         work.run(progress)
     except KeyboardInterrupt:
         done = min(store.position[1], len(lattice)) if store.position[0] == 1 else len(lattice)
@@ -157,6 +157,13 @@ def compute(
             raise
         part = store.result
         raise Interrupted(Result(part.coords, part.data, {**part.attrs, "incomplete": words})) from None
+    except OSError as error:
+        if path is None:
+            raise
+        problem = f"cannot be written: {error.strerror or error}; the same command goes on with what is done"
+        raise InputError(problem, file=os.fspath(path)) from None
+    finally:
+        store.close()
     return store.result if isinstance(store, MemoryStore) else None
 
 
