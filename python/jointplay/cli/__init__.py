@@ -44,7 +44,9 @@ def run(arguments: list[str]) -> int:
         # Files say their name; what is left is what is printed.
         let_go()
         reason = problem.strerror or str(problem)
-        return _refuse(f"{problem.filename}: {reason}" if problem.filename else f"standard output: {reason}")
+        return _refuse(
+            f"{problem.filename}: {reason}" if problem.filename else f"the standard output cannot be written: {reason}"
+        )
     except MemoryError:
         return _refuse("there is not enough memory for this")
     except KeyboardInterrupt:

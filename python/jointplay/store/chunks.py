@@ -90,6 +90,7 @@ def _fingerprint(path: Path) -> str:
 
 
 def _remove(path: Path) -> None:
+    """Remove a file or a folder, if there is one."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
     else:
@@ -208,10 +209,20 @@ class ChunkStore:
         """Make room for the whole map, under another name until all of it is there."""
         if self.part.exists():
             return
-        import zarr
-
         new = self.part.with_name(f".{self.part.name}.new")
         _remove(new)
+        try:
+            self._make(new, first)
+            new.replace(self.part)
+        except BaseException:
+            _remove(new)
+            raise
+        sync_folder(self.part.parent)
+
+    def _make(self, new: Path, first: Result) -> None:
+        """The group without its chunks, and its journal."""
+        import zarr
+
         loose = [name for name, v in first.coords.items() if v.dims != (name,)]
         attributes = {**first.attrs, FINGERPRINT: self.plan.fingerprint, "incomplete": "not all chunks are done"}
         group = zarr.open_group(new, mode="w", zarr_format=2)
@@ -225,8 +236,6 @@ class ChunkStore:
         (new / JOURNAL).mkdir()
         put_sealed(json.dumps(static).encode(), new / JOURNAL / STATIC)
         put_sealed(json.dumps(self.position).encode(), new / JOURNAL / POSITION)
-        new.replace(self.part)
-        sync_folder(self.part.parent)
 
     def _add(self, group: zarr.Group, name: str, variable: Variable) -> None:
         texts = {"units": variable.units, "long_name": variable.long_name}
