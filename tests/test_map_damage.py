@@ -1,8 +1,7 @@
-"""Maps on disk that were damaged, are worked on by another run, or have no room: one line that says so, never a wrong map."""
+"""Maps on disk that were damaged, are worked on by another run, or have no room: one line, never a wrong map."""
 
 from __future__ import annotations
 
-import os
 import resource
 import shutil
 import subprocess
@@ -165,9 +164,9 @@ def test_a_map_on_a_full_disk_ends_with_one_line_and_can_be_taken_up(name: str, 
 def test_a_link_to_a_map_stays_a_link(folder: Path) -> None:
     (folder / "elsewhere").mkdir()
     for name in ("map.zarr", "map.nc"):
-        os.symlink(f"elsewhere/{name}", name)
+        Path(name).symlink_to(f"elsewhere/{name}")
         ask(name)
         ask(name)
         assert Path(name).is_symlink()
         assert Path("elsewhere", name).exists()
-    assert sorted(os.listdir("elsewhere")) == ["map.nc", "map.zarr"]
+    assert {path.name for path in Path("elsewhere").iterdir()} == {"map.nc", "map.zarr"}

@@ -158,8 +158,9 @@ def test_wherever_a_run_ends_it_can_be_taken_up(name: str, where: str, monkeypat
     from jointplay.store import ChunkStore
 
     m, grid = jp.load("five-bar.toml"), {"x": np.linspace(-60, 60, 5), "y": [150.0, 180.0, 190.0]}
+    chunk = 2
     if where == "replace":  # contacts have to change sides between chunks
-        m, grid = jp.load("3-rrr.toml"), {"x": np.linspace(-60, 60, 9), "y": [-20.0, 0.0, 20.0], "angle": 0}
+        m, grid, chunk = jp.load("3-rrr.toml"), {"x": np.linspace(-100, 100, 9), "y": 20, "angle": 0}, 1
     for after in (False, True):
         path = f"{after}-{name}"
         original, calls = getattr(ChunkStore, where), []
@@ -175,9 +176,9 @@ def test_wherever_a_run_ends_it_can_be_taken_up(name: str, where: str, monkeypat
         with monkeypatch.context() as patch:
             patch.setattr(ChunkStore, where, ending)
             with pytest.raises(Killed):
-                jp.map(m, grid=grid, path=path, chunk=2)
-        with jp.map(m, grid=grid, path=path, chunk=2) as resumed:
-            same(jp.map(m, grid=grid, chunk=2), resumed)
+                jp.map(m, grid=grid, path=path, chunk=chunk)
+        with jp.map(m, grid=grid, path=path, chunk=chunk) as resumed:
+            same(jp.map(m, grid=grid, chunk=chunk), resumed)
 
 
 def test_a_map_that_is_not_complete_can_be_read_and_says_so() -> None:

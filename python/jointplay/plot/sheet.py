@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from jointplay.result import size as size_of
 from .assembly import assembly
 from .figures import blame, error, histogram, sweep
 from .linkage import mechanism, projection
-from .style import STYLE, round_factor
+from .style import STYLE, escape_texts, round_factor
 
 EXTENSIONS = (".png", ".svg", ".pdf")
 #: how large, as a share of the mechanism, an exaggerated error is drawn
@@ -59,8 +60,12 @@ def put(figure: Figure, path: Path) -> None:
     """Write a drawing."""
     kind = path.suffix.lower().removeprefix(".")
     content = io.BytesIO()
+    escape_texts(figure)
     # Without a date the same drawing is the same file.
-    figure.savefig(content, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
+    with warnings.catch_warnings():
+        # A box for a letter says as much.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        figure.savefig(content, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
     files.put(content.getbuffer(), path)
 
 

@@ -8,7 +8,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
+from jointplay.errors import one_line
 from jointplay.result import Result, from_dataset
 
 if TYPE_CHECKING:
@@ -72,6 +74,12 @@ def along(result: Result) -> tuple[Any, str]:
         if drive.dims == ("configuration",):
             return drive.values, labelled(name, drive.units)
     return result.coords["configuration"].values, "configuration"
+
+
+def escape_texts(figure: Figure) -> None:
+    """Escape in all texts what a reader of the file could obey; files of drawings are read by other programs, too."""
+    for text in figure.findobj(Text):
+        text.set_text("\n".join(map(one_line, text.get_text().split("\n"))))
 
 
 def labelled(name: str, unit: str) -> str:
