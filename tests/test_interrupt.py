@@ -152,4 +152,4 @@ def test_the_command_says_when_nothing_is_done(
     monkeypatch.setattr("jointplay.cli.answer.mechanism", interrupted)
     for command in ("check", "error", "assemble", "singularities"):
         assert run([command, "four-bar.toml"]) == 130
-        assert capsys.readouterr() == ("", "interrupted before there was anything to tell\n")
+        assert capsys.readouterr() == ("", "interrupted before there was anything to report\n")

@@ -19,6 +19,8 @@ PACKAGE = ROOT / "python" / "jointplay"
 LAYERS = (
     "errors",
     "typed",
+    "files",
+    "toml",
     "units",
     "poses",
     "schema",

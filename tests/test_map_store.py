@@ -19,6 +19,7 @@ import xarray as xr
 import jointplay as jp
 from jointplay.analyses.map import Stopped, compute, open_map
 from jointplay.cli import run
+from jointplay.store.checks import sealed
 from processes import working
 
 GRID = {"x": {"from": -120, "to": 120, "count": 25}, "y": {"from": -120, "to": 120, "count": 25}, "angle": 0}
@@ -120,7 +121,7 @@ def mapping(name: str) -> Iterator[subprocess.Popen[str]]:
 
 def done(group: Path) -> int:
     try:
-        number, count = json.loads((group / ".journal" / "position.json").read_text(encoding="utf-8"))
+        number, count = json.loads(sealed(group / ".journal" / "position"))
     except FileNotFoundError:
         return 0
     return count if number == 1 else 10**6
@@ -152,18 +153,21 @@ class Killed(BaseException):
 
 
 @pytest.mark.parametrize("name", FORMATS)
-@pytest.mark.parametrize("where", ["begin", "put", "put_entry", "advance", "finish", "clean"])
+@pytest.mark.parametrize("where", ["begin", "put", "_put_entry", "replace", "advance", "finish", "clean"])
 def test_wherever_a_run_ends_it_can_be_taken_up(name: str, where: str, monkeypatch: pytest.MonkeyPatch) -> None:
     from jointplay.store import ChunkStore
 
     m, grid = jp.load("five-bar.toml"), {"x": np.linspace(-60, 60, 5), "y": [150.0, 180.0, 190.0]}
+    chunk = 2
+    if where == "replace":  # contacts have to change sides between chunks
+        m, grid, chunk = jp.load("3-rrr.toml"), {"x": np.linspace(-100, 100, 9), "y": 20, "angle": 0}, 1
     for after in (False, True):
         path = f"{after}-{name}"
         original, calls = getattr(ChunkStore, where), []
 
         def ending(self: ChunkStore, *args: object, original=original, calls=calls, after=after) -> None:
             calls.append(args)
-            last = len(calls) == (1 if where in ("finish", "clean") else 3)
+            last = len(calls) == (1 if where in ("replace", "finish", "clean") else 3)
             if after or not last:
                 original(self, *args)
             if last:
@@ -172,9 +176,9 @@ def test_wherever_a_run_ends_it_can_be_taken_up(name: str, where: str, monkeypat
         with monkeypatch.context() as patch:
             patch.setattr(ChunkStore, where, ending)
             with pytest.raises(Killed):
-                jp.map(m, grid=grid, path=path, chunk=2)
-        with jp.map(m, grid=grid, path=path, chunk=2) as resumed:
-            same(jp.map(m, grid=grid, chunk=2), resumed)
+                jp.map(m, grid=grid, path=path, chunk=chunk)
+        with jp.map(m, grid=grid, path=path, chunk=chunk) as resumed:
+            same(jp.map(m, grid=grid, chunk=chunk), resumed)
 
 
 def test_a_map_that_is_not_complete_can_be_read_and_says_so() -> None:

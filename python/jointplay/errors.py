@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import difflib
 import json
+import unicodedata
 from collections.abc import Iterable
 
 #: how many known names a message lists before it says how many more there are
 LISTED = 24
 #: the longest value a message repeats
 SHOWN = 60
+
+
+#: characters that show the text around them in another order
+REVERSING = "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
 
 
 class JointplayError(Exception):
@@ -45,8 +50,21 @@ def _rebuilt(problem: str, file: str, key: str) -> InputError:
 
 
 def one_line(text: str) -> str:
-    """The text with control characters escaped, so that a message stays on its line."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    """The text with everything escaped that a terminal would obey or break the line at.
+
+    Examples
+    --------
+    >>> one_line("a title\\nin red: \\x1b[31m")
+    'a title\\\\nin red: \\\\x1b[31m'
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if _is_harmless(c) else c.encode("unicode_escape").decode() for c in text)
+
+
+def _is_harmless(c: str) -> bool:
+    """Whether a character only shows itself: also blanks of other widths and joiners, which some scripts need."""
+    return c.isprintable() or (unicodedata.category(c) in ("Zs", "Cf") and c not in REVERSING)
 
 
 def shown(value: object) -> str:

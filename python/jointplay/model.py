@@ -6,8 +6,6 @@ import codecs
 import copy
 import json
 import os
-import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import cached_property
@@ -16,16 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from jointplay import _core
+from jointplay import _core, toml
 from jointplay.compile import Compiled, compile_file
-from jointplay.errors import InputError, not_known
+from jointplay.errors import InputError, not_known, one_line
 from jointplay.schema import validate
 from jointplay.schema.keys import assign, expand, value_at
 from jointplay.typed import typed
 
 #: no mechanism that a person wrote is longer; the bound keeps devices and archives out
 LARGEST_FILE = 8_000_000
-DEEPEST = 20
 
 
 class Mechanism(Compiled):
@@ -61,7 +58,7 @@ class Mechanism(Compiled):
 
     @typed
     def __init__(self, raw: Mapping[str, Any], file: str = "<data>") -> None:
-        _check_depth(raw, file)
+        toml.check_depth(raw, file=file)
         plain: dict[str, Any] = _plain(raw)
         compiled = compile_file(validate(plain, file), file)
         # The class is frozen; this is where it is made.
@@ -136,6 +133,7 @@ class Mechanism(Compiled):
         """
         raw = copy.deepcopy(dict(self.raw))
         for key, value in {**(changes or {}), **more}.items():
+            toml.check_depth(value, file=self.file, key=key)
             for steps in expand(raw, key, self.file):
                 assign(raw, steps, _plain(value))
         return Mechanism(raw, self.file)
@@ -176,9 +174,11 @@ def load(path: str | os.PathLike[str]) -> Mechanism:
     InputError
         When it cannot be read or is not a valid mechanism; the message names file, key, value and what would be valid.
     """
-    name = os.fspath(path)
+    place = os.fspath(path)
+    # Letters that no text has, from names that are not UTF-8, would end up in every result.
+    name = one_line(place)
     try:
-        with Path(name).open("rb") as stream:
+        with Path(place).open("rb") as stream:
             content = stream.read(LARGEST_FILE + 1)
     except FileNotFoundError:
         raise InputError("there is no such file", file=name) from None
@@ -210,25 +210,7 @@ def loads(text: str, name: str = "<text>") -> Mechanism:
     """
     if not text.strip():
         raise InputError("is empty; `jointplay new` lists mechanisms to start from", file=name)
-    try:
-        raw = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(_syntax(str(error)), file=name) from None
-    except RecursionError:
-        raise InputError(f"tables and lists are nested more than {DEEPEST} deep", file=name) from None
-    except ValueError:
-        # All that is left: Python refuses to read whole numbers of thousands of digits.
-        raise InputError("a number has thousands of digits", file=name) from None
-    return Mechanism(raw, name)
-
-
-def _check_depth(node: Any, file: str) -> None:
-    level = [node]
-    for _ in range(DEEPEST):
-        level = [v for n in level for v in (n.values() if isinstance(n, Mapping) else n if isinstance(n, list) else ())]
-        if not level:
-            return
-    raise InputError(f"tables and lists are nested more than {DEEPEST} deep", file=file)
+    return Mechanism(toml.parse(text, file=name), name)
 
 
 def _decoded(content: bytes, name: str) -> str:
@@ -242,13 +224,6 @@ def _decoded(content: bytes, name: str) -> str:
         line = content.count(b"\n", 0, error.start) + 1
         byte = content[error.start]
         raise InputError(f"line {line}: is not UTF-8 text (byte 0x{byte:02x}); save it as UTF-8", file=name) from None
-
-
-def _syntax(message: str) -> str:
-    """tomllib's message with its place in front."""
-    found = re.fullmatch(r"(?s)(.*) \(at (.*)\)", message)
-    what, where = found.groups() if found else (message, "")
-    return f"{where}: is not TOML: {what}" if where else f"is not TOML: {what}"
 
 
 def _plain(value: object) -> Any:

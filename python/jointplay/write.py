@@ -13,13 +13,13 @@ import io
 import itertools
 import json
 import os
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay import files
 from jointplay.errors import InputError
 from jointplay.result import Result, Variable, from_dataset, to_dataset
 from jointplay.typed import typed
@@ -52,12 +52,13 @@ def save(result: Result | xr.Dataset, path: str | os.PathLike[str]) -> None:
         When the extension is another one, or the file cannot be written.
     """
     target = Path(path)
-    write = writer(target)
+    check_path(target)
     light = result if isinstance(result, Result) else from_dataset(result)
-    try:
-        atomically(target, lambda temporary: write(light, temporary))
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}", file=os.fspath(path)) from None
+    kind = target.suffix.lower()
+    if kind == FOLDER:
+        files.put_folder(lambda new: _zarr(light, new), target)
+    else:
+        files.put(WRITERS[kind](light), target)
 
 
 def create(text: str, path: Path, *, replace: bool) -> None:
@@ -68,69 +69,27 @@ def create(text: str, path: Path, *, replace: bool) -> None:
     InputError
         When the file exists and is not to be replaced, or cannot be written.
     """
-    if path.is_dir():
-        raise InputError("is a folder; name a file", file=os.fspath(path))
-    if path.exists() and not replace:
+    if files.require_writable(path).is_file() and not replace:
         raise InputError("exists already; --force replaces it", file=os.fspath(path))
-    try:
-        atomically(path, lambda temporary: _put(text, temporary))
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}", file=os.fspath(path)) from None
+    files.put(text.encode(), path)
 
 
-def _put(text: str, path: Path) -> None:
-    path.write_text(text, encoding="utf-8", newline="")
-
-
-def writer(path: Path) -> Callable[[Result, Path], None]:
-    """What writes files of this extension.
+def check_path(path: Path) -> None:
+    """Refuse a path that no result can be written to.
 
     Raises
     ------
     InputError
-        When the extension is not known, or the folder does not exist: said before long work, not after it.
+        When the extension is not known, or nothing can be written there: said before long work, not after it.
     """
     kind = path.suffix.lower()
-    if kind not in WRITERS:
-        known = ", ".join(WRITERS)
+    if kind != FOLDER and kind not in WRITERS:
+        known = ".nc, .zarr, .csv, .json"
         what = f"'{kind}' is not an extension that can be written" if kind else "has no extension"
         raise InputError(f"{what}; known: {known}", file=os.fspath(path))
-    if path.is_dir() and not (kind == FOLDER and _is_zarr(path)):
-        problem = "is a folder and no Zarr group, so that it is not replaced" if kind == FOLDER else "is a folder"
-        raise InputError(f"{problem}; name a file", file=os.fspath(path))
-    if not path.parent.is_dir():
-        raise InputError(f"there is no folder '{path.parent}' to write it to", file=os.fspath(path))
-    return WRITERS[kind]
-
-
-def atomically(target: Path, write: Callable[[Path], None]) -> None:
-    """Have a file written under another name, then give it its own: it is there as a whole, or not at all."""
-    if target.suffix.lower() == FOLDER:
-        _atomically_as_folder(target, write)
-        return
-    handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        write(temporary)
-        # mkstemp keeps a file to its owner; a result is as readable as any other new file.
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o666 & ~mask)
-        temporary.replace(target)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
-
-
-def _atomically_as_folder(target: Path, write: Callable[[Path], None]) -> None:
-    """The same for a folder: one that is there gives way when the new one is complete."""
-    with tempfile.TemporaryDirectory(prefix=f".{target.stem}-", dir=target.parent) as room:
-        new, old = Path(room) / "new", Path(room) / "old"
-        write(new)
-        if target.is_dir():
-            target.replace(old)
-        new.replace(target)
+    place = files.require_writable(path, folder=kind == FOLDER)
+    if place.is_dir() and not _is_zarr(place):
+        raise InputError("is a folder and no Zarr group, so that it is not replaced; name a file", file=os.fspath(path))
 
 
 def _is_zarr(path: Path) -> bool:
@@ -142,12 +101,13 @@ def _zarr(result: Result, path: Path) -> None:
     to_dataset(result).to_zarr(path, mode="w", zarr_format=2, consolidated=True)
 
 
-def _netcdf(result: Result, path: Path) -> None:
-    to_dataset(result).to_netcdf(path, engine="h5netcdf")
+def _netcdf(result: Result) -> memoryview:
+    # In memory: where a disk is full HDF5 brings the whole process down.
+    return to_dataset(result).to_netcdf(engine="h5netcdf")
 
 
-def _json(result: Result, path: Path) -> None:
-    _put(to_json(result), path)
+def _json(result: Result) -> bytes:
+    return to_json(result).encode()
 
 
 def to_json(result: Result) -> str:
@@ -173,8 +133,8 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def _csv(result: Result, path: Path) -> None:
-    _put(to_csv(result), path)
+def _csv(result: Result) -> bytes:
+    return to_csv(result).encode()
 
 
 def to_csv(result: Result) -> str:
@@ -245,4 +205,5 @@ def _unit(result: Result, variable: Variable, inner: list[str], index: tuple[int
     return ""
 
 
-WRITERS: dict[str, Callable[[Result, Path], None]] = {".nc": _netcdf, FOLDER: _zarr, ".csv": _csv, ".json": _json}
+#: what makes the content of a file, by extension
+WRITERS: dict[str, Callable[[Result], bytes | memoryview]] = {".nc": _netcdf, ".csv": _csv, ".json": _json}

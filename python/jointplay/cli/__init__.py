@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import sys
+from contextlib import suppress
 
 from jointplay.errors import JointplayError, one_line
+
+from .streams import let_go, open_all
 
 #: exit codes
 DONE, NOT_OK, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
@@ -13,6 +15,7 @@ DONE, NOT_OK, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 
 def main() -> None:
     """Entry point: run the command and leave with its exit code."""
+    open_all()
     sys.exit(run(sys.argv[1:]))
 
 
@@ -27,48 +30,58 @@ def run(arguments: list[str]) -> int:
     Returns
     -------
     int
-        0 done, 1 done but some configuration is not ok, 2 bad input, 130 interrupted.
+        0 done, 1 done but some configuration is not ok, 2 bad input, 130 interrupted, 141 nobody reads any more.
     """
     try:
-        code = _done(arguments)
+        code = _run(arguments)
         sys.stdout.flush()
     except JointplayError as problem:
         return _refuse(str(problem))
     except BrokenPipeError:
-        # The reader has gone; nothing more can be said, also not by the interpreter when it leaves.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        let_go()
         return BROKEN_PIPE
+    except OSError as problem:
+        # Files say their name; what is left is what is printed.
+        let_go()
+        reason = problem.strerror or str(problem)
+        return _refuse(
+            f"{problem.filename}: {reason}" if problem.filename else f"the standard output cannot be written: {reason}"
+        )
+    except MemoryError:
+        return _refuse("there is not enough memory for this")
     except KeyboardInterrupt:
-        return _interrupted()
-    except Exception as problem:
-        # What typer raises for bad usage and for Ctrl-C has no public base class.
-        bases = {base.__name__ for base in type(problem).__mro__}
-        if "Abort" in bases:
-            return _interrupted()
-        if "Exit" in bases:
-            return int(problem.exit_code)  # type: ignore[attr-defined]
-        if "ClickException" not in bases:
-            raise
-        return _refuse(one_line(problem.format_message()))  # type: ignore[attr-defined]
-    return code if isinstance(code, int) else DONE
+        _say("interrupted before there was anything to report")
+        return INTERRUPTED
+    return code
 
 
-def _done(arguments: list[str]) -> object:
-    """What a command gives; unlike `app()` this leaves Ctrl-C to the caller, who has something to say."""
+def _run(arguments: list[str]) -> int:
+    """Run a subcommand, and say ourselves what a broken pipe or a file that ends too early is."""
     from typer.main import get_command
 
     from .commands import app
 
-    command = get_command(app)
-    with command.make_context("jointplay", arguments) as context:
-        return command.invoke(context)
+    try:
+        command = get_command(app)
+        with command.make_context("jointplay", arguments) as context:
+            code = command.invoke(context)
+    except Exception as problem:
+        # What typer raises has no public base class.
+        bases = {base.__name__ for base in type(problem).__mro__}
+        if "Exit" in bases:
+            return int(problem.exit_code)  # type: ignore[attr-defined]
+        if "ClickException" not in bases:
+            raise
+        return _refuse(problem.format_message())  # type: ignore[attr-defined]
+    return code if isinstance(code, int) else DONE
 
 
 def _refuse(message: str) -> int:
-    sys.stderr.write(f"error: {message}\n")
+    _say(f"error: {one_line(message)}")
     return BAD_INPUT
 
 
-def _interrupted() -> int:
-    sys.stderr.write("interrupted before there was anything to tell\n")
-    return INTERRUPTED
+def _say(line: str) -> None:
+    # Where the standard error is full or closed the exit code has to do.
+    with suppress(OSError):
+        sys.stderr.write(f"{line}\n")

@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from jointplay.errors import one_line
+
 from . import DONE, INTERRUPTED, NOT_OK
 from .arguments import assignments, numbers, value
 from .progress import bar
@@ -29,7 +31,7 @@ def mechanism(file: str, settings: Sequence[str] | Mapping[str, str] | None) -> 
 
     pairs = settings if isinstance(settings, Mapping) else assignments(settings or (), "--set")
     m = load(file)
-    return m.with_({key: value(text) for key, text in pairs.items()}) if pairs else m
+    return m.with_({key: value(text, key) for key, text in pairs.items()}) if pairs else m
 
 
 def offsets(given: Sequence[str] | None) -> dict[str, Any]:
@@ -45,9 +47,9 @@ def scatter(samples: int, seed: int, law: Law | None, contact: Contact) -> dict[
 def check_paths(output: Path | None, plot: Path | None = None) -> None:
     """Refuse what cannot be written before the work, not after it."""
     if output is not None:
-        from jointplay.write import writer
+        from jointplay import write
 
-        writer(output)
+        write.check_path(output)
     if plot is not None:
         from jointplay.plot import check_path
 
@@ -121,12 +123,10 @@ def _show(results: Mapping[str, Result]) -> None:
 
 def show(title: str, tables: Sequence[Any]) -> None:
     """Print tables under a title."""
-    from rich.console import Console
-
-    from jointplay.table import show
+    from jointplay.table import Console, show
 
     wide = None if sys.stdout.isatty() or "COLUMNS" in os.environ else UNLIMITED
     console = Console(width=wide, highlight=False)
-    console.print(title, markup=False, style="bold")
+    console.print(one_line(title), markup=False, style="bold")
     console.print()
     show(tables, console)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from typing import Any
 
+from jointplay import toml
 from jointplay.errors import InputError, shown
 
 #: more steps than anybody waits for
@@ -32,8 +32,8 @@ def assignments(settings: Sequence[str], option: str) -> dict[str, str]:
     return pairs
 
 
-def value(text: str) -> Any:
-    """A value as in the file; what is not TOML is text.
+def value(text: str, key: str = "") -> Any:
+    """A value as in the file; what is not TOML is text. The key is for messages.
 
     Examples
     --------
@@ -41,8 +41,8 @@ def value(text: str) -> Any:
     (0.2, [1, 2], 'normal')
     """
     try:
-        parsed = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
+        parsed = toml.parse(f"value = {text}", key=key)
+    except toml.NotToml:
         return text
     # Text with line ends could bring keys of its own.
     return parsed["value"] if len(parsed) == 1 else text

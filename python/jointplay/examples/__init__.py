@@ -11,6 +11,7 @@ from typing import Any
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
+from jointplay import toml
 from jointplay.errors import InputError, not_known
 from jointplay.model import loads
 from jointplay.schema import SpatialFile
@@ -110,7 +111,7 @@ def text(name: str, settings: Mapping[str, str] | None = None) -> str:
     document = tomlkit.parse(content)
     for key, value in given.items():
         for steps in expand(document.unwrap(), key, file):
-            assign(document, steps, _value(value), table=tomlkit.table)
+            assign(document, steps, _value(value, key), table=tomlkit.table)
     content = document.as_string()
     loads(content, file)  # a file that we write is a file that we read
     return content
@@ -129,7 +130,7 @@ def _written(name: str, settings: dict[str, str]) -> str:
     # What is neither a key of the file nor has a dot was meant as a size.
     keys_of_the_file = set(SpatialFile.model_fields) - set(template.sizes())
     sizes = [key for key in settings if "." not in key and key not in keys_of_the_file]
-    content = template.of({key: _plain(_value(settings.pop(key))) for key in sizes}).text()
+    content = template.of({key: _plain(_value(settings.pop(key), key)) for key in sizes}).text()
     loads(content, f"{name}.toml")  # sizes can contradict each other in ways that only the mechanism shows
     return content
 
@@ -138,10 +139,11 @@ def _plain(value: Any) -> Any:
     return value.unwrap() if hasattr(value, "unwrap") else value
 
 
-def _value(written: str) -> Any:
+def _value(written: str, key: str) -> Any:
     try:
+        toml.check_depth(toml.parse(f"value = {written}\n", key=key), key=key)
         parsed = tomlkit.parse(f"value = {written}\n")
-    except (TOMLKitError, ValueError):
+    except (toml.NotToml, TOMLKitError):
         return written
     # Text with line ends could bring keys of its own.
     return parsed["value"] if len(parsed) == 1 else written

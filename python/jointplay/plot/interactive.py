@@ -5,12 +5,13 @@ The page carries all that it needs and works without a network.
 
 from __future__ import annotations
 
+from html import escape
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.errors import JointplayError
+from jointplay.errors import JointplayError, one_line
 
 from .isosurface import isosurface
 
@@ -54,11 +55,22 @@ def figure_of(value: xr.DataArray, status: Texts, contact_change: Flags, title: 
     """The plotly figure of a page."""
     if find_spec("plotly") is None:
         raise JointplayError("a page to look around in needs plotly: pip install 'jointplay[plot]'")
+    value, title = _escaped(value), escape(one_line(title))
     words = status.astype(object)
     words[contact_change.any(axis=-1)] += ", a contact changes sides next to it"
     if value.ndim == 1:
         return _line(value, words, title)
     return (_heat if value.ndim == 2 else _slices)(value, words, span, title)
+
+
+def _escaped(value: xr.DataArray) -> xr.DataArray:
+    """With names that say themselves: in a page `<` begins a tag."""
+    names = {dim: escape(one_line(str(dim))) for dim in value.dims}
+    value = value.rename({dim: name for dim, name in names.items() if dim != name})
+    for array in (value, *value.coords.values()):
+        for key in ("long_name", "units"):
+            array.attrs[key] = escape(one_line(str(array.attrs[key])))
+    return value
 
 
 def _named(array: xr.DataArray) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,10 +15,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from jointplay import files
 from jointplay.errors import InputError
 from jointplay.result import Result, Variable, quantity
 from jointplay.typed import typed
-from jointplay.write import atomically
 
 from . import sheet
 from .interactive import page
@@ -245,11 +243,10 @@ def check_path(path: Path) -> None:
     ------
     InputError
     """
-    if path.suffix.lower() != ".html":
+    if path.suffix.lower() == ".html":
+        files.require_writable(path)
+    else:
         sheet.check_path(path, more=(".html",))
-    elif path.is_dir() or not path.parent.is_dir():
-        problem = "is a folder; name a file" if path.is_dir() else f"there is no folder '{path.parent}' to write it to"
-        raise InputError(problem, file=os.fspath(path))
 
 
 @typed
@@ -269,19 +266,8 @@ def draw(result: Result | xr.Dataset, path: Path, variable: str | None = None) -
     if path.suffix.lower() == ".html":
         shown = layers(result, variable)
         text = page(shown.value, shown.status, shown.contact_change, shown.title, limits(shown.value.values))
-        _write(path, lambda temporary: temporary.write_bytes(text.encode()))
+        files.put(text.encode(), path)
         return
     figure = map(result, variable)
-    metadata = {"Date": None} if path.suffix.lower() == ".svg" else None
     with mpl.rc_context(STYLE):
-        _write(path, lambda temporary: figure.savefig(temporary, dpi=160, metadata=metadata))
-
-
-def _write(path: Path, write: Callable[[Path], object]) -> None:
-    def put(temporary: Path) -> None:
-        write(temporary)
-
-    try:
-        atomically(path, put)
-    except OSError as problem:
-        raise InputError(f"cannot be written: {problem.strerror or problem}", file=os.fspath(path)) from None
+        sheet.put(figure, path)

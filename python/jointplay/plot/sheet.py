@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,17 +12,17 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from jointplay import files
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.result import size as size_of
 from jointplay.typed import typed
-from jointplay.write import atomically
 
 from .assembly import assembly
 from .figures import blame, error, histogram, sweep
 from .linkage import mechanism, projection
-from .style import STYLE, round_factor
+from .style import STYLE, escape_texts, round_factor
 
 EXTENSIONS = (".png", ".svg", ".pdf")
 #: how large, as a share of the mechanism, an exaggerated error is drawn
@@ -37,9 +39,7 @@ def check_path(path: Path, more: tuple[str, ...] = ()) -> None:
     """
     if path.suffix.lower() not in EXTENSIONS:
         raise InputError(f"drawings are written as {', '.join((*EXTENSIONS, *more))}", file=os.fspath(path))
-    if path.is_dir() or not path.parent.is_dir():
-        problem = "is a folder; name a file" if path.is_dir() else f"there is no folder '{path.parent}' to write it to"
-        raise InputError(problem, file=os.fspath(path))
+    files.require_writable(path)
 
 
 @typed
@@ -56,12 +56,20 @@ def draw(m: Mechanism, results: Mapping[str, Result], path: Path) -> None:
     check_path(path)
     with mpl.rc_context(STYLE):
         figure = sheet(m, results)
-        # Without a date the same drawing is the same file.
-        metadata = {"Date": None} if path.suffix.lower() == ".svg" else None
-        try:
-            atomically(path, lambda temporary: figure.savefig(temporary, dpi=160, metadata=metadata))
-        except OSError as problem:
-            raise InputError(f"cannot be written: {problem.strerror or problem}", file=os.fspath(path)) from None
+        put(figure, path)
+
+
+def put(figure: Figure, path: Path) -> None:
+    """Write a drawing."""
+    kind = path.suffix.lower().removeprefix(".")
+    content = io.BytesIO()
+    escape_texts(figure)
+    # Without a date the same drawing is the same file.
+    with warnings.catch_warnings():
+        # A box for a letter says as much.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        figure.savefig(content, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
+    files.put(content.getbuffer(), path)
 
 
 def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:

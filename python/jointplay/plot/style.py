@@ -8,8 +8,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
-from jointplay.errors import InputError, shown
+from jointplay.errors import InputError, one_line, shown
 from jointplay.result import Result, from_dataset
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ STYLE: Any = {
     "lines.markersize": 4,
     "figure.constrained_layout.use": True,
     "svg.hashsalt": "jointplay",
+    # A title may have two dollar signs in it.
+    "text.parse_math": False,
 }
 
 
@@ -79,6 +82,12 @@ def along(result: Result) -> tuple[Any, str]:
         if drive.dims == ("configuration",):
             return drive.values, labelled(name, drive.units)
     return result.coords["configuration"].values, "configuration"
+
+
+def escape_texts(figure: Figure) -> None:
+    """Escape in all texts what a reader of the file could obey; files of drawings are read by other programs, too."""
+    for text in figure.findobj(Text):
+        text.set_text("\n".join(map(one_line, text.get_text().split("\n"))))
 
 
 def labelled(name: str, unit: str) -> str:

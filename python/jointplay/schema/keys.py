@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from jointplay.errors import InputError, not_known, shown
+from jointplay.errors import SHOWN, InputError, not_known, shown
+from jointplay.toml import DEEPEST, too_deep
 
 #: sections whose entries have names of the user's own
 NAMED = {"joints": "a joint", "drives": "a drive", "dimensions": "a dimension"}
@@ -46,6 +47,8 @@ def expand(data: Mapping[str, Any], key: str, file: str) -> list[Steps]:
         A wildcard that matches nothing, a joint, drive or dimension that does not exist, a list index out of range.
     """
     parts = key.split(".")
+    if len(parts) > DEEPEST:
+        raise too_deep(file, key[:SHOWN])
     if not all(parts):
         raise InputError(f"{shown(key)} is not a dotted key such as joints.J1.clearance.radial", file=file)
     if "*" not in parts:

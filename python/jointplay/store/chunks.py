@@ -2,63 +2,82 @@
 
 The map is a Zarr group. Beside its arrays a journal is kept, in this order for every chunk: the values, then the
 journal's entry of the chunk, then the position. Each file of the journal appears as a whole or not at all, so that a
-run that ends anywhere is repeated from its last position with the same outcome. A `.nc` is made from such a group, in
-a hidden folder beside it, when all chunks are done.
+run that ends anywhere is repeated from its last position with the same outcome. An entry has the lengths and checksums
+of the chunk's files, and what is taken up is compared with them; a complete group keeps them all. A `.nc` is made from
+such a group, in a hidden folder beside it, when all chunks are done.
 """
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import shutil
 import warnings
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jointplay.errors import InputError
+from jointplay.files import require_writable, said_of
 from jointplay.result import Result, Variable
 
+from .checks import Damaged, Stamp, put_sealed, sealed, stamp, sync_folder
+from .lock import Lock
 from .netcdf import fingerprint_of, to_netcdf
 from .plan import DIMENSIONS, Array, Entry, Plan, Region
 
 if TYPE_CHECKING:
     import zarr
 
+Stamps = dict[str, Stamp]
 EXTENSIONS = (".zarr", ".nc")
 JOURNAL = ".journal"
-POSITION = "position.json"
+#: files of the journal: how far the work is, what is written once, and the chunk that is written for another time
+POSITION, STATIC, PENDING = "position", "static", "pending"
+#: what a complete group was when it was written; only then is there such a file
+MANIFEST = ".checksums"
+#: files of the group that change when it is completed
+ATTRIBUTES = (".zattrs", ".zmetadata")
 #: attribute by which a map is recognised
 FINGERPRINT = "fingerprint"
+#: key of the stamps in the journal's entry of a chunk
+STAMPS = "stamps"
 
 
 def open_store(path: Path, plan: Plan, *, overwrite: bool) -> ChunkStore:
-    """The store of a map that goes to a file, new or as an earlier run left it.
+    """The store of a map that goes to a file, new or as an earlier run left it. It is locked until it is closed.
 
     Raises
     ------
     InputError
-        When the path cannot be written, or has something else than this map and is not to be overwritten.
+        When the path cannot be written, another run works on it, or it has something else than this map and is not to
+        be overwritten.
     """
-    _check_path(path)
-    part = path if path.suffix == ".zarr" else path.with_name(f".{path.name}.part")
-    # What is finished counts; what is left of it in a part was about to be removed.
-    there = next((p for p in (path, part) if p.exists()), None)
-    if there is not None and _fingerprint(there) != plan.fingerprint:
-        if not overwrite:
-            problem = "holds something else than this map; --overwrite (overwrite=True) replaces it"
-            raise InputError(problem, file=os.fspath(there))
-        for old in {path, part}:
-            _remove(old)
-    return ChunkStore(path, part, plan)
-
-
-def _check_path(path: Path) -> None:
     if path.suffix not in EXTENSIONS:
         raise InputError(f"a map is written as {' or '.join(EXTENSIONS)}", file=os.fspath(path))
-    if not path.parent.is_dir():
-        raise InputError(f"there is no folder '{path.parent}' to write it to", file=os.fspath(path))
+    place = require_writable(path, folder=path.suffix == ".zarr")
+    if place.exists() and not place.is_file() and not place.is_dir():
+        raise InputError("is a stream; a map needs a file", file=os.fspath(path))
+    part = place if path.suffix == ".zarr" else place.with_name(f".{place.name}.part")
+    with said_of(path):
+        lock = Lock(place)
+    try:
+        with said_of(path):
+            # What is finished counts; what is left of it in a part was about to be removed.
+            there = next((p for p in (place, part) if p.exists()), None)
+            if there is not None and _fingerprint(there) != plan.fingerprint:
+                if not overwrite:
+                    problem = "holds something else than this map; --overwrite (overwrite=True) replaces it"
+                    raise InputError(problem, file=os.fspath(path if there == place else there))
+                for old in {place, part}:
+                    _remove(old)
+            return ChunkStore(path, place, part, plan, lock, overwrite=overwrite)
+    except BaseException:
+        lock.release()
+        raise
 
 
 def _fingerprint(path: Path) -> str:
@@ -66,11 +85,12 @@ def _fingerprint(path: Path) -> str:
         return fingerprint_of(path)
     try:
         return str(json.loads((path / ".zattrs").read_text(encoding="utf-8")).get(FINGERPRINT, ""))
-    except (OSError, ValueError):
+    except (OSError, ValueError, AttributeError, RecursionError):
         return ""
 
 
 def _remove(path: Path) -> None:
+    """Remove a file or a folder, if there is one."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
     else:
@@ -82,33 +102,127 @@ class ChunkStore:
 
     Parameters
     ----------
+    name : Path
+        What messages call it.
     path : Path
         The file, or the folder of a Zarr group.
     part : Path
         The group that is worked in; the same for a Zarr group.
     plan : Plan
         Layout.
+    lock : Lock
+        Keeps other runs away; released when the store is closed.
+    overwrite : bool
+        Whether a damaged map is made anew.
     """
 
-    def __init__(self, path: Path, part: Path, plan: Plan) -> None:
-        self.path, self.part, self.plan = path, part, plan
+    def __init__(self, name: Path, path: Path, part: Path, plan: Plan, lock: Lock, *, overwrite: bool) -> None:
+        self.name, self.path, self.part, self.plan = name, path, part, plan
+        self._lock, self._overwrite = lock, overwrite
         self._journal = part / JOURNAL
         self._group: zarr.Group | None = None
-        self.position = self._read_position()
+        self.position = (1, 0)
 
-    @property
+    def close(self) -> None:
+        """Let other runs work on it."""
+        self._lock.release()
+
     def is_complete(self) -> bool:
-        """Whether an earlier run has finished it."""
-        return self.path.exists() and (self.part != self.path or not self._journal.exists())
+        """Whether an earlier run has finished it; all of it is read for this.
+
+        Raises
+        ------
+        Damaged
+            When it is not as it was written, and is not to be overwritten.
+        """
+        if self.part != self.path:
+            return self.path.exists()
+        if not (self.path / MANIFEST).exists():
+            return False
+        try:
+            self._compare(self._stamps(self.path / MANIFEST))
+        except Damaged:
+            if not self._overwrite:
+                raise
+            _remove(self.part)
+            return False
+        return True
+
+    def resume(self, order: Sequence[int]) -> tuple[int, int]:
+        """The position from which the work goes on; the chunks before it, in this order, are as they were written.
+
+        Raises
+        ------
+        Damaged
+            When they are not, and the map is not to be overwritten.
+        """
+        if not self.part.exists():
+            return self.position
+        try:
+            self.position = self._read_position()
+            number, done = self.position
+            self._compare(self._stamps(self._journal / STATIC))
+            pending = self._read_pending()
+            for chunk in order[:done] if number == 1 else order:
+                if not self._entry_path(chunk).exists():
+                    raise self._damaged(f"the journal has no entry of chunk {chunk}")
+            for chunk in order:
+                if chunk != pending and self._entry_path(chunk).exists():
+                    self._compare(self._read_entry(chunk)[1])
+        except Damaged:
+            if not self._overwrite:
+                raise
+            _remove(self.part)
+            self.position = (1, 0)
+        return self.position
+
+    def _damaged(self, what: str) -> Damaged:
+        return Damaged(f"is damaged: {what}; --overwrite (overwrite=True) makes it anew", file=os.fspath(self.name))
+
+    def _compare(self, stamps: Stamps) -> None:
+        for name, known in stamps.items():
+            found = stamp(self.part / name)
+            if found != known:
+                what = "is missing" if found is None else "is not as it was written"
+                raise self._damaged(f"{name} {what}")
+
+    def _sealed(self, path: Path) -> bytes:
+        try:
+            return sealed(path)
+        except FileNotFoundError:
+            raise self._damaged(f"{path.relative_to(self.part)} is missing") from None
+        except ValueError:
+            raise self._damaged(f"{path.relative_to(self.part)} is not as it was written") from None
+
+    def _stamps(self, path: Path) -> Stamps:
+        return _stamps_of(self._sealed(path))
+
+    def _read_position(self) -> tuple[int, int]:
+        number, done = json.loads(self._sealed(self._journal / POSITION))
+        return (int(number), int(done))
+
+    def _read_pending(self) -> int | None:
+        path = self._journal / PENDING
+        return int(self._sealed(path)) if path.exists() else None
 
     def begin(self, first: Result) -> None:
         """Make room for the whole map, under another name until all of it is there."""
         if self.part.exists():
             return
-        import zarr
-
         new = self.part.with_name(f".{self.part.name}.new")
         _remove(new)
+        try:
+            self._make(new, first)
+            new.replace(self.part)
+        except BaseException:
+            _remove(new)
+            raise
+        sync_folder(self.part.parent)
+
+    def _make(self, new: Path, first: Result) -> None:
+        """The group without its chunks, and its journal."""
+        import zarr
+
         loose = [name for name, v in first.coords.items() if v.dims != (name,)]
         attributes = {**first.attrs, FINGERPRINT: self.plan.fingerprint, "incomplete": "not all chunks are done"}
         group = zarr.open_group(new, mode="w", zarr_format=2)
@@ -117,8 +231,11 @@ class ChunkStore:
             self._add(group, name, variable)
         # Readers then look for nothing else in the folder, also while the map is not complete.
         zarr.consolidate_metadata(new, zarr_format=2)
+        files = [file.relative_to(new).as_posix() for file in sorted(new.rglob("*")) if file.is_file()]
+        static = {name: stamp(new / name, sync=True) for name in files if name not in ATTRIBUTES}
         (new / JOURNAL).mkdir()
-        new.replace(self.part)
+        put_sealed(json.dumps(static).encode(), new / JOURNAL / STATIC)
+        put_sealed(json.dumps(self.position).encode(), new / JOURNAL / POSITION)
 
     def _add(self, group: zarr.Group, name: str, variable: Variable) -> None:
         texts = {"units": variable.units, "long_name": variable.long_name}
@@ -143,50 +260,66 @@ class ChunkStore:
             self._group = zarr.open_group(self.part, mode="r+", zarr_format=2, use_consolidated=False)
         return self._group
 
-    def put(self, region: Region, part: Result) -> None:
-        """Keep what has a value per node."""
-        for name, variable in {**part.coords, **part.data}.items():
-            if self.plan.has_nodes(name, variable):
-                self.replace(name, region, variable.values)
+    def put(self, number: int, region: Region, part: Result, entry: Entry) -> None:
+        """Keep what has a value per node of a chunk, then what the journal says of it."""
+        if self._entry_path(number).exists():
+            self._announce(number)
+        arrays = {name: v.values for name, v in {**part.coords, **part.data}.items() if self.plan.has_nodes(name, v)}
+        for name, values in arrays.items():
+            self._array(name)[region] = values
+        self._put_entry(number, entry, self._written(arrays, region))
+
+    def _written(self, names: Iterable[str], region: Region) -> Stamps:
+        """The files of a chunk of the map, which is a chunk of every array, when they have reached the disk."""
+        place = [part.start // step for part, step in zip(region, self.plan.chunk, strict=True)]
+        stamps: Stamps = {}
+        for name in names:
+            index = [*place, *[0] * (self._array(name).ndim - len(place))]
+            file = f"{name}/{'.'.join(map(str, index))}"
+            stamps[file] = stamp(self.part / file, sync=True)
+        return stamps
 
     def values(self, name: str, region: Region) -> Array:
         """Values of a variable in a part of the grid."""
         return np.array(self._array(name)[region])
 
-    def replace(self, name: str, region: Region, values: Array) -> None:
-        """Change values of a variable in a part of the grid."""
+    def replace(self, number: int, name: str, region: Region, values: Array) -> None:
+        """Change values of a variable in a part of a chunk."""
+        entry, stamps = self._read_entry(number)
+        self._announce(number)
         self._array(name)[region] = values
+        self._put_entry(number, entry, {**stamps, **self._written([name], region)})
 
     def _array(self, name: str) -> Any:
         return self.group[name]
 
+    def _announce(self, number: int) -> None:
+        """Say which chunk is changed: until its entry follows its values may be old or new."""
+        put_sealed(str(number).encode(), self._journal / PENDING)
+
+    def _entry_path(self, number: int) -> Path:
+        return self._journal / f"{number}.npz"
+
     def entry(self, number: int) -> Entry | None:
         """What the journal holds of a chunk."""
-        path = self._journal / f"{number}.npz"
-        if not path.exists():
-            return None
-        with np.load(path) as arrays:
-            return dict(arrays)
+        return self._read_entry(number)[0] if self._entry_path(number).exists() else None
 
-    def put_entry(self, number: int, entry: Entry) -> None:
-        """Write the journal's entry of a chunk."""
-        new = self._journal / ".new.npz"
-        np.savez(new, allow_pickle=False, **entry)
-        new.replace(self._journal / f"{number}.npz")
+    def _read_entry(self, number: int) -> tuple[Entry, Stamps]:
+        with np.load(io.BytesIO(self._sealed(self._entry_path(number)))) as arrays:
+            entry = dict(arrays)
+        return entry, _stamps_of(entry.pop(STAMPS).tobytes())
+
+    def _put_entry(self, number: int, entry: Entry, stamps: Stamps) -> None:
+        content = io.BytesIO()
+        written = np.frombuffer(json.dumps(stamps).encode(), dtype=np.uint8)
+        np.savez(content, allow_pickle=False, **{STAMPS: written, **entry})
+        put_sealed(content.getvalue(), self._entry_path(number))
+        (self._journal / PENDING).unlink(missing_ok=True)
 
     def advance(self, position: tuple[int, int]) -> None:
         """Move on: everything before this position is on disk."""
-        new = self._journal / ".new.json"
-        new.write_text(json.dumps(position), encoding="utf-8")
-        new.replace(self._journal / POSITION)
+        put_sealed(json.dumps(position).encode(), self._journal / POSITION)
         self.position = position
-
-    def _read_position(self) -> tuple[int, int]:
-        try:
-            number, done = json.loads((self._journal / POSITION).read_text(encoding="utf-8"))
-        except OSError:
-            return (1, 0)
-        return (int(number), int(done))
 
     def finish(self) -> None:
         """Complete the group, and make a NetCDF file of it if one is asked."""
@@ -198,16 +331,21 @@ class ChunkStore:
             complete = zarr.consolidate_metadata(self.part, zarr_format=2)
         if self.part != self.path:
             to_netcdf(complete, self.path, self.plan)
+        else:
+            stamps = self._stamps(self._journal / STATIC)
+            for number in range(self.plan.count):
+                stamps |= self._read_entry(number)[1]
+            stamps |= {name: stamp(self.part / name, sync=True) for name in ATTRIBUTES}
+            put_sealed(json.dumps(stamps).encode(), self.part / MANIFEST)
         self.clean()
 
     def clean(self) -> None:
-        """Remove what only the work needed; the position last, so that the rest is not missed."""
-        if self.part != self.path:
-            _remove(self.part)
-        elif self._journal.exists():
-            for file in sorted(self._journal.iterdir(), key=lambda file: file.name == POSITION):
-                file.unlink()
-            self._journal.rmdir()
+        """Remove what only the work needed."""
+        _remove(self.part if self.part != self.path else self._journal)
+
+
+def _stamps_of(content: bytes) -> Stamps:
+    return {name: known and (known[0], known[1]) for name, known in json.loads(content).items()}
 
 
 def _plain(value: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -46,27 +47,28 @@ class MemoryStore:
         coords = {name: room(name, v) for name, v in first.coords.items()}
         self._result = Result(coords, {name: room(name, v) for name, v in first.data.items()}, first.attrs)
 
-    def put(self, region: Region, part: Result) -> None:
-        """Keep what has a value per node."""
+    def resume(self, order: Sequence[int]) -> tuple[int, int]:  # noqa: ARG002
+        """The position from which the work goes on."""
+        return self.position
+
+    def put(self, number: int, region: Region, part: Result, entry: Entry) -> None:
+        """Keep what has a value per node of a chunk, then what the journal says of it."""
         for name, variable in {**part.coords, **part.data}.items():
             if self.plan.has_nodes(name, variable):
-                self.replace(name, region, variable.values)
+                self.replace(number, name, region, variable.values)
+        self._journal[number] = entry
 
     def values(self, name: str, region: Region) -> Array:
         """Values of a variable in a part of the grid."""
         return np.array(self.result.get(name)[region])
 
-    def replace(self, name: str, region: Region, values: Array) -> None:
-        """Change values of a variable in a part of the grid."""
+    def replace(self, number: int, name: str, region: Region, values: Array) -> None:  # noqa: ARG002
+        """Change values of a variable in a part of a chunk."""
         self.result.get(name)[region] = values
 
     def entry(self, number: int) -> Entry | None:
         """What the journal holds of a chunk."""
         return self._journal.get(number)
-
-    def put_entry(self, number: int, entry: Entry) -> None:
-        """Write the journal's entry of a chunk."""
-        self._journal[number] = entry
 
     def advance(self, position: tuple[int, int]) -> None:
         """Move on."""
@@ -75,6 +77,9 @@ class MemoryStore:
     def finish(self) -> None:
         """Nothing is left to do."""
         self._journal.clear()
+
+    def close(self) -> None:
+        """Nothing more will be done."""
 
     @property
     def result(self) -> Result:

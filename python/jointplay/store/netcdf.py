@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay.files import replacing
+
+from .patient import Patient
 from .plan import DIMENSIONS, Plan, Region
 
 if TYPE_CHECKING:
@@ -28,18 +32,24 @@ def fingerprint_of(path: Path) -> str:
 
 def to_netcdf(group: zarr.Group, path: Path, plan: Plan) -> None:
     """Write a group as a NetCDF file, which appears when it is complete."""
+    with replacing(path) as new, Patient(new) as stream:
+        _fill(stream, group, plan)
+        stream.check()
+        os.fsync(stream.fileno())
+
+
+def _fill(stream: Patient, group: zarr.Group, plan: Plan) -> None:
     import h5netcdf
 
-    new = path.with_name(f".{path.name}.new")
-    with h5netcdf.File(new, "w") as file:
+    with h5netcdf.File(stream, "w") as file:
         file.attrs.update(group.attrs.asdict())
         arrays: dict[str, Any] = dict(group.arrays())
         for array in arrays.values():
             for dim, size in zip(array.attrs[DIMENSIONS], array.shape, strict=True):
                 _add_dimension(file, dim, size)
         for name, array in arrays.items():
-            _copy(array, _variable(file, name, array, plan), plan)
-    new.replace(path)
+            for _ in _copied(array, _variable(file, name, array, plan), plan):
+                stream.check()
 
 
 def _variable(file: Any, name: str, array: Any, plan: Plan) -> Any:
@@ -59,7 +69,7 @@ def _variable(file: Any, name: str, array: Any, plan: Plan) -> Any:
         options["dtype"] = np.dtype("S1")
         attributes["_Encoding"] = "utf-8"
     if _has_nodes(array, plan):
-        options |= {"chunks": chunks, "compression": "gzip", "compression_opts": 1, "shuffle": True}
+        options |= {"chunks": chunks, "compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True}
     if kind == "f":
         options["fillvalue"] = np.nan
     variable = file.create_variable(name, dims, **options)
@@ -76,10 +86,12 @@ def _has_nodes(array: Any, plan: Plan) -> bool:
     return bool(array.attrs[DIMENSIONS][: len(plan.axes)] == list(plan.axes)) and array.basename not in plan.axes
 
 
-def _copy(array: Any, variable: Any, plan: Plan) -> None:
+def _copied(array: Any, variable: Any, plan: Plan) -> Iterator[None]:
+    """Copy an array, with a stop after every piece."""
     if not _has_nodes(array, plan):
         values = np.asarray(array[...])
         variable[...] = values.astype({"U": object, "b": np.int8}.get(values.dtype.kind, values.dtype))
+        yield
         return
     for region in _regions(plan):
         values = np.asarray(array[region])
@@ -89,6 +101,7 @@ def _copy(array: Any, variable: Any, plan: Plan) -> None:
             texts = np.char.encode(values, "utf-8").astype(f"S{variable.shape[-1]}")
             values = np.ascontiguousarray(texts)[..., None].view("S1")
         variable[region] = values
+        yield
 
 
 def _regions(plan: Plan) -> Iterator[Region]:

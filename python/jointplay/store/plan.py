@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -48,6 +49,11 @@ class Plan:
             return variable.values.shape
         return (*self.chunk, *variable.values.shape[len(self.axes) :])
 
+    @property
+    def count(self) -> int:
+        """Number of chunks."""
+        return math.prod(-(-size // step) for size, step in zip(self.shape, self.chunk, strict=True))
+
     def has_nodes(self, name: str, variable: Variable) -> bool:
         """Whether it has a value per node; the coordinate along an axis is there as a whole from the beginning."""
         return name not in self.axes and variable.dims[: len(self.axes)] == self.axes
@@ -60,26 +66,29 @@ class Store(Protocol):
     #: pass over the chunks and chunks of it that are done
     position: tuple[int, int]
 
+    def resume(self, order: Sequence[int]) -> tuple[int, int]:
+        """The position from which the work goes on; the chunks before it, in this order, are as they were written."""
+
     def begin(self, first: Result) -> None:
         """Make room for the whole map; the result on some chunk tells variables and coordinates."""
 
-    def put(self, region: Region, part: Result) -> None:
-        """Keep what has a value per node."""
+    def put(self, number: int, region: Region, part: Result, entry: Entry) -> None:
+        """Keep what has a value per node of a chunk, then what the journal says of it."""
 
     def values(self, name: str, region: Region) -> Array:
         """Values of a variable in a part of the grid, as a copy."""
 
-    def replace(self, name: str, region: Region, values: Array) -> None:
-        """Change values of a variable in a part of the grid."""
+    def replace(self, number: int, name: str, region: Region, values: Array) -> None:
+        """Change values of a variable in a part of a chunk."""
 
     def entry(self, number: int) -> Entry | None:
         """What the journal holds of a chunk; None when it was never done."""
-
-    def put_entry(self, number: int, entry: Entry) -> None:
-        """Write the journal's entry of a chunk."""
 
     def advance(self, position: tuple[int, int]) -> None:
         """Move on: everything before this position is kept."""
 
     def finish(self) -> None:
         """Nothing is left to do."""
+
+    def close(self) -> None:
+        """Nothing more will be done."""

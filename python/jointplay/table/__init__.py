@@ -3,6 +3,6 @@
 from .assembly import VERDICTS
 from .layout import Column, Table, decimals, numbers
 from .questions import tables
-from .render import show
+from .render import Console, show
 
-__all__ = ["VERDICTS", "Column", "Table", "decimals", "numbers", "show", "tables"]
+__all__ = ["VERDICTS", "Column", "Console", "Table", "decimals", "numbers", "show", "tables"]

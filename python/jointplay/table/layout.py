@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.errors import one_line
 from jointplay.result import Result
 
 #: significant digits of the largest number of a column
@@ -42,6 +43,14 @@ class Column:
     left: bool = False
     spare: int = 0
 
+    def __post_init__(self) -> None:
+        # Names come from files; the class is frozen.
+        vars(self).update(
+            name="\n".join(map(one_line, self.name.split("\n"))),
+            unit=one_line(self.unit),
+            cells=tuple(map(one_line, self.cells)),
+        )
+
     @property
     def width(self) -> int:
         """Characters that the column needs."""
@@ -55,6 +64,9 @@ class Table:
     title: str
     columns: tuple[Column, ...]
     notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        vars(self).update(title=one_line(self.title), notes=tuple(map(one_line, self.notes)))
 
     def fitted(self, width: int, gap: int) -> tuple[Column, ...]:
         """The columns that fit into a width, the most needed ones."""

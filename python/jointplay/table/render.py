@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from rich import box
-from rich.console import Console
+from rich import console as terminal
 from rich.padding import Padding
 from rich.table import Table as RichTable
 from rich.text import Text
@@ -14,6 +14,14 @@ from .layout import Column, Table
 
 #: characters of a terminal from which columns stand well apart
 ROOMY = 100
+
+
+class Console(terminal.Console):
+    """Where tables are printed."""
+
+    def on_broken_pipe(self) -> None:
+        """Leave it to the program what happens when nobody reads any more."""
+        raise BrokenPipeError
 
 
 def show(tables: Iterable[Table], console: Console) -> None:

@@ -154,12 +154,12 @@ def compute(
     names = drive_names(m, m.grid, answer)
     plan = Plan(axis_names(m.grid, names), lattice.shape, lattice.chunk, _fingerprint(m, question, lattice, options))
     store = MemoryStore(plan) if path is None else open_store(Path(path), plan, overwrite=overwrite)
-    if not isinstance(store, MemoryStore) and store.is_complete:
-        store.clean()
-        return None
-    work = Work(m, lattice, store, answer, names, measure=question in MEASURED)
-    work.keep_offset = options.get("details", True)
     try:
+        if not isinstance(store, MemoryStore) and store.is_complete():
+            store.clean()
+            return None
+        work = Work(m, lattice, store, answer, names, measure=question in MEASURED)
+        work.keep_offset = options.get("details", True)
         work.run(progress)
     except KeyboardInterrupt:
         done = min(store.position[1], len(lattice)) if store.position[0] == 1 else len(lattice)
@@ -170,6 +170,13 @@ def compute(
             raise
         part = store.result
         raise Interrupted(Result(part.coords, part.data, {**part.attrs, "incomplete": words})) from None
+    except OSError as error:
+        if path is None:
+            raise
+        problem = f"cannot be written: {error.strerror or error}; the same command goes on with what is done"
+        raise InputError(problem, file=os.fspath(path)) from None
+    finally:
+        store.close()
     return store.result if isinstance(store, MemoryStore) else None
 
 

@@ -66,7 +66,7 @@ class Work:
 
     def run(self, progress: Progress | None = None) -> None:
         """Do what is left."""
-        number, done = self.store.position
+        number, done = self.store.resume(self.order)
         added = False
         while number <= MOST_PASSES:
             for place in range(done, len(self.order)):
@@ -78,9 +78,8 @@ class Work:
             if not added and done == 0:
                 break
             number, done, added = number + 1, 0, False
-        self._join()
-        # From here on the journal is no longer needed, and may be gone in part when the next run looks for it.
         self.store.advance((MOST_PASSES + 1, 0))
+        self._join()
         self.store.finish()
 
     def _chunk(self, number: int) -> bool:
@@ -106,8 +105,8 @@ class Work:
         reached = at.status.copy()
         result, contacts = self._result(number, self.reach.measured(at) if self.measure else at)
         self.store.begin(result)
-        self.store.put(self.lattice.region(number), result)
-        self.store.put_entry(number, self._entry(number, at.poses, reached, contacts, offered))
+        entry = self._entry(number, at.poses, reached, contacts, offered)
+        self.store.put(number, self.lattice.region(number), result, entry)
         return True
 
     def _seeds(self, number: int, neighbour: Neighbour, ok: NDArray[np.bool_], poses: Floats) -> list[Seed]:
@@ -173,19 +172,18 @@ class Work:
             own = self.store.entry(number)
             if own is None or not any(name.startswith("contacts.") for name in own):
                 continue
-            region = list(self.lattice.region(number))
+            region = self.lattice.region(number)
+            marked = self.store.values("contact_change", region)
+            before = marked.copy()
             for neighbour in self.lattice.neighbours(number):
                 other = self.store.entry(neighbour.number)
                 if neighbour.side == 0 or other is None:
                     continue
-                here = (*region[: neighbour.axis], slice(region[neighbour.axis].stop - 1, region[neighbour.axis].stop))
-                face = (*here, *region[neighbour.axis + 1 :])
-                changed = self.contacts.change(
-                    own[f"contacts.{neighbour.axis}.1"], other[f"contacts.{neighbour.axis}.0"]
-                )
-                marked = self.store.values("contact_change", face)
-                marked[..., neighbour.axis] = np.expand_dims(changed, neighbour.axis)
-                self.store.replace("contact_change", face, marked)
+                axis = neighbour.axis
+                changed = self.contacts.change(own[f"contacts.{axis}.1"], other[f"contacts.{axis}.0"])
+                np.moveaxis(marked[..., axis], axis, 0)[-1] = changed
+            if not np.array_equal(marked, before):
+                self.store.replace(number, "contact_change", region, marked)
 
 
 def _face(values: Array, axis: int, side: int) -> Array:

@@ -1,0 +1,126 @@
+"""Mechanism files that are damaged byte by byte, or say something else than they did."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from random import Random
+from typing import Any
+
+import tomlkit
+
+from jointplay import examples
+
+TEXTS = {name: examples.text(name) for name in examples.names()}
+TOKENS = [b"0", b"-", b"9", b".", b"e", b'"', b"'", b"[", b"]", b"{", b"}", b"=", b",", b"\n", b"\r", b"\0", b"#", b"\xff",
+          b"\xef\xbb\xbf", b"\xe2\x80\xae", b"\x1b[31m", b"[[", b'"""', b"inf", b"nan", b"true", b"1979-05-27", b"0x", b"a.a."]  # fmt: skip
+SCALARS: list[Any] = [
+    0, -1, 1, 2, 1e-300, 1e-9, 1e9, 1e12, -1e12, 1e13, 1e300, 2**63, 2**100, float("nan"), float("inf"), float("-inf"), -0.0,
+    True, False, "", "ground", "output", "J1", "a\nb", "\x1b[31m", "{}", "$x_$", "<b>", "é漢\u202e", "n" * 300,
+]  # fmt: skip
+TABLES: list[Any] = [
+    [], [0], [0, 0], [0, 0, 0], [[0, 0]], [1, "x"], [1e12, -1e12], [0] * 300, {}, {"at": [0, 0]}, {"x": 1},
+    {"sigma": 0.1}, {"radial": 0.1}, {"plus": 0.1, "minus": 0}, {"a": {"b": {"c": 1}}},
+]  # fmt: skip
+#: names that results, files and formats have a use of their own for
+NAMES = [
+    "x", "y", "angle", "error", "status", "configuration", "component", "nominal", "source", "sources", "worst_offset",
+    "output", "ground", "type", "at", "title", "units", "bin", "step", "mechanism", "joint", "parameter", "grid", "side",
+    "Ω", "漢", "a b", "a/b", "a.b", "*", "", "n" * 100, "n" * 101, "CON", "..", "_ARRAY_DIMENSIONS", "coordinates", "across",
+    "string5", "fingerprint", "\u009b31m", "$a$", "dtype", "drive_theta1", "theta1_unit",
+]  # fmt: skip
+#: as often as this a configuration is asked for: more is only slow
+MOST = 30
+
+
+def raw(random: Random) -> bytes:
+    """An example with bytes flipped, put in, deleted, repeated, or the end cut off; at times any bytes at all."""
+    if random.random() < 0.03:
+        return random.randbytes(random.randrange(300))
+    content = bytearray(TEXTS[random.choice(sorted(TEXTS))].encode())
+    for _ in range(random.randint(1, 6)):
+        at, length = random.randrange(len(content) + 1), random.randint(1, 30)
+        match random.choice(["flip", "put", "put", "delete", "repeat", "move", "cut"]):
+            case "flip" if at < len(content):
+                content[at] ^= 1 << random.randrange(8)
+            case "put":
+                content[at:at] = random.choice(TOKENS) * random.choice([1, 1, 1, 2, 500])
+            case "delete":
+                del content[at : at + length]
+            case "repeat":
+                content[at:at] = content[at : at + length] * random.choice([1, 1, 20])
+            case "move":
+                piece = content[at : at + length]
+                del content[at : at + length]
+                to = random.randrange(len(content) + 1)
+                content[to:to] = piece
+            case "cut" if random.random() < 0.3:
+                del content[at:]
+    return bytes(content)
+
+
+def places(node: Any, above: tuple[str | int, ...] = ()) -> list[tuple[str | int, ...]]:
+    """Where there is a value."""
+    below = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+    return [p for key, value in below for p in [(*above, key), *places(value, (*above, key))]]
+
+
+def at(node: Any, steps: tuple[str | int, ...]) -> Any:
+    """The value at a place."""
+    for step in steps:
+        node = node[step]
+    return node
+
+
+def renamed(node: Any, old: str, new: str) -> Any:
+    """With another name, wherever it is."""
+    if isinstance(node, dict):
+        return {new if key == old else key: renamed(value, old, new) for key, value in node.items()}
+    if isinstance(node, list):
+        return [renamed(value, old, new) for value in node]
+    return new if node == old else node
+
+
+def structured(random: Random) -> bytes:
+    """An example whose keys, values, names and tables are others."""
+    raw: Any = tomllib.loads(TEXTS[random.choice(sorted(TEXTS))])
+    other = tomllib.loads(TEXTS[random.choice(sorted(TEXTS))])
+    for _ in range(random.choice([1, 1, 1, 2, 3])):
+        spots = places(raw)
+        if not spots:
+            break
+        spot = random.choice(spots)
+        table, key = at(raw, spot[:-1]), spot[-1]
+        match random.choice(["number", "weird", "table", "swap", "foreign", "remove", "rename", "name", "repeat"]):
+            case "number" if isinstance(table[key], int | float):
+                table[key] = random.choice([-table[key], 1e-6 * table[key], 1e6 * table[key], 0, random.gauss(0, 100)])
+            case "weird" | "number":
+                table[key] = random.choice(SCALARS)
+            case "table":
+                table[key] = copy.deepcopy(random.choice(TABLES))
+            case "swap":
+                table[key] = copy.deepcopy(at(raw, random.choice(spots)))
+            case "foreign":
+                table[key] = copy.deepcopy(at(other, random.choice(places(other))))
+            case "remove":
+                del table[key]
+            case "rename" if isinstance(key, str):
+                table[random.choice(NAMES)] = table.pop(key)
+            case "name":
+                section = raw.get(random.choice(["joints", "drives", "dimensions", "bodies", "start"]))
+                if isinstance(section, dict) and section:
+                    raw = renamed(raw, random.choice(sorted(section)), random.choice(NAMES))
+            case "repeat" if isinstance(table, list):
+                table += [copy.deepcopy(table[key])] * random.choice([1, MOST])
+    _shorten(raw)
+    try:
+        return tomlkit.dumps(raw).encode()
+    except (TypeError, ValueError, AttributeError):
+        return structured(random)
+
+
+def _shorten(node: Any) -> None:
+    for value in node.values() if isinstance(node, dict) else node if isinstance(node, list) else ():
+        _shorten(value)
+    if isinstance(node, dict) and isinstance(node.get("count"), int) and MOST < node["count"] <= 1_000_000:
+        node["count"] = MOST
