@@ -272,7 +272,7 @@ impl Mechanism {
             let found = py.detach(|| core.loaded(&cases, exact, keep));
             return Ok(load::pushed(core, Table::new(py), found, keep)?.finish());
         }
-        let found = py.detach(|| core.strained(&cases, exact));
+        let found = py.detach(|| core.strained(&cases, exact, keep.details));
         Ok(load::strained(core, Table::new(py), found, keep)?.finish())
     }
 

@@ -31,6 +31,7 @@ mod sets;
 mod single;
 mod springs;
 mod standard;
+mod way;
 
 use serde::Deserialize;
 
@@ -39,6 +40,8 @@ pub use answer::{Answer, Extreme, Outcome};
 pub use face::OptimalFace;
 pub(crate) use rounds::Rounds;
 pub(crate) use springs::factor;
+pub(crate) use own::Form;
+pub(crate) use way::Way;
 
 /// What a block of displacements may be.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
