@@ -64,7 +64,7 @@ impl<'a> Sharing<'a> {
         let mut felt = self.free.tr_mul(&of(self.equations));
         let mut sizes: Vec<f64> = felt.row_iter().map(|row| row.norm()).collect();
         let noise = HELD * sizes.iter().fold(0.0_f64, |most, size| most.max(*size));
-        sizes.iter_mut().for_each(|size| *size = if *size > noise * HELD { *size } else { 1.0 });
+        sizes.iter_mut().for_each(|size| *size = if *size > noise { *size } else { 1.0 });
         for (k, size) in sizes.iter().enumerate() {
             felt.row_mut(k).unscale_mut(*size);
             self.free.column_mut(k).unscale_mut(*size);
@@ -79,26 +79,14 @@ impl<'a> Sharing<'a> {
             self.free = DMatrix::zeros(self.free.nrows(), 0);
             return;
         }
-        let svd = felt.svd(true, true);
-        let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return };
-        let smallest = HELD * svd.singular_values.max();
-        let held: Vec<usize> = (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > smallest).collect();
-        let directions = u.select_columns(&held);
-        if !hold {
-            let mut parts = &moved * v_t.select_rows(&held).transpose();
-            for (mut column, &k) in parts.column_iter_mut().zip(&held) {
-                column.unscale_mut(svd.singular_values[k]);
+        let (held, left) = split(&felt);
+        if !hold && held.ncols() > 0 {
+            // The least rest of what is moved, beside what is felt in the directions that are held.
+            let factors = felt.tr_mul(&held).qr();
+            let mut parts = factors.q().tr_mul(&moved.transpose());
+            if factors.r().solve_upper_triangular_mut(&mut parts) {
+                self.take(parts.transpose() * held.transpose() * self.free.transpose());
             }
-            self.take(parts * directions.transpose() * self.free.transpose());
-        }
-        // What is at right angles to the directions that are held.
-        let mut left = DMatrix::zeros(f, f - held.len());
-        if !left.is_empty() {
-            let rest = (DMatrix::identity(f, f) - &directions * directions.transpose()).svd(true, false);
-            let mut order: Vec<usize> = (0..f).collect();
-            order.sort_by(|a, b| rest.singular_values[*b].total_cmp(&rest.singular_values[*a]));
-            let Some(u) = rest.u else { return };
-            left = u.select_columns(&order[..left.ncols()]);
         }
         self.free = &self.free * left;
     }
@@ -180,4 +168,36 @@ impl System<'_> {
         }
         (of_sources, of_joints)
     }
+}
+
+/// Orthonormal directions that the columns of a matrix span, clearly, and those at right angles to them.
+fn split(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+    let f = matrix.nrows();
+    let mut directions = DMatrix::zeros(f, f);
+    let largest = matrix.column_iter().map(|column| column.norm()).fold(0.0, f64::max);
+    let spanned = span(&mut directions, 0, matrix.clone(), HELD * largest);
+    span(&mut directions, spanned, DMatrix::identity(f, f), HELD);
+    (directions.columns(0, spanned).into_owned(), directions.columns(spanned, f - spanned).into_owned())
+}
+
+/// Adds directions that columns span beyond those before, the clearest first, as far as they are above a size; gives
+/// how many there are.
+fn span(directions: &mut DMatrix<f64>, before: usize, mut rest: DMatrix<f64>, least: f64) -> usize {
+    let mut n = before;
+    // Twice is enough: the second pass takes away what rounding left.
+    let without = |rest: &mut DMatrix<f64>, directions: &DMatrix<f64>, n: usize| {
+        let known = directions.columns(0, n);
+        (0..2).for_each(|_| *rest -= known * known.tr_mul(rest));
+    };
+    while n < directions.ncols() {
+        without(&mut rest, directions, n);
+        let sizes = rest.column_iter().map(|column| column.norm());
+        let Some((k, size)) = sizes.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+        if size <= least {
+            break;
+        }
+        directions.set_column(n, &(rest.column(k) / size));
+        n += 1;
+    }
+    n
 }
