@@ -13,6 +13,7 @@ use super::own::{Atom, Form, Own};
 use super::{Kind, springs};
 use crate::clearance::{MAX_SIZE, Set, inner};
 use crate::space::norm;
+use crate::spec::Law;
 
 /// Columns of L: of what gives way without bound, and of what does by force.
 #[derive(Clone, Debug, Default)]
@@ -44,6 +45,16 @@ impl Kind {
     /// How every offset of the set gives way where nothing pushes it.
     pub(crate) fn play(&self) -> Vec<Form> {
         self.set().map(|set| Own::of(set).columns().to_vec()).unwrap_or_default()
+    }
+
+    /// By what the components of [`Self::play`] are to be multiplied so that it is a law's covariance.
+    pub(crate) fn spread(&self, law: Law) -> Form {
+        let Some(set) = self.set() else { return [1.0; MAX_SIZE] };
+        let (variances, play) = (set.moments(law).1, self.play());
+        std::array::from_fn(|k| {
+            let square: f64 = play.iter().map(|column| column[k].powi(2)).sum();
+            if square > 0.0 { (variances[k] / square).sqrt() } else { 1.0 }
+        })
     }
 
     /// How what is elastic gives way.

@@ -22,6 +22,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::compatibility::Compatibility;
 use super::system::{Balance, Give, System};
+use crate::clearance::MAX_SIZE;
 use crate::cone::{Form, Way};
 
 /// Directions in which something gives way by less than this part of the most are not held by it.
@@ -114,17 +115,45 @@ impl System<'_> {
     /// The derivatives of a map of the output where forces hold the displacements. Offsets are free to move where
     /// forces do less than about the part `least` of what the largest one does.
     pub fn derivatives(&self, c: &Compatibility, map: &DMatrix<f64>, balance: &Balance, least: f64) -> DMatrix<f64> {
+        self.derivatives_by(c, map, balance, least, |_| [1.0; MAX_SIZE])
+    }
+
+    /// The same where offsets that are free to move do so by `spread` times their sizes, component by component.
+    pub fn derivatives_by(
+        &self,
+        c: &Compatibility,
+        map: &DMatrix<f64>,
+        balance: &Balance,
+        least: f64,
+        spread: impl Fn(&Give) -> Form,
+    ) -> DMatrix<f64> {
         let mut sharing = Sharing::new(self, &c.equations, map);
         let tied = || self.gives.iter().zip(&balance.given).filter(|(give, _)| Self::is_tied(give, c));
         let force = |give: &Give| Self::along(give, &balance.forces);
         let largest = tied().fold(0.0, |most: f64, (give, _)| most.max(give.kind.push(&force(give))));
-        let ways: Vec<(&Give, Way)> =
-            tied().map(|(give, given)| (give, give.kind.way(&force(give), given, largest, least))).collect();
-        for columns in [|way: &Way| way.open.clone(), |way: &Way| way.firm.clone()] {
-            let columns = ways.iter().flat_map(|(give, way)| columns(way).into_iter().map(|l| (&*give.columns, l)));
-            sharing.give_way(&columns.collect::<Vec<_>>(), false);
-        }
+        let way = |(give, given): (&'_ Give, &Vec<f64>)| give.kind.way(&force(give), given, largest, least);
+        let ways: Vec<(&Give, Way)> = tied().map(|(give, given)| (give, way((give, given)))).collect();
+        let open = ways.iter().flat_map(|(give, way)| {
+            let spread = spread(give);
+            way.open.iter().map(move |l| (&*give.columns, std::array::from_fn(|k| spread[k] * l[k])))
+        });
+        sharing.give_way(&open.collect::<Vec<_>>(), false);
+        let firm = ways.iter().flat_map(|(give, way)| way.firm.iter().map(|l| (&*give.columns, *l)));
+        sharing.give_way(&firm.collect::<Vec<_>>(), false);
         sharing.least(self)
+    }
+
+    /// The same where no force holds the clearances.
+    pub fn derivatives_loose(&self, c: &Compatibility, spread: impl Fn(&Give) -> Form) -> DMatrix<f64> {
+        let nothing = Balance {
+            given: self.gives.iter().map(|give| vec![0.0; give.columns.len()]).collect(),
+            forces: DVector::zeros(c.load.len()),
+            factor: 1.0,
+            gap: 0.0,
+            solved: true,
+            answer: None,
+        };
+        self.derivatives_by(c, &c.output.parameters, &nothing, 0.0, spread)
     }
 
     /// The same where displacements are as they are told: what is elastic gives way, and clearances where that is not.

@@ -4,10 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::dice::Dice;
 use super::section::{Member, Section};
-use crate::cone::Kind;
+use crate::clearance::MAX_SIZE;
+use crate::cone::{Form, Kind};
 use crate::hyperstatic::compatibility::{Compatibility, FITS, Ties};
 use crate::hyperstatic::settle::is_apart;
-use crate::hyperstatic::system::{Ask, Balance, Give, System};
+use crate::hyperstatic::system::{Ask, Balance, Give, System, UNDECIDED_TOGETHER};
 use crate::hyperstatic::together::{Nominal, Rested};
 use crate::mechanism::Mechanism;
 use crate::sampling::Request;
@@ -87,6 +88,8 @@ pub struct Unit {
     pub plainly: bool,
     /// Forces on the rows.
     pub forces: DVector<f64>,
+    /// What displacements do to the output where forces hold them.
+    pub held: Option<DMatrix<f64>>,
 }
 
 impl<'a> Job<'a> {
@@ -137,7 +140,15 @@ impl<'a> Job<'a> {
             error: None,
             plainly: false,
             forces: DVector::zeros(self.compatibility.load.len()),
+            held: None,
         }
+    }
+
+    /// How far an offset goes that nothing holds, as a multiple of its clearance.
+    pub fn spread(&self, give: &Give) -> Form {
+        let by_law = |source: usize| give.kind.spread(Mechanism::law(&self.mechanism().sources[source], self.request));
+        let scatters = !self.request.loaded;
+        give.source.filter(|_| scatters).map_or([1.0; MAX_SIZE], by_law)
     }
 
     /// Notes the offset of a clearance.
@@ -216,6 +227,10 @@ impl<'a> Job<'a> {
         unit.plainly |= plainly;
         unit.error = Some(error);
         unit.forces.clone_from(&balance.forces);
+        let c = self.nominal.compatibility;
+        let forces = first.as_ref().unwrap_or(&balance);
+        let spread = |give: &Give| self.spread(give);
+        unit.held = Some(self.system.derivatives_by(c, &c.output.parameters, forces, UNDECIDED_TOGETHER, spread));
         balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, unit));
         let right = ties.right(&displacements, &known);
         unit.displacements = displacements;
