@@ -101,11 +101,11 @@ impl<'a> Linear<'a> {
 
     /// The error of a unit, the parts of the sources, and what is left of every joint's.
     fn parts(&self, unit: &Unit) -> Vec<f64> {
-        let Unit { displacements, parameters, held, .. } = unit;
+        let Unit { displacements, held, .. } = unit;
         let m = self.mechanism;
         let n = m.size();
         let mut own = displacements.clone();
-        let mut offsets = parameters.clone();
+        let mut offsets = unit.before.as_ref().unwrap_or(&unit.parameters).clone();
         let off = self.right - &self.compatibility.equations * DVector::from_column_slice(&displacements[..]);
         for (row, d) in (&self.correction * off).iter().enumerate() {
             own[row] += d;

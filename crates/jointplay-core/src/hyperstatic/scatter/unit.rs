@@ -80,6 +80,8 @@ pub struct Unit {
     pub factor: f64,
     /// Offsets and deviations, corrected to keep the closed mechanism compatible.
     pub parameters: Vec<f64>,
+    /// The same before they are corrected, where they are.
+    pub before: Option<Vec<f64>>,
     /// Displacements of the rows and values of the parameters before they are corrected, as the basis takes them.
     pub displacements: Vec<f64>,
     /// Error of the output, where there is one.
@@ -137,6 +139,7 @@ impl<'a> Job<'a> {
             factor: f64::NAN,
             displacements: m.displacements(&parameters),
             parameters,
+            before: None,
             error: None,
             plainly: false,
             forces: DVector::zeros(self.compatibility.load.len()),
