@@ -281,7 +281,7 @@ impl Mechanism {
             let found = work_in_part(py, 0, loaded, |found| !partly || found.status.is_empty())?;
             return Ok(load::pushed(core, Table::new(py), found, keep)?.finish());
         }
-        let strained = || core.strained(&cases, exact);
+        let strained = || core.strained(&cases, exact, keep.details);
         let found = work_in_part(py, 0, strained, |found| !partly || found.gap.is_empty())?;
         Ok(load::strained(core, Table::new(py), found, keep)?.finish())
     }

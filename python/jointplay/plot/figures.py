@@ -78,7 +78,7 @@ def blame(result: Result | xr.Dataset, quantity: str = "position", *, axes: Axes
     order = np.argsort(-np.abs(shares).sum(axis=0), kind="stable")
     kept = [int(s) for s in order if np.abs(shares[:, s]).max(initial=0.0) > 0.05]
     shown, rest = (kept, []) if len(kept) <= MOST_SOURCES else (kept[: MOST_SOURCES - 1], kept[MOST_SOURCES - 1 :])
-    bars = [(found.sources[s], shares[:, s]) for s in shown]
+    bars = [(found.causes[s], shares[:, s]) for s in shown]
     if rest:
         bars.append((f"{len(rest)} others", shares[:, rest].sum(axis=1)))
     where = np.arange(len(shares))

@@ -1,6 +1,6 @@
 """Labelled results: units on the way out, and the way to `xarray.Dataset`."""
 
-from .blame import Blame, blame
+from .blame import Blame, blame, parts_by_cause
 from .build import STATUSES, Builder, axes_of, version
 from .combine import align, merge, stack
 from .dataset import from_dataset, to_dataset
@@ -22,6 +22,7 @@ __all__ = [
     "coordinate_names",
     "from_dataset",
     "merge",
+    "parts_by_cause",
     "quantities",
     "quantity",
     "size",

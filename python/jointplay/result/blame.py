@@ -1,10 +1,12 @@
-"""Which source is to blame: its share in the first-order error of every configuration.
+"""Which cause is to blame: its share in the first-order error of every configuration.
 
-    loaded, given    share_s = c_s . e / e . e      the source's part c_s of the error e = sum of all c_s
-    worst            share_s = c_s / sum of all     the source's part of the support function at the extreme
-    random           share_s = v_s / sum of all     the source's part of the variance
+Causes are the sources and, where it bends something, the load.
 
-The shares of a configuration add up to one. With a load, a source may have a negative share: it makes the error
+    loaded, given    share_s = c_s . e / e . e      the cause's part c_s of the error e = sum of all c_s
+    worst            share_s = c_s / sum of all     the source's part of the extreme
+    random           share_s = v_s / sum of all     the cause's part of the variance
+
+The shares of a configuration add up to one. With a load, a cause may have a negative share: it makes the error
 smaller.
 """
 
@@ -17,20 +19,22 @@ import numpy as np
 from .quantity import split
 from .structure import Array, Result
 
+#: the name of the load among the causes
+LOAD = "load"
 #: shares that differ by less than this are alike
 ALIKE = 1e-3
 
 
 @dataclass(frozen=True)
 class Blame:
-    """Shares of the sources in the position error and in the rotation, each (configuration, source)."""
+    """Shares of the causes in the position error and in the rotation, each (configuration, cause)."""
 
-    sources: tuple[str, ...]
+    causes: tuple[str, ...]
     position: Array
     rotation: Array
 
     def largest(self, which: str, configuration: int) -> tuple[list[str], float] | None:
-        """The sources with the largest share and that share; None where nothing is off.
+        """The causes with the largest share and that share; None where nothing is off.
 
         They are several when their shares cannot be told apart.
         """
@@ -38,34 +42,50 @@ class Blame:
         if not len(row) or not np.isfinite(row).any():
             return None
         top = float(np.nanmax(row))
-        return [source for source, share in zip(self.sources, row, strict=True) if share > top - ALIKE], top
+        return [cause for cause, share in zip(self.causes, row, strict=True) if share > top - ALIKE], top
 
 
 def blame(result: Result) -> Blame:
-    """Shares of every source of a result that has contributions.
+    """Shares of every cause in a result that has contributions.
 
     Parameters
     ----------
     result : Result
         Over `configuration` only: one step of a sweep, one mechanism of a comparison.
     """
-    contribution = result.data["contribution"]
-    sources = tuple(result.labels("source"))
-    if "extreme" in contribution.dims:
+    if "extreme" in result.data["contribution"].dims:
         position, rotation = (result.get("contribution", extreme=e) for e in ("position", "rotation"))
-        return Blame(sources, _share(position), _share(rotation))
-    values = np.moveaxis(contribution.values, contribution.dims.index("source"), 1)
+        return Blame(tuple(result.labels("source")), _share(position), _share(rotation))
+    causes, values = parts_by_cause(result)
     components = result.labels("component")
-    parts = (values[:, :, [components.index(c) for c in chosen]] for chosen in split(components))
+    chosen = (values[:, :, [components.index(c) for c in kind]] for kind in split(components))
     if str(result.attrs.get("question", "")) == "random":
-        return Blame(sources, *(_share(part.sum(axis=2)) for part in parts))
-    return Blame(sources, *(_share(np.einsum("nsc,nc->ns", part, part.sum(axis=1))) for part in parts))
+        return Blame(causes, *(_share(part.sum(axis=2)) for part in chosen))
+    return Blame(causes, *(_share(np.einsum("nsc,nc->ns", part, part.sum(axis=1))) for part in chosen))
 
 
-def _share(parts: Array) -> Array:
+def parts_by_cause(result: Result) -> tuple[tuple[str, ...], Array]:
+    """The causes of an error or of a variance, and their parts of every component: (..., cause, component)."""
+    causes = tuple(result.labels("source"))
+    values = _by_component(result, "contribution", "source")
+    is_loaded = "loaded" in (result.attrs.get("question"), result.attrs.get("contact"))
+    if not is_loaded or "contribution_elastic" not in result.data:
+        return causes, values
+    # The parts of the deformations are those of the load, shared out among what is elastic.
+    bent = _by_component(result, "contribution_elastic", "joint").sum(axis=-2, keepdims=True)
+    return (*causes, LOAD), np.concatenate([values, bent], axis=-2)
+
+
+def _by_component(result: Result, name: str, dim: str) -> Array:
+    variable = result.data[name]
+    moved: Array = np.moveaxis(variable.values, [variable.dims.index(d) for d in (dim, "component")], [-2, -1])
+    return moved
+
+
+def _share(values: Array) -> Array:
     """Parts over their sum; nan where they add up to nothing."""
-    total = parts.sum(axis=1, keepdims=True)
-    size = np.abs(parts).sum(axis=1, keepdims=True)
+    total = values.sum(axis=1, keepdims=True)
+    size = np.abs(values).sum(axis=1, keepdims=True)
     defined = np.abs(total) > 1e-12 * size
-    shares: Array = np.divide(parts, total, out=np.full(parts.shape, np.nan), where=defined)
+    shares: Array = np.divide(values, total, out=np.full(values.shape, np.nan), where=defined)
     return shares

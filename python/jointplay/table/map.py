@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.result import Result, quantities, quantity, split
+from jointplay.result import Result, parts_by_cause, quantities, quantity, split
 
 from .layout import NOTHING, Column, Table, commands, numbers, words
 
@@ -83,26 +83,27 @@ def _mixed(header: str, values: list[float]) -> Column:
 
 def _shares(result: Result, good: Nodes) -> Table:
     """Shares of the sources in the error of all nodes together, which counts a node by the size of its error."""
-    sources = result.labels("source")
-    shares = {which: parts / parts.sum() for which, parts in _parts(result, good).items() if parts.sum() > 0.0}
-    order = np.argsort(-next(iter(shares.values()), np.zeros(len(sources))), kind="stable")[:MOST_SOURCES]
-    columns = [words("source", [sources[k] for k in order])]
+    causes, found = _parts(result, good)
+    shares = {which: parts / parts.sum() for which, parts in found.items() if parts.sum() > 0.0}
+    order = np.argsort(-next(iter(shares.values()), np.zeros(len(causes))), kind="stable")[:MOST_SOURCES]
+    columns = [words("source", [causes[k] for k in order])]
     for which, share in shares.items():
         columns.append(Column(which, "%", tuple(f"{100 * share[k]:.1f}" for k in order)))
-    more = len(sources) - len(order)
+    more = len(causes) - len(order)
     notes = (f"{more} more sources have smaller shares.",) if more else ()
     return Table("To blame, over all nodes", tuple(columns), notes)
 
 
-def _parts(result: Result, good: Nodes) -> dict[str, Floats]:
-    """What every source adds to the first-order error, summed over the nodes: (source)."""
+def _parts(result: Result, good: Nodes) -> tuple[tuple[str, ...], dict[str, Floats]]:
+    """The causes, and what each adds to the first-order error, summed over the nodes: (cause)."""
     if "extreme" in result.data["contribution"].dims:
         extremes = {which: result.get("contribution", extreme=which)[good] for which in ("position", "rotation")}
-        return {which: parts.sum(axis=0) for which, parts in extremes.items()}
-    values = result.get("contribution")[good]
+        return tuple(result.labels("source")), {which: parts.sum(axis=0) for which, parts in extremes.items()}
+    causes, values = parts_by_cause(result)
+    values = values[good]
     # Of an error, its part along the whole: the squares add up. A variance adds up as it is.
     along = values if result.attrs["question"] == "random" else values * values.sum(axis=1, keepdims=True)
     components = result.labels("component")
     moves = np.isin(components, split(components)[0])
     sums = along.sum(axis=0)
-    return {"position": sums[:, moves].sum(axis=1), "rotation": sums[:, ~moves].sum(axis=1)}
+    return causes, {"position": sums[:, moves].sum(axis=1), "rotation": sums[:, ~moves].sum(axis=1)}

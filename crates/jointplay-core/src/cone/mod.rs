@@ -31,14 +31,17 @@ mod sets;
 mod single;
 mod springs;
 mod standard;
+mod way;
 
 use serde::Deserialize;
 
 use crate::clearance::Set;
 pub use answer::{Answer, Extreme, Outcome};
 pub use face::OptimalFace;
+pub(crate) use own::Form;
 pub(crate) use rounds::Rounds;
 pub(crate) use springs::factor;
+pub(crate) use way::Way;
 
 /// What a block of displacements may be.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -9,7 +9,7 @@ use crate::clearance::{MAX_SIZE, Set};
 use crate::space::norm;
 
 /// Coefficients of a linear form of an offset.
-pub(super) type Form = [f64; MAX_SIZE];
+pub(crate) type Form = [f64; MAX_SIZE];
 
 /// A simple body.
 #[derive(Clone, Copy, Debug, PartialEq)]

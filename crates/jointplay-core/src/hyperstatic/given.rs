@@ -96,7 +96,7 @@ impl Mechanism {
         found
     }
 
-    /// Sensitivity of the output of every case, shared out among displacements that keep compatible.
+    /// Sensitivity of the output of every case to displacements that keep compatible, others giving way.
     #[must_use]
     pub fn shared_sensitivities(&self, cases: &[Case<'_>]) -> Vec<Sensitivity> {
         self.each_on_basis(
@@ -108,7 +108,7 @@ impl Mechanism {
                 let columns: Vec<usize> = (0..self.n_parameters()).map(|p| self.place_of(p)).collect();
                 Sensitivity {
                     output: Output {
-                        parameters: c.output.parameters.select_columns(&columns),
+                        parameters: system.derivatives_given(&c).select_columns(&columns),
                         drives: c.output.drives,
                     },
                     status: self.nominal_status(&nominal),

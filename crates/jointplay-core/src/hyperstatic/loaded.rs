@@ -8,7 +8,7 @@ use nalgebra::DVector;
 use super::compatibility::Compatibility;
 use super::placed::{CHUNK, Placed};
 use super::settle::{Failure, Rest, is_apart};
-use super::system::{Ask, Balance, System};
+use super::system::{Ask, Balance, System, UNDECIDED_TOGETHER};
 use crate::closure::Inputs;
 use crate::cone::Rounds;
 use crate::loaded::{Case, Loaded};
@@ -78,9 +78,10 @@ struct FirstOrder {
 
 impl Mechanism {
     /// Where the load pushes the output of an over-constrained or elastic mechanism, for every case; if not
-    /// `exact`, told to first order at the nominal pose. A determinate rigid one is welcome, too.
+    /// `exact`, told to first order at the nominal pose; without `details` the parts of the first-order error are left
+    /// out. A determinate rigid one is welcome, too.
     #[must_use]
-    pub fn strained(&self, cases: &[Case<'_>], exact: bool) -> StrainTable {
+    pub fn strained(&self, cases: &[Case<'_>], exact: bool, details: bool) -> StrainTable {
         let fallbacks = AtomicU64::new(0);
         let found: Vec<Strain> = self.chunks_on_basis(
             cases,
@@ -88,7 +89,7 @@ impl Mechanism {
             |placed| {
                 let alone = Cell::new(0);
                 let rows = Rounds::each(placed.iter(), async |rounds, at| {
-                    let found = self.strain_at(rounds, at, exact).await;
+                    let found = self.strain_at(rounds, at, exact, details).await;
                     // All share the rounds, so that the last one to end knows of all.
                     alone.set(rounds.alone_so_far());
                     found
@@ -107,7 +108,6 @@ impl Mechanism {
     }
 
     fn no_strain(&self, status: Status) -> Strain {
-        let nan = |n: usize| vec![f64::NAN; n];
         Strain {
             loaded: self.no_load_result(status),
             clearance_factor: f64::NAN,
@@ -120,7 +120,7 @@ impl Mechanism {
         }
     }
 
-    async fn strain_at(&self, rounds: &Rounds, at: &Placed<'_>, exact: bool) -> Strain {
+    async fn strain_at(&self, rounds: &Rounds, at: &Placed<'_>, exact: bool, details: bool) -> Strain {
         let Placed { system, solver, case, nominal, .. } = at;
         let basis = system.basis;
         let Some(c) = Compatibility::at(basis, solver, nominal) else { return self.no_strain(Status::Singular) };
@@ -138,7 +138,12 @@ impl Mechanism {
             return apart(Status::NotAssemblable, factor);
         };
         let unknown = system.unknown_reactions(&c);
-        let (contribution, elastic) = self.shares(system, &c, &balance);
+        let (contribution, elastic) = if details {
+            let map = system.derivatives(&c, &c.output.parameters, &balance, UNDECIDED_TOGETHER);
+            system.parts(&map, &self.centre, &balance)
+        } else {
+            (nan(self.sources.len() * self.size()), nan(self.n_joints() * self.size()))
+        };
         let error_first_order = self.first_order_error(system, &c, &known, case, nominal, &balance);
         let mut open = vec![0.0; self.sources.len() * self.size()];
         let mut decided = vec![true; self.sources.len()];
@@ -263,27 +268,6 @@ impl Mechanism {
         self.drive_shift(&c.output, case, nominal).iter().zip(moved.iter()).map(|(a, b)| a + b).collect()
     }
 
-    /// Shares of the sources and of the joints' deformations in it.
-    fn shares(&self, system: &System<'_>, c: &Compatibility, balance: &Balance) -> (Vec<f64>, Vec<f64>) {
-        let size = self.size();
-        let map = &c.output.parameters;
-        let mut contribution = vec![0.0; self.sources.len() * size];
-        let mut elastic = vec![0.0; self.n_joints() * size];
-        for i in 0..size {
-            for (s, source) in self.sources.iter().enumerate() {
-                contribution[s * size + i] = source.range().map(|p| map[(i, self.place_of(p))] * self.centre[p]).sum();
-            }
-            for (give, given) in system.gives.iter().zip(&balance.given) {
-                let part: f64 = give.columns.iter().zip(given).map(|(&row, d)| map[(i, row)] * d).sum();
-                match give.source {
-                    Some(s) => contribution[s * size + i] += part,
-                    None => elastic[self.rows[give.columns[0]].joint * size + i] += part,
-                }
-            }
-        }
-        (contribution, elastic)
-    }
-
     /// Where a basis keeps a parameter.
     pub(crate) fn place_of(&self, parameter: usize) -> usize {
         let row = self.rows.iter().position(|row| row.parameter == Some(parameter));
@@ -349,4 +333,9 @@ impl Mechanism {
         }
         self.elastic.iter().flat_map(Elastic::yielding).map(|row| by_row[row]).collect()
     }
+}
+
+/// As many numbers that are unknown.
+fn nan(n: usize) -> Vec<f64> {
+    vec![f64::NAN; n]
 }

@@ -13,6 +13,7 @@ mod felt;
 mod given;
 mod loaded;
 mod open;
+mod parts;
 mod placed;
 mod scatter;
 mod settle;

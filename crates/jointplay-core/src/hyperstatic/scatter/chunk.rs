@@ -62,6 +62,8 @@ pub struct Linear<'a> {
     right: &'a DVector<f64>,
     /// What makes displacements that are compatible elsewhere so at the nominal pose.
     correction: DMatrix<f64>,
+    /// What displacements do to the output where no force holds the clearances.
+    loose: DMatrix<f64>,
     /// Place of every parameter among the displacements.
     places: Vec<usize>,
 }
@@ -78,6 +80,7 @@ impl<'a> Linear<'a> {
             constant: shift.iter().zip(misfit.iter()).map(|(d, m)| d - m).collect(),
             right: &job.nominal.right,
             correction: least_displacements(&job.system, c, &job.tied),
+            loose: job.system.derivatives_loose(c, |give| job.spread(give)),
             places: (0..m.n_parameters()).map(|p| m.place_of(p)).collect(),
         }
     }
@@ -97,20 +100,21 @@ impl<'a> Linear<'a> {
         self.constant.iter().enumerate().map(of).collect()
     }
 
-    /// The error, the parts of the sources with the given parameters, and what is left of every joint's.
-    fn parts(&self, displacements: &[f64], parameters: &[f64]) -> Vec<f64> {
+    /// The error of a unit, the parts of the sources, and what is left of every joint's.
+    fn parts(&self, unit: &Unit) -> Vec<f64> {
+        let Unit { displacements, held, .. } = unit;
         let m = self.mechanism;
         let n = m.size();
-        let mut own = displacements.to_vec();
-        let mut offsets = parameters.to_vec();
-        let off = self.right - &self.compatibility.equations * DVector::from_column_slice(displacements);
+        let mut own = displacements.clone();
+        let mut offsets = unit.before.as_ref().unwrap_or(&unit.parameters).clone();
+        let off = self.right - &self.compatibility.equations * DVector::from_column_slice(&displacements[..]);
         for (row, d) in (&self.correction * off).iter().enumerate() {
             own[row] += d;
         }
         for source in m.sources().iter().filter(|source| source.is_clearance) {
             source.range().for_each(|p| offsets[p] += own[self.places[p]] - displacements[self.places[p]]);
         }
-        let map = &self.compatibility.output.parameters;
+        let map = held.as_ref().unwrap_or(&self.loose);
         let mut parts = self.error(&own);
         let add = |parts: &mut [f64], place: usize, d: f64| {
             (0..n).for_each(|i| parts[i] += map[(i, place)] * d);
@@ -202,7 +206,7 @@ impl Count {
             kept.statuses.push(unit.status);
         }
         if unit.error.is_some() {
-            self.first_order.add(&linear.parts(&unit.displacements, &unit.parameters));
+            self.first_order.add(&linear.parts(&unit));
             for (sketch, row) in self.forces.iter_mut().zip(m.elastic_rows()) {
                 sketch.add(unit.forces[row]);
             }

@@ -94,6 +94,10 @@ impl<'g, 'a> Group<'g, 'a> {
     /// Closes the mechanism for displacements that are compatible to first order, changing them by what is left.
     fn correct(&mut self, mut open: Vec<Loose>) {
         let (job, basis) = (self.job, self.job.system.basis);
+        for loose in &open {
+            let unit = &mut self.units[loose.number];
+            unit.before = Some(unit.parameters.clone());
+        }
         for _ in 0..CORRECTIONS {
             if open.is_empty() {
                 return;

@@ -4,10 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::dice::Dice;
 use super::section::{Member, Section};
-use crate::cone::Kind;
+use crate::clearance::MAX_SIZE;
+use crate::cone::{Form, Kind};
 use crate::hyperstatic::compatibility::{Compatibility, FITS, Ties};
 use crate::hyperstatic::settle::is_apart;
-use crate::hyperstatic::system::{Ask, Balance, Give, System};
+use crate::hyperstatic::system::{Ask, Balance, Give, System, UNDECIDED_TOGETHER};
 use crate::hyperstatic::together::{Nominal, Rested};
 use crate::interrupt;
 use crate::mechanism::Mechanism;
@@ -80,6 +81,8 @@ pub struct Unit {
     pub factor: f64,
     /// Offsets and deviations, corrected to keep the closed mechanism compatible.
     pub parameters: Vec<f64>,
+    /// The same before they are corrected, where they are.
+    pub before: Option<Vec<f64>>,
     /// Displacements of the rows and values of the parameters before they are corrected, as the basis takes them.
     pub displacements: Vec<f64>,
     /// Error of the output, where there is one.
@@ -88,6 +91,8 @@ pub struct Unit {
     pub plainly: bool,
     /// Forces on the rows.
     pub forces: DVector<f64>,
+    /// What displacements do to the output where forces hold them.
+    pub held: Option<DMatrix<f64>>,
 }
 
 impl<'a> Job<'a> {
@@ -135,10 +140,19 @@ impl<'a> Job<'a> {
             factor: f64::NAN,
             displacements: m.displacements(&parameters),
             parameters,
+            before: None,
             error: None,
             plainly: false,
             forces: DVector::zeros(self.compatibility.load.len()),
+            held: None,
         }
+    }
+
+    /// How far an offset goes that nothing holds, as a multiple of its clearance.
+    pub fn spread(&self, give: &Give) -> Form {
+        let by_law = |source: usize| give.kind.spread(Mechanism::law(&self.mechanism().sources[source], self.request));
+        let scatters = !self.request.loaded;
+        give.source.filter(|_| scatters).map_or([1.0; MAX_SIZE], by_law)
     }
 
     /// Notes the offset of a clearance.
@@ -218,6 +232,10 @@ impl<'a> Job<'a> {
         unit.plainly |= plainly;
         unit.error = Some(error);
         unit.forces.clone_from(&balance.forces);
+        let c = self.nominal.compatibility;
+        let forces = first.as_ref().unwrap_or(&balance);
+        let spread = |give: &Give| self.spread(give);
+        unit.held = Some(self.system.derivatives_by(c, &c.output.parameters, forces, UNDECIDED_TOGETHER, spread));
         balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, unit));
         let right = ties.right(&displacements, &known);
         unit.displacements = displacements;

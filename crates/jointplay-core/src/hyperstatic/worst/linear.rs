@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use crate::ascent::Measure;
 use crate::hyperstatic::abreast::Pull;
@@ -75,12 +75,10 @@ impl Site<'_> {
         let error = self.error(&balance);
         let own = self.system.displacements(&balance);
         let displacements: Vec<f64> = self.known.iter().zip(own).map(|(known, own)| known + own).collect();
-        let share = |p: usize| -> f64 {
-            let place = m.place_of(p);
-            let moved: f64 = direction.iter().enumerate().map(|(i, u)| u * c.output.parameters[(i, place)]).sum();
-            moved * displacements[place]
-        };
-        let contribution = m.sources.iter().map(|source| source.range().map(share).sum()).collect();
+        // The multipliers are the derivatives along the displacements.
+        let forces = self.system.least_forces(c, &balance.forces);
+        let map = DMatrix::from_row_slice(1, forces.len(), forces.as_slice());
+        let (contribution, _) = self.system.parts(&map, &m.centre, &balance);
         let value = direction.iter().zip(&error).map(|(u, e)| u * e).sum();
         Some(Farthest { value, displacements, contribution })
     }

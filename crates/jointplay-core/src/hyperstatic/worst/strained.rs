@@ -1,6 +1,6 @@
 //! The worst of units that have to be strained to go together, to first order and on the exact closure.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::deviations::Deviations;
@@ -13,13 +13,15 @@ use crate::hyperstatic::compatibility::Compatibility;
 use crate::hyperstatic::settle::is_apart;
 use crate::hyperstatic::system::{Ask, Give, System};
 use crate::loaded::Case;
-use crate::mechanism::{Mechanism, Source};
+use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State};
 
 /// What part the load of a direction is, where it is solved for by itself.
 const SMALL: f64 = 1e-6;
 /// The same for a figure that is told.
 const TINY: f64 = 1e-8;
+/// A force below this part of the largest one is rounding, not the load of a direction.
+const NOTHING: f64 = 1e-12;
 /// Linearisations of an exact search.
 const ROUNDS: usize = 8;
 /// An exact search is over when it gains less than this part.
@@ -164,25 +166,13 @@ impl Elastic<'_> {
         }
     }
 
-    /// The shares of all sources, and of the joints' deformations, in a first-order figure.
+    /// The parts of all sources, and of the joints' deformations, in a first-order figure.
     fn shares(&self, model: &Model<'_>, measure: Measure, unit: &[f64], strained: &Strained) -> (Vec<f64>, Vec<f64>) {
-        let m = self.mechanism;
-        let weights = m.weights(measure, &strained.error);
-        let map = &model.compatibility.output.parameters;
-        let moves =
-            |column: usize, d: f64| weights.iter().enumerate().map(|(i, w)| w * map[(i, column)] * d).sum::<f64>();
-        let parameters = self.deviations.parameters(unit);
-        let known = |source: &Source| source.range().map(|p| moves(m.place_of(p), parameters[p])).sum();
-        let mut contribution: Vec<f64> = m.sources.iter().map(known).collect();
-        let mut elastic = vec![0.0; m.n_joints()];
-        for (give, given) in self.system.gives.iter().zip(&strained.balance.given) {
-            let part: f64 = give.columns.iter().zip(given).map(|(&column, d)| moves(column, *d)).sum();
-            match give.source {
-                Some(source) => contribution[source] += part,
-                None => elastic[m.rows[give.columns[0]].joint] += part,
-            }
-        }
-        (contribution, elastic)
+        let weights = DVector::from_vec(self.mechanism.weights(measure, &strained.error));
+        let c = model.compatibility;
+        let map = DMatrix::from_rows(&[c.output.parameters.tr_mul(&weights).transpose()]);
+        let map = self.system.derivatives(c, &map, &strained.balance, NOTHING);
+        self.system.parts(&map, &self.deviations.parameters(unit), &strained.balance)
     }
 
     /// Whether two units are the same.
