@@ -24,6 +24,7 @@ pub mod linear;
 pub mod loaded;
 pub mod mechanism;
 pub mod mesh;
+mod open;
 pub mod path;
 pub mod projected;
 pub mod reach;

@@ -348,12 +348,28 @@ impl Mechanism {
             Ok(state) => state,
             Err(status) => return self.no_load_result(status),
         };
-        let Some(contact) = solver.settle(start, &mutes) else {
+        let Some(mut contact) = solver.settle(start, &mutes) else {
             return self.no_load_result(Status::Singular);
         };
-        let Some(displaced) = solver.linearise(&contact.state) else { return self.no_load_result(Status::Singular) };
-        let map = self.output_sensitivity(&displaced, &contact.state);
+        let Some(mut displaced) = solver.linearise(&contact.state) else {
+            return self.no_load_result(Status::Singular);
+        };
+        let mut map = self.output_sensitivity(&displaced, &contact.state);
         felt |= leave_open(&contact.gradient, &map, &mut open, &mut decided);
+        if felt {
+            // What the output feels is listened to: the closure may decide it.
+            let unheard = |(mute, open): (&Mute, &[f64])| {
+                if open.iter().any(|o| *o > 0.0) { Mute::default() } else { *mute }
+            };
+            let listened: Vec<Mute> = mutes.iter().zip(open.chunks_exact(size)).map(unheard).collect();
+            let rest = solver.rest(&contact, &mutes, &listened);
+            let at = rest.and_then(|rest| Some((solver.linearise(&rest.contact.state)?, rest)));
+            let Some((linearised, rest)) = at else { return self.no_load_result(Status::Singular) };
+            map = self.output_sensitivity(&linearised, &rest.contact.state);
+            let left = self.left_open(&rest, &listened, &first_order.parameters, &map.parameters);
+            (open, decided, felt) = (left.open, left.decided, left.felt);
+            (contact, displaced) = (rest.contact, linearised);
+        }
         Loaded {
             error: self.error(&contact.state, nominal),
             error_first_order,

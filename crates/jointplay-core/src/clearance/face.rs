@@ -2,7 +2,7 @@
 
 use super::pin::PinFace;
 use super::tapered::TaperedFace;
-use super::{MAX_SIZE, Set, inner, padded};
+use super::{MAX_SIZE, Set, Shape, inner, padded};
 
 /// The part of a set where a linear function is largest: a centre and how far it reaches.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +20,19 @@ pub(super) enum Extent {
     Whole(Set),
     Pin(PinFace),
     Tapered(TaperedFace),
+}
+
+/// A direction in which a face is open.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Direction {
+    /// Which of the set's own coordinates it moves.
+    pub coordinate: usize,
+    /// What half of the set's extent displaces.
+    pub along: [f64; MAX_SIZE],
+    /// Inner products with it tell how far along an offset is, as a part of that.
+    pub dual: [f64; MAX_SIZE],
+    /// What a force of one does over it.
+    pub reach: f64,
 }
 
 impl Face {
@@ -56,6 +69,47 @@ impl Face {
             Extent::Pin(face) => face.nearest(&self.centre, offset),
             Extent::Tapered(face) => face.nearest(offset),
         }
+    }
+
+    /// The directions in which the face of a set is open.
+    pub(crate) fn directions(&self, set: &Set) -> Vec<Direction> {
+        let one = |k: usize| {
+            let mut unit = [0.0; MAX_SIZE];
+            unit[k] = 1.0;
+            (k, unit)
+        };
+        let own: Vec<(usize, [f64; MAX_SIZE])> = match &self.extent {
+            Extent::Point => Vec::new(),
+            // The middle of an edge lies on an axis of the set's own square.
+            Extent::Segment(_) => vec![one(usize::from(self.centre[0] * self.centre[1] > 0.0))],
+            Extent::Whole(_) => (0..set.size()).map(one).collect(),
+            Extent::Pin(face) => face.open().map(one).collect(),
+            Extent::Tapered(face) => face.directions(),
+        };
+        let direction = |(coordinate, unit): (usize, [f64; MAX_SIZE])| {
+            let (at, middle) = (set.of_unit(&unit), set.of_unit(&[0.0; MAX_SIZE]));
+            let squared = inner(&unit, &unit);
+            let along_dual = |k: usize| {
+                let mut offset = middle;
+                offset[k] += set.half_width(k);
+                inner(&unit, &set.to_unit(&offset)) / (set.half_width(k) * squared)
+            };
+            let moves = |k: usize| k < set.size() && set.half_width(k) > 0.0;
+            Direction {
+                coordinate,
+                along: std::array::from_fn(|k| at[k] - middle[k]),
+                dual: std::array::from_fn(|k| if moves(k) { along_dual(k) } else { 0.0 }),
+                reach: match set.shape() {
+                    Shape::Round { radius, .. } => radius,
+                    Shape::Diamond { gap, .. } => gap,
+                    Shape::Interval { low, high } => 0.5 * (high - low),
+                    Shape::Pin(pin) if coordinate < pin.across() => pin.axial.unwrap_or(0.0),
+                    Shape::Pin(pin) => pin.radius,
+                    Shape::Tapered(tapered) => tapered.gap,
+                },
+            }
+        };
+        own.into_iter().map(direction).collect()
     }
 
     /// Half of the range of `direction . offset` over the face.

@@ -37,6 +37,7 @@ use crate::sampling::law;
 use crate::space::norm;
 use crate::spec::Law;
 pub use check::SetError;
+pub(crate) use face::Direction;
 pub use face::Face;
 pub use mute::Mute;
 pub(crate) use pin::Pin;

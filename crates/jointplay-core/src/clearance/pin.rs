@@ -180,6 +180,14 @@ impl PinFace {
         !(self.ends[0] || self.ends[1] || self.along)
     }
 
+    /// The set's own coordinates that are open.
+    pub fn open(&self) -> impl Iterator<Item = usize> {
+        let across = self.pin.across();
+        let ends = [0, 0, 1, 1].map(|end| self.ends[end]);
+        let ends = (across..).zip(ends).filter_map(|(k, open)| open.then_some(k));
+        self.along.then_some(0).into_iter().chain(ends)
+    }
+
     /// What is open stays as the offset has it.
     pub fn nearest(&self, centre: &[f64; MAX_SIZE], offset: &[f64]) -> [f64; MAX_SIZE] {
         let (mut ends, from) = (self.pin.ends(centre), self.pin.ends(offset));

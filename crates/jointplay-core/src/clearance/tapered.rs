@@ -233,6 +233,25 @@ impl TaperedFace {
         unit
     }
 
+    /// Directions in own coordinates in which it is open, each with the coordinate that it moves first. Along the axis
+    /// the sides of the squares give way.
+    pub fn directions(&self) -> Vec<(usize, [f64; MAX_SIZE])> {
+        let mut directions = Vec::new();
+        let side = if self.side == 0.0 { 1.0 } else { self.side };
+        if self.high > self.low || self.high > 0.0 && self.side == 0.0 {
+            let mut unit = [0.0; MAX_SIZE];
+            unit[0] = side;
+            (0..2 * self.shape.n).for_each(|k| unit[1 + k] = -self.signs[k] * self.taper(k));
+            directions.push((0, unit));
+        }
+        for k in (0..2 * self.shape.n).filter(|&k| self.signs[k] == 0.0 && self.taper(k) * self.low < 1.0) {
+            let mut unit = [0.0; MAX_SIZE];
+            unit[1 + k] = 1.0;
+            directions.push((1 + k, unit));
+        }
+        directions
+    }
+
     /// The largest value of `forces . unit` over the face; it is linear along the axis.
     fn top(&self, forces: &[f64; MAX_SIZE]) -> f64 {
         let at = |size: f64| {

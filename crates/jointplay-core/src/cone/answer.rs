@@ -58,10 +58,16 @@ impl Answer {
             }
             _ => vec![0.0; block.size()],
         };
+        let multipliers = vec![0.0; program.n_equations()];
+        Self { multipliers, ..Self::at(program.blocks.iter().map(push).collect()) }
+    }
+
+    /// Displacements of which nothing else is known.
+    pub(crate) const fn at(displacements: Vec<Vec<f64>>) -> Self {
         Self {
             outcome: Outcome::Stalled,
-            displacements: program.blocks.iter().map(push).collect(),
-            multipliers: vec![0.0; program.n_equations()],
+            displacements,
+            multipliers: Vec::new(),
             factor: 1.0,
             value: f64::INFINITY,
             dual_value: f64::NEG_INFINITY,

@@ -77,6 +77,26 @@ impl OptimalFace {
         Extreme { outcome: answer.outcome, value: value - answer.value, gap }
     }
 
+    /// Optimal displacements where `sum_j direction_j . displacement_j` is largest; `None` where its program is not solved.
+    #[must_use]
+    pub(crate) fn farthest(&self, program: &Program, direction: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+        let along = self.standard.coefficients(direction.iter().map(Vec::as_slice));
+        let reach: f64 = along.iter().map(|c| c.abs()).sum();
+        if reach == 0.0 || self.standard.constant(&along).is_some() {
+            return None;
+        }
+        let cost: Vec<f64> = along.iter().map(|c| -c / reach).collect();
+        let raw = self.standard.solve(&cost, None);
+        let solved = !raw.infeasible && Outcome::judged((raw.value - raw.dual_value).abs(), 0.0) == Outcome::Solved;
+        solved.then(|| {
+            let mut displacements = self.standard.displacements(program, &raw.x);
+            for (displaced, centre) in displacements.iter_mut().zip(&self.centres) {
+                displaced.iter_mut().zip(centre).for_each(|(d, c)| *d += c);
+            }
+            displacements
+        })
+    }
+
     /// The value of `sum_j direction_j . displacement_j` at optimal displacements, moved onto the faces by what
     /// rounding keeps them from.
     #[must_use]
@@ -91,7 +111,7 @@ impl OptimalFace {
 
     /// The optimal displacements nearest to the middles of the faces, each offset measured in what its set
     /// allows; `None` where the programs' rounding leaves none.
-    fn middle(&self, program: &Program) -> Option<Vec<Vec<f64>>> {
+    pub(crate) fn middle(&self, program: &Program) -> Option<Vec<Vec<f64>>> {
         let x = self.standard.nearest_to_middle()?;
         let mut middle = self.standard.displacements(program, &x);
         for (middle, shift) in middle.iter_mut().zip(&self.shifts) {
@@ -137,7 +157,7 @@ impl Program {
     }
 
     /// The optimal face as a program on the faces of the sets, its bodies left out.
-    fn around(&self, faces: &[Option<(Set, Face)>], pose: &Answer) -> OptimalFace {
+    pub(crate) fn around(&self, faces: &[Option<(Set, Face)>], pose: &Answer) -> OptimalFace {
         let mut right = vec![0.0; self.n_equations()];
         let (mut regions, mut centres, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
         for (face, (block, at)) in faces.iter().zip(self.blocks.iter().zip(&pose.displacements)) {

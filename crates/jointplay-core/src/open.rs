@@ -1,0 +1,470 @@
+//! What the load leaves open on the exact closure.
+//!
+//! Constant forces take the mechanism to where their work W is largest. Of the forces `s = dW/du` along the
+//! offsets u the faces are open that s exposes, to first order. On the exact closure s changes along them, and
+//! what is left open is only that along which it stays as it is:
+//!
+//! ```text
+//! T' (s + (ds/du) T c) = 0,   G = T' (ds/du) T
+//! ```
+//!
+//! with the directions T in which the faces are open. Where G is negative, W has a strict maximum, which decides.
+//! Where it is positive, W is larger at both ends: at one of them it is the largest, or they are equal. Where it
+//! is zero the offsets are open, together if the equations tie them. What is open is a product of faces cut by
+//! equations; [`OptimalFace`] knows its ends. The equations hold to second order only, so that its middle is
+//! approached in rounds. Moments that keep their direction in space have no work, but the same equations.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use crate::ascent::UNDECIDED;
+use crate::clearance::{Direction, Face, Mute, inner};
+use crate::closure::Inputs;
+use crate::cone::{Answer, Block, Kind, OptimalFace, Program};
+use crate::contact::Contact;
+use crate::mechanism::{Mechanism, Source};
+use crate::sensitivity::Gradient;
+use crate::solver::{Solver, State};
+use crate::space::{Space, dot};
+
+/// Part of its extent by which an offset is moved for a difference. Forces are known to some units of the last
+/// place, so that over all of the extent rounding makes less of them than [`UNDECIDED`].
+const DIFFERENCE: f64 = 1e-4;
+/// Rounds in which the middle is approached at most; each leaves the part that the play is of the mechanism.
+const ROUNDS: usize = 25;
+/// The middle is reached where no offset moves by more than this part of its set.
+const STILL: f64 = 1e-10;
+/// Two contacts are one where no offset differs by more than this part of its set; what is less than this part of a
+/// direction is none of it.
+const SAME: f64 = 1e-6;
+/// What is left open is felt where it moves the output, to first order, by more than this part of what all play
+/// together could: programs know less than [`crate::loaded::UNFELT`].
+const FELT: f64 = 1e-7;
+
+/// Where the load leaves a mechanism, in the middle of what it leaves open.
+pub(crate) struct Rest {
+    pub contact: Contact,
+    pub open: Open,
+}
+
+/// What the load leaves open.
+pub(crate) enum Open {
+    /// Every offset has one place.
+    Nothing,
+    /// Faces cut by equations.
+    Faces(Box<Faces>),
+    /// Two poses in which the load does the same work: half of the way from one to the other, for every parameter.
+    Ends(Vec<f64>),
+}
+
+/// Open faces, with the equations that tie them.
+pub(crate) struct Faces {
+    /// The sources, with their faces.
+    sources: Vec<(usize, Face)>,
+    /// Whether each of them has more than one place.
+    moves: Vec<bool>,
+    program: Program,
+    optimal: OptimalFace,
+    /// The middle of what is open.
+    middle: Vec<Vec<f64>>,
+}
+
+/// How the forces along open directions change along them.
+struct Bend {
+    ways: Vec<(usize, Direction)>,
+    /// Changes over half of the extent, as parts of the largest reaction.
+    matrix: DMatrix<f64>,
+    /// The forces themselves.
+    force: DVector<f64>,
+}
+
+/// Independent combinations of open directions along which forces change.
+struct Ties {
+    rows: DMatrix<f64>,
+    /// The step along each of them that makes its force zero.
+    steps: DVector<f64>,
+}
+
+impl Mechanism {
+    /// Whether the loads have a work that depends on nothing but the pose.
+    fn has_work(&self) -> bool {
+        self.space == Space::Planar || self.loads.iter().all(|load| load.moment.iter().all(|m| *m == 0.0))
+    }
+
+    /// The work of the loads, but for a constant.
+    fn work(&self, state: &State) -> f64 {
+        let poses = self.poses(&state.coordinates);
+        let loads = self.loads.iter().filter_map(|load| Some((load, self.points[load.point].body?)));
+        let work = loads.map(|(load, body)| {
+            let place = self.place(load.point, &poses, &state.inputs.parameters);
+            let angle = state.coordinates[(body + 1) * self.n_body_coordinates() - 1];
+            let moment = if self.space == Space::Planar { load.moment[2] } else { 0.0 };
+            dot(load.force, place.position) + moment * angle
+        });
+        work.sum()
+    }
+
+    /// A difference of the load's work that decides nothing.
+    fn undecided_work(&self, at: &Contact) -> f64 {
+        let force = &at.gradient.inputs.parameters;
+        let clearances = self.sources.iter().filter(|source| source.is_clearance);
+        let play: f64 = clearances.map(|source| source.set.support(&force[source.range()])).sum();
+        UNDECIDED * play + self.rounding(self.force_scale(&at.gradient), self.work(&at.state))
+    }
+
+    /// The face that the force on a source exposes, `mute` apart.
+    fn exposed(&self, source: &Source, at: &Contact, mute: Mute) -> Face {
+        let force = source.set.heard(&at.gradient.inputs.parameters[source.range()], mute);
+        source.set.face(&force[..source.set.size()], self.tolerance(source, at))
+    }
+
+    fn tolerance(&self, source: &Source, at: &Contact) -> f64 {
+        self.undecided(source, UNDECIDED * self.force_scale(&at.gradient))
+    }
+
+    fn offset(&self, source: &Source, inputs: &Inputs<f64>) -> Vec<f64> {
+        source.range().map(|p| inputs.parameters[p] - self.centre[p]).collect()
+    }
+
+    fn put(&self, source: &Source, offset: &[f64], inputs: &mut Inputs<f64>) {
+        source.range().zip(offset).for_each(|(p, d)| inputs.parameters[p] = self.centre[p] + d);
+    }
+
+    /// The open faces of all clearances.
+    fn open_faces(&self, at: &Contact, mutes: &[Mute]) -> Vec<(usize, Face)> {
+        let clearances = self.sources.iter().enumerate().filter(|(_, source)| source.is_clearance);
+        let faces = clearances.map(|(s, source)| (s, self.exposed(source, at, mutes[s])));
+        faces.filter(|(_, face)| !face.is_point()).collect()
+    }
+
+    /// The directions in which faces are open, those left out that are not listened to.
+    fn ways(&self, faces: &[(usize, Face)], mutes: &[Mute]) -> Vec<(usize, Direction)> {
+        let of = |(s, face): &(usize, Face)| {
+            let (s, set) = (*s, self.sources[*s].set);
+            let heard = move |way: &Direction| !set.is_mute(way.coordinate, mutes[s]);
+            face.directions(&set).into_iter().filter(heard).map(move |way| (s, way))
+        };
+        faces.iter().flat_map(of).collect()
+    }
+
+    /// The offsets after a step along open directions, within their faces.
+    fn along(&self, at: &Contact, faces: &[(usize, Face)], bend: &Bend, step: &DVector<f64>) -> Inputs<f64> {
+        let mut inputs = at.state.inputs.clone();
+        for (s, face) in faces {
+            let source = &self.sources[*s];
+            let mut offset = self.offset(source, &inputs);
+            for ((_, way), c) in bend.ways.iter().zip(step.iter()).filter(|((owner, _), _)| owner == s) {
+                offset.iter_mut().zip(way.along).for_each(|(o, along)| *o += c * along);
+            }
+            self.put(source, &face.nearest(&offset)[..offset.len()], &mut inputs);
+        }
+        inputs
+    }
+
+    /// What the force on a source does not push at a contact.
+    fn quiet(&self, source: &Source, at: &Contact, mute: Mute) -> Mute {
+        let force = source.set.heard(&at.gradient.inputs.parameters[source.range()], mute);
+        source.set.mute(&force[..source.set.size()], self.tolerance(source, at))
+    }
+
+    /// The contact in which the load does the most work, and another in which it does the same.
+    fn largest(&self, contacts: Vec<Contact>) -> Option<(Contact, Option<Contact>)> {
+        let mut contacts = contacts.into_iter();
+        let mut best = contacts.next()?;
+        let mut rival = None;
+        for other in contacts.filter(|contact| contact.settled && self.has_work()) {
+            if self.change(&best.state.inputs, &other.state.inputs) <= SAME {
+                continue;
+            }
+            let more = self.work(&other.state) - self.work(&best.state);
+            if more.abs() <= self.undecided_work(&best) {
+                rival = Some(other);
+            } else if more > 0.0 {
+                (best, rival) = (other, None);
+            }
+        }
+        Some((best, rival))
+    }
+}
+
+impl Solver<'_> {
+    /// Where a contact comes to rest when the load is also heard where it does not push at the nominal pose: `before`
+    /// tells what was not listened to, `mutes` what still is not. `None` where the closure is singular.
+    pub(crate) fn rest(&self, from: &Contact, before: &[Mute], mutes: &[Mute]) -> Option<Rest> {
+        let m = self.mechanism;
+        let mut ends = vec![self.settle(from.state.clone(), mutes)?];
+        if m.change(&from.state.inputs, &ends[0].state.inputs) > SAME {
+            // What has gone to one side might as well have gone to the other.
+            let mut inputs = from.state.inputs.clone();
+            for (s, _) in m.open_faces(from, before) {
+                let source = &m.sources[s];
+                let [middle, end] = [from, &ends[0]].map(|contact| m.offset(source, &contact.state.inputs));
+                let other: Vec<f64> = middle.iter().zip(end).map(|(b, a)| 2.0 * b - a).collect();
+                m.put(source, &other, &mut inputs);
+            }
+            ends.extend(self.settle_from(from, &inputs, mutes));
+        }
+        let at = &ends[0];
+        let faces = m.open_faces(at, mutes);
+        let bend = self.bend(at, &faces, mutes)?;
+        if let Some(direction) = bend.unstable() {
+            let both = [1.0, -1.0].map(|sign| {
+                let inputs = m.along(at, &faces, &bend, &(&direction * sign));
+                self.settle_from(at, &inputs, mutes)
+            });
+            let both: Vec<Contact> = both.into_iter().flatten().collect();
+            ends = if both.is_empty() { ends } else { both.into_iter().chain(ends.into_iter().skip(1)).collect() };
+        }
+        let (at, rival) = m.largest(ends)?;
+        if let Some(rival) = rival {
+            let [a, b] = [&at, &rival].map(|contact| &contact.state.inputs.parameters);
+            let half = a.iter().zip(b).map(|(a, b)| 0.5 * (b - a)).collect();
+            return Some(Rest { contact: Contact { steps: at.steps, ..from.clone() }, open: Open::Ends(half) });
+        }
+        self.in_the_middle(at, mutes)
+    }
+
+    fn settle_from(&self, at: &Contact, inputs: &Inputs<f64>, mutes: &[Mute]) -> Option<Contact> {
+        let settled = self.settle(self.follow(&at.state, inputs).ok()?, mutes)?;
+        Some(Contact { steps: at.steps + settled.steps, ..settled })
+    }
+
+    /// How forces change along the directions in which faces are open.
+    fn bend(&self, at: &Contact, faces: &[(usize, Face)], mutes: &[Mute]) -> Option<Bend> {
+        let m = self.mechanism;
+        let ways = m.ways(faces, mutes);
+        let n = ways.len();
+        let linearised = self.linearise(&at.state)?;
+        let scale = m.force_scale(&at.gradient);
+        let forces = |gradient: &Gradient| -> Vec<f64> {
+            let of = |(s, way): &(usize, Direction)| {
+                let source = &m.sources[*s];
+                let size = m.undecided(source, scale) * way.reach;
+                inner(&gradient.inputs.parameters[source.range()], &way.along) / size
+            };
+            ways.iter().map(of).collect()
+        };
+        let mut matrix = DMatrix::zeros(n, n);
+        for (j, (s, way)) in ways.iter().enumerate() {
+            let moved = |h: f64| {
+                let mut inputs = at.state.inputs.clone();
+                let source = &m.sources[*s];
+                source.range().zip(way.along).for_each(|(p, along)| inputs.parameters[p] += h * along);
+                let state = self.nudged(&linearised, &at.state, inputs);
+                Some(forces(&m.load_gradient(&self.linearise(&state)?, &state)))
+            };
+            let (high, low) = (moved(DIFFERENCE)?, moved(-DIFFERENCE)?);
+            (0..n).for_each(|i| matrix[(i, j)] = (high[i] - low[i]) / (2.0 * DIFFERENCE));
+        }
+        let force = DVector::from_vec(forces(&at.gradient));
+        Some(Bend { ways, matrix, force })
+    }
+
+    /// Goes to the middle of what is open around a contact.
+    fn in_the_middle(&self, mut at: Contact, mutes: &[Mute]) -> Option<Rest> {
+        let m = self.mechanism;
+        let mut faces = m.open_faces(&at, mutes);
+        let quiet: Vec<Mute> = m.sources.iter().zip(mutes).map(|(source, mute)| m.quiet(source, &at, *mute)).collect();
+        for round in 0.. {
+            let bend = self.bend(&at, &faces, mutes)?;
+            let ties = bend.ties();
+            if ties.rows.nrows() == bend.ways.len() {
+                return Some(Rest { contact: at, open: Open::Nothing });
+            }
+            // What is pushed in a face that is open in part turns with its force.
+            for (s, face) in &mut faces {
+                if !quiet[*s].is_none() {
+                    *face = m.exposed(&m.sources[*s], &at, quiet[*s]);
+                }
+            }
+            let output = m.output_sensitivity(&self.linearise(&at.state)?, &at.state);
+            let open = Faces::new(m, &at, &faces, &bend, &ties, &output.parameters);
+            let mut inputs = m.pressed(&at.gradient, &at.state.inputs, &quiet);
+            for ((s, _), middle) in open.sources.iter().zip(&open.middle) {
+                m.put(&m.sources[*s], middle, &mut inputs);
+            }
+            let change = m.change(&at.state.inputs, &inputs);
+            let next = if change > STILL && round < ROUNDS { self.contact(&at, &inputs) } else { None };
+            let Some(next) = next else { return Some(Rest { contact: at, open: Open::Faces(Box::new(open)) }) };
+            at = next;
+        }
+        None
+    }
+}
+
+impl Bend {
+    /// A direction along which the load's work has a minimum, its largest component one.
+    fn unstable(&self) -> Option<DVector<f64>> {
+        let n = self.ways.len();
+        let reach = |i: usize| self.ways[i].1.reach;
+        let symmetric = DMatrix::from_fn(n, n, |i, j| {
+            let [a, b] = [(i, j), (j, i)].map(|(i, j)| self.matrix[(i, j)] * (reach(i) / reach(j)).sqrt());
+            0.5 * (a + b)
+        });
+        if n == 0 {
+            return None;
+        }
+        let eigen = SymmetricEigen::new(symmetric);
+        let (k, value) = eigen.eigenvalues.argmax();
+        let direction = DVector::from_fn(n, |i, _| eigen.eigenvectors[(i, k)] / reach(i).sqrt());
+        (value > UNDECIDED).then(|| &direction / direction.amax())
+    }
+
+    fn ties(&self) -> Ties {
+        let n = self.ways.len();
+        if n == 0 {
+            return Ties { rows: DMatrix::zeros(0, 0), steps: DVector::zeros(0) };
+        }
+        let svd = self.matrix.clone().svd(true, true);
+        let tied: Vec<usize> = (0..n).filter(|&k| svd.singular_values[k] > UNDECIDED).collect();
+        let (Some(u), Some(v)) = (svd.u, svd.v_t) else { unreachable!() };
+        Ties {
+            rows: DMatrix::from_fn(tied.len(), n, |e, i| v[(tied[e], i)]),
+            steps: DVector::from_fn(tied.len(), |e, _| {
+                -u.column(tied[e]).dot(&self.force) / svd.singular_values[tied[e]]
+            }),
+        }
+    }
+}
+
+impl Faces {
+    fn new(m: &Mechanism, at: &Contact, faces: &[(usize, Face)], bend: &Bend, ties: &Ties, map: &DMatrix<f64>) -> Self {
+        let step = ties.rows.transpose() * &ties.steps;
+        let (mut blocks, mut displacements, mut moves) = (Vec::new(), Vec::new(), Vec::new());
+        for (s, face) in faces {
+            let set = m.sources[*s].set;
+            let size = set.size();
+            let mut displacement = m.offset(&m.sources[*s], &at.state.inputs);
+            let mut rows = vec![0.0; ties.rows.nrows() * size];
+            let mut listened = 0;
+            let mut moving = false;
+            for (i, (_, way)) in bend.ways.iter().enumerate().filter(|(_, (owner, _))| owner == s) {
+                displacement.iter_mut().zip(way.along).for_each(|(d, along)| *d += step[i] * along);
+                for (row, part) in rows.chunks_exact_mut(size).zip(ties.rows.column(i).iter()) {
+                    row.iter_mut().zip(way.dual).for_each(|(r, dual)| *r += part * dual);
+                }
+                moving |= 1.0 - ties.rows.column(i).norm_squared() > SAME;
+                listened += 1;
+            }
+            moves.push(moving || listened < face.directions(&set).len());
+            blocks.push(Block { kind: Kind::Clearance(set), map: rows, force: vec![0.0; size] });
+            displacements.push(displacement);
+        }
+        let program = Program { right: vec![0.0; ties.rows.nrows()], blocks };
+        let answer = Answer::at(displacements);
+        let of = |(block, (_, face)): (&Block, &(usize, Face))| Some((*block.kind.set()?, *face));
+        let exposed: Vec<_> = program.blocks.iter().zip(faces).map(of).collect();
+        let optimal = program.around(&exposed, &answer);
+        let middle = optimal.middle(&program).unwrap_or_else(|| answer.displacements.clone());
+        let mut open = Self { sources: faces.to_vec(), moves, program, optimal, middle };
+        open.put_between_ends(m, map);
+        open
+    }
+
+    /// What the offsets of every source do to a component of the output.
+    fn rows(&self, m: &Mechanism, map: &DMatrix<f64>, k: usize, sign: f64) -> Vec<Vec<f64>> {
+        let row = |(s, _): &(usize, Face)| m.sources[*s].range().map(|p| sign * map[(k, p)]).collect();
+        self.sources.iter().map(row).collect()
+    }
+
+    /// Moves the middle to the mean of the ends of all components.
+    fn put_between_ends(&mut self, m: &Mechanism, map: &DMatrix<f64>) {
+        if self.program.right.is_empty() {
+            return;
+        }
+        let ends: Vec<Vec<Vec<f64>>> = (0..m.size())
+            .filter_map(|k| {
+                let end = |sign| self.optimal.farthest(&self.program, &self.rows(m, map, k, sign));
+                Some([end(1.0)?, end(-1.0)?])
+            })
+            .flatten()
+            .collect();
+        if !ends.is_empty() {
+            let part = 1.0 / ends.len() as f64;
+            for (s, middle) in self.middle.iter_mut().enumerate() {
+                for (k, x) in middle.iter_mut().enumerate() {
+                    *x = ends.iter().map(|end| part * end[s][k]).sum();
+                }
+            }
+        }
+    }
+
+    /// How far a component of the output goes from the middle, by sources; `map` is the output by parameters.
+    fn shares(&self, m: &Mechanism, map: &DMatrix<f64>, k: usize) -> Vec<f64> {
+        let rows = self.rows(m, map, k, 1.0);
+        if self.program.right.is_empty() {
+            return self.sources.iter().zip(&rows).map(|((_, face), row)| face.half_width(row)).collect();
+        }
+        let to = |sign: f64| -> Vec<f64> {
+            let rows = self.rows(m, map, k, sign);
+            let Some(end) = self.optimal.farthest(&self.program, &rows) else { return vec![0.0; rows.len()] };
+            let part = |s: usize| rows[s].iter().zip(&end[s]).zip(&self.middle[s]).map(|((a, e), m)| a * (e - m)).sum();
+            (0..rows.len()).map(part).collect()
+        };
+        let (high, low) = (to(1.0), to(-1.0));
+        if high.iter().sum::<f64>() >= low.iter().sum::<f64>() { high } else { low }
+    }
+}
+
+/// What is left open, told.
+pub(crate) struct Left {
+    /// Share of every source in the half-width, source by source, per component of the output.
+    pub open: Vec<f64>,
+    /// Whether every source has one place.
+    pub decided: Vec<bool>,
+    /// Whether the output feels it.
+    pub felt: bool,
+}
+
+impl Mechanism {
+    /// What a rest leaves open; felt where the output moves to first order both at the nominal pose, by the map
+    /// `first_order`, and at the rest, by `map`.
+    pub(crate) fn left_open(
+        &self,
+        rest: &Rest,
+        mutes: &[Mute],
+        first_order: &DMatrix<f64>,
+        map: &DMatrix<f64>,
+    ) -> Left {
+        let size = self.size();
+        let mut open = vec![0.0; self.sources.len() * size];
+        let mut decided: Vec<bool> = mutes.iter().map(|mute| mute.is_none()).collect();
+        let mut felt = false;
+        let shares = |map: &DMatrix<f64>, k: usize| -> Vec<(usize, f64)> {
+            match &rest.open {
+                Open::Nothing => Vec::new(),
+                Open::Faces(faces) => faces.sources.iter().map(|(s, _)| *s).zip(faces.shares(self, map, k)).collect(),
+                Open::Ends(half) => {
+                    let share = |source: &Source| source.range().map(|p| map[(k, p)] * half[p]).sum::<f64>();
+                    let shares = self.sources.iter().map(share).enumerate();
+                    let sum: f64 = self.sources.iter().map(share).sum();
+                    shares.map(|(s, share)| (s, share * sum.signum())).collect()
+                }
+            }
+        };
+        let total = |shares: &[(usize, f64)]| shares.iter().map(|(_, share)| share).sum::<f64>();
+        for k in 0..size {
+            let (here, there) = (shares(map, k), shares(first_order, k));
+            let clearances = self.sources.iter().filter(|source| source.is_clearance);
+            let reach =
+                |source: &Source| source.set.reach(&source.range().map(|p| first_order[(k, p)]).collect::<Vec<f64>>());
+            let least = FELT * clearances.map(reach).sum::<f64>();
+            if total(&here).min(total(&there)) > least {
+                felt = true;
+                here.iter().for_each(|(s, share)| open[s * size + k] = *share);
+            }
+        }
+        match &rest.open {
+            Open::Nothing => {}
+            Open::Faces(faces) => {
+                faces.sources.iter().zip(&faces.moves).for_each(|((s, _), moves)| decided[*s] &= !moves);
+            }
+            Open::Ends(half) => {
+                for (s, source) in self.sources.iter().enumerate() {
+                    let moves = |(k, p): (usize, usize)| half[p].abs() > SAME * source.set.half_width(k);
+                    decided[s] &= !source.range().enumerate().any(moves);
+                }
+            }
+        }
+        Left { open, decided, felt }
+    }
+}
