@@ -67,6 +67,44 @@ def is_well_conditioned(link: Linkage, least: float) -> bool:
     return min(link.smallest_singular_value(q, v) for q, v in values) > least
 
 
+def near_singular(kind: str, seed: int, least: float, **options: Any) -> str:
+    """The file of a random mechanism with `least` as its smallest singular value; the same arguments give the same.
+
+    The points of a random layout move away from their usual places until the singular value, which changes its sign with
+    the determinant, is that small. Clearances are in proportion to the distance to the singularity, which is the square
+    of the singular value, so that they do not reach it.
+
+    Parameters
+    ----------
+    options
+        As in :func:`mechanism`: `play` is the share of that distance, `tolerances` as there.
+    """
+    play, tolerances = options.pop("play", 0.02) * least**2, options.pop("tolerances", True)
+
+    def distance(attempt: int, spread: float) -> tuple[float, str]:
+        layout = Layout(np.random.default_rng([list(KINDS).index(kind), seed, attempt]), play, tolerances, spread)
+        KINDS[kind](layout)
+        text = layout.text((0.0,), **options)
+        link = read(text)
+        sign = np.linalg.slogdet(link.jacobian(link.start, link.configurations[0]))[0]
+        return sign * link.smallest_singular_value(link.start, link.configurations[0]), text
+
+    for attempt in range(20):
+        side = math.copysign(1.0, distance(attempt, 1.0)[0])
+        spreads = np.geomspace(1.0, 8.0, 20)
+        beyond = next((k for k, s in enumerate(spreads) if side * distance(attempt, s)[0] < least), 0)
+        if not beyond:
+            continue
+        low, high = (float(s) for s in spreads[beyond - 1 : beyond + 1])
+        for _ in range(60):
+            middle = (low + high) / 2
+            value, text = distance(attempt, middle)
+            if 1.0 <= side * value / least <= 1.05:
+                return text
+            low, high = (middle, high) if side * value > least else (low, middle)
+    raise AssertionError(f"no {kind} so near a singularity in 20 draws from seed {seed}")
+
+
 def mechanisms(kinds: tuple[str, ...] = tuple(KINDS), **options: Any) -> st.SearchStrategy[str]:
     """Hypothesis: files of random assembled mechanisms of these kinds."""
     return st.builds(lambda kind, seed: mechanism(kind, seed, **options), st.sampled_from(kinds), st.integers(0, 2**20))

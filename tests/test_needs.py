@@ -17,8 +17,8 @@ PYTHON = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["requir
 
 #: a machine that has everything; what is called with anything but a question for its version tells
 MACHINE = {
-    "python3": 'case "$1 $2" in "-c import platform"*) echo 3.13.1;; -c*) ;; *) echo "called: python3 $*"; false;; esac',
-    "cargo": 'case "$*" in *--version) echo "cargo 1.99.0 (0123 2026-01-01)";; *) echo "called: cargo $*"; false;; esac',
+    "python3": 'case "$1 $2" in "-c import platform"*) echo 3.13.1;; -c*) ;; *) echo "did: python3 $*"; false;; esac',
+    "cargo": 'case "$*" in *--version) echo "cargo 1.99.0 (0123 2026-01-01)";; *) echo "did: cargo $*"; false;; esac',
     "rustc": 'echo "rustc 1.99.0 (0123 2026-01-01)"',
     "cc": "exit 1",
     "c++": "exit 1",
@@ -85,7 +85,7 @@ def test_what_is_missing_is_said_before_anything_is_downloaded(
     sentences = [line for line in run.stderr.splitlines() if line.startswith("jointplay needs ")]
     for words in lacking:
         assert any(words in sentence for sentence in sentences), run.stderr
-    assert "called:" not in run.stdout
+    assert "did:" not in run.stdout
     assert not (clone / ".venv").exists()
 
 
@@ -93,7 +93,7 @@ def test_a_machine_that_has_everything_goes_on(clone: Path) -> None:
     """Without the C++ compiler, too, which only tests need: the next step is the environment."""
     run = make(clone, "build", **{"c++": None})
     assert "jointplay needs" not in run.stderr
-    assert "called: python3 -m venv .venv" in run.stdout
+    assert "did: python3 -m venv .venv" in run.stdout
 
 
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "docs/install.md"])
