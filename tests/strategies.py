@@ -19,7 +19,7 @@ from oracles.linkage import Linkage
 from oracles.reading import read
 
 #: what the smallest singular value of an accepted layout must exceed, at every configuration
-WELL_CONDITIONED = 0.05
+WELL_CONDITIONED = 1e-3
 
 
 def mechanism(
@@ -67,12 +67,16 @@ def is_well_conditioned(link: Linkage, least: float) -> bool:
     return min(link.smallest_singular_value(q, v) for q, v in values) > least
 
 
+#: kinds whose points alone, when they move, bring the mechanism as near a singularity as one likes
+NEAR_SINGULAR = ("four_bar", "inverted_slider", "five_bar", "watt", "stephenson", "welded", "triple_pin")
+
+
 def near_singular(kind: str, seed: int, least: float, **options: Any) -> str:
     """The file of a random mechanism with `least` as its smallest singular value; the same arguments give the same.
 
-    The points of a random layout move away from their usual places until the singular value, which changes its sign with
-    the determinant, is that small. Clearances are in proportion to the distance to the singularity, which is the square
-    of the singular value, so that they do not reach it.
+    The points of a random layout move away from their usual places until the singular value, which changes its sign
+    with the determinant, is that small. Clearances are in proportion to the distance to the singularity, which is the
+    square of the singular value, so that they do not reach it.
 
     Parameters
     ----------
