@@ -1,5 +1,5 @@
-# Everything runs in .venv, which the targets make themselves. Needed beforehand: Python >= 3.11 (PYTHON=... to choose one),
-# Rust with rustfmt and clippy, a C and a C++ compiler.
+# Everything runs in .venv, which the targets make themselves. What they need beforehand is checked by .ci/needs before anything
+# is downloaded (PYTHON=... to choose an interpreter).
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
@@ -19,10 +19,16 @@ BENCH := .venv-bench
 # What `make bench` hands to benchmarks/run.py, such as OPTIONS="--only W1 W6" or OPTIONS=--quick.
 OPTIONS ?=
 
-.PHONY: help build demo test lint lint-rust lint-python check-rust check-python bench bench-core docs serve-docs format clean
+.PHONY: help needs build demo test lint lint-rust lint-python check-rust check-python bench bench-core docs serve-docs format clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
+
+# Prerequisites inherit this: what is not found stops a target before its first download.
+test lint lint-rust lint-python check-rust check-python docs serve-docs format: NEEDS := test
+
+needs:
+	@PYTHON='$(or $(wildcard $(BIN)/python),$(PYTHON))' .ci/needs $(NEEDS)
 
 build: $(STAMPS)/build  ## compile the core and install jointplay in .venv
 
@@ -46,7 +52,7 @@ lint-python: $(STAMPS)/build $(STAMPS)/develop
 	$(BIN)/mypy
 	MYPYPATH=python $(BIN)/stubtest jointplay._core
 
-check-rust:
+check-rust: | needs
 	cargo test --locked
 
 check-python: $(STAMPS)/build $(STAMPS)/develop
@@ -74,9 +80,7 @@ clean:  ## remove everything that was made
 	rm -rf .venv .venv-bench target site build python/jointplay/_core*.so .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find python tests examples -name __pycache__ -prune -exec rm -rf {} +
 
-$(STAMPS)/venv:
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "jointplay needs Python 3.11 or newer: make PYTHON=python3.x" >&2; exit 1; }
-	@command -v cargo > /dev/null || { echo "jointplay needs Rust: no cargo on the PATH" >&2; exit 1; }
+$(STAMPS)/venv: | needs
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1' 'maturin>=1.9,<2'
 	@mkdir -p $(STAMPS) && touch $@
@@ -86,7 +90,7 @@ $(STAMPS)/build: $(STAMPS)/venv pyproject.toml $(RUST)
 	@touch $@
 
 # The peers have an environment of their own: none of them is needed to use or to test jointplay.
-$(BENCH)/stamp: benchmarks/requirements.txt pyproject.toml $(RUST)
+$(BENCH)/stamp: benchmarks/requirements.txt pyproject.toml $(RUST) | needs
 	test -x $(BENCH)/bin/python || $(PYTHON) -m venv $(BENCH)
 	$(BENCH)/bin/python -m pip install --quiet --requirement benchmarks/requirements.txt
 	PYO3_PYTHON=$(CURDIR)/$(BENCH)/bin/python VIRTUAL_ENV=$(CURDIR)/$(BENCH) $(BENCH)/bin/maturin develop --quiet --locked --release

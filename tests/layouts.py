@@ -21,8 +21,8 @@ GROUND = "ground"
 class Layout:
     """A mechanism in its reference configuration; points are complex numbers, angles radians."""
 
-    def __init__(self, rng: np.random.Generator, play: float, tolerances: bool) -> None:
-        self.rng, self.play, self.tolerances = rng, play, tolerances
+    def __init__(self, rng: np.random.Generator, play: float, tolerances: bool, spread: float = 1.0) -> None:
+        self.rng, self.play, self.tolerances, self.spread = rng, play, tolerances, spread
         self.frames: dict[str, tuple[complex, float]] = {GROUND: (0j, 0.0)}
         self.joints: list[dict[str, Any]] = []
         self.drives: list[tuple[str, int, float]] = []
@@ -32,8 +32,8 @@ class Layout:
         self.size = rng.uniform(40, 150)
 
     def point(self, x: float, y: float, spread: float = 0.15) -> complex:
-        """Around (x, y), in units of the mechanism's size."""
-        dx, dy = self.rng.uniform(-spread, spread, 2)
+        """Around (x, y), in units of the mechanism's size; further from there, the larger the layout's own spread."""
+        dx, dy = self.spread * self.rng.uniform(-spread, spread, 2)
         return complex(x + dx, y + dy) * self.size
 
     def frame(self, body: str) -> tuple[complex, float]:

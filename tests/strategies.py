@@ -19,7 +19,7 @@ from oracles.linkage import Linkage
 from oracles.reading import read
 
 #: what the smallest singular value of an accepted layout must exceed, at every configuration
-WELL_CONDITIONED = 0.05
+WELL_CONDITIONED = 1e-3
 
 
 def mechanism(
@@ -65,6 +65,48 @@ def is_well_conditioned(link: Linkage, least: float) -> bool:
         return False
     values = zip(path, link.configurations, strict=True)
     return min(link.smallest_singular_value(q, v) for q, v in values) > least
+
+
+#: kinds whose points alone, when they move, bring the mechanism as near a singularity as one likes
+NEAR_SINGULAR = ("four_bar", "inverted_slider", "five_bar", "watt", "stephenson", "welded", "triple_pin")
+
+
+def near_singular(kind: str, seed: int, least: float, **options: Any) -> str:
+    """The file of a random mechanism with `least` as its smallest singular value; the same arguments give the same.
+
+    The points of a random layout move away from their usual places until the singular value, which changes its sign
+    with the determinant, is that small. Clearances are in proportion to the distance to the singularity, which is the
+    square of the singular value, so that they do not reach it.
+
+    Parameters
+    ----------
+    options
+        As in :func:`mechanism`: `play` is the share of that distance, `tolerances` as there.
+    """
+    play, tolerances = options.pop("play", 0.02) * least**2, options.pop("tolerances", True)
+
+    def distance(attempt: int, spread: float) -> tuple[float, str]:
+        layout = Layout(np.random.default_rng([list(KINDS).index(kind), seed, attempt]), play, tolerances, spread)
+        KINDS[kind](layout)
+        text = layout.text((0.0,), **options)
+        link = read(text)
+        sign = np.linalg.slogdet(link.jacobian(link.start, link.configurations[0]))[0]
+        return sign * link.smallest_singular_value(link.start, link.configurations[0]), text
+
+    for attempt in range(20):
+        side = math.copysign(1.0, distance(attempt, 1.0)[0])
+        spreads = np.geomspace(1.0, 8.0, 20)
+        beyond = next((k for k, s in enumerate(spreads) if side * distance(attempt, s)[0] < least), 0)
+        if not beyond:
+            continue
+        low, high = (float(s) for s in spreads[beyond - 1 : beyond + 1])
+        for _ in range(60):
+            middle = (low + high) / 2
+            value, text = distance(attempt, middle)
+            if 1.0 <= side * value / least <= 1.05:
+                return text
+            low, high = (middle, high) if side * value > least else (low, middle)
+    raise AssertionError(f"no {kind} so near a singularity in 20 draws from seed {seed}")
 
 
 def mechanisms(kinds: tuple[str, ...] = tuple(KINDS), **options: Any) -> st.SearchStrategy[str]:

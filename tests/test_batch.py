@@ -16,9 +16,10 @@ SECOND_ORDER = 2e-7
 
 
 @pytest.fixture(autouse=True)
-def _widest_again():
+def _width_of_before():
+    before = _core.simd()
     yield
-    _core.simd("avx512")
+    _core.simd(before)
 
 
 def _dense_path(mechanism, count):

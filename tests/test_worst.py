@@ -52,7 +52,11 @@ def test_worst_against_search(kind: str, seed: int) -> None:
     q, drives = link.nominal(link.configurations[0]), link.configurations[0]
     exact, rng = figures(result, 0), np.random.default_rng(seed)
     for extreme in EXTREMES:
-        found = brute.worst(link, q, drives, extreme, rng) * unit(extreme)
+        search = brute.worst(link, q, drives, extreme, rng)
+        # Without this a search that comes to nothing would agree with everything.
+        assert search.open == 0, extreme
+        assert len(search.lost) <= search.starts // 6, (extreme, search.lost)
+        found = search.value * unit(extreme)
         # That `exact` is not too large is what its certificate shows, below.
         assert exact[extreme] >= found - 1e-9 * max(1.0, found), extreme
 

@@ -5,13 +5,14 @@ the distance, the absolute turn or one signed component. For the four-bar the po
 and the search is a grid over the directions of the play, refined around its best node. For any other
 linkage it is (1) random points of the sets, in them, on their boundaries and at their corners, (2) from the
 best of these and from random ones IPOPT on the non-linear closure. The value that counts is always that of
-an admissible point.
+an admissible point. Points that do not close and starts that end at no maximum are counted.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import casadi
@@ -19,7 +20,7 @@ import numpy as np
 
 from .fourbar import FourBar
 from .linkage import Linkage
-from .optimiser import Optimiser
+from .optimiser import NoOptimumError, Optimiser
 
 
 def four_bar_extreme(
@@ -92,6 +93,19 @@ MEASURES: dict[str, Callable[[np.ndarray], Any]] = {
 }
 
 
+@dataclass(frozen=True)
+class Found:
+    """Largest value of one extreme, and how much of the search came to nothing."""
+
+    value: float
+    points: int
+    open: int
+    """Of the points, those that do not close."""
+    starts: int
+    lost: tuple[str, ...]
+    """Why a start ended at no maximum, one for each that did."""
+
+
 def worst(
     link: Linkage,
     q0: np.ndarray,
@@ -100,18 +114,21 @@ def worst(
     rng: np.random.Generator,
     n: int = 300,
     starts: int = 6,
-) -> float:
+) -> Found:
     """Largest value of one extreme: random points, corners, and IPOPT from the best and from random ones."""
     measure = MEASURES[extreme]
     u = np.concatenate([draw(link, rng, n), draw(link, rng, n // 4, boundary=False), vertices(link, rng, n)])
     found = errors(link, q0, drives, u)
-    values = np.nan_to_num(measure(found), nan=-np.inf)
+    values = measure(found)
+    unclosed = int(np.isnan(values).sum())
+    values = np.nan_to_num(values, nan=-np.inf)
     best = float(values.max())
     picks = [*np.argsort(-values)[: starts // 2], *rng.integers(0, len(u), starts - starts // 2)]
     nominal = link.out(q0, dict.fromkeys(link.labels, 0.0))
 
     # Rotation is the larger of two smooth problems; distance is smooth once squared.
     parts = {"rotation": ["angle low", "angle high"]}.get(extreme, [extreme])
+    lost = []
     for part in parts:
 
         def objective(q: list[Any], v: dict[str, Any], part: str = part) -> Any:
@@ -127,28 +144,11 @@ def worst(
         for k in picks:
             try:
                 optimum = search.maximise(link.solve(q0, drives, u[k])[0], u[k])
-            except ArithmeticError:
-                continue  # one start less
-            reached = np.array([optimum.offsets[label] for label in link.labels])
-            best = max(best, float(measure(errors(link, q0, drives, _inside(link, reached)[None])[0])))
-    return best
-
-
-def _inside(link: Linkage, u: np.ndarray) -> np.ndarray:
-    """u pulled back into its sets by the rounding that an optimiser leaves it outside."""
-    u, k = u.copy(), 0
-    for s in link.sources:
-        part = slice(k, k + len(s.labels))
-        away = u[part] - s.centre
-        if s.kind == "disc":
-            away /= max(1.0, float(np.hypot(*away)) / s.size[0])
-        elif s.kind == "diamond":
-            away /= max(1.0, (abs(away[0]) + s.size[1] * abs(away[1])) / s.size[0])
-        else:
-            away = np.clip(away, *s.size)
-        u[part] = away + s.centre
-        k += len(s.labels)
-    return u
+            except NoOptimumError as reason:
+                lost.append(f"{part}: {reason}")
+                continue
+            best = max(best, float(measure(link.out(optimum.poses, optimum.offsets) - nominal)))
+    return Found(best, len(u), unclosed, len(parts) * len(picks), tuple(lost))
 
 
 def first_order(link: Linkage, q0: np.ndarray, drives: Any) -> dict[str, float]:

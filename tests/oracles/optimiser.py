@@ -6,11 +6,19 @@ sources,
 with |u_j|^2 <= 1 for a disc, the four faces of a diamond, bounds for an interval, all in units of the set's
 own size. The closure is the text of linkage.py, which casadi differentiates twice. Sources that are not
 chosen stay at their centres.
+
+What IPOPT says of its end is not asked, because that depends on the last bits of the processor. Its point is pulled
+into the sets and closed, and counts if the conditions of a maximum hold there: with A_q^T lambda = g_q and
+w = g_u - A_u^T lambda, A the Jacobian of the closure and h the support function of a set,
+
+    gap = sum_j ( h_j(w_j) - w_j.(u_j - centre_j) )  =  0,
+
+which says that no source can move to where the objective is larger to first order.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,20 +28,27 @@ import numpy as np
 from .linkage import Linkage
 from .sets import Source
 
-OPTIONS = {
-    "print_time": False,
-    "ipopt": {
-        "print_level": 0,
-        "sb": "yes",
-        "tol": 1e-12,
-        "max_iter": 400,
-        "bound_relax_factor": 0.0,
-        "constr_viol_tol": 1e-13,
-        "dual_inf_tol": 1e-9,
-        "acceptable_iter": 0,
-        "mu_target": 0.0,
-    },
-}
+#: what the gap may be, in units of the objective's size: a pin is then within 1e-5 of its clearance of its place
+GAP = 1e-10
+
+
+def options(noise: float) -> dict[str, Any]:
+    """IPOPT's, for a closure that rounding leaves uncertain by `noise` in the units that IPOPT sees."""
+    return {
+        "print_time": False,
+        "ipopt": {
+            "print_level": 0,
+            "sb": "yes",
+            # The violation of the constraints counts against both.
+            "tol": max(1e-12, noise),
+            "constr_viol_tol": max(1e-12, noise),
+            "max_iter": 400,
+            "bound_relax_factor": 0.0,
+            "dual_inf_tol": 1e-9,
+            "acceptable_iter": 0,
+            "mu_target": 0.0,
+        },
+    }
 
 
 @dataclass(frozen=True)
@@ -41,8 +56,14 @@ class Optimum:
     poses: np.ndarray
     offsets: dict[str, float]
     value: float
-    multipliers: np.ndarray
-    """Of the closure rows, in units of the objective per row: the wrenches, if the objective is a work."""
+    slope: np.ndarray
+    """Derivative of the value by the offsets of the sources, with the poses following."""
+    gap: float
+    """By how much a change of the offsets within their sets raises the value, to first order."""
+
+
+class NoOptimumError(ArithmeticError):
+    """The optimiser stopped at a point that is no local maximum."""
 
 
 class Optimiser:
@@ -79,8 +100,7 @@ class Optimiser:
         u: dict[str, Any] = dict(link.centre)
         u |= {label: self.centre[k] + d[k] * self.widths[k] for k, label in enumerate(self.labels)}
         closure = casadi.vertcat(*link.residual(poses, drives, u, casadi))
-        self.rows = closure.numel()
-        g, self.low, self.high = [closure / self.step], [0.0] * self.rows, [0.0] * self.rows
+        g, self.low, self.high = [closure / self.step], [0.0] * closure.numel(), [0.0] * closure.numel()
         self.bounds_low, self.bounds_high = [-np.inf] * q0.size, [np.inf] * q0.size
         k = 0
         for s in sources:
@@ -98,7 +118,10 @@ class Optimiser:
             self.bounds_high += [s.size[1] / self.widths[k] if s.kind == "interval" else 1.0] * n
             k += n
         problem = {"x": casadi.vertcat(q, d), "f": -objective(poses, u) / size, "g": casadi.vertcat(*g)}
-        self.solver = casadi.nlpsol("optimiser", "ipopt", problem, OPTIONS)
+        noise = 64 * np.finfo(float).eps * max(link.length, float(np.abs(q0).max())) / self.step
+        self.solver = casadi.nlpsol("optimiser", "ipopt", problem, options(noise))
+        slopes = [casadi.jacobian(row, x) for row in (problem["f"], closure) for x in (q, d)]
+        self.slopes = casadi.Function("slopes", [q, d], [-problem["f"] * size, *slopes])
 
     def maximise(self, q: np.ndarray | None = None, u: np.ndarray | None = None) -> Optimum:
         """The (local) maximum reached from poses q and offsets u; by default from the nominal pose."""
@@ -108,18 +131,59 @@ class Optimiser:
         if u is not None:
             start[self.q0.size :] = (u - self.centre) / self.widths
         solution = self.solver(x0=start, lbx=self.bounds_low, ubx=self.bounds_high, lbg=self.low, ubg=self.high)
-        status = self.solver.stats()["return_status"]
-        if status not in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
-            raise ArithmeticError(f"IPOPT stopped: {status}")
         x = np.array(solution["x"]).ravel()
-        found = self.centre + x[self.q0.size :] * self.widths
+        best = self.certify(
+            self.q0 + x[: self.q0.size] * self.unit,
+            pulled_in(self.sources, self.centre + x[self.q0.size :] * self.widths),
+        )
+        # Rounding of the closure keeps IPOPT from its end by more, the smaller the play. Where the objective is all but
+        # linear, the points that its slope asks for are it.
+        for _ in range(20):
+            asked = [s.support_point(best.slope[part]) for s, part in self.parts()]
+            moved = self.certify(best.poses, np.concatenate(asked))
+            if not moved.gap < best.gap:
+                break
+            best = moved
+        if not best.gap <= GAP * self.size:
+            status = self.solver.stats()["return_status"]
+            raise NoOptimumError(f"no maximum: gap {best.gap} of {self.size}; IPOPT: {status}")
+        return best
+
+    def parts(self) -> Iterator[tuple[Source, slice]]:
+        """Every source, and where its offsets are."""
+        k = 0
+        for s in self.sources:
+            yield s, slice(k, k + len(s.labels))
+            k += len(s.labels)
+
+    def certify(self, near: np.ndarray, found: np.ndarray) -> Optimum:
+        """The point that closes with these offsets, its value and its gap."""
         offsets = {**self.link.centre, **dict(zip(self.labels, map(float, found), strict=True))}
-        # The offsets are at the optimum to the optimiser's tolerance; the poses follow from them to rounding.
-        poses, good = self.link.solve(self.q0 + x[: self.q0.size] * self.unit, self.drives, offsets)
+        poses, good = self.link.solve(near, self.drives, offsets)
         if not good:
-            raise ArithmeticError("the optimum does not close")
-        multipliers = np.array(solution["lam_g"]).ravel()[: self.rows] * self.size / self.step
-        return Optimum(poses, offsets, -float(solution["f"]) * self.size, multipliers)
+            raise NoOptimumError("the end does not close")
+        at = self.slopes((poses - self.q0) / self.unit, (found - self.centre) / self.widths)
+        value, f_q, f_d, a_q, a_d = (np.array(part) for part in at)
+        w = (f_d.T - a_d.T @ np.linalg.solve(a_q.T, f_q.T)).ravel() * -self.size / self.widths
+        gaps = [float(s.support(w[part]) - w[part] @ (found - self.centre)[part]) for s, part in self.parts()]
+        return Optimum(poses, offsets, float(value.item()), w, sum(gaps))
+
+
+def pulled_in(sources: list[Source], u: np.ndarray) -> np.ndarray:
+    """u pulled back into its sets by what an optimiser leaves it outside."""
+    u, k = u.copy(), 0
+    for s in sources:
+        part = slice(k, k + len(s.labels))
+        away = u[part] - s.centre
+        if s.kind == "disc":
+            away /= max(1.0, float(np.hypot(*away)) / s.size[0])
+        elif s.kind == "diamond":
+            away /= max(1.0, (abs(away[0]) + s.size[1] * abs(away[1])) / s.size[0])
+        else:
+            away = np.clip(away, *s.size)
+        u[part] = away + s.centre
+        k += len(s.labels)
+    return u
 
 
 def _long(s: Source) -> bool:

@@ -13,6 +13,9 @@ use jointplay_core::Status;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+/// What limits the width of the vector registers from the start, for tests: a name as of [`simd`].
+const WIDTH: &str = "JOINTPLAY_WIDTH";
+
 /// The width of the vector registers in use: `plain`, `avx2` or `avx512`. With a name, at most that
 /// width is used from now on; results do not depend on it.
 #[pyfunction]
@@ -24,7 +27,10 @@ fn simd(limit: Option<&str>) -> PyResult<&'static str> {
         Some("plain") => limit_width(Width::Plain),
         Some("avx2") => limit_width(Width::Avx2),
         Some("avx512") => limit_width(Width::Avx512),
-        Some(other) => return Err(PyValueError::new_err(format!("unknown width '{other}'"))),
+        Some(other) => {
+            let message = format!("unknown width '{other}': plain, avx2 or avx512 (argument or {WIDTH})");
+            return Err(PyValueError::new_err(message));
+        }
     }
     Ok(match width() {
         Width::Plain => "plain",
@@ -35,6 +41,9 @@ fn simd(limit: Option<&str>) -> PyResult<&'static str> {
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    if let Ok(name) = std::env::var(WIDTH) {
+        simd(Some(&name))?;
+    }
     module.add("STATUSES", Status::ALL.map(Status::name).to_vec())?;
     module.add_function(wrap_pyfunction!(simd, module)?)?;
     module.add_function(wrap_pyfunction!(cones::cone_programs, module)?)?;

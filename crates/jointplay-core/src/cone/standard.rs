@@ -115,10 +115,10 @@ impl Standard {
         let mut standard = Self::gather(program, |_| Vec::new());
         let mut n = 0;
         for part in &mut standard.parts {
-            if let Body::Offsets { region, .. } = &mut part.body {
-                if let Some(other) = regions.next() {
-                    *region = other;
-                }
+            if let Body::Offsets { region, .. } = &mut part.body
+                && let Some(other) = regions.next()
+            {
+                *region = other;
             }
             part.first = n;
             n += part.count();
