@@ -11,7 +11,7 @@ use crate::mechanism::{Mechanism, Source};
 use crate::projected::Projected;
 use crate::rotation::inverse_left_jacobian;
 use crate::sensitivity::{Cost, Gradient};
-use crate::solver::{Linearised, Solver, State};
+use crate::solver::{Budget, Linearised, Solver, State};
 use crate::space::{Component, Space, Vec3, norm, scale};
 
 /// Whole steps to the support points.
@@ -179,10 +179,10 @@ impl Solver<'_> {
         Some(self.mechanism.gradient(&linearised, cost))
     }
 
-    /// Climbs from a state to where a measure stands still on the admissible offsets; `None` where
-    /// the closure is singular. Errors are told from the nominal state.
+    /// Climbs from a state to where a measure stands still on the admissible offsets, or as far as the budget
+    /// reaches; `None` where the closure is singular. Errors are told from the nominal state.
     #[must_use]
-    pub fn climb(&self, measure: Measure, nominal: &State, from: State) -> Option<Summit> {
+    pub fn climb(&self, measure: Measure, nominal: &State, from: State, budget: &mut Budget) -> Option<Summit> {
         let m = self.mechanism;
         let value = m.measured(measure, nominal, &from);
         let gradient = self.slope(measure, nominal, &from)?;
@@ -193,7 +193,7 @@ impl Solver<'_> {
                 at.settled = true;
                 return Some(at);
             }
-            let Ok(next) = self.follow(&at.state, &pushed) else { break };
+            let Ok(next) = self.follow_within(&at.state, &pushed, budget) else { break };
             let value = m.measured(measure, nominal, &next);
             // A guide that hesitates between two corners: the projected ascent settles it.
             if value < at.value - m.noise(&at) {
@@ -202,20 +202,23 @@ impl Solver<'_> {
             let gradient = self.slope(measure, nominal, &next)?;
             at = Summit { state: next, value, gradient, steps: at.steps + 1, ..at };
         }
-        self.climb_slowly(measure, nominal, at)
+        self.climb_slowly(measure, nominal, at, budget)
     }
 
     /// Goes on by projected gradient steps.
-    fn climb_slowly(&self, measure: Measure, nominal: &State, mut at: Summit) -> Option<Summit> {
+    fn climb_slowly(&self, measure: Measure, nominal: &State, mut at: Summit, budget: &mut Budget) -> Option<Summit> {
         let m = self.mechanism;
         let (parameters, slope) = (at.state.inputs.parameters.clone(), &at.gradient.inputs.parameters);
         let mut ascent = Projected::new(m, parameters, at.value, m.noise(&at), slope);
         let mut proposed = ascent.propose();
         let mut walls = 0;
+        let mut highest = at.clone();
         while let Some(parameters) = proposed {
             let inputs = Inputs { drives: at.state.inputs.drives.clone(), parameters };
-            let Ok(state) = self.follow(&at.state, &inputs) else {
-                at.blocked = true;
+            let Ok(state) = self.follow_within(&at.state, &inputs, budget) else {
+                if budget.is_spent() {
+                    break;
+                }
                 walls += 1;
                 // The summit lies beyond what can be assembled: every further step would end at the same wall,
                 // after many steps of continuation each.
@@ -230,9 +233,15 @@ impl Solver<'_> {
             let gradient = self.slope(measure, nominal, &state)?;
             at = Summit { state, value, gradient, ..at };
             ascent.accept(value, m.noise(&at), &at.gradient.inputs.parameters);
+            if value > highest.value {
+                highest = at.clone();
+            }
             proposed = ascent.propose();
         }
-        Some(Summit { steps: at.steps + ascent.steps(), settled: ascent.settled(), ..at })
+        let settled = !budget.is_spent() && (ascent.settled() || ascent.has_stalled());
+        // The value may have fallen for a while.
+        let end = if highest.value > at.value + m.noise(&at) { highest } else { at };
+        Some(Summit { steps: end.steps + ascent.steps(), settled, blocked: walls > 0, ..end })
     }
 }
 

@@ -11,17 +11,21 @@ use rayon::prelude::*;
 
 use crate::ascent::Measure;
 use crate::batch::simd::{Kernel, dispatch};
-use crate::batch::{Climb, Height, Site, Task};
+use crate::batch::{Climb, Climbed, Height, Pace, Site, Task};
 use crate::closure::Inputs;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
-use crate::solver::{Solver, State};
+use crate::solver::{Budget, Solver, State};
 use crate::space::Component;
 use crate::starts::Extreme;
 use crate::status::Status;
 
 /// Configurations at most that one task climbs.
 const RUN: usize = 16;
+/// Newton steps at most of one plain climb, the approach of its start included.
+const WORK: usize = 6000;
+/// Rounds in which sources are exchanged, at most.
+const EXCHANGES: usize = 12;
 /// Two heights closer than this part of them are the same: the first start counts.
 const SAME: f64 = 1e-13;
 
@@ -57,6 +61,8 @@ pub struct Worst {
     pub elastic: Vec<Vec<f64>>,
     /// Starts that the batch engine handed to the plain solver.
     pub fallbacks: u64,
+    /// Climbs whose work was spent before they stood still.
+    pub unsettled: u64,
     /// Outcome.
     pub status: Status,
 }
@@ -71,11 +77,15 @@ pub(crate) struct Told {
     pub height: Height,
 }
 
-/// The highest summits of all extremes.
-struct Summits {
-    heights: Vec<Height>,
+/// What has been found of one configuration.
+struct Found {
+    /// The highest point of every extreme, and how it was reached.
+    best: Vec<Option<(Height, Pace)>>,
+    /// The extremes that the last round has raised.
+    raised: Vec<bool>,
     blocked: bool,
     fallbacks: u64,
+    unsettled: u64,
 }
 
 /// One configuration, ready to be climbed.
@@ -96,12 +106,24 @@ struct Climbs<'b, 'm> {
 }
 
 impl Kernel for Climbs<'_, '_> {
-    type Output = Vec<Option<Height>>;
+    type Output = Vec<Option<Climbed>>;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
         self.climb.solve(self.sites, self.tasks)
     }
+}
+
+impl Found {
+    fn none(extremes: usize) -> Self {
+        Self { best: vec![None; extremes], raised: vec![false; extremes], blocked: false, fallbacks: 0, unsettled: 0 }
+    }
+}
+
+/// What is tried first: the first-order optimum as it is, and climbs from all starts.
+fn first(extreme: &Extreme) -> Vec<(Pace, Vec<f64>)> {
+    let optimum = extreme.starts.first().map(|start| (Pace::Stay, start.clone()));
+    optimum.into_iter().chain(extreme.starts.iter().map(|start| (Pace::Whole, start.clone()))).collect()
 }
 
 impl Mechanism {
@@ -153,6 +175,7 @@ impl Mechanism {
             contribution: vec![vec![f64::NAN; self.sources.len()]; self.n_extremes()],
             elastic: vec![vec![f64::NAN; self.n_joints()]; self.n_extremes()],
             fallbacks: 0,
+            unsettled: 0,
             status,
         }
     }
@@ -207,61 +230,85 @@ impl Mechanism {
             self.prepare(solver, case, nominal, starts)
         };
         let prepared: Vec<Result<Prepared<'_>, Status>> = cases.iter().map(prepare).collect();
-        let (mut sites, mut tasks) = (Vec::new(), Vec::new());
-        for prepared in prepared.iter().flatten() {
-            for extreme in &prepared.extremes {
-                let task =
-                    |start: &Vec<f64>| Task { site: sites.len(), measure: extreme.measure, start: start.clone() };
-                tasks.extend(extreme.starts.iter().map(task));
+        let sites: Vec<Site<'_>> = prepared.iter().flatten().map(|prepared| prepared.site.clone()).collect();
+        let mut found: Vec<Found> = prepared.iter().flatten().map(|p| Found::none(p.extremes.len())).collect();
+        for round in 0..=EXCHANGES {
+            let mut tasks = Vec::new();
+            for (site, (prepared, found)) in prepared.iter().flatten().zip(&found).enumerate() {
+                for k in 0..prepared.extremes.len() {
+                    let measure = prepared.extremes[k].measure;
+                    let tried =
+                        if round == 0 { first(&prepared.extremes[k]) } else { self.next(prepared, found, k, round) };
+                    let task = |(pace, start)| (k, Task { site, measure, pace, start });
+                    tasks.extend(tried.into_iter().map(task));
+                }
             }
-            sites.push(prepared.site.clone());
+            if tasks.is_empty() {
+                break;
+            }
+            self.climb_all(solver, climb, &prepared, &sites, &tasks, &mut found);
         }
-        let heights = match climb {
-            Some(climb) => dispatch(Climbs { climb, sites: &sites, tasks: &tasks }),
-            None => vec![None; tasks.len()],
-        };
-        let mut climbed = tasks.iter().zip(heights);
+        let mut found = found.into_iter();
         let worst = |prepared: Result<Prepared<'_>, Status>| match prepared {
             Ok(prepared) => {
-                let summits = self.summits(solver, &prepared, &mut climbed);
-                self.told(prepared, summits)
+                let found = found.next().unwrap_or_else(|| Found::none(prepared.extremes.len()));
+                self.told(prepared, found)
             }
             Err(status) => self.no_worst(status),
         };
         prepared.into_iter().map(worst).collect()
     }
 
-    /// The highest summit of every extreme over all its starts; those that the lanes leave in doubt are
-    /// climbed plainly.
-    fn summits<'t>(
+    /// What is tried next at an extreme that the last round has raised: from its best point every source elsewhere,
+    /// and after the first round the best points of the other extremes.
+    fn next(&self, prepared: &Prepared<'_>, found: &Found, k: usize, round: usize) -> Vec<(Pace, Vec<f64>)> {
+        let Some((best, pace)) = found.best[k].as_ref().filter(|_| found.raised[k]) else { return Vec::new() };
+        let mut tried: Vec<_> =
+            self.exchanged(&best.parameters).into_iter().map(|start| (Pace::Whole, start)).collect();
+        if round == 1 {
+            let others = (0..prepared.extremes.len()).filter(|&other| other != k);
+            let others = others.filter_map(|other| found.best[other].as_ref());
+            tried.extend(others.map(|(height, _)| (Pace::Whole, height.parameters.clone())));
+        }
+        // Whole steps have led from the first-order optimum to somewhere lower.
+        if *pace == Pace::Stay {
+            tried.push((Pace::Gentle, best.parameters.clone()));
+        }
+        tried
+    }
+
+    /// Runs all tasks, on lanes and, where these leave them in doubt, plainly; the highest points are kept.
+    fn climb_all(
         &self,
         solver: &Solver<'_>,
-        prepared: &Prepared<'_>,
-        climbed: &mut impl Iterator<Item = (&'t Task, Option<Height>)>,
-    ) -> Summits {
-        let mut summits = Summits { heights: Vec::new(), blocked: false, fallbacks: 0 };
-        for extreme in &prepared.extremes {
+        climb: Option<&Climb<'_>>,
+        prepared: &[Result<Prepared<'_>, Status>],
+        sites: &[Site<'_>],
+        numbered: &[(usize, Task)],
+        found: &mut [Found],
+    ) {
+        let prepared: Vec<&Prepared<'_>> = prepared.iter().flatten().collect();
+        let tasks: Vec<Task> = numbered.iter().map(|(_, task)| task.clone()).collect();
+        let climbed = match climb {
+            Some(climb) => dispatch(Climbs { climb, sites, tasks: &tasks }),
+            None => vec![None; tasks.len()],
+        };
+        found.iter_mut().for_each(|found| found.raised.fill(false));
+        for ((k, task), climbed) in numbered.iter().zip(climbed) {
+            let found = &mut found[task.site];
+            let climbed = climbed.or_else(|| {
+                found.fallbacks += 1;
+                self.climb_plainly(solver, prepared[task.site], task, &mut found.blocked)
+            });
+            let Some(Climbed { height, settled }) = climbed else { continue };
+            found.unsettled += u64::from(!settled);
             // Errors are differences of places and angles: twins differ by the rounding of these.
-            let rounding = 64.0 * f64::EPSILON * self.measured_in(extreme.measure);
-            let mut best: Option<Height> = None;
-            for (task, height) in climbed.take(extreme.starts.len()) {
-                let height = height.or_else(|| {
-                    summits.fallbacks += 1;
-                    self.climb_plainly(solver, prepared, task, &mut summits.blocked)
-                });
-                let Some(height) = height else { continue };
-                if best.as_ref().is_none_or(|b| height.value > b.value + SAME * b.value.abs() + rounding) {
-                    best = Some(height);
-                }
+            let rounding = 64.0 * f64::EPSILON * self.measured_in(task.measure);
+            if found.best[*k].as_ref().is_none_or(|(b, _)| height.value > b.value + SAME * b.value.abs() + rounding) {
+                found.best[*k] = Some((height, task.pace));
+                found.raised[*k] = true;
             }
-            summits.blocked |= best.is_none();
-            summits.heights.push(best.unwrap_or_else(|| Height {
-                value: f64::NAN,
-                parameters: vec![f64::NAN; self.n_parameters()],
-                error: vec![f64::NAN; self.size()],
-            }));
         }
-        summits
     }
 
     /// The size of what a measure is a difference of.
@@ -281,25 +328,28 @@ impl Mechanism {
         prepared: &Prepared<'_>,
         task: &Task,
         blocked: &mut bool,
-    ) -> Option<Height> {
+    ) -> Option<Climbed> {
         let Prepared { nominal, built, .. } = prepared;
+        let mut budget = Budget::of(WORK);
         let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: task.start.clone() };
-        let start = solver.follow(built, &inputs).unwrap_or_else(|_| {
+        let start = solver.follow_within(built, &inputs, &mut budget).unwrap_or_else(|_| {
             *blocked = true;
             built.clone()
         });
-        let Some(summit) = solver.climb(task.measure, nominal, start) else {
+        let Some(summit) = solver.climb(task.measure, nominal, start, &mut budget) else {
             *blocked = true;
             return None;
         };
         *blocked |= summit.blocked;
         let error = self.error(&summit.state, nominal);
-        Some(Height { value: summit.value, parameters: summit.state.inputs.parameters, error })
+        let height = Height { value: summit.value, parameters: summit.state.inputs.parameters, error };
+        Some(Climbed { height, settled: summit.settled || summit.blocked })
     }
 
     /// The result of one configuration.
-    fn told(&self, prepared: Prepared<'_>, found: Summits) -> Worst {
-        let extremes = prepared.extremes.into_iter().zip(found.heights);
+    fn told(&self, prepared: Prepared<'_>, found: Found) -> Worst {
+        let heights = found.best.into_iter().map(|best| best.map_or_else(|| self.no_height(), |(height, _)| height));
+        let extremes = prepared.extremes.into_iter().zip(heights);
         let extremes = extremes.map(|(extreme, height)| Told {
             measure: extreme.measure,
             first_order: extreme.linear.value,
@@ -312,7 +362,7 @@ impl Mechanism {
             Status::Ok if found.blocked => Status::Singular,
             other => other,
         };
-        Worst { fallbacks: found.fallbacks, ..self.in_order(extremes.collect(), status) }
+        Worst { fallbacks: found.fallbacks, unsettled: found.unsettled, ..self.in_order(extremes.collect(), status) }
     }
 
     /// Extremes in the order of a result: of position, of both ends of every component and, where bodies turn freely,
@@ -361,6 +411,7 @@ impl Mechanism {
             contribution: order().map(|k| extremes[k].contribution.iter().map(|c| sign(k) * c).collect()).collect(),
             elastic: order().map(|k| extremes[k].elastic.iter().map(|c| sign(k) * c).collect()).collect(),
             fallbacks: 0,
+            unsettled: 0,
             status,
         }
     }

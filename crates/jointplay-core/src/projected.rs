@@ -92,6 +92,12 @@ impl<'m> Projected<'m> {
         self.idle >= PATIENCE
     }
 
+    /// Whether it has taken all its steps.
+    #[must_use]
+    pub const fn is_spent(&self) -> bool {
+        self.steps >= STEPS
+    }
+
     /// Steps accepted.
     #[must_use]
     pub const fn steps(&self) -> usize {
@@ -103,7 +109,7 @@ impl<'m> Projected<'m> {
         let steepest = largest(&self.slope);
         let still = if steepest > 0.0 { largest(&self.moved(1.0 / steepest)) } else { 0.0 };
         self.settled = still <= SETTLED;
-        if still <= STILL || self.steps >= STEPS || self.has_stalled() {
+        if still <= STILL || self.is_spent() || self.has_stalled() {
             return None;
         }
         self.step = self.moved(self.length);

@@ -107,6 +107,22 @@ impl Mechanism {
         }
     }
 
+    /// An offset vector with every source in turn elsewhere on the boundary of its set: at the other corners of a
+    /// polygon, at the other end of an interval, else opposite.
+    pub(crate) fn exchanged(&self, parameters: &[f64]) -> Vec<Vec<f64>> {
+        let mut all = Vec::new();
+        for source in self.sources.iter().filter(|source| !source.set.is_zero()) {
+            let centre = &self.centre[source.range()];
+            let offset: Vec<f64> = parameters[source.range()].iter().zip(centre).map(|(p, c)| p - c).collect();
+            for to in source.set.elsewhere(&offset) {
+                let mut exchanged = parameters.to_vec();
+                source.range().enumerate().for_each(|(k, p)| exchanged[p] = self.centre[p] + to[k]);
+                all.push(exchanged);
+            }
+        }
+        all
+    }
+
     /// Adds starts: linearised optima, those without a first-order effect in corners, and corners of
     /// all sets. The draws are always the same ones.
     fn starts(&self, optima: &[Linear], corners: usize) -> Vec<Vec<f64>> {
