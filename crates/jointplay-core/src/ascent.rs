@@ -8,7 +8,7 @@
 use crate::clearance::Mute;
 use crate::closure::Inputs;
 use crate::mechanism::{Mechanism, Source};
-use crate::projected::Projected;
+use crate::projected::{Projected, ROUGH};
 use crate::rotation::inverse_left_jacobian;
 use crate::sensitivity::{Cost, Gradient};
 use crate::solver::{Budget, Linearised, Solver, State};
@@ -179,17 +179,24 @@ impl Solver<'_> {
         Some(self.mechanism.gradient(&linearised, cost))
     }
 
-    /// Climbs from a state to where a measure stands still on the admissible offsets, or as far as the budget
-    /// reaches; `None` where the closure is singular. Errors are told from the nominal state.
+    /// Climbs from a state to where a measure stands still on the admissible offsets, to the last digits or roughly,
+    /// or as far as the budget reaches; `None` where the closure is singular. Errors are told from the nominal state.
     #[must_use]
-    pub fn climb(&self, measure: Measure, nominal: &State, from: State, budget: &mut Budget) -> Option<Summit> {
+    pub fn climb(
+        &self,
+        measure: Measure,
+        nominal: &State,
+        from: State,
+        fine: bool,
+        budget: &mut Budget,
+    ) -> Option<Summit> {
         let m = self.mechanism;
         let value = m.measured(measure, nominal, &from);
         let gradient = self.slope(measure, nominal, &from)?;
         let mut at = Summit { state: from, value, gradient, steps: 0, settled: false, blocked: false };
         for _ in 0..WHOLE_STEPS {
             let pushed = m.pushed(&at.gradient, &at.state.inputs, |_, _| Some(Mute::default()));
-            if m.change(&at.state.inputs, &pushed) <= m.still() {
+            if m.change(&at.state.inputs, &pushed) <= if fine { m.still() } else { ROUGH } {
                 at.settled = true;
                 return Some(at);
             }
@@ -202,14 +209,37 @@ impl Solver<'_> {
             let gradient = self.slope(measure, nominal, &next)?;
             at = Summit { state: next, value, gradient, steps: at.steps + 1, ..at };
         }
-        self.climb_slowly(measure, nominal, at, budget)
+        self.go_on(measure, nominal, at, fine, budget)
+    }
+
+    /// Climbs by projected gradient steps only.
+    #[must_use]
+    pub fn climb_gently(
+        &self,
+        measure: Measure,
+        nominal: &State,
+        from: State,
+        fine: bool,
+        budget: &mut Budget,
+    ) -> Option<Summit> {
+        let value = self.mechanism.measured(measure, nominal, &from);
+        let gradient = self.slope(measure, nominal, &from)?;
+        let at = Summit { state: from, value, gradient, steps: 0, settled: false, blocked: false };
+        self.go_on(measure, nominal, at, fine, budget)
     }
 
     /// Goes on by projected gradient steps.
-    fn climb_slowly(&self, measure: Measure, nominal: &State, mut at: Summit, budget: &mut Budget) -> Option<Summit> {
+    fn go_on(
+        &self,
+        measure: Measure,
+        nominal: &State,
+        mut at: Summit,
+        fine: bool,
+        budget: &mut Budget,
+    ) -> Option<Summit> {
         let m = self.mechanism;
         let (parameters, slope) = (at.state.inputs.parameters.clone(), &at.gradient.inputs.parameters);
-        let mut ascent = Projected::new(m, parameters, at.value, m.noise(&at), slope);
+        let mut ascent = Projected::new(m, parameters, at.value, m.noise(&at), slope, fine);
         let mut proposed = ascent.propose();
         let mut walls = 0;
         let mut highest = at.clone();

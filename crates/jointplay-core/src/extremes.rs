@@ -1,33 +1,23 @@
 //! The worst that the error can ever be.
 //!
 //! To first order by [`crate::reach`]. On the exact closure each extreme is climbed from many starts
-//! ([`crate::starts`]), on lanes ([`crate::batch::Climb`]), and plainly ([`crate::ascent`]) where a lane is in
-//! doubt. The highest summit counts.
-
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
+//! ([`crate::starts`]), and from the best point with one source elsewhere ([`crate::search`]). The highest summit
+//! counts.
 
 use rayon::prelude::*;
 
 use crate::ascent::Measure;
-use crate::batch::simd::{Kernel, dispatch};
-use crate::batch::{Climb, Climbed, Height, Pace, Site, Task};
-use crate::closure::Inputs;
+use crate::batch::{Climb, Height, Site};
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
-use crate::solver::{Budget, Solver, State};
+use crate::search::{Found, Search};
+use crate::solver::{Solver, State};
 use crate::space::Component;
 use crate::starts::Extreme;
 use crate::status::Status;
 
 /// Configurations at most that one task climbs.
 const RUN: usize = 16;
-/// Newton steps at most of one plain climb, the approach of its start included.
-const WORK: usize = 6000;
-/// Rounds in which sources are exchanged, at most.
-const EXCHANGES: usize = 12;
-/// Two heights closer than this part of them are the same: the first start counts.
-const SAME: f64 = 1e-13;
 
 /// Extremes of one configuration. The order of the extremes: position, rotation, then lowest and
 /// highest of every component.
@@ -61,7 +51,7 @@ pub struct Worst {
     pub elastic: Vec<Vec<f64>>,
     /// Starts that the batch engine handed to the plain solver.
     pub fallbacks: u64,
-    /// Climbs whose work was spent before they stood still.
+    /// Extremes whose climb was ended by its budget of work before it stood still.
     pub unsettled: u64,
     /// Outcome.
     pub status: Status,
@@ -77,53 +67,14 @@ pub(crate) struct Told {
     pub height: Height,
 }
 
-/// What has been found of one configuration.
-struct Found {
-    /// The highest point of every extreme, and how it was reached.
-    best: Vec<Option<(Height, Pace)>>,
-    /// The extremes that the last round has raised.
-    raised: Vec<bool>,
-    blocked: bool,
-    fallbacks: u64,
-    unsettled: u64,
-}
-
 /// One configuration, ready to be climbed.
-struct Prepared<'a> {
-    nominal: State,
+pub(crate) struct Prepared<'a> {
+    pub nominal: State,
     /// Known deviations in place, no play taken.
-    built: State,
-    site: Site<'a>,
-    extremes: Vec<Extreme>,
+    pub built: State,
+    pub site: Site<'a>,
+    pub extremes: Vec<Extreme>,
     status: Status,
-}
-
-/// The climbs of some configurations.
-struct Climbs<'b, 'm> {
-    climb: &'b Climb<'m>,
-    sites: &'b [Site<'b>],
-    tasks: &'b [Task],
-}
-
-impl Kernel for Climbs<'_, '_> {
-    type Output = Vec<Option<Climbed>>;
-
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        self.climb.solve(self.sites, self.tasks)
-    }
-}
-
-impl Found {
-    fn none(extremes: usize) -> Self {
-        Self { best: vec![None; extremes], raised: vec![false; extremes], blocked: false, fallbacks: 0, unsettled: 0 }
-    }
-}
-
-/// What is tried first: the first-order optimum as it is, and climbs from all starts.
-fn first(extreme: &Extreme) -> Vec<(Pace, Vec<f64>)> {
-    let optimum = extreme.starts.first().map(|start| (Pace::Stay, start.clone()));
-    optimum.into_iter().chain(extreme.starts.iter().map(|start| (Pace::Whole, start.clone()))).collect()
 }
 
 impl Mechanism {
@@ -230,28 +181,11 @@ impl Mechanism {
             self.prepare(solver, case, nominal, starts)
         };
         let prepared: Vec<Result<Prepared<'_>, Status>> = cases.iter().map(prepare).collect();
-        let sites: Vec<Site<'_>> = prepared.iter().flatten().map(|prepared| prepared.site.clone()).collect();
-        let mut found: Vec<Found> = prepared.iter().flatten().map(|p| Found::none(p.extremes.len())).collect();
-        for round in 0..=EXCHANGES {
-            let mut tasks = Vec::new();
-            for (site, (prepared, found)) in prepared.iter().flatten().zip(&found).enumerate() {
-                for k in 0..prepared.extremes.len() {
-                    let measure = prepared.extremes[k].measure;
-                    let tried =
-                        if round == 0 { first(&prepared.extremes[k]) } else { self.next(prepared, found, k, round) };
-                    let task = |(pace, start)| (k, Task { site, measure, pace, start });
-                    tasks.extend(tried.into_iter().map(task));
-                }
-            }
-            if tasks.is_empty() {
-                break;
-            }
-            self.climb_all(solver, climb, &prepared, &sites, &tasks, &mut found);
-        }
-        let mut found = found.into_iter();
+        let ready: Vec<&Prepared<'_>> = prepared.iter().flatten().collect();
+        let mut found = Search::new(self, solver, climb, ready).run().into_iter();
         let worst = |prepared: Result<Prepared<'_>, Status>| match prepared {
             Ok(prepared) => {
-                let found = found.next().unwrap_or_else(|| Found::none(prepared.extremes.len()));
+                let found = found.next().unwrap_or_default();
                 self.told(prepared, found)
             }
             Err(status) => self.no_worst(status),
@@ -259,96 +193,9 @@ impl Mechanism {
         prepared.into_iter().map(worst).collect()
     }
 
-    /// What is tried next at an extreme that the last round has raised: from its best point every source elsewhere,
-    /// and after the first round the best points of the other extremes.
-    fn next(&self, prepared: &Prepared<'_>, found: &Found, k: usize, round: usize) -> Vec<(Pace, Vec<f64>)> {
-        let Some((best, pace)) = found.best[k].as_ref().filter(|_| found.raised[k]) else { return Vec::new() };
-        let mut tried: Vec<_> =
-            self.exchanged(&best.parameters).into_iter().map(|start| (Pace::Whole, start)).collect();
-        if round == 1 {
-            let others = (0..prepared.extremes.len()).filter(|&other| other != k);
-            let others = others.filter_map(|other| found.best[other].as_ref());
-            tried.extend(others.map(|(height, _)| (Pace::Whole, height.parameters.clone())));
-        }
-        // Whole steps have led from the first-order optimum to somewhere lower.
-        if *pace == Pace::Stay {
-            tried.push((Pace::Gentle, best.parameters.clone()));
-        }
-        tried
-    }
-
-    /// Runs all tasks, on lanes and, where these leave them in doubt, plainly; the highest points are kept.
-    fn climb_all(
-        &self,
-        solver: &Solver<'_>,
-        climb: Option<&Climb<'_>>,
-        prepared: &[Result<Prepared<'_>, Status>],
-        sites: &[Site<'_>],
-        numbered: &[(usize, Task)],
-        found: &mut [Found],
-    ) {
-        let prepared: Vec<&Prepared<'_>> = prepared.iter().flatten().collect();
-        let tasks: Vec<Task> = numbered.iter().map(|(_, task)| task.clone()).collect();
-        let climbed = match climb {
-            Some(climb) => dispatch(Climbs { climb, sites, tasks: &tasks }),
-            None => vec![None; tasks.len()],
-        };
-        found.iter_mut().for_each(|found| found.raised.fill(false));
-        for ((k, task), climbed) in numbered.iter().zip(climbed) {
-            let found = &mut found[task.site];
-            let climbed = climbed.or_else(|| {
-                found.fallbacks += 1;
-                self.climb_plainly(solver, prepared[task.site], task, &mut found.blocked)
-            });
-            let Some(Climbed { height, settled }) = climbed else { continue };
-            found.unsettled += u64::from(!settled);
-            // Errors are differences of places and angles: twins differ by the rounding of these.
-            let rounding = 64.0 * f64::EPSILON * self.measured_in(task.measure);
-            if found.best[*k].as_ref().is_none_or(|(b, _)| height.value > b.value + SAME * b.value.abs() + rounding) {
-                found.best[*k] = Some((height, task.pace));
-                found.raised[*k] = true;
-            }
-        }
-    }
-
-    /// The size of what a measure is a difference of.
-    fn measured_in(&self, measure: Measure) -> f64 {
-        match measure {
-            Measure::Position => self.length,
-            Measure::Rotation => 1.0,
-            Measure::Component { index, .. } => self.unit(self.space.components()[index]),
-        }
-    }
-
-    /// One climb by the plain solver; a start that cannot be assembled is approached as far as the branch
-    /// goes.
-    fn climb_plainly(
-        &self,
-        solver: &Solver<'_>,
-        prepared: &Prepared<'_>,
-        task: &Task,
-        blocked: &mut bool,
-    ) -> Option<Climbed> {
-        let Prepared { nominal, built, .. } = prepared;
-        let mut budget = Budget::of(WORK);
-        let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: task.start.clone() };
-        let start = solver.follow_within(built, &inputs, &mut budget).unwrap_or_else(|_| {
-            *blocked = true;
-            built.clone()
-        });
-        let Some(summit) = solver.climb(task.measure, nominal, start, &mut budget) else {
-            *blocked = true;
-            return None;
-        };
-        *blocked |= summit.blocked;
-        let error = self.error(&summit.state, nominal);
-        let height = Height { value: summit.value, parameters: summit.state.inputs.parameters, error };
-        Some(Climbed { height, settled: summit.settled || summit.blocked })
-    }
-
     /// The result of one configuration.
     fn told(&self, prepared: Prepared<'_>, found: Found) -> Worst {
-        let heights = found.best.into_iter().map(|best| best.map_or_else(|| self.no_height(), |(height, _)| height));
+        let heights = found.best.into_iter().map(|best| best.unwrap_or_else(|| self.no_height()));
         let extremes = prepared.extremes.into_iter().zip(heights);
         let extremes = extremes.map(|(extreme, height)| Told {
             measure: extreme.measure,

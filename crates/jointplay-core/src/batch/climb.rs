@@ -39,6 +39,8 @@ pub struct Task {
     pub measure: Measure,
     /// See [`Pace`].
     pub pace: Pace,
+    /// Whether it goes on to the last digits.
+    pub fine: bool,
     /// Parameter values to start from.
     pub start: Vec<f64>,
 }
@@ -98,7 +100,7 @@ impl<'m> Climb<'m> {
         loop {
             for lane in 0..LANES {
                 if lanes[lane].is_none() && next < tasks.len() {
-                    let worker = Worker::new(m, tasks[next].measure, tasks[next].pace);
+                    let worker = Worker::new(m, tasks[next].measure, tasks[next].pace, tasks[next].fine);
                     lanes[lane] = Some(Busy { task: next, sign: 0.0, worker });
                     self.load(sites, &tasks[next], lane, &mut registers);
                     self.aim(tasks[next].measure, lane, &errors, &mut registers[inputs..]);

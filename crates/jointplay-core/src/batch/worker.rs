@@ -12,7 +12,7 @@ use super::lanes::Block;
 use super::tape::Program;
 use crate::ascent::Measure;
 use crate::mechanism::Mechanism;
-use crate::projected::Projected;
+use crate::projected::{Projected, ROUGH};
 
 /// Rounds that only close the mechanism at the start.
 const CLOSING: usize = 2;
@@ -23,8 +23,9 @@ const SHRUNK: f64 = 0.05;
 const NEWTON_STEPS: usize = 12;
 /// A Newton step (length-scaled) below this is the last: the next would be its square.
 const LAST_STEP: f64 = 1e-9;
-/// Rounds of a lane.
-const ROUNDS: usize = 3000;
+/// Rounds of a lane, to the last digits and roughly.
+const ROUNDS: usize = 6000;
+const ROUGH_ROUNDS: usize = 600;
 /// A lane stands still when no offset wants to change by more than this part of its set, as a projected
 /// ascent does: what is left changes the value by the square of it.
 const STILL: f64 = 1e-11;
@@ -40,13 +41,15 @@ pub struct Height {
     pub error: Vec<f64>,
 }
 
-/// Where a lane has ended, and whether it stands still there.
+/// Where a lane has ended.
 #[derive(Clone, Debug)]
 pub struct Climbed {
     /// The highest point.
     pub height: Height,
     /// Whether it stands still.
     pub settled: bool,
+    /// How it came there.
+    pub pace: Pace,
 }
 
 /// How a lane goes.
@@ -66,6 +69,7 @@ pub(super) struct Worker<'m> {
     mechanism: &'m Mechanism,
     measure: Measure,
     pace: Pace,
+    fine: bool,
     phase: Phase<'m>,
     /// Rounds in this phase, or at the offsets proposed last.
     rounds: usize,
@@ -142,8 +146,8 @@ impl Round<'_> {
 }
 
 impl<'m> Worker<'m> {
-    pub const fn new(mechanism: &'m Mechanism, measure: Measure, pace: Pace) -> Self {
-        Self { mechanism, measure, pace, phase: Phase::Closing, rounds: 0, all: 0, before: f64::INFINITY }
+    pub const fn new(mechanism: &'m Mechanism, measure: Measure, pace: Pace, fine: bool) -> Self {
+        Self { mechanism, measure, pace, fine, phase: Phase::Closing, rounds: 0, all: 0, before: f64::INFINITY }
     }
 
     pub const fn measure(&self) -> Measure {
@@ -171,7 +175,7 @@ impl<'m> Worker<'m> {
     /// Decides what to do after a round.
     pub fn after(&mut self, round: &Round<'_>) -> Next {
         self.all += 1;
-        if self.all > ROUNDS {
+        if self.all > if self.fine { ROUNDS } else { ROUGH_ROUNDS } {
             return self.end(true);
         }
         let next = self.decide(round);
@@ -181,8 +185,8 @@ impl<'m> Worker<'m> {
 
     /// Whether the pose that the round began with closes the mechanism.
     fn is_closed(&self, round: &Round<'_>) -> bool {
-        let rounding = self.mechanism.step_of_rounding();
-        round.moved <= rounding * rounding || self.before <= LAST_STEP * LAST_STEP
+        let enough = if self.fine { self.mechanism.step_of_rounding() } else { LAST_STEP };
+        round.moved <= enough * enough || self.before <= LAST_STEP * LAST_STEP
     }
 
     fn decide(&mut self, round: &Round<'_>) -> Next {
@@ -198,9 +202,9 @@ impl<'m> Worker<'m> {
                 self.goes_on(Phase::Whole { change: round.change });
                 Next::Push
             }
-            Phase::Whole { .. } if round.change <= STILL => {
+            Phase::Whole { .. } if round.change <= if self.fine { STILL } else { ROUGH } => {
                 if is_closed {
-                    return self.stands(round);
+                    return self.stands(round, Pace::Whole);
                 }
                 // Only the closure is left.
                 self.goes_on(Phase::Settling);
@@ -224,12 +228,12 @@ impl<'m> Worker<'m> {
                     Next::Done(None)
                 }
             }
-            Phase::Settling if self.pace == Pace::Stay => self.stands(round),
+            Phase::Settling if self.pace == Pace::Stay => self.stands(round, Pace::Stay),
             Phase::Settling => {
                 let at = round.height(self);
                 let noise = self.mechanism.rounding(round.force, at.value);
                 let start = at.parameters.clone();
-                let mut ascent = Projected::new(self.mechanism, start, at.value, noise, &round.gradient());
+                let mut ascent = Projected::new(self.mechanism, start, at.value, noise, &round.gradient(), self.fine);
                 let proposed = ascent.propose();
                 let slow = Slow { ascent, accepted: at.clone(), highest: at, noise };
                 self.goes_on(Phase::Projected(Box::new(slow)));
@@ -262,8 +266,8 @@ impl<'m> Worker<'m> {
         proposed.map_or_else(|| self.end(false), Next::Try)
     }
 
-    fn stands(&self, round: &Round<'_>) -> Next {
-        Next::Done(Some(Climbed { height: round.height(self), settled: true }))
+    fn stands(&self, round: &Round<'_>, pace: Pace) -> Next {
+        Next::Done(Some(Climbed { height: round.height(self), settled: true, pace }))
     }
 
     /// The end of a projected ascent: where it stands still, or where its work is spent. Without an end of either
@@ -277,7 +281,7 @@ impl<'m> Worker<'m> {
         // The value may have fallen for a while.
         let fallen = slow.highest.value > slow.accepted.value + slow.noise;
         let height = if fallen { &slow.highest } else { &slow.accepted };
-        Next::Done(Some(Climbed { height: height.clone(), settled }))
+        Next::Done(Some(Climbed { height: height.clone(), settled, pace: Pace::Gentle }))
     }
 
     fn goes_on(&mut self, phase: Phase<'m>) {
