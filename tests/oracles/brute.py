@@ -101,12 +101,25 @@ def worst(
     n: int = 300,
     starts: int = 6,
 ) -> float:
-    """Largest value of one extreme: random points, corners, and IPOPT from the best and from random ones."""
+    """Largest value of one extreme."""
+    return farthest(link, q0, drives, extreme, rng, n, starts)[0]
+
+
+def farthest(
+    link: Linkage,
+    q0: np.ndarray,
+    drives: Any,
+    extreme: str,
+    rng: np.random.Generator,
+    n: int = 300,
+    starts: int = 6,
+) -> tuple[float, np.ndarray]:
+    """Largest value of one extreme, and where: random points, corners, and IPOPT from the best and random ones."""
     measure = MEASURES[extreme]
     u = np.concatenate([draw(link, rng, n), draw(link, rng, n // 4, boundary=False), vertices(link, rng, n)])
     found = errors(link, q0, drives, u)
     values = np.nan_to_num(measure(found), nan=-np.inf)
-    best = float(values.max())
+    best, where = float(values.max()), u[int(values.argmax())]
     picks = [*np.argsort(-values)[: starts // 2], *rng.integers(0, len(u), starts - starts // 2)]
     nominal = link.out(q0, dict.fromkeys(link.labels, 0.0))
 
@@ -130,8 +143,11 @@ def worst(
             except ArithmeticError:
                 continue  # one start less
             reached = np.array([optimum.offsets[label] for label in link.labels])
-            best = max(best, float(measure(errors(link, q0, drives, _inside(link, reached)[None])[0])))
-    return best
+            reached = _inside(link, reached)
+            value = float(measure(errors(link, q0, drives, reached[None])[0]))
+            if value > best:
+                best, where = value, reached
+    return best, where
 
 
 def _inside(link: Linkage, u: np.ndarray) -> np.ndarray:

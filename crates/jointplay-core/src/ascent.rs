@@ -164,10 +164,16 @@ impl Mechanism {
 
     /// Largest change of an offset, as a part of its set.
     pub(crate) fn change(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
+        self.largest_change(&from.parameters, &to.parameters)
+    }
+
+    /// The same of parameter values.
+    pub(crate) fn largest_change(&self, from: &[f64], to: &[f64]) -> f64 {
         self.sources.iter().filter(|s| !s.set.is_zero()).fold(0.0, |largest: f64, source| {
-            source.range().enumerate().fold(largest, |largest, (k, p)| {
-                largest.max((to.parameters[p] - from.parameters[p]).abs() / source.set.half_width(k))
-            })
+            source
+                .range()
+                .enumerate()
+                .fold(largest, |largest, (k, p)| largest.max((to[p] - from[p]).abs() / source.set.half_width(k)))
         })
     }
 }

@@ -102,7 +102,7 @@ impl Mechanism {
         };
         let climb = if lanes { Climb::record(&solver) } else { None };
         // Long enough to fill the lanes, short enough to keep all cores busy.
-        let run = (cases.len() / (4 * rayon::current_num_threads())).clamp(1, RUN);
+        let run = (cases.len() / (2 * rayon::current_num_threads())).clamp(1, RUN);
         let parts = cases.par_chunks(run).flat_map_iter(|part| self.worst_of(&solver, climb.as_ref(), part, starts));
         parts.collect()
     }

@@ -1,8 +1,9 @@
 //! The search for the extremes of some configurations on the exact closure.
 //!
 //! 1. All starts are climbed roughly. The first-order optimum is evaluated as it is, besides.
-//! 2. From the best point of every extreme one source at a time goes elsewhere in its set, and all are climbed again;
-//!    so are, once, the best points of the other extremes. Where that raises an extreme it is repeated.
+//! 2. From the best point of every extreme one source at a time goes elsewhere in its set, unless the gradients met
+//!    so far plainly decide against it, and all are climbed again; so are, once, the best points of the other
+//!    extremes. Where that raises an extreme it is repeated.
 //! 3. The best points are climbed to the last digits. The highest counts, of equal ones the first.
 //!
 //! Climbs run on lanes ([`crate::batch::Climb`]), and plainly ([`crate::ascent`]) where a lane is in doubt. Everything
@@ -28,6 +29,8 @@ const WORK: usize = 12_000;
 const EXCHANGES: usize = 12;
 /// Rough heights closer than this part of them may be in another order when they are fine.
 const NEAR: f64 = 1e-6;
+/// Points whose offsets differ by less than this part of their sets are the same.
+const ELSEWHERE: f64 = 1e-2;
 /// So many of them are climbed to the last digits.
 const TOPS: usize = 4;
 /// Two heights closer than this part of them are the same: the first start counts.
@@ -50,6 +53,8 @@ pub(crate) struct Found {
 #[derive(Clone, Debug, Default)]
 struct Peak {
     tops: Vec<Climbed>,
+    /// Gradients at the starts, and the heights to which they led.
+    slopes: Vec<(f64, Vec<f64>)>,
     /// Whether the last round has raised it.
     raised: bool,
 }
@@ -77,8 +82,8 @@ impl Kernel for Climbs<'_, '_> {
 }
 
 impl Peak {
-    /// Takes a point that is as high as the best ones; `near` is what does not count as higher.
-    fn offer(&mut self, climbed: Climbed, near: f64) {
+    /// Takes a point that is as high as the best ones and elsewhere; `near` is what does not count as higher.
+    fn offer(&mut self, m: &Mechanism, climbed: Climbed, near: f64) {
         let value = climbed.height.value;
         let Some(first) = self.tops.first() else {
             self.raised = true;
@@ -89,7 +94,10 @@ impl Peak {
             self.raised = true;
             self.tops = vec![climbed];
         } else if value >= first.height.value - near && self.tops.len() < TOPS {
-            self.tops.push(climbed);
+            let at = &climbed.height.parameters;
+            if self.tops.iter().all(|top| m.largest_change(&top.height.parameters, at) > ELSEWHERE) {
+                self.tops.push(climbed);
+            }
         }
     }
 }
@@ -138,7 +146,11 @@ impl<'b, 'm> Search<'b, 'm> {
             for (Try { extreme, task }, climbed) in self.climb_all(tries) {
                 let Some(climbed) = climbed.filter(|climbed| climbed.height.value.is_finite()) else { continue };
                 let near = NEAR * climbed.height.value.abs() + self.rounding(task.measure);
-                self.peaks[task.site][extreme].offer(climbed, near);
+                let peak = &mut self.peaks[task.site][extreme];
+                if round == 0 && !climbed.slope.is_empty() {
+                    peak.slopes.push((climbed.height.value, climbed.slope.clone()));
+                }
+                peak.offer(self.mechanism, climbed, near);
             }
         }
         self.finish();
@@ -165,9 +177,17 @@ impl<'b, 'm> Search<'b, 'm> {
     fn next(&self, site: usize, k: usize, once: bool) -> Vec<(Pace, Vec<f64>)> {
         let peaks = &self.peaks[site];
         let Some(best) = peaks[k].tops.first().filter(|_| peaks[k].raised) else { return Vec::new() };
-        let whole = |start| (Pace::Whole, start);
-        let mut tried: Vec<_> = self.mechanism.exchanged(&best.height.parameters).into_iter().map(whole).collect();
-        if once {
+        // Away from zero in another direction gradients are others.
+        let least = match self.prepared[site].extremes[k].measure {
+            Measure::Component { .. } => f64::NEG_INFINITY,
+            Measure::Position | Measure::Rotation => best.height.value * (1.0 - NEAR),
+        };
+        let slopes = peaks[k].slopes.iter().filter(|(value, _)| *value >= least);
+        let slopes: Vec<&[f64]> = slopes.map(|(_, slope)| slope.as_slice()).collect();
+        let exchanged = self.mechanism.exchanged(&best.height.parameters, &slopes);
+        let in_doubt = !exchanged.is_empty();
+        let mut tried: Vec<_> = exchanged.into_iter().map(|start| (Pace::Whole, start)).collect();
+        if once && in_doubt {
             let others = peaks.iter().enumerate().filter(|&(other, _)| other != k);
             let others = others.filter_map(|(_, other)| other.tops.first());
             tried.extend(others.map(|top| (Pace::Whole, top.height.parameters.clone())));
@@ -253,7 +273,7 @@ impl<'b, 'm> Search<'b, 'm> {
                 let error = m.error(&start, nominal);
                 let value = task.measure.value(&error, m.n_translations());
                 let height = Height { value, parameters: task.start.clone(), error };
-                return Some(Climbed { height, settled: true, pace: Pace::Stay });
+                return Some(Climbed { height, settled: true, pace: Pace::Stay, slope: Vec::new() });
             }
             (Err(_), Pace::Stay) => return None,
             (Ok(start), _) => start,
@@ -274,7 +294,7 @@ impl<'b, 'm> Search<'b, 'm> {
         let error = m.error(&summit.state, nominal);
         let height = Height { value: summit.value, parameters: summit.state.inputs.parameters, error };
         // Beyond a wall nothing is to be climbed.
-        Some(Climbed { height, settled: summit.settled || summit.blocked, pace: Pace::Gentle })
+        Some(Climbed { height, settled: summit.settled || summit.blocked, pace: Pace::Gentle, slope: Vec::new() })
     }
 
     /// Errors are differences of places and angles: twins differ by the rounding of these.

@@ -18,7 +18,7 @@ use crate::projected::{Projected, ROUGH};
 const CLOSING: usize = 2;
 /// After every so many whole steps their changes must have shrunk to this part.
 const CHECKED: usize = 4;
-const SHRUNK: f64 = 0.05;
+const SHRUNK: f64 = 0.3;
 /// Newton steps at most at one set of proposed offsets.
 const NEWTON_STEPS: usize = 12;
 /// A Newton step (length-scaled) below this is the last: the next would be its square.
@@ -50,6 +50,8 @@ pub struct Climbed {
     pub settled: bool,
     /// How it came there.
     pub pace: Pace,
+    /// Gradient at the start of whole steps, along the parameters.
+    pub slope: Vec<f64>,
 }
 
 /// How a lane goes.
@@ -77,6 +79,7 @@ pub(super) struct Worker<'m> {
     all: usize,
     /// Squared length of the Newton step before, at the same offsets.
     before: f64,
+    slope: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -147,7 +150,17 @@ impl Round<'_> {
 
 impl<'m> Worker<'m> {
     pub const fn new(mechanism: &'m Mechanism, measure: Measure, pace: Pace, fine: bool) -> Self {
-        Self { mechanism, measure, pace, fine, phase: Phase::Closing, rounds: 0, all: 0, before: f64::INFINITY }
+        Self {
+            mechanism,
+            measure,
+            pace,
+            fine,
+            phase: Phase::Closing,
+            rounds: 0,
+            all: 0,
+            before: f64::INFINITY,
+            slope: Vec::new(),
+        }
     }
 
     pub const fn measure(&self) -> Measure {
@@ -185,7 +198,9 @@ impl<'m> Worker<'m> {
 
     /// Whether the pose that the round began with closes the mechanism.
     fn is_closed(&self, round: &Round<'_>) -> bool {
-        let enough = if self.fine { self.mechanism.step_of_rounding() } else { LAST_STEP };
+        // Projected steps compare values to the last digits.
+        let rough = !self.fine && matches!(self.phase, Phase::Whole { .. });
+        let enough = if rough { LAST_STEP } else { self.mechanism.step_of_rounding() };
         round.moved <= enough * enough || self.before <= LAST_STEP * LAST_STEP
     }
 
@@ -199,6 +214,7 @@ impl<'m> Worker<'m> {
                 Next::Stay
             }
             Phase::Closing => {
+                self.slope = round.gradient();
                 self.goes_on(Phase::Whole { change: round.change });
                 Next::Push
             }
@@ -267,21 +283,21 @@ impl<'m> Worker<'m> {
     }
 
     fn stands(&self, round: &Round<'_>, pace: Pace) -> Next {
-        Next::Done(Some(Climbed { height: round.height(self), settled: true, pace }))
+        Next::Done(Some(Climbed { height: round.height(self), settled: true, pace, slope: self.slope.clone() }))
     }
 
     /// The end of a projected ascent: where it stands still, or where its work is spent. Without an end of either
-    /// kind the lane is in doubt.
+    /// kind a lane that is to be fine is in doubt.
     fn end(&self, spent: bool) -> Next {
         let Phase::Projected(slow) = &self.phase else { return Next::Done(None) };
         let settled = slow.ascent.settled() || slow.ascent.has_stalled();
-        if !settled && !spent && !slow.ascent.is_spent() {
+        if self.fine && !settled && !spent && !slow.ascent.is_spent() {
             return Next::Done(None);
         }
         // The value may have fallen for a while.
         let fallen = slow.highest.value > slow.accepted.value + slow.noise;
         let height = if fallen { &slow.highest } else { &slow.accepted };
-        Next::Done(Some(Climbed { height: height.clone(), settled, pace: Pace::Gentle }))
+        Next::Done(Some(Climbed { height: height.clone(), settled, pace: Pace::Gentle, slope: self.slope.clone() }))
     }
 
     fn goes_on(&mut self, phase: Phase<'m>) {
