@@ -98,6 +98,7 @@ class Found:
     """Largest value of one extreme, and how much of the search came to nothing."""
 
     value: float
+    where: np.ndarray
     points: int
     open: int
     """Of the points, those that do not close."""
@@ -122,7 +123,7 @@ def worst(
     values = measure(found)
     unclosed = int(np.isnan(values).sum())
     values = np.nan_to_num(values, nan=-np.inf)
-    best = float(values.max())
+    best, where = float(values.max()), u[int(values.argmax())]
     picks = [*np.argsort(-values)[: starts // 2], *rng.integers(0, len(u), starts - starts // 2)]
     nominal = link.out(q0, dict.fromkeys(link.labels, 0.0))
 
@@ -147,8 +148,29 @@ def worst(
             except NoOptimumError as reason:
                 lost.append(f"{part}: {reason}")
                 continue
-            best = max(best, float(measure(link.out(optimum.poses, optimum.offsets) - nominal)))
-    return Found(best, len(u), unclosed, len(parts) * len(picks), tuple(lost))
+            reached = np.array([optimum.offsets[label] for label in link.labels])
+            reached = _inside(link, reached)
+            value = float(measure(errors(link, q0, drives, reached[None])[0]))
+            if value > best:
+                best, where = value, reached
+    return Found(best, where, len(u), unclosed, len(parts) * len(picks), tuple(lost))
+
+
+def _inside(link: Linkage, u: np.ndarray) -> np.ndarray:
+    """u pulled back into its sets by the rounding that an optimiser leaves it outside."""
+    u, k = u.copy(), 0
+    for s in link.sources:
+        part = slice(k, k + len(s.labels))
+        away = u[part] - s.centre
+        if s.kind == "disc":
+            away /= max(1.0, float(np.hypot(*away)) / s.size[0])
+        elif s.kind == "diamond":
+            away /= max(1.0, (abs(away[0]) + s.size[1] * abs(away[1])) / s.size[0])
+        else:
+            away = np.clip(away, *s.size)
+        u[part] = away + s.centre
+        k += len(s.labels)
+    return u
 
 
 def first_order(link: Linkage, q0: np.ndarray, drives: Any) -> dict[str, float]:

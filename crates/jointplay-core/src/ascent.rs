@@ -8,10 +8,10 @@
 use crate::clearance::Mute;
 use crate::closure::Inputs;
 use crate::mechanism::{Mechanism, Source};
-use crate::projected::Projected;
+use crate::projected::{Projected, ROUGH};
 use crate::rotation::inverse_left_jacobian;
 use crate::sensitivity::{Cost, Gradient};
-use crate::solver::{Linearised, Solver, State};
+use crate::solver::{Budget, Linearised, Solver, State};
 use crate::space::{Component, Space, Vec3, norm, scale};
 
 /// Whole steps to the support points.
@@ -164,10 +164,16 @@ impl Mechanism {
 
     /// Largest change of an offset, as a part of its set.
     pub(crate) fn change(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
+        self.largest_change(&from.parameters, &to.parameters)
+    }
+
+    /// The same of parameter values.
+    pub(crate) fn largest_change(&self, from: &[f64], to: &[f64]) -> f64 {
         self.sources.iter().filter(|s| !s.set.is_zero()).fold(0.0, |largest: f64, source| {
-            source.range().enumerate().fold(largest, |largest, (k, p)| {
-                largest.max((to.parameters[p] - from.parameters[p]).abs() / source.set.half_width(k))
-            })
+            source
+                .range()
+                .enumerate()
+                .fold(largest, |largest, (k, p)| largest.max((to[p] - from[p]).abs() / source.set.half_width(k)))
         })
     }
 }
@@ -179,21 +185,28 @@ impl Solver<'_> {
         Some(self.mechanism.gradient(&linearised, cost))
     }
 
-    /// Climbs from a state to where a measure stands still on the admissible offsets; `None` where
-    /// the closure is singular. Errors are told from the nominal state.
+    /// Climbs from a state to where a measure stands still on the admissible offsets, to the last digits or roughly,
+    /// or as far as the budget reaches; `None` where the closure is singular. Errors are told from the nominal state.
     #[must_use]
-    pub fn climb(&self, measure: Measure, nominal: &State, from: State) -> Option<Summit> {
+    pub fn climb(
+        &self,
+        measure: Measure,
+        nominal: &State,
+        from: State,
+        fine: bool,
+        budget: &mut Budget,
+    ) -> Option<Summit> {
         let m = self.mechanism;
         let value = m.measured(measure, nominal, &from);
         let gradient = self.slope(measure, nominal, &from)?;
         let mut at = Summit { state: from, value, gradient, steps: 0, settled: false, blocked: false };
         for _ in 0..WHOLE_STEPS {
             let pushed = m.pushed(&at.gradient, &at.state.inputs, |_, _| Some(Mute::default()));
-            if m.change(&at.state.inputs, &pushed) <= m.still() {
+            if m.change(&at.state.inputs, &pushed) <= if fine { m.still() } else { ROUGH } {
                 at.settled = true;
                 return Some(at);
             }
-            let Ok(next) = self.follow(&at.state, &pushed) else { break };
+            let Ok(next) = self.follow_within(&at.state, &pushed, budget) else { break };
             let value = m.measured(measure, nominal, &next);
             // A guide that hesitates between two corners: the projected ascent settles it.
             if value < at.value - m.noise(&at) {
@@ -202,20 +215,46 @@ impl Solver<'_> {
             let gradient = self.slope(measure, nominal, &next)?;
             at = Summit { state: next, value, gradient, steps: at.steps + 1, ..at };
         }
-        self.climb_slowly(measure, nominal, at)
+        self.go_on(measure, nominal, at, fine, budget)
+    }
+
+    /// Climbs by projected gradient steps only.
+    #[must_use]
+    pub fn climb_gently(
+        &self,
+        measure: Measure,
+        nominal: &State,
+        from: State,
+        fine: bool,
+        budget: &mut Budget,
+    ) -> Option<Summit> {
+        let value = self.mechanism.measured(measure, nominal, &from);
+        let gradient = self.slope(measure, nominal, &from)?;
+        let at = Summit { state: from, value, gradient, steps: 0, settled: false, blocked: false };
+        self.go_on(measure, nominal, at, fine, budget)
     }
 
     /// Goes on by projected gradient steps.
-    fn climb_slowly(&self, measure: Measure, nominal: &State, mut at: Summit) -> Option<Summit> {
+    fn go_on(
+        &self,
+        measure: Measure,
+        nominal: &State,
+        mut at: Summit,
+        fine: bool,
+        budget: &mut Budget,
+    ) -> Option<Summit> {
         let m = self.mechanism;
         let (parameters, slope) = (at.state.inputs.parameters.clone(), &at.gradient.inputs.parameters);
-        let mut ascent = Projected::new(m, parameters, at.value, m.noise(&at), slope);
+        let mut ascent = Projected::new(m, parameters, at.value, m.noise(&at), slope, fine);
         let mut proposed = ascent.propose();
         let mut walls = 0;
+        let mut highest = at.clone();
         while let Some(parameters) = proposed {
             let inputs = Inputs { drives: at.state.inputs.drives.clone(), parameters };
-            let Ok(state) = self.follow(&at.state, &inputs) else {
-                at.blocked = true;
+            let Ok(state) = self.follow_within(&at.state, &inputs, budget) else {
+                if budget.is_spent() {
+                    break;
+                }
                 walls += 1;
                 // The summit lies beyond what can be assembled: every further step would end at the same wall,
                 // after many steps of continuation each.
@@ -230,9 +269,15 @@ impl Solver<'_> {
             let gradient = self.slope(measure, nominal, &state)?;
             at = Summit { state, value, gradient, ..at };
             ascent.accept(value, m.noise(&at), &at.gradient.inputs.parameters);
+            if value > highest.value {
+                highest = at.clone();
+            }
             proposed = ascent.propose();
         }
-        Some(Summit { steps: at.steps + ascent.steps(), settled: ascent.settled(), ..at })
+        let settled = !budget.is_spent() && (ascent.settled() || ascent.has_stalled());
+        // The value may have fallen for a while.
+        let end = if highest.value > at.value + m.noise(&at) { highest } else { at };
+        Some(Summit { steps: end.steps + ascent.steps(), settled, blocked: walls > 0, ..end })
     }
 }
 

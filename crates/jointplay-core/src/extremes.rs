@@ -1,21 +1,17 @@
 //! The worst that the error can ever be.
 //!
 //! To first order by [`crate::reach`]. On the exact closure each extreme is climbed from many starts
-//! ([`crate::starts`]), on lanes ([`crate::batch::Climb`]), and plainly ([`crate::ascent`]) where a lane is in
-//! doubt. The highest summit counts.
-
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
+//! ([`crate::starts`]), and from the best point with one source elsewhere ([`crate::search`]). The highest summit
+//! counts.
 
 use rayon::prelude::*;
 
 use crate::ascent::Measure;
-use crate::batch::simd::{Kernel, dispatch};
-use crate::batch::{Climb, Height, Site, Task};
-use crate::closure::Inputs;
+use crate::batch::{Climb, Height, Site};
 use crate::interrupt;
 use crate::loaded::Case;
 use crate::mechanism::Mechanism;
+use crate::search::{Found, Search};
 use crate::solver::{Solver, State};
 use crate::space::Component;
 use crate::starts::Extreme;
@@ -23,8 +19,6 @@ use crate::status::Status;
 
 /// Configurations at most that one task climbs.
 const RUN: usize = 16;
-/// Two heights closer than this part of them are the same: the first start counts.
-const SAME: f64 = 1e-13;
 
 /// Extremes of one configuration. The order of the extremes: position, rotation, then lowest and
 /// highest of every component.
@@ -58,6 +52,8 @@ pub struct Worst {
     pub elastic: Vec<Vec<f64>>,
     /// Starts that the batch engine handed to the plain solver.
     pub fallbacks: u64,
+    /// Extremes whose climb was ended by its budget of work before it stood still.
+    pub unsettled: u64,
     /// Outcome.
     pub status: Status,
 }
@@ -72,37 +68,14 @@ pub(crate) struct Told {
     pub height: Height,
 }
 
-/// The highest summits of all extremes.
-struct Summits {
-    heights: Vec<Height>,
-    blocked: bool,
-    fallbacks: u64,
-}
-
 /// One configuration, ready to be climbed.
-struct Prepared<'a> {
-    nominal: State,
+pub(crate) struct Prepared<'a> {
+    pub nominal: State,
     /// Known deviations in place, no play taken.
-    built: State,
-    site: Site<'a>,
-    extremes: Vec<Extreme>,
+    pub built: State,
+    pub site: Site<'a>,
+    pub extremes: Vec<Extreme>,
     status: Status,
-}
-
-/// The climbs of some configurations.
-struct Climbs<'b, 'm> {
-    climb: &'b Climb<'m>,
-    sites: &'b [Site<'b>],
-    tasks: &'b [Task],
-}
-
-impl Kernel for Climbs<'_, '_> {
-    type Output = Vec<Option<Height>>;
-
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        self.climb.solve(self.sites, self.tasks)
-    }
 }
 
 impl Mechanism {
@@ -130,7 +103,7 @@ impl Mechanism {
         };
         let climb = if lanes { Climb::record(&solver) } else { None };
         // Long enough to fill the lanes, short enough to keep all cores busy.
-        let run = (cases.len() / (4 * rayon::current_num_threads())).clamp(1, RUN);
+        let run = (cases.len() / (2 * rayon::current_num_threads())).clamp(1, RUN);
         let worst = |part| interrupt::until_stopped(|| self.worst_of(&solver, climb.as_ref(), part, starts));
         interrupt::before_the_stop(cases.par_chunks(run).map(worst).collect())
     }
@@ -154,6 +127,7 @@ impl Mechanism {
             contribution: vec![vec![f64::NAN; self.sources.len()]; self.n_extremes()],
             elastic: vec![vec![f64::NAN; self.n_joints()]; self.n_extremes()],
             fallbacks: 0,
+            unsettled: 0,
             status,
         }
     }
@@ -208,99 +182,22 @@ impl Mechanism {
             self.prepare(solver, case, nominal, starts)
         };
         let prepared: Vec<Result<Prepared<'_>, Status>> = cases.iter().map(prepare).collect();
-        let (mut sites, mut tasks) = (Vec::new(), Vec::new());
-        for prepared in prepared.iter().flatten() {
-            for extreme in &prepared.extremes {
-                let task =
-                    |start: &Vec<f64>| Task { site: sites.len(), measure: extreme.measure, start: start.clone() };
-                tasks.extend(extreme.starts.iter().map(task));
-            }
-            sites.push(prepared.site.clone());
-        }
-        let heights = match climb {
-            Some(climb) => dispatch(Climbs { climb, sites: &sites, tasks: &tasks }),
-            None => vec![None; tasks.len()],
-        };
-        let mut climbed = tasks.iter().zip(heights);
+        let ready: Vec<&Prepared<'_>> = prepared.iter().flatten().collect();
+        let mut found = Search::new(self, solver, climb, ready).run().into_iter();
         let worst = |prepared: Result<Prepared<'_>, Status>| match prepared {
             Ok(prepared) => {
-                let summits = self.summits(solver, &prepared, &mut climbed);
-                self.told(prepared, summits)
+                let found = found.next().unwrap_or_default();
+                self.told(prepared, found)
             }
             Err(status) => self.no_worst(status),
         };
         prepared.into_iter().map(worst).collect()
     }
 
-    /// The highest summit of every extreme over all its starts; those that the lanes leave in doubt are
-    /// climbed plainly.
-    fn summits<'t>(
-        &self,
-        solver: &Solver<'_>,
-        prepared: &Prepared<'_>,
-        climbed: &mut impl Iterator<Item = (&'t Task, Option<Height>)>,
-    ) -> Summits {
-        let mut summits = Summits { heights: Vec::new(), blocked: false, fallbacks: 0 };
-        for extreme in &prepared.extremes {
-            // Errors are differences of places and angles: twins differ by the rounding of these.
-            let rounding = 64.0 * f64::EPSILON * self.measured_in(extreme.measure);
-            let mut best: Option<Height> = None;
-            for (task, height) in climbed.take(extreme.starts.len()) {
-                let height = height.or_else(|| {
-                    summits.fallbacks += 1;
-                    self.climb_plainly(solver, prepared, task, &mut summits.blocked)
-                });
-                let Some(height) = height else { continue };
-                if best.as_ref().is_none_or(|b| height.value > b.value + SAME * b.value.abs() + rounding) {
-                    best = Some(height);
-                }
-            }
-            summits.blocked |= best.is_none();
-            summits.heights.push(best.unwrap_or_else(|| Height {
-                value: f64::NAN,
-                parameters: vec![f64::NAN; self.n_parameters()],
-                error: vec![f64::NAN; self.size()],
-            }));
-        }
-        summits
-    }
-
-    /// The size of what a measure is a difference of.
-    fn measured_in(&self, measure: Measure) -> f64 {
-        match measure {
-            Measure::Position => self.length,
-            Measure::Rotation => 1.0,
-            Measure::Component { index, .. } => self.unit(self.space.components()[index]),
-        }
-    }
-
-    /// One climb by the plain solver; a start that cannot be assembled is approached as far as the branch
-    /// goes.
-    fn climb_plainly(
-        &self,
-        solver: &Solver<'_>,
-        prepared: &Prepared<'_>,
-        task: &Task,
-        blocked: &mut bool,
-    ) -> Option<Height> {
-        let Prepared { nominal, built, .. } = prepared;
-        let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: task.start.clone() };
-        let start = solver.follow(built, &inputs).unwrap_or_else(|_| {
-            *blocked = true;
-            built.clone()
-        });
-        let Some(summit) = solver.climb(task.measure, nominal, start) else {
-            *blocked = true;
-            return None;
-        };
-        *blocked |= summit.blocked;
-        let error = self.error(&summit.state, nominal);
-        Some(Height { value: summit.value, parameters: summit.state.inputs.parameters, error })
-    }
-
     /// The result of one configuration.
-    fn told(&self, prepared: Prepared<'_>, found: Summits) -> Worst {
-        let extremes = prepared.extremes.into_iter().zip(found.heights);
+    fn told(&self, prepared: Prepared<'_>, found: Found) -> Worst {
+        let heights = found.best.into_iter().map(|best| best.unwrap_or_else(|| self.no_height()));
+        let extremes = prepared.extremes.into_iter().zip(heights);
         let extremes = extremes.map(|(extreme, height)| Told {
             measure: extreme.measure,
             first_order: extreme.linear.value,
@@ -313,7 +210,7 @@ impl Mechanism {
             Status::Ok if found.blocked => Status::Singular,
             other => other,
         };
-        Worst { fallbacks: found.fallbacks, ..self.in_order(extremes.collect(), status) }
+        Worst { fallbacks: found.fallbacks, unsettled: found.unsettled, ..self.in_order(extremes.collect(), status) }
     }
 
     /// Extremes in the order of a result: of position, of both ends of every component and, where bodies turn freely,
@@ -362,6 +259,7 @@ impl Mechanism {
             contribution: order().map(|k| extremes[k].contribution.iter().map(|c| sign(k) * c).collect()).collect(),
             elastic: order().map(|k| extremes[k].elastic.iter().map(|c| sign(k) * c).collect()).collect(),
             fallbacks: 0,
+            unsettled: 0,
             status,
         }
     }

@@ -31,6 +31,7 @@ pub mod reach;
 pub mod real;
 pub mod rotation;
 pub mod sampling;
+mod search;
 mod semismooth;
 pub mod sensitivity;
 pub mod solver;

@@ -21,6 +21,12 @@ const STILL: f64 = 1e-11;
 const SETTLED: f64 = 1e-8;
 /// Steps in which a value may not rise by more than its rounding.
 const PATIENCE: usize = 60;
+/// A rough ascent stands still when no offset wants to change by more than this part of its set: the value is then
+/// lower by about the square of it.
+pub const ROUGH: f64 = 1e-4;
+/// The same for steps in which the value rises by less than this part of it.
+const ROUGH_RISE: f64 = 1e-8;
+const ROUGH_PATIENCE: usize = 12;
 /// The smallest part of a step that is tried.
 const SMALLEST_PART: f64 = 1e-8;
 
@@ -28,6 +34,8 @@ const SMALLEST_PART: f64 = 1e-8;
 #[derive(Clone, Debug)]
 pub struct Projected<'m> {
     mechanism: &'m Mechanism,
+    /// Whether it goes on to the last digits.
+    fine: bool,
     /// Indices of the sources that give way.
     free: Vec<usize>,
     /// Parameter values accepted last.
@@ -51,10 +59,18 @@ pub struct Projected<'m> {
 impl<'m> Projected<'m> {
     /// Begins at parameter values with a value, its rounding and its gradient along the parameters.
     #[must_use]
-    pub fn new(mechanism: &'m Mechanism, parameters: Vec<f64>, value: f64, noise: f64, gradient: &[f64]) -> Self {
+    pub fn new(
+        mechanism: &'m Mechanism,
+        parameters: Vec<f64>,
+        value: f64,
+        noise: f64,
+        gradient: &[f64],
+        fine: bool,
+    ) -> Self {
         let free = |s: &usize| !mechanism.sources()[*s].set.is_zero();
         let mut ascent = Self {
             mechanism,
+            fine,
             free: (0..mechanism.sources().len()).filter(free).collect(),
             parameters,
             unit: Vec::new(),
@@ -89,7 +105,13 @@ impl<'m> Projected<'m> {
     /// Whether the value has stopped to rise by more than its rounding, wherever the offsets still go.
     #[must_use]
     pub const fn has_stalled(&self) -> bool {
-        self.idle >= PATIENCE
+        self.idle >= if self.fine { PATIENCE } else { ROUGH_PATIENCE }
+    }
+
+    /// Whether it has taken all its steps.
+    #[must_use]
+    pub const fn is_spent(&self) -> bool {
+        self.steps >= STEPS
     }
 
     /// Steps accepted.
@@ -102,8 +124,8 @@ impl<'m> Projected<'m> {
     pub fn propose(&mut self) -> Option<Vec<f64>> {
         let steepest = largest(&self.slope);
         let still = if steepest > 0.0 { largest(&self.moved(1.0 / steepest)) } else { 0.0 };
-        self.settled = still <= SETTLED;
-        if still <= STILL || self.steps >= STEPS || self.has_stalled() {
+        self.settled = still <= if self.fine { SETTLED } else { ROUGH };
+        if still <= STILL || (self.settled && !self.fine) || self.is_spent() || self.has_stalled() {
             return None;
         }
         self.step = self.moved(self.length);
@@ -132,7 +154,8 @@ impl<'m> Projected<'m> {
         (self.unit, self.slope, self.noise) = (to, next, noise);
         self.steps += 1;
         self.idle += 1;
-        if value > self.highest + noise {
+        let rise = if self.fine { noise } else { noise.max(ROUGH_RISE * value.abs()) };
+        if value > self.highest + rise {
             (self.highest, self.idle) = (value, 0);
         }
         self.recent.push_back(value);

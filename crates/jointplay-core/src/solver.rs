@@ -20,6 +20,30 @@ const INVERSE_ITERATIONS: usize = 300;
 /// Continuation gives up after this many steps.
 const MOST_STEPS: usize = 600;
 
+/// The Newton steps that a search may still take; it ends when they are spent.
+#[derive(Clone, Debug)]
+pub struct Budget(usize);
+
+impl Budget {
+    /// So many steps.
+    #[must_use]
+    pub const fn of(steps: usize) -> Self {
+        Self(steps)
+    }
+
+    /// Whether nothing is left.
+    #[must_use]
+    pub const fn is_spent(&self) -> bool {
+        self.0 == 0
+    }
+
+    /// Takes a step; `None` where nothing is left.
+    fn take(&mut self) -> Option<()> {
+        self.0 = self.0.checked_sub(1)?;
+        Some(())
+    }
+}
+
 /// An assembled mechanism.
 #[derive(Clone, Debug)]
 pub struct State {
@@ -169,12 +193,13 @@ impl<'m> Solver<'m> {
         Some((value, motion))
     }
 
-    fn newton(&self, coordinates: &mut [f64], inputs: &Inputs<f64>) -> Option<Converged> {
+    fn newton(&self, coordinates: &mut [f64], inputs: &Inputs<f64>, budget: &mut Budget) -> Option<Converged> {
         let m = self.mechanism;
         interrupt::check();
         let mut moves = Vec::with_capacity(NEWTON_STEPS);
         let mut step = vec![0.0; m.n_unknowns()];
         for _ in 0..NEWTON_STEPS {
+            budget.take()?;
             let (mut residual, derivatives) = self.evaluate(&m.poses(coordinates), inputs);
             let factors = self.factor(&derivatives)?;
             for r in &mut residual {
@@ -206,8 +231,12 @@ impl<'m> Solver<'m> {
     /// determinant is.
     #[must_use]
     pub fn close(&self, from: &State, inputs: &Inputs<f64>) -> Option<State> {
+        self.close_within(from, inputs, &mut Budget::of(NEWTON_STEPS))
+    }
+
+    fn close_within(&self, from: &State, inputs: &Inputs<f64>, budget: &mut Budget) -> Option<State> {
         let mut coordinates = from.coordinates.clone();
-        let converged = self.newton(&mut coordinates, inputs)?;
+        let converged = self.newton(&mut coordinates, inputs, budget)?;
         let calm = converged.later_moves <= 0.5 * converged.first_move + LAST_STEP;
         // A singular state may be crossed where the branch goes straight on (a change point), which
         // shows in corrections that are small beside the move.
@@ -224,7 +253,7 @@ impl<'m> Solver<'m> {
     #[must_use]
     pub fn polish(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> Option<State> {
         let mut coordinates = coordinates.to_vec();
-        let converged = self.newton(&mut coordinates, inputs)?;
+        let converged = self.newton(&mut coordinates, inputs, &mut Budget::of(NEWTON_STEPS))?;
         Some(State { coordinates, inputs: inputs.clone(), negative: converged.negative })
     }
 
@@ -239,6 +268,16 @@ impl<'m> Solver<'m> {
 
     /// As [`Self::follow`], giving the last state reached with the failure.
     pub(crate) fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
+        self.follow_within(from, to, &mut Budget::of(MOST_STEPS * NEWTON_STEPS))
+    }
+
+    /// As [`Self::follow_part`], as far as the budget reaches.
+    pub(crate) fn follow_within(
+        &self,
+        from: &State,
+        to: &Inputs<f64>,
+        budget: &mut Budget,
+    ) -> Result<State, (State, Status)> {
         let mut state = from.clone();
         if from.inputs == *to {
             return Ok(from.clone());
@@ -248,7 +287,7 @@ impl<'m> Solver<'m> {
         for _ in 0..MOST_STEPS {
             let last = done + part >= 1.0;
             let inputs = if last { to.clone() } else { between(&from.inputs, to, done + part) };
-            if let Some(next) = self.close(&state, &inputs) {
+            if let Some(next) = self.close_within(&state, &inputs, budget) {
                 state = next;
                 if last {
                     return Ok(state);
@@ -257,7 +296,7 @@ impl<'m> Solver<'m> {
                 part = (2.0 * part).min(most);
             } else {
                 part *= 0.5;
-                if part < SMALLEST_PART {
+                if part < SMALLEST_PART || budget.is_spent() {
                     break;
                 }
             }

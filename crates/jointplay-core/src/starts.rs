@@ -32,6 +32,20 @@ pub(crate) struct Extreme {
     pub starts: Vec<Vec<f64>>,
 }
 
+/// Fewer gradients tell nothing.
+const FEW: usize = 4;
+/// Losses whose mean is this many times their standard deviation are losses everywhere: gradients are nearly linear
+/// in the offsets, and corners of all sets have been drawn, beyond which they go by a few standard deviations.
+const PLAIN: f64 = 5.0;
+
+/// Whether losses met at some points are to be expected at all.
+fn is_plain(losses: &[f64]) -> bool {
+    let n = losses.len() as f64;
+    let mean = losses.iter().sum::<f64>() / n;
+    let square = losses.iter().map(|loss| (loss - mean) * (loss - mean)).sum::<f64>() / n;
+    losses.len() >= FEW && mean > PLAIN * square.sqrt()
+}
+
 impl Mechanism {
     /// The linearised extreme along a direction of the output's components; `shift` is the error that
     /// drive values other than the nominal ones make.
@@ -105,6 +119,28 @@ impl Mechanism {
                 parameters[p] = self.centre[p] + face.centre[k];
             }
         }
+    }
+
+    /// An offset vector with every source in turn elsewhere on the boundary of its set: at the other corners of a
+    /// polygon, at the other end of an interval, else opposite. Not where `slopes`, gradients at many points of all
+    /// sets, plainly decide against it.
+    pub(crate) fn exchanged(&self, parameters: &[f64], slopes: &[&[f64]]) -> Vec<Vec<f64>> {
+        let mut all = Vec::new();
+        for source in self.sources.iter().filter(|source| !source.set.is_zero()) {
+            let centre = &self.centre[source.range()];
+            let offset: Vec<f64> = parameters[source.range()].iter().zip(centre).map(|(p, c)| p - c).collect();
+            for to in source.set.elsewhere(&offset) {
+                let way: Vec<f64> = offset.iter().zip(to).map(|(from, to)| from - to).collect();
+                let losses: Vec<f64> = slopes.iter().map(|slope| inner(&slope[source.range()], &way)).collect();
+                if is_plain(&losses) {
+                    continue;
+                }
+                let mut exchanged = parameters.to_vec();
+                source.range().enumerate().for_each(|(k, p)| exchanged[p] = self.centre[p] + to[k]);
+                all.push(exchanged);
+            }
+        }
+        all
     }
 
     /// Adds starts: linearised optima, those without a first-order effect in corners, and corners of

@@ -1,7 +1,8 @@
 """`worst`: the largest error that the clearances and tolerances allow, and the offsets that attain it.
 
 first order   max |A u| over u in C, by support functions
-exact         max g(output(closure(u)) - output(nominal)) over u in C, by ascent from many starts
+exact         max g(output(closure(u)) - output(nominal)) over u in C, by ascent from many starts and, from the
+              best point, with one source at a time elsewhere in its set until nothing rises
 
 In an over-constrained mechanism offsets count that are compatible; in an elastic one also those of units that have to
 be strained, where these have the least energy.
@@ -37,7 +38,9 @@ def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
     ----------
     m : Mechanism
     starts : int
-        Starts of the ascent per extreme.
+        Where ascents start: for position and rotation from the first-order support points along this many directions
+        and from half as many random corners of all sets, for an end of a component from its first-order optimum and
+        from a quarter as many random corners. From the best points the search goes on by itself.
 
     Returns
     -------
@@ -46,7 +49,8 @@ def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
         turn), `worst_component` (lowest and highest error of each component), each also with `_first_order`;
         `worst_direction` (unit vector of the largest displacement), `worst_offset` (where everything is at each
         extreme; `given` reproduces the extreme from it), `contribution` (per source, of the first-order figure of
-        each extreme; they add up to it), `nominal`, `status`. Where members are elastic, units count that have to be
+        each extreme; they add up to it), `unsettled` (extremes whose ascent was ended by its bound of work: the highest
+        point met counts), `nominal`, `status`. Where members are elastic, units count that have to be
         strained to go together (`strained`), each where its energy is least, and `contribution_elastic` (per joint)
         is what deformations add. Loads do not count: `loaded` tells what they bend.
 
@@ -93,5 +97,7 @@ def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progre
         words = "part of the joint's deformation in the first-order extreme"
         dims = ("configuration", "extreme", "joint")
         builder.add("contribution_elastic", dims, found["contribution_elastic"], words, "extreme")
+    words = "extremes whose ascent was ended by its bound of work"
+    builder.add("unsettled", "configuration", found["unsettled"], words)
     builder.status(at.worse(found["status"]))
     return finished(builder, done, len(drives))

@@ -52,6 +52,9 @@ def _notes(result: Result) -> Iterable[str]:
         yield f"Every clearance and tolerance is where {result.attrs['offsets_of']} has it; --offset gives others."
     elif question == "given" and status.ndim == 1:
         yield from _outside(result)
+    if question == "worst" and "unsettled" in result.data and result.get("unsettled").any():
+        which = _which(np.flatnonzero(result.get("unsettled")).tolist()) if status.ndim == 1 else "Some configurations"
+        yield f"{which}: the search ended at its bound of work; the largest errors it met are shown."
     if question == "compensate":
         yield from _correction(result)
     if question == "solve" and (status == "singular").any():

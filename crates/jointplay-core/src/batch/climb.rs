@@ -14,7 +14,7 @@ use super::push::{change, push};
 use super::statics::{gradient, poses_of, record_finish};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
-use super::worker::{Height, Next, Round, Worker};
+use super::worker::{Climbed, Next, Pace, Round, Worker};
 use crate::ascent::Measure;
 use crate::interrupt;
 use crate::loaded::Case;
@@ -36,8 +36,12 @@ pub struct Site<'a> {
 pub struct Task {
     /// Index of the site.
     pub site: usize,
-    /// What it climbs.
+    /// What it climbs, and how.
     pub measure: Measure,
+    /// See [`Pace`].
+    pub pace: Pace,
+    /// Whether it goes on to the last digits.
+    pub fine: bool,
     /// Parameter values to start from.
     pub start: Vec<f64>,
 }
@@ -75,7 +79,7 @@ impl<'m> Climb<'m> {
     /// Climbs from all starts. One that does not come to stand still, or whose branch is in doubt, gives
     /// nothing.
     #[inline(always)]
-    pub fn solve(&self, sites: &[Site<'_>], tasks: &[Task]) -> Vec<Option<Height>> {
+    pub fn solve(&self, sites: &[Site<'_>], tasks: &[Task]) -> Vec<Option<Climbed>> {
         let m = self.mechanism;
         let n_u = m.n_parameters();
         let mut heights = vec![None; tasks.len()];
@@ -98,7 +102,7 @@ impl<'m> Climb<'m> {
             interrupt::check();
             for lane in 0..LANES {
                 if lanes[lane].is_none() && next < tasks.len() {
-                    let worker = Worker::new(m, tasks[next].measure);
+                    let worker = Worker::new(m, tasks[next].measure, tasks[next].pace, tasks[next].fine);
                     lanes[lane] = Some(Busy { task: next, sign: 0.0, worker });
                     self.load(sites, &tasks[next], lane, &mut registers);
                     self.aim(tasks[next].measure, lane, &errors, &mut registers[inputs..]);
@@ -153,8 +157,8 @@ impl<'m> Climb<'m> {
                     Next::Stay => {}
                     Next::Push => follows[lane] = true,
                     Next::Try(to) => tried.push((lane, to)),
-                    Next::Done(height) => {
-                        heights[busy.task] = height;
+                    Next::Done(climbed) => {
+                        heights[busy.task] = climbed;
                         *slot = None;
                     }
                 }

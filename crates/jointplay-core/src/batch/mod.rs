@@ -38,7 +38,7 @@ pub use contact::Contact;
 pub use first_order::FirstOrder;
 pub use follow::{Follow, Start};
 pub use program::{Bound, Newton};
-pub use worker::Height;
+pub use worker::{Climbed, Height, Pace};
 
 /// The first step from the nominal pose turns by less than this (rad), or the plain solver takes over:
 /// the power series of sine and cosine are cut for it.

@@ -258,6 +258,27 @@ impl Set {
         }
     }
 
+    /// Points of the boundary far from an offset: the other corners of a polygon, the other end of an interval, else
+    /// the opposite of the offset.
+    pub(crate) fn elsewhere(&self, offset: &[f64]) -> Vec<[f64; MAX_SIZE]> {
+        let away = |corner: &[f64; MAX_SIZE]| {
+            (0..offset.len()).any(|k| (corner[k] - offset[k]).abs() > 1e-6 * self.half_width(k))
+        };
+        let corners = match *self {
+            Self::Interval { low, high } => vec![padded([low]), padded([high])],
+            Self::Diamond { gap, half_length } => {
+                let tilt = gap / half_length;
+                vec![padded([gap, 0.0]), padded([-gap, 0.0]), padded([0.0, tilt]), padded([0.0, -tilt])]
+            }
+            _ => {
+                let mut opposite = [0.0; MAX_SIZE];
+                opposite.iter_mut().zip(offset).for_each(|(o, x)| *o = -x);
+                vec![opposite]
+            }
+        };
+        corners.into_iter().filter(away).collect()
+    }
+
     /// Mean and variance of each component under a law.
     ///
     /// The components are uncorrelated: a law is symmetric in each of the set's own coordinates, and

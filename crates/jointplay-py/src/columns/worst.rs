@@ -19,6 +19,7 @@ pub fn worst<'py>(core: &Core, table: Table<'py>, found: &[Worst]) -> PyResult<T
         .array("rotation_first_order", &[n], found.iter().map(|r| r.rotation_first_order).collect())?
         .array("rotation_bound", &[n], found.iter().map(|r| r.rotation_bound).collect())?
         .array("fallbacks", &[n], found.iter().map(|r| r.fallbacks).collect())?
+        .array("unsettled", &[n], found.iter().map(|r| r.unsettled).collect())?
         .array("component", &[n, size, 2], flat(found.iter().flat_map(|r| &r.component)))?
         .array("component_first_order", &[n, size, 2], flat(found.iter().flat_map(|r| &r.component_first_order)))?
         .array("direction", &[n, core.n_translations()], flat(found.iter().map(|r| &r.direction)))?

@@ -105,7 +105,7 @@ impl Mechanism {
         Ok(self.in_order(told, status))
     }
 
-    fn no_height(&self) -> Height {
+    pub(crate) fn no_height(&self) -> Height {
         let nan = |n: usize| vec![f64::NAN; n];
         Height { value: f64::NAN, error: nan(self.size()), parameters: nan(self.n_parameters()) }
     }
