@@ -2,28 +2,30 @@
 
 In over-constrained steps every corner of the box of tolerances is a unit (corners in turn where there are too many).
 The factor on the clearances is a convex function of the deviations, so that its largest value is at a corner; forces
-are the largest met there. Errors are the exact extremes of `worst` for every centre, over units that are strained, too;
-where loads bend a corner's unit farther than that, what they do is told.
+are the largest met there and at units drawn between the corners. Errors are the exact extremes of `worst` for every
+centre, over units that are strained, too, with what loads bend of units that fit at its full size; where one of the
+units that were tried is farther off than that, it is what counts.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Progress
 from jointplay.model import Mechanism
-from jointplay.result import Result
+from jointplay.result import STATUSES, Result
 
 from .forces import Members
 from .part import Floats
 from .report import Place, each, finished, report
 from .state import ENDS, SERIOUS, Held
 from .steps import Step, steps
-from .units import FITS, bent, solve
+from .units import FITS, bent_at_most, solve
 
 #: places from which the worst of the output, and that of every other centre, is climbed
 STARTS, FEWER_STARTS = 24, 8
@@ -31,6 +33,8 @@ STARTS, FEWER_STARTS = 24, 8
 EVERY_CORNER = 8
 #: rounds of the search among more corners
 ROUNDS = 6
+#: units that are tried between the corners: loads can take another way through a unit than through those of the corners
+BETWEEN = 0
 
 
 def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result:
@@ -58,10 +62,14 @@ class _Extremes:
     def __init__(self, step: Step, members: Members) -> None:
         self.held = Held(step)
         m = step.part.m
-        self.corners = corners(self.held, members) if self.held.redundant else m.centre[None]
-        self.units = solve(self.held, members, self.corners)
+        tried = m.centre[None]
+        if self.held.redundant:
+            tried = np.vstack([tried, corners(self.held, members), between(self.held)])
+        self.units = solve(self.held, members, tried)
         self.force = np.max(np.abs(self.units.force), axis=1)
         self.factor = float(self.units.clearance_factor.max())
+        self.statuses = {"ok", *self.units.status.tolist()}
+        self.bent = bent_at_most(self.held, tried)
         sizes = {point: self._largest(point) for point in self.held.points()}
         self.centres = np.full((2, len(m.joints)), np.nan)
         for k, ends in self.held.centres().items():
@@ -69,40 +77,67 @@ class _Extremes:
                 self.centres[ENDS.index(end), k] = sizes[point]
         self.output = np.nan if self.held.output is None else sizes[self.held.output]
         # What play leaves open is what the worst case is over.
-        statuses = ["ok", *(status for status in np.unique(self.units.status).tolist() if status != "undetermined")]
-        self.status = max([*statuses, "underconstrained" if self.held.free else "ok"], key=SERIOUS.index)
+        self.statuses -= {"undetermined"}
+        self.status = max([*self.statuses, "underconstrained" if self.held.free else "ok"], key=SERIOUS.index)
 
     def _largest(self, point: int) -> float:
-        """Largest position error of a point."""
+        """Largest position error of a point: over all offsets, with what loads bend at its full size."""
         strained = self.factor > FITS
-        # As long as no unit is strained, nothing deforms.
+        # As long as no unit is strained, nothing but loads deforms it.
         core = self.held.core(point) if strained else self.held.core(point, joints=self.held.rigid_joints)
         starts = STARTS if point == self.held.output else FEWER_STARTS
-        exact = core.worst(self.held.drives, self.held.poses, starts)["position"][0]
-        if not strained:
-            # Where statics decides the forces, what loads bend comes on top of what offsets do: at most its full size.
-            return float(exact + np.linalg.norm(bent(self.held, point)[: self.held.part.lengths]))
-        met = np.append(self.units.points[point], exact)
+        worst = core.worst(self.held.drives, self.held.poses, starts)
+        exact = float(worst["position"][0]) + self.bent[point]
+        if not np.isfinite(exact):
+            self.statuses.add(str(STATUSES[worst["status"][0]]))
+        met = np.append(self.units.points[point], exact) if self.held.redundant else np.array([exact])
         return float(np.nanmax(met)) if np.isfinite(met).any() else np.nan
 
 
 def corners(held: Held, members: Members) -> Floats:
     """Corners of the box of tolerances of a part, as units of the whole mechanism; shape (unit, parameter)."""
+    wide = _wide(held)
+
+    def units(high: NDArray[np.bool_]) -> Floats:
+        return _units(held, wide, np.where(high, wide.high, wide.low))
+
+    if len(wide.places) <= EVERY_CORNER:
+        return units(np.array(list(itertools.product((False, True), repeat=len(wide.places))), dtype=bool))
+    return _climbed(len(wide.places), units, lambda u: solve(held, members, u).clearance_factor)
+
+
+def between(held: Held) -> Floats:
+    """Units drawn evenly from the box of tolerances, always the same ones; shape (unit, parameter)."""
+    wide = _wide(held)
+    shares = np.random.default_rng(0).random((BETWEEN, len(wide.places)))
+    return _units(held, wide, wide.low + shares * (wide.high - wide.low))
+
+
+@dataclass(frozen=True, eq=False)
+class _Wide:
+    """Deviations of a part that have a tolerance: where they are among the parameters, and their bounds."""
+
+    places: list[int]
+    low: Floats
+    high: Floats
+
+
+def _wide(held: Held) -> _Wide:
     m = held.part.m
-    wide: dict[int, tuple[float, float]] = {}
+    bounds: dict[int, tuple[float, float]] = {}
     for s in held.part.sources:
         ((shape, size),) = m.core_spec["sources"][s]["set"].items()
         if m.source_kinds[s] != "clearance" and shape == "interval" and size["high"] > size["low"]:
-            wide[int(np.flatnonzero(m.parameter_source == s)[0])] = (size["low"], size["high"])
+            bounds[int(np.flatnonzero(m.parameter_source == s)[0])] = (size["low"], size["high"])
+    low, high = np.reshape([*bounds.values()], (-1, 2)).T
+    return _Wide([*bounds], low, high)
 
-    def units(high: NDArray[np.bool_]) -> Floats:
-        u = np.repeat(m.centre[None], len(high), 0)
-        u[:, [*wide]] += np.where(high, [b for _, b in wide.values()], [a for a, _ in wide.values()])
-        return u
 
-    if len(wide) <= EVERY_CORNER:
-        return units(np.array(list(itertools.product((False, True), repeat=len(wide))), dtype=bool))
-    return _climbed(len(wide), units, lambda u: solve(held, members, u).clearance_factor)
+def _units(held: Held, wide: _Wide, deviations: Floats) -> Floats:
+    """Units of the whole mechanism with these deviations beside the known ones."""
+    u = np.repeat(held.part.m.centre[None], len(deviations), 0)
+    u[:, wide.places] += deviations
+    return u
 
 
 def _climbed(count: int, units: Callable[[NDArray[np.bool_]], Floats], factor: Callable[[Floats], Floats]) -> Floats:
