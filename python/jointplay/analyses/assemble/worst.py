@@ -2,16 +2,15 @@
 
 In over-constrained steps every corner of the box of tolerances is a unit (corners in turn where there are too many).
 The factor on the clearances is a convex function of the deviations, so that its largest value is at a corner; forces
-are the largest met there and at units drawn between the corners. Errors are the exact extremes of `worst` for every
-centre, over units that are strained, too, with what loads bend of units that fit at its full size; where one of the
-units that were tried is farther off than that, it is what counts.
+are the largest met there. Errors are the exact extremes of `worst` for every centre, over units that are strained, too,
+with what loads bend of units that fit at its full size; where the unit of a corner is farther off than that, it is what
+counts.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +32,6 @@ STARTS, FEWER_STARTS = 24, 8
 EVERY_CORNER = 8
 #: rounds of the search among more corners
 ROUNDS = 6
-#: units that are tried between the corners: loads can take another way through a unit than through those of the corners
-BETWEEN = 0
 
 
 def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result:
@@ -64,7 +61,7 @@ class _Extremes:
         m = step.part.m
         tried = m.centre[None]
         if self.held.redundant:
-            tried = np.vstack([tried, corners(self.held, members), between(self.held)])
+            tried = np.vstack([tried, corners(self.held, members)])
         self.units = solve(self.held, members, tried)
         self.force = np.max(np.abs(self.units.force), axis=1)
         self.factor = float(self.units.clearance_factor.max())
@@ -96,48 +93,21 @@ class _Extremes:
 
 def corners(held: Held, members: Members) -> Floats:
     """Corners of the box of tolerances of a part, as units of the whole mechanism; shape (unit, parameter)."""
-    wide = _wide(held)
-
-    def units(high: NDArray[np.bool_]) -> Floats:
-        return _units(held, wide, np.where(high, wide.high, wide.low))
-
-    if len(wide.places) <= EVERY_CORNER:
-        return units(np.array(list(itertools.product((False, True), repeat=len(wide.places))), dtype=bool))
-    return _climbed(len(wide.places), units, lambda u: solve(held, members, u).clearance_factor)
-
-
-def between(held: Held) -> Floats:
-    """Units drawn evenly from the box of tolerances, always the same ones; shape (unit, parameter)."""
-    wide = _wide(held)
-    shares = np.random.default_rng(0).random((BETWEEN, len(wide.places)))
-    return _units(held, wide, wide.low + shares * (wide.high - wide.low))
-
-
-@dataclass(frozen=True, eq=False)
-class _Wide:
-    """Deviations of a part that have a tolerance: where they are among the parameters, and their bounds."""
-
-    places: list[int]
-    low: Floats
-    high: Floats
-
-
-def _wide(held: Held) -> _Wide:
     m = held.part.m
-    bounds: dict[int, tuple[float, float]] = {}
+    wide: dict[int, tuple[float, float]] = {}
     for s in held.part.sources:
         ((shape, size),) = m.core_spec["sources"][s]["set"].items()
         if m.source_kinds[s] != "clearance" and shape == "interval" and size["high"] > size["low"]:
-            bounds[int(np.flatnonzero(m.parameter_source == s)[0])] = (size["low"], size["high"])
-    low, high = np.reshape([*bounds.values()], (-1, 2)).T
-    return _Wide([*bounds], low, high)
+            wide[int(np.flatnonzero(m.parameter_source == s)[0])] = (size["low"], size["high"])
 
+    def units(high: NDArray[np.bool_]) -> Floats:
+        u = np.repeat(m.centre[None], len(high), 0)
+        u[:, [*wide]] += np.where(high, [b for _, b in wide.values()], [a for a, _ in wide.values()])
+        return u
 
-def _units(held: Held, wide: _Wide, deviations: Floats) -> Floats:
-    """Units of the whole mechanism with these deviations beside the known ones."""
-    u = np.repeat(held.part.m.centre[None], len(deviations), 0)
-    u[:, wide.places] += deviations
-    return u
+    if len(wide) <= EVERY_CORNER:
+        return units(np.array(list(itertools.product((False, True), repeat=len(wide))), dtype=bool))
+    return _climbed(len(wide), units, lambda u: solve(held, members, u).clearance_factor)
 
 
 def _climbed(count: int, units: Callable[[NDArray[np.bool_]], Floats], factor: Callable[[Floats], Floats]) -> Floats:
