@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -41,20 +43,17 @@ def test_a_pin_of_the_base_is_off_by_the_tolerance_of_its_place() -> None:
     step = jp.assemble(m, "worst").isel(step=0)
     assert (step.kind, step.status) == ("redundant", "ok")
     np.testing.assert_allclose(step.worst_shaft, [0.0, 0.2], atol=1e-9)
-    # The bar's end in A is where the play lets it be. In B it can be off by y = play and by x = play + tolerance, but
-    # not by both of them: |(x - 0.2, y)| = 0.5.
-    np.testing.assert_allclose(step.worst_bearing, [0.5, 0.7 * 0 + largest_of_the_far_end()], atol=1e-6)
+    np.testing.assert_allclose(step.worst_bearing, [0.5, largest_of_the_far_end()], atol=1e-6)
 
 
 def largest_of_the_far_end() -> float:
-    """How far the bar's end in B can be off, by trying: both ends within their play, the pin in B within its tolerance,
-    the length as drawn."""
-    turns = np.linspace(0.0, 2.0 * np.pi, 1441)
-    near = 0.5 * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-    lean = np.linspace(-0.011, 0.011, 881)
-    far = near[:, None] + 100.0 * np.stack([np.cos(lean) - 1.0, np.sin(lean)], axis=-1)
-    allowed = np.hypot(np.maximum(np.abs(far[..., 0]) - 0.2, 0.0), far[..., 1]) <= 0.5
-    return float(np.hypot(far[..., 0], far[..., 1])[allowed].max())
+    """The end in A is off by x = -0.5, the pin in B by -0.2; the end in B is off by x and what leaning takes of it, and
+    by as much of y as the play allows: (|x| - 0.2)^2 + y^2 = 0.5^2."""
+    x = 0.5
+    for _ in range(4):
+        y = math.sqrt(0.5**2 - (x - 0.2) ** 2)
+        x = 0.5 + 100.0 - math.sqrt(100.0**2 - y**2)
+    return math.hypot(x, y)
 
 
 def test_the_antenna_support_keeps_the_tolerance_of_its_cabin_through_all_steps() -> None:
@@ -65,7 +64,7 @@ def test_the_antenna_support_keeps_the_tolerance_of_its_cabin_through_all_steps(
     assert found.status.values.tolist() == ["ok"] * 5
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", range(12))
 def test_no_unit_is_farther_off_than_the_worst(seed: int) -> None:
     m = jp.loads(assembly(seed))
     worst = jp.assemble(m, "worst")
