@@ -99,17 +99,19 @@ impl Mechanism {
         parameters: &[S],
         cost: &mut Cost<S>,
     ) {
-        let Some(body) = self.points[point].body else { return };
-        let lever = self.place(point, poses, parameters).lever;
-        let moment = add(moment, cross(lever, force));
-        for (k, component) in self.space.components().iter().enumerate() {
-            let slot = &mut cost.twists[body * self.size() + k];
-            *slot = *slot
-                + match component {
-                    Component::Along(i) => force[*i],
-                    Component::About(i) => moment[*i],
-                };
+        if let Some(body) = self.points[point].body {
+            let lever = self.place(point, poses, parameters).lever;
+            let moment = add(moment, cross(lever, force));
+            for (k, component) in self.space.components().iter().enumerate() {
+                let slot = &mut cost.twists[body * self.size() + k];
+                *slot = *slot
+                    + match component {
+                        Component::Along(i) => force[*i],
+                        Component::About(i) => moment[*i],
+                    };
+            }
         }
+        // A point on the ground moves with its dimensions only.
         for (parameter, direction) in self.ground_directions(point, poses) {
             let slot = &mut cost.parameters[parameter];
             *slot = *slot + dot(force, direction);
