@@ -52,7 +52,7 @@ def test_its_worst_and_its_scatter() -> None:
     assert jp.worst(m).worst_position.item() == pytest.approx(0.2, abs=1e-9)
     assert jp.worst(m).worst_rotation.item() == pytest.approx(0.0, abs=1e-12)
     # Uniform in a disc of radius r: r^2 / 4 along every axis.
-    covariance = jp.random(m, samples=1000).covariance_first_order.values[0]
+    covariance = jp.random(m, samples=1000).error_covariance_first_order.values[0]
     np.testing.assert_allclose(covariance[:2, :2], 0.2**2 / 4 * np.eye(2), atol=1e-12)
 
 
