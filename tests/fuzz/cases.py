@@ -121,7 +121,8 @@ def line(random: Random, folder: Path) -> str:
     words = lines.line(random)
     if any("\0" in word for word in words):
         return ""
-    return asked(words, folder)
+    problem = asked(words, folder)
+    return problem and f"{example} as m.toml, {words}: {problem}"
 
 
 MAPPED = ["map", "m.toml", "-g", "x=-60:60:5", "-g", "y=150,180,190", "--chunk", "2", "--no-details", "-o", "map.zarr"]
