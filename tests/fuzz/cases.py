@@ -6,6 +6,7 @@ import contextlib
 import io
 import os
 import shutil
+import signal
 import sys
 import tempfile
 import traceback
@@ -201,7 +202,10 @@ if __name__ == "__main__":
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     for request in sys.stdin:
-        kind, number = request.split()
+        kind, number, limit = request.split()
+        # Time of the processor, so that it does not count what else the machine has to do. The default is to die.
+        signal.setitimer(signal.ITIMER_PROF, float(limit))
         problem = case(kind, int(number))
+        signal.setitimer(signal.ITIMER_PROF, 0)
         answers.write(problem.replace("\\", "\\\\").replace("\n", "\\n").encode("utf-8", "replace").decode() + "\n")
         answers.flush()
