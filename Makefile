@@ -18,8 +18,10 @@ DEMO := build/demo
 BENCH := .venv-bench
 # What `make bench` hands to benchmarks/run.py, such as OPTIONS="--only W1 W6" or OPTIONS=--quick.
 OPTIONS ?=
+SECONDS ?= 600
+SEED ?= 0
 
-.PHONY: help needs build demo test lint lint-rust lint-python check-rust check-python bench bench-core docs serve-docs format clean
+.PHONY: help needs build demo test fuzz verify test-kernels lint lint-rust lint-python check-rust check-python bench bench-core docs serve-docs format clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
@@ -57,6 +59,9 @@ check-rust: | needs
 
 check-python: $(STAMPS)/build $(STAMPS)/develop
 	$(BIN)/python -m pytest -n auto --dist worksteal
+
+fuzz: $(STAMPS)/build $(STAMPS)/develop  ## damaged files, random commands, damaged maps, for SECONDS=600 from SEED=0
+	cd tests && ../$(BIN)/python -m fuzz --seconds $(SECONDS) --seed $(SEED)
 
 bench: $(BENCH)/stamp bench-core  ## jointplay side by side with other programs; rewrites the tables of docs/benchmarks.md
 	$(BENCH)/bin/python benchmarks/run.py $(OPTIONS)

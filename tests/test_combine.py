@@ -231,3 +231,12 @@ def test_merging_what_was_interrupted_leaves_the_rest_empty() -> None:
     assert merged.random_status.values.tolist() == ["ok"] * 4 + [""] * 7
     assert merged.theta1.equals(jp.worst(m).theta1)
     assert np.isfinite(merged.nominal).all()
+
+
+@pytest.mark.parametrize("names", [("x-braced-square", "four-bar"), ("four-bar", "redundant-bar")])
+def test_a_structure_is_compared_with_a_mechanism_that_has_drives(names: tuple[str, str]) -> None:
+    """One has forces of members, the other drives: it was a KeyError."""
+    first, second = (jp.loads(jp.examples.text(name), name) for name in names)
+    result = jp.compare(first, second)
+    np.testing.assert_array_equal(result.worst_position[0], jp.worst(first).worst_position)
+    assert int(np.isnan(result.drive_value).all(("configuration", "drive")).sum()) == 1

@@ -11,6 +11,8 @@ from collections.abc import Iterable
 LISTED = 24
 #: the longest value a message repeats
 SHOWN = 60
+#: the longest name of a file, or key, that a message repeats as a whole
+LONGEST = 500
 
 
 #: characters that show the text around them in another order
@@ -36,13 +38,18 @@ class InputError(JointplayError):
 
     def __init__(self, problem: str, *, file: str = "", key: str = "") -> None:
         self.problem = one_line(problem)
-        self.file = one_line(file)
-        self.key = one_line(key)
+        self.file = _brief(one_line(file))
+        self.key = _brief(one_line(key))
         super().__init__(": ".join(part for part in (self.file, self.key, self.problem) if part))
 
     def __reduce__(self) -> tuple[object, ...]:
         # Exceptions are rebuilt from their message by default, which would lose file and key across processes.
         return (_rebuilt, (self.problem, self.file, self.key))
+
+
+def _brief(name: str) -> str:
+    """A name; of one that is no name any more beginning and end."""
+    return name if len(name) <= LONGEST else f"{name[:SHOWN]}...{name[-SHOWN:]}"
 
 
 def _rebuilt(problem: str, file: str, key: str) -> InputError:

@@ -12,10 +12,14 @@ import tomlkit
 from jointplay import examples
 
 TEXTS = {name: examples.text(name) for name in examples.names()}
-TOKENS = [b"0", b"-", b"9", b".", b"e", b'"', b"'", b"[", b"]", b"{", b"}", b"=", b",", b"\n", b"\r", b"\0", b"#", b"\xff",
-          b"\xef\xbb\xbf", b"\xe2\x80\xae", b"\x1b[31m", b"[[", b'"""', b"inf", b"nan", b"true", b"1979-05-27", b"0x", b"a.a."]  # fmt: skip
+TOKENS = [
+    b"0", b"-", b"9", b".", b"e", b'"', b"'", b"[", b"]", b"{", b"}", b"=", b",", b"\n", b"\r", b"\0", b"#", b"\xff",
+    b"\xef\xbb\xbf", b"\xe2\x80\xae", b"\x1b[31m", b"[[", b'"' * 3, b"inf", b"nan", b"true", b"1979-05-27", b"0x",
+    b"a.a.",
+]  # fmt: skip
 SCALARS: list[Any] = [
-    0, -1, 1, 2, 1e-300, 1e-9, 1e9, 1e12, -1e12, 1e13, 1e300, 2**63, 2**100, float("nan"), float("inf"), float("-inf"), -0.0,
+    0, -1, 1, 2, 1e-300, 1e-9, 1e9, 1e12, -1e12, 1e13, 1e300, 2**63, 2**100, float("nan"), float("inf"),
+    float("-inf"), -0.0,
     True, False, "", "ground", "output", "J1", "a\nb", "\x1b[31m", "{}", "$x_$", "<b>", "é漢\u202e", "n" * 300,
 ]  # fmt: skip
 TABLES: list[Any] = [
@@ -25,8 +29,10 @@ TABLES: list[Any] = [
 #: names that results, files and formats have a use of their own for
 NAMES = [
     "x", "y", "angle", "error", "status", "configuration", "component", "nominal", "source", "sources", "worst_offset",
-    "output", "ground", "type", "at", "title", "units", "bin", "step", "mechanism", "joint", "parameter", "grid", "side",
-    "Ω", "漢", "a b", "a/b", "a.b", "*", "", "n" * 100, "n" * 101, "CON", "..", "_ARRAY_DIMENSIONS", "coordinates", "across",
+    "output", "ground", "type", "at", "title", "units", "bin", "step", "mechanism", "joint", "parameter", "grid",
+    "side",
+    "Ω", "漢", "a b", "a/b", "a.b", "*", "", "n" * 100, "n" * 101, "CON", "..", "_ARRAY_DIMENSIONS", "coordinates",
+    "across",
     "string5", "fingerprint", "\u009b31m", "$a$", "dtype", "drive_theta1", "theta1_unit",
 ]  # fmt: skip
 #: as often as this a configuration is asked for: more is only slow

@@ -7,20 +7,25 @@ from random import Random
 from .files import NAMES, SCALARS, TEXTS
 
 VALUES = [
-    "0", "1", "-1", "0.1", "1e-300", "1e300", "inf", "nan", "1e9", "9" * 30, "9" * 5000, "true", "''", "'a'", "[", "[]", "{}",
-    "[1, 2]", "[1, 2, 3]", "{ radial = 0.1 }", "[" * 2000, "x", "é", "a\nb", "\x1b[0m", "\udcff", "0:1:3", "1,2", "0:1:0", ",", ":", "::",
+    "0", "1", "-1", "0.1", "1e-300", "1e300", "inf", "nan", "1e9", "9" * 30, "9" * 5000, "true", "''", "'a'", "[",
+    "[]", "{}",
+    "[1, 2]", "[1, 2, 3]", "{ radial = 0.1 }", "[" * 2000, "x", "é", "a\nb", "\x1b[0m", "\udcff", "0:1:3", "1,2",
+    "0:1:0", ",", ":", "::",
     "0:1:99999999999", "=", "", " ", "*", "1_000", "0x10", "1979-05-27", '"' * 3, "$x$",
 ]  # fmt: skip
 KEYS = [
     "title", "joints.*.clearance.radial", "joints.J1.clearance.radial", "joints.J1.clearance", "drives.theta1.values",
     "drives.theta1.error", "loads", "loads.0.force", "gravity", "limits.singular_value", "output.at", "output.body",
-    "units.length", "space", "format", "*", "*.*", "joints.*", "a", "a.b.c", "", ".", "..", "joints", "joints..x", "start",
+    "units.length", "space", "format", "*", "*.*", "joints.*", "a", "a.b.c", "", ".", "..", "joints", "joints..x",
+    "start",
     ".".join("a" * 50), "a." * 3000 + "a", "drives.*.values", "dimensions.l2.deviation", "J1", "J1.x", "l2", "theta1",
     "x", "y", "angle", "left", "right", "é", "\udcff", "path", "path.x", "grid.x", "\x1b",
 ]  # fmt: skip
 TARGETS = [
-    "r.csv", "r.nc", "r.json", "r.zarr", "R.CSV", "r.txt", "r", "", ".", "..", ".csv", "folder.csv", "folder.zarr", "none/r.csv",
-    "r" * 300 + ".csv", "é漢.csv", "a b.json", "link.csv", "lost.nc", "round.json", "full.csv", "full.nc", "m.toml", "m.toml/r.csv",
+    "r.csv", "r.nc", "r.json", "r.zarr", "R.CSV", "r.txt", "r", "", ".", "..", ".csv", "folder.csv", "folder.zarr",
+    "none/r.csv",
+    "r" * 300 + ".csv", "é漢.csv", "a b.json", "link.csv", "lost.nc", "round.json", "full.csv", "full.nc", "m.toml",
+    "m.toml/r.csv",
     "\udcff.nc", "-", "--", "r.csv\n", "\x1b[31m.csv",
 ]  # fmt: skip
 PLOTS = ["d.svg", "d.png", "d.pdf", "d.html", "d.bmp", "d", "folder.svg", "none/d.svg", "full.svg", "d" * 300 + ".png"]

@@ -70,7 +70,20 @@ def align(results: Sequence[Result]) -> list[Result]:
         for k, result in enumerate(aligned):
             if name in result.coords:
                 aligned[k] = Result({**result.coords, name: filled}, result.data, result.attrs)
-    return aligned
+    return [_completed(result, aligned) for result in aligned]
+
+
+def _completed(result: Result, every: Sequence[Result]) -> Result:
+    """With what only others have, such as the forces of a structure beside a mechanism without redundant members."""
+    coords = {name: v if "configuration" not in v.dims else _nothing(v) for r in every for name, v in r.coords.items()}
+    data = {name: _nothing(v) for r in every for name, v in r.data.items()}
+    return Result({**coords, **result.coords}, {**data, **result.data}, result.attrs)
+
+
+def _nothing(variable: Variable) -> Variable:
+    values = variable.values
+    empty = np.full(values.shape, "", dtype=values.dtype) if values.dtype.kind == "U" else np.full(values.shape, np.nan)
+    return Variable(variable.dims, empty, variable.units, variable.long_name)
 
 
 def _spread(variable: Variable, result: Result, unions: Mapping[str, list[str]]) -> Variable:

@@ -1,0 +1,38 @@
+"""Some cases of the fuzzers: whatever a file, a command or a map is, the answer is a result or one line, and soon."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from fuzz.__main__ import Worker
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits and signals")
+#: where the cases begin, and how many of each kind there are in groups of ten
+SEED = 11_000_000
+GROUPS = {"raw": 15, "structured": 15, "line": 10, "store": 1}
+
+
+@pytest.fixture(scope="module")
+def worker() -> Iterator[Worker]:
+    worker = Worker(limit=60)
+    yield worker
+    worker.close()
+
+
+@pytest.mark.parametrize(("kind", "group"), [(kind, g) for kind, count in GROUPS.items() for g in range(count)])
+def test_no_traceback_no_crash_no_hang(worker: Worker, kind: str, group: int) -> None:
+    """To look into a case: `python -m fuzz --case KIND NUMBER` in `tests`."""
+    for number in range(SEED + 10 * group, SEED + 10 * group + 10):
+        assert not (problem := worker.run(kind, number)), f"--case {kind} {number}: {problem}"
+
+
+def test_a_hang_a_crash_and_a_traceback_are_found() -> None:
+    """The fuzzers see what they look for."""
+    worker = Worker(limit=0.001)
+    assert worker.run("raw", 0).startswith("no answer after 0.001 s of work")
+    worker = Worker(limit=60)
+    assert worker.run("nothing", 0) == "the process died: 1"
+    worker.close()
