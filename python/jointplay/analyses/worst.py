@@ -41,7 +41,7 @@ def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
         extreme; `given` reproduces the extreme from it), `contribution` (per source, of the first-order figure of
         each extreme; they add up to it), `nominal`, `status`. Where members are elastic, units count that have to be
         strained to go together (`strained`), each where its energy is least, and `contribution_elastic` (per joint)
-        is what deformations add. Loads do not count: `loaded` tells what they bend.
+        is what its compliance adds; all of them together add nothing. Loads do not count: `loaded` tells what they bend.
 
     Examples
     --------
@@ -78,7 +78,7 @@ def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progre
     words = "part of the source in the first-order extreme"
     builder.add("contribution", ("configuration", "extreme", "source"), found["contribution"], words, "extreme")
     if m.core.deformations:
-        words = "part of the joint's deformation in the first-order extreme"
+        words = "part of the joint's compliance in the first-order extreme"
         dims = ("configuration", "extreme", "joint")
         builder.add("contribution_elastic", dims, found["contribution_elastic"], words, "extreme")
     builder.status(at.worse(found["status"]))
