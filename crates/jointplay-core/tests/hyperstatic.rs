@@ -87,6 +87,7 @@ fn a_determinate_mechanism_is_none_the_wiser() {
         assert_near(&together.component_first_order.concat(), &plain.component_first_order.concat(), 1e-12);
         let sizes = |w: &jointplay_core::extremes::Worst| [w.position, w.rotation];
         assert_near(&sizes(&together), &sizes(plain), 1e-9);
+        assert_near(&together.contribution.concat(), &plain.contribution.concat(), 1e-9);
         let linear = |w: &jointplay_core::extremes::Worst| [w.position_first_order, w.rotation_first_order];
         assert_near(&linear(&together), &linear(plain), 1e-9);
         assert!(together.position_bound >= plain.position_first_order * (1.0 - 1e-12));

@@ -50,9 +50,9 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Data
         An over-constrained or elastic mechanism has as well: `clearance_factor` (the smallest factor on all clearances
         with which rigid bodies go together), `prestress` (reactions without any load), `lack_of_fit` (largest misfit of
         the nominal mechanism), `duality_gap` (of the last cone program: how far it is from the optimum at most),
-        `deformation` (of every elastic joint), `contribution_elastic` (their part in the first-order error), and of
-        elastic bodies `member_force` (tension positive) and `member_elongation`. Reactions that rigid joints without
-        clearance share in a way that nothing decides are nan.
+        `deformation` (of every elastic joint), `contribution_elastic` (part of its compliance in the first-order error;
+        all of them together are the part of the load), and of elastic bodies `member_force` (tension positive) and
+        `member_elongation`. Reactions that rigid joints without clearance share in a way that nothing decides are nan.
 
     Raises
     ------
@@ -138,7 +138,7 @@ def _strain(m: Mechanism, builder: Builder, found: dict[str, NDArray[Any]]) -> N
     words = "elastic deformation of the joint"
     builder.add("deformation", ("configuration", "elastic"), found["deformation"], words, "elastic")
     dims = ("configuration", "joint", "component")
-    words = "part of the joint's deformation in the first-order error"
+    words = "part of the joint's compliance in the first-order error"
     builder.add("contribution_elastic", dims, found["contribution_elastic"], words, "component")
     if m.members:
         forces, deformations = m.core.rows, m.core.deformations

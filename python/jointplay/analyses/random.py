@@ -77,7 +77,7 @@ def random(
         An over-constrained mechanism, or an elastic one under load, has as well: `clearance_factor_quantile` (of the
         smallest factor on all clearances with which a unit goes together rigidly), `not_assemblable` (share of the
         units that do not go together), `strained` (share of those that do so by force alone),
-        `contribution_elastic` (of the deformation of every joint), and of elastic bodies `member_force_quantile`
+        `contribution_elastic` (of the compliance of every joint), and of elastic bodies `member_force_quantile`
         (tension positive). A source may make the scatter smaller: then its contribution is negative.
 
     Raises
@@ -233,7 +233,7 @@ def _assembly(builder: Builder, found: dict[str, NDArray[Any]], m: Mechanism) ->
         builder.add(outcome, "configuration", share, f"share of the units that {words}")
     if not m.core.deformations:
         return
-    words = "part of the joint's deformation in the first-order variance"
+    words = "part of the joint's compliance in the first-order variance"
     parts = ("configuration", "joint", "component")
     builder.add("contribution_elastic", parts, found["contribution_elastic"], words, "component", power=2)
     if m.members:

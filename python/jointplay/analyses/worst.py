@@ -52,7 +52,7 @@ def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
         each extreme; they add up to it), `unsettled` (extremes whose ascent was ended by its bound of work: the highest
         point met counts), `nominal`, `status`. Where members are elastic, units count that have to be
         strained to go together (`strained`), each where its energy is least, and `contribution_elastic` (per joint)
-        is what deformations add. Loads do not count: `loaded` tells what they bend.
+        is what its compliance adds; all of them together add nothing. Loads do not count: `loaded` tells what they bend.
 
     Examples
     --------
@@ -94,7 +94,7 @@ def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progre
     words = "part of the source in the first-order extreme"
     builder.add("contribution", ("configuration", "extreme", "source"), found["contribution"], words, "extreme")
     if m.core.deformations:
-        words = "part of the joint's deformation in the first-order extreme"
+        words = "part of the joint's compliance in the first-order extreme"
         dims = ("configuration", "extreme", "joint")
         builder.add("contribution_elastic", dims, found["contribution_elastic"], words, "extreme")
     words = "extremes whose ascent was ended by its bound of work"

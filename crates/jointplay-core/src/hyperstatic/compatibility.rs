@@ -12,8 +12,8 @@
 //! the basis. Dimensions and drives enter as their part of `-dr/du` says.
 //!
 //! What a displacement does to the output depends on what the others do to keep compatible; of all maps that
-//! agree on compatible displacements, the one of least size (length-scaled) shares the error out among
-//! them, whichever rows were chosen as the basis.
+//! agree on compatible displacements, the one of least size (length-scaled) is kept here, whichever rows were
+//! chosen as the basis; derivatives are those of [`super::parts`].
 
 use std::ops::Deref;
 
@@ -48,9 +48,9 @@ pub(crate) struct Compatibility {
     pub ties: Ties,
     /// Coefficients of the drives.
     pub drives: DMatrix<f64>,
-    /// What displacements and drives do to the output, the first as shared out.
+    /// What displacements and drives do to the output, by the map of least size.
     pub output: Output,
-    /// What the misfit itself does to the output when it is shared out.
+    /// What the misfit itself does to the output by that map.
     pub shared: DMatrix<f64>,
     /// Poses of all bodies.
     pub poses: Vec<Pose<f64>>,

@@ -34,7 +34,7 @@ pub struct Strain {
     pub force: Vec<f64>,
     /// Deformation of every elastic component.
     pub deformation: Vec<f64>,
-    /// Share of every joint's deformation in the first-order error, joint by joint, per component.
+    /// Part of every joint's compliance in the first-order error, joint by joint, per component.
     pub elastic: Vec<f64>,
     /// Relative duality gap of the last program.
     pub gap: f64,

@@ -63,10 +63,9 @@ impl<'a> Sharing<'a> {
         };
         // Rows of unit size: directions may be held by what gives way much or little.
         let mut felt = self.free.tr_mul(&of(self.equations));
-        let mut sizes: Vec<f64> = felt.row_iter().map(|row| row.norm()).collect();
+        let sizes: Vec<f64> = felt.row_iter().map(|row| row.norm()).collect();
         let noise = HELD * sizes.iter().fold(0.0_f64, |most, size| most.max(*size));
-        sizes.iter_mut().for_each(|size| *size = if *size > noise { *size } else { 1.0 });
-        for (k, size) in sizes.iter().enumerate() {
+        for (k, size) in sizes.iter().enumerate().filter(|(_, size)| **size > noise) {
             felt.row_mut(k).unscale_mut(*size);
             self.free.column_mut(k).unscale_mut(*size);
         }

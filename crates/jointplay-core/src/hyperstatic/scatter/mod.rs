@@ -45,7 +45,7 @@ pub struct UnitScatter {
     pub clearance_factor: Vec<f64>,
     /// Quantiles of the force on every row of the elastic joints, probability by probability.
     pub force: Vec<f64>,
-    /// Part of every joint's deformation in the first-order variance, joint by joint, per component.
+    /// Part of every joint's compliance in the first-order variance, joint by joint, per component.
     pub elastic: Vec<f64>,
 }
 
