@@ -21,13 +21,13 @@ OPTIONS ?=
 SECONDS ?= 600
 SEED ?= 0
 
-.PHONY: help needs build demo test fuzz verify test-kernels lint lint-rust lint-python check-rust check-python bench bench-core docs serve-docs format clean
+.PHONY: help needs build demo test fuzz verify lint lint-rust lint-python check-rust check-python test-machines bench bench-core docs serve-docs format clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
 
 # Prerequisites inherit this: what is not found stops a target before its first download.
-test lint lint-rust lint-python check-rust check-python docs serve-docs format: NEEDS := test
+test lint lint-rust lint-python check-rust check-python test-machines docs serve-docs format: NEEDS := test
 
 needs:
 	@PYTHON='$(or $(wildcard $(BIN)/python),$(PYTHON))' .ci/needs $(NEEDS)
@@ -62,6 +62,20 @@ check-python: $(STAMPS)/build $(STAMPS)/develop
 
 fuzz: $(STAMPS)/build $(STAMPS)/develop  ## damaged files, random commands, damaged maps, for SECONDS=600 from SEED=0
 	cd tests && ../$(BIN)/python -m fuzz --seconds $(SECONDS) --seed $(SEED)
+
+# Each line stands for a machine: the kernels of BLAS, the functions of the C library, registers and threads of the core.
+# SLICE="tests/test_worst.py -k four_bar" runs less.
+SLICE ?=
+OTHERS := \
+  "OPENBLAS_CORETYPE=Prescott JOINTPLAY_WIDTH=plain RAYON_NUM_THREADS=1 LC_ALL=C COLUMNS=40" \
+  "OPENBLAS_CORETYPE=Haswell JOINTPLAY_WIDTH=avx2 RAYON_NUM_THREADS=7 TZ=Asia/Kathmandu" \
+  "OPENBLAS_CORETYPE=Zen JOINTPLAY_WIDTH=avx2 RAYON_NUM_THREADS=2 GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F"
+
+test-machines: $(STAMPS)/build $(STAMPS)/develop  ## the Python tests as on other processors, with other threads, locales and terminals
+	for other in $(OTHERS); do \
+	    echo "$$other"; \
+	    env $$other $(BIN)/python -m pytest -q -n auto --dist worksteal $(SLICE); \
+	done
 
 bench: $(BENCH)/stamp bench-core  ## jointplay side by side with other programs; rewrites the tables of docs/benchmarks.md
 	$(BENCH)/bin/python benchmarks/run.py $(OPTIONS)

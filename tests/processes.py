@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -33,3 +35,18 @@ def working(arguments: list[str], folder: Path | None = None) -> Iterator[subpro
         if process.poll() is None:
             process.kill()
             process.communicate()
+
+
+def worked(process: subprocess.Popen[str], seconds: float) -> None:
+    """Wait until a process has computed for so long, which on a busy machine is not so long after its start."""
+    stat = Path(f"/proc/{process.pid}/stat")
+    if not stat.exists():
+        time.sleep(2 * seconds)
+        return
+    limit = time.monotonic() + 120
+    while process.poll() is None and time.monotonic() < limit:
+        fields = stat.read_text().rpartition(")")[2].split()
+        if (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK") > seconds:
+            return
+        time.sleep(0.02)
+    raise AssertionError("it ended or did not get going")

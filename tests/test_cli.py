@@ -9,7 +9,6 @@ import shlex
 import signal
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 
@@ -20,7 +19,7 @@ import xarray as xr
 import jointplay as jp
 from jointplay.cli import run
 from jointplay.cli.arguments import assignments, numbers, swept, value
-from processes import COMMAND, working
+from processes import COMMAND, worked, working
 
 
 class Said(str):
@@ -431,7 +430,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(jp.examples.text("four-bar"))
     line = shlex.split("sweep m.toml -q random --samples 100000 --set joints.*.clearance.radial=0.001:1:20000 -o s.csv")
     with working(line, tmp_path) as process:
-        time.sleep(4.0)
+        worked(process, 6.0)  # two of them for its start
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=60)
     assert process.returncode == 130
@@ -447,7 +446,7 @@ def test_ctrl_c_before_anything_is_done(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(jp.examples.text("four-bar"))
     line = shlex.split("error m.toml -q random --samples 100000000 -o s.csv")
     with working(line, tmp_path) as process:
-        time.sleep(3.0)  # started for sure, and seconds from the end of the first configuration
+        worked(process, 3.0)  # started for sure, and seconds from the end of the first configuration
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=120)
     assert process.returncode == 130

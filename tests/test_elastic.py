@@ -117,7 +117,7 @@ def test_what_is_left_out_is_rigid() -> None:
     found = compliance(jp.loads(text), "rod.A-B")
     expected = np.zeros((6, 6))
     expected[0, 0] = 1 / 5e7
-    np.testing.assert_allclose(found, expected, rtol=1e-15)
+    np.testing.assert_allclose(found, expected, rtol=1e-14)  # some products of matrices
 
 
 CHAIN = (
@@ -226,7 +226,7 @@ def test_both_pins_of_a_universal_joint_give() -> None:
     text += 'axes = [[1, 0, 0], [0, 1, 0]]\nstiffness = { radial = 4 }\n[output]\nbody = "arm"\n'
     m = jp.loads(text)
     for name in ("U.first", "U.second"):
-        np.testing.assert_allclose(compliance(m, name), np.diag([0, 1 / 4e3, 1 / 4e3, 0, 0]), rtol=1e-15)
+        np.testing.assert_allclose(compliance(m, name), np.diag([0, 1 / 4e3, 1 / 4e3, 0, 0]), rtol=1e-14)
 
 
 def test_rigid_joints_say_nothing() -> None:

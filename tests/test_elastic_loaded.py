@@ -7,6 +7,7 @@ import pytest
 
 import jointplay as jp
 from oracles.beam import AREA, INERTIA, MEMBER, TORSION, E, G, beam
+from orders import NEAR, order
 
 HEAD = 'format = 1\nunits = { length = "mm", angle = "deg", force = "N" }\n'
 SPATIAL = HEAD + 'space = "spatial"\n'
@@ -38,15 +39,22 @@ def test_a_cantilever_under_a_force_and_a_moment() -> None:
     assert np.deg2rad(angle) == pytest.approx((-10 * length**2 / 2 + 500 * length) / RIGIDITY, rel=1e-9)
 
 
-def test_the_exact_deflection_is_the_linear_one_when_it_is_small() -> None:
-    text = HEAD + CLAMP + OUTPUT + BENDING + "[[loads]]\nforce = [0, FORCE]\n"
-    away = []
-    for force in (-1.0, -0.1):
-        found = jp.loaded(jp.loads(text.replace("FORCE", str(force))))
-        away.append(float(np.abs(found.error - found.error_first_order).max()))
-    assert away[0] < 1e-3
-    # The rest is of second order.
-    assert away[1] == pytest.approx(0.01 * away[0], rel=0.1)
+def test_a_rigid_arm_turns_with_the_end_of_its_beam() -> None:
+    """Linear is the member alone: the arm on it makes a remainder of second order along the force, of third across."""
+    arm = '[joints.tip]\ntype = "fixed"\non = { beam = { at = [300, 0], axis = [1, 0] }, arm = [0, 0] }\n'
+    output, load = (
+        '[output]\nbody = "arm"\nat = [0, 200]\n',
+        '[[loads]]\nbody = "arm"\nat = [0, 0]\nforce = [0, FORCE]\n',
+    )
+    text = HEAD + CLAMP + arm + output + BENDING + load
+    forces, away = 100 * 0.5 ** np.arange(4), []
+    for force in forces:
+        found = jp.loaded(jp.loads(text.replace("FORCE", str(-force))))
+        x, y, angle = found.error.values[0] * [1, 1, np.deg2rad(1)]
+        tip = -force * 300.0**3 / 3 / RIGIDITY
+        np.testing.assert_allclose([x, y], [-200 * np.sin(angle), tip + 200 * (np.cos(angle) - 1)], rtol=1e-9)
+        away.append((found.error - found.error_first_order).values[0, :2])
+    assert order(forces, away) == pytest.approx([3.0, 2.0], abs=NEAR)
 
 
 def test_a_weight_acts_at_the_centre_of_mass() -> None:

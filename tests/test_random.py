@@ -205,10 +205,10 @@ print(out.hexdigest())
 """
 
 
-def test_bit_identical_for_any_number_of_threads() -> None:
+def test_bit_identical_for_any_number_of_threads_and_width_of_registers() -> None:
     text, digests = mechanism("stephenson", 2, configurations=2), set()
-    for threads in ("1", "2", "3"):
-        environment = {**os.environ, "RAYON_NUM_THREADS": threads}
+    for threads, width in (("1", "plain"), ("2", "avx2"), ("7", "avx512")):
+        environment = {**os.environ, "RAYON_NUM_THREADS": threads, "JOINTPLAY_WIDTH": width}
         run = subprocess.run(
             [sys.executable, "-c", SCRIPT],
             input=text,

@@ -13,6 +13,7 @@ from answers import EXAMPLES, example
 from jointplay import _core
 from jointplay.analyses.nominal import nominal
 from oracles import loops, variances
+from orders import NEAR, order
 
 Array = NDArray[np.float64]
 SPATIAL = [name for name in EXAMPLES if example(name).pose_size == 7]
@@ -60,8 +61,8 @@ def test_first_order_covariance_of_all_sets() -> None:
 @pytest.mark.parametrize("name", SPATIAL)
 def test_samples_tend_to_first_order_as_clearances_shrink(name: str) -> None:
     drives, poses = configuration(name)
-    gaps = []
-    for factor in (1.0, 0.1):
+    factors, gaps = 0.25 ** np.arange(3), []
+    for factor in factors:
         spec = example(name).spec()
         for source in spec["sources"]:
             ((_, size),) = source["set"].items()
@@ -77,7 +78,7 @@ def test_samples_tend_to_first_order_as_clearances_shrink(name: str) -> None:
     # The difference is of second order. Nothing moves the first components of some errors to first order.
     assert (gaps[0] < 0.2).all()
     moved = gaps[0] > 1e-9
-    np.testing.assert_allclose(gaps[1][moved] / gaps[0][moved], 0.1, rtol=0.15)
+    assert order(factors, np.array(gaps)[:, moved]) == pytest.approx(1.0, abs=NEAR)
 
 
 @pytest.mark.parametrize("name", SPATIAL)

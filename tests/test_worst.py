@@ -11,6 +11,7 @@ from layouts import DEGENERATE, KINDS
 from oracles import brute
 from oracles.linkage import Linkage
 from oracles.reading import read
+from orders import NEAR, order
 from strategies import given_offsets, mechanism
 
 SEEDS = range(2)
@@ -99,28 +100,33 @@ def test_first_order_is_the_support_function(kind: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_remainder_falls_fourfold_when_clearances_halve(kind: str) -> None:
-    """Exact minus first order is second order: at a smooth extreme it goes as 16 : 4 : 1 for c, c/2, c/4."""
-    remainders: dict[str, list[float]] = {extreme: [] for extreme in EXTREMES}
-    first: dict[str, list[float]] = {extreme: [] for extreme in EXTREMES}
-    for play in (0.004, 0.002, 0.001):
-        result = jp.worst(jp.loads(mechanism(kind, 5, play=play, configurations=1)))
-        exact, linear = figures(result, 0), figures(result, 0, "_first_order")
-        for extreme in EXTREMES:
-            remainders[extreme].append(exact[extreme] - linear[extreme])
-            first[extreme].append(linear[extreme])
+def test_the_remainder_is_of_second_order_in_the_clearances(kind: str) -> None:
+    """Exact minus first order goes as the square of the clearances, and first order as themselves."""
+    assert sum(fitted_orders(kind, seed) for seed in (5, 6))
+
+
+def fitted_orders(kind: str, seed: int) -> int:
+    """How many extremes of one mechanism have an order that could be fitted; it was two in all of them."""
+    plays = 0.004 / 2.0 ** np.arange(4)
+    texts = [mechanism(kind, seed, play=float(play), configurations=1) for play in plays]
+    results = [jp.worst(jp.loads(text)) for text in texts]
+    exact, linear = ([figures(r, 0, suffix) for r in results] for suffix in ("", "_first_order"))
+    # What the certificates are good for, with room for a fit.
+    noise = 1e-10 * read(texts[0]).length
     checked = 0
     for extreme in EXTREMES:
-        a, b, c = remainders[extreme]
-        np.testing.assert_allclose(np.array(first[extreme]) * [1, 2, 4], first[extreme][0], rtol=1e-9, atol=1e-12)
-        assert abs(a) < 0.05 * max(first[extreme][0], 1e-12) or abs(a) < 1e-9
-        if abs(c) < 1e-7 * max(1.0, first[extreme][0]):
-            continue  # straight in the clearances, or two second-order parts cancel: nothing to compare
-        if extreme in ("position", "rotation") or abs(c) > 2e-4 * first[extreme][2]:
-            assert a / b == pytest.approx(4.0, rel=0.25), extreme
-            assert b / c == pytest.approx(4.0, rel=0.12), extreme
-            checked += 1
-    assert checked or kind in ("open_chain",)
+        first = np.array([figure[extreme] for figure in linear])
+        np.testing.assert_allclose(first / plays, first[0] / plays[0], rtol=1e-9, atol=1e-12 / plays[-1])
+        remainder = np.array([figure[extreme] for figure in exact]) - first
+        if np.abs(remainder[-1]) < noise:
+            assert np.abs(remainder).max() < 1e-3 * max(first[0], 1e3 * noise), extreme
+            continue  # straight in the clearances: nothing to fit
+        shares = np.abs(results[0].contribution.isel(configuration=0).sel(extreme=extreme).values) / first[0]
+        if shares[shares > 0].min() < np.abs(remainder[0]) / first[0]:
+            continue  # a joint that matters less than the remainder is turned around by it: not yet small clearances
+        assert order(plays, remainder) == pytest.approx(2.0, abs=NEAR), extreme
+        checked += 1
+    return checked
 
 
 @pytest.mark.parametrize("seed", SEEDS)

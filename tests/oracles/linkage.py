@@ -185,7 +185,10 @@ class Linkage:
                     step = (np.linalg.pinv(jac) @ r[..., None])[..., 0]
             size = np.abs(step[..., 2::3]).max(axis=-1, initial=0.0)
             q = q - step * (0.5 / np.maximum(size, 0.5))[..., None]
-            good = np.abs(step).max(axis=-1) < 1e-12 * scale
+            # Near a singularity the rounding of the closure makes longer steps than that.
+            reach = np.maximum(scale, np.abs(q).max(axis=-1))
+            rounded = np.abs(r).max(axis=-1) < 64 * np.finfo(float).eps * reach
+            good = (np.abs(step).max(axis=-1) < 1e-12 * scale) | rounded
             if good.all():
                 break
         return q, good & np.isfinite(q).all(axis=-1)
