@@ -19,7 +19,7 @@ BENCH := .venv-bench
 # What `make bench` hands to benchmarks/run.py, such as OPTIONS="--only W1 W6" or OPTIONS=--quick.
 OPTIONS ?=
 
-.PHONY: help build demo test lint lint-rust lint-python check-rust check-python bench bench-core docs serve-docs format clean
+.PHONY: help build demo test lint lint-rust lint-python check-rust check-python verify bench bench-core docs serve-docs format clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
@@ -51,6 +51,9 @@ check-rust:
 
 check-python: $(STAMPS)/build $(STAMPS)/develop
 	$(BIN)/python -m pytest -n auto --dist worksteal
+
+verify: $(STAMPS)/build $(STAMPS)/develop  ## long measurements: how often the search for the worst case misses
+	$(BIN)/python tests/verify_worst.py
 
 bench: $(BENCH)/stamp bench-core  ## jointplay side by side with other programs; rewrites the tables of docs/benchmarks.md
 	$(BENCH)/bin/python benchmarks/run.py $(OPTIONS)
