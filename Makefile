@@ -77,6 +77,9 @@ test-machines: $(STAMPS)/build $(STAMPS)/develop  ## the Python tests as on othe
 	    env $$other $(BIN)/python -m pytest -q -n auto --dist worksteal $(SLICE); \
 	done
 
+verify: $(STAMPS)/build $(STAMPS)/develop  ## long measurements: how often the search for the worst case misses
+	$(BIN)/python tests/verify_worst.py
+
 bench: $(BENCH)/stamp bench-core  ## jointplay side by side with other programs; rewrites the tables of docs/benchmarks.md
 	$(BENCH)/bin/python benchmarks/run.py $(OPTIONS)
 

@@ -40,9 +40,8 @@ SUMMITS = {
 @pytest.mark.parametrize(("name", "extreme"), SUMMITS)
 def test_summits_that_few_starts_have_missed(name: str, extreme: str) -> None:
     found = answer(jp.load(DATA / f"{name}.toml"))
-    value = found.figures[NAMES.index(extreme)] * (1e3 if "angle" not in extreme else np.rad2deg(1.0))
     assert found.ok
-    assert value == pytest.approx(SUMMITS[name, extreme], rel=1e-5)
+    assert found.figures[NAMES.index(extreme)] == pytest.approx(SUMMITS[name, extreme], rel=1e-5)
 
 
 @pytest.mark.parametrize("name", ["guides-that-stand-at-corners-1", "guides-that-stand-at-corners-2"])
@@ -60,6 +59,14 @@ def test_a_chain_of_three_guides_is_answered(name: str) -> None:
 def test_many_more_starts_find_nothing_beyond(kind: str) -> None:
     for _, found, missed in against_many_starts([7], [kind]):
         assert not (found.ok and missed), missed
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("platform RpR", 1001)])
+def test_an_exchange_that_gradients_seemed_to_decide_against(kind: str, seed: int) -> None:
+    """Gradients at a few corners all spoke against it, and it leads to an angle larger by 8 %."""
+    for _, found, missed in against_many_starts([seed], [kind]):
+        assert found.ok
+        assert not missed
 
 
 @pytest.mark.parametrize("kind", ["loop rRPR", "chain pp", "platform rRR"])
@@ -87,8 +94,7 @@ def test_never_below_the_first_order_optimum_evaluated_exactly(kind: str) -> Non
             again = jp.given(m, given_offsets(link, offsets))
             if again.status.item() != "ok":
                 continue
-            error = again.error[0].values * [1e-3, 1e-3, np.deg2rad(1.0)]
-            exact = float(brute.MEASURES[extreme](error))
+            exact = float(brute.MEASURES[extreme](again.error[0].values))
             assert not is_missed(found.figures[NAMES.index(extreme)], exact), extreme
 
 

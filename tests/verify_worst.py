@@ -30,6 +30,8 @@ from wide import KINDS, mechanism
 
 #: a figure that is larger by this part of it has been missed
 MISSED = 1e-6
+#: what rounding makes of a figure that is zero, in the units of the file
+ROUNDING = 1e-9
 #: one miss in so many figures is allowed
 ALLOWED = 10_000
 REFERENCE = 400
@@ -65,7 +67,7 @@ def answer(m: Mechanism, starts: int = 24) -> Answer:
 
 
 def is_missed(found: float, other: float) -> bool:
-    return bool(other > found + MISSED * abs(other)) or (np.isnan(found) and not np.isnan(other))
+    return bool(other > found + MISSED * abs(other) + ROUNDING) or (np.isnan(found) and not np.isnan(other))
 
 
 def misses(kind: str, seed: int, found: Answer, other: Answer) -> Iterator[Miss]:

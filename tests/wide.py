@@ -7,6 +7,7 @@ come in any order. The mechanism is assembled where it is laid out; layouts near
 from __future__ import annotations
 
 import cmath
+import itertools
 import math
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,15 +20,14 @@ GROUND = "ground"
 #: kinds as loops or chains of joints in their order: R turns, P slides, S is a pin in a slot; a small letter is driven
 LOOPS = (
     "rRRR RrRR rRRP RRRp rRPR RRpR RpRP rPRP pRPR RRPr rPPR pRRR rSR rSP RsR rRSr rPSr rRRRr rRRPr pRRRp rPRRr rRPRp"
-).split()
-CHAINS = "rr rp pr pp rrr ppr prp rpp ppp rrp prr pppp rprp".split()
-#: legs of a platform; all legs of one robot are alike
-LEGS = "rRR RpR pRR RRp rPR RrR".split()
-#: a loop, and a dyad from its third body to the ground
-SIX_BARS = "rRRR+RRR rRRR+RRP rRRP+RRR RpRR+RPR".split()
-KINDS = tuple([*(f"loop {k}" for k in LOOPS), *(f"chain {k}" for k in CHAINS), *(f"platform {k}" for k in LEGS)]) + tuple(
-    f"six-bar {k}" for k in SIX_BARS
 )
+CHAINS = "rr rp pr pp rrr ppr prp rpp ppp rrp prr pppp rprp"
+#: legs of a platform; all legs of one robot are alike
+LEGS = "rRR RpR pRR RRp rPR RrR"
+#: a loop, and a dyad from its third body to the ground
+SIX_BARS = "rRRR+RRR rRRR+RRP rRRP+RRR RpRR+RPR"
+FAMILIES = {"loop": LOOPS, "chain": CHAINS, "platform": LEGS, "six-bar": SIX_BARS}
+KINDS = tuple(f"{family} {shape}" for family, shapes in FAMILIES.items() for shape in shapes.split())
 #: the smallest singular value of the length-scaled Jacobian
 LEAST = 0.05
 NAMES = {"r": "revolute", "p": "prismatic", "s": "pin_in_slot"}
@@ -77,7 +77,7 @@ class Wide:
             self.drives.append(name)
 
     def chain(self, kinds: str, bodies: list[str]) -> None:
-        for kind, pair in zip(kinds, zip(bodies, bodies[1:], strict=False), strict=True):
+        for kind, pair in zip(kinds, itertools.pairwise(bodies), strict=True):
             self.joint(kind, *pair)
 
     def local(self, body: str, point: complex) -> str:
