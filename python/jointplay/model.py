@@ -20,7 +20,7 @@ from jointplay import _core
 from jointplay.compile import Compiled, compile_file
 from jointplay.errors import InputError, not_known
 from jointplay.schema import validate
-from jointplay.schema.keys import assign, expand, value_at
+from jointplay.schema.keys import change, expand, value_at
 
 #: no mechanism that a person wrote is longer; the bound keeps devices and archives out
 LARGEST_FILE = 8_000_000
@@ -113,8 +113,9 @@ class Mechanism(Compiled):
         Parameters
         ----------
         changes : mapping, optional
-            Values by dotted key, in file units. ``*`` stands for every entry that has the rest of the key
-            (``joints.*.clearance.radial``), a number for an entry of a list (``loads.0.force``). None removes a value.
+            Values by dotted key, in file units. ``*`` stands for every entry that has the rest of the key, be it in
+            other words (``joints.*.clearance.radial`` replaces ``diametral``, too), a number for an entry of a list
+            (``loads.0.force``). None removes a value.
         **more : object
             The same for keys without dots, such as ``gravity=[0, -9.81]``.
 
@@ -130,11 +131,7 @@ class Mechanism(Compiled):
         >>> m.with_({"joints.*.clearance.radial": 0.2}).value("joints.J3.clearance.radial")
         0.2
         """
-        raw = copy.deepcopy(dict(self.raw))
-        for key, value in {**(changes or {}), **more}.items():
-            for steps in expand(raw, key, self.file):
-                assign(raw, steps, _plain(value))
-        return Mechanism(raw, self.file)
+        return changed(self, {**(changes or {}), **more})[0]
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Mechanism) and _canonical(self.raw) == _canonical(other.raw)
@@ -156,6 +153,21 @@ class Mechanism(Compiled):
             f"<jointplay.Mechanism {what!r}: {bodies} bodies, {joints} joints, {drives} drive{'s' * (drives != 1)}, "
             f"{len(self.sources)} sources, {count} configuration{'s' * (count != 1)}>"
         )
+
+
+def changed(m: Mechanism, changes: Mapping[str, object]) -> tuple[Mechanism, list[str]]:
+    """The copy that `Mechanism.with_` gives, and of every key with a ``*`` what it reached.
+
+    Examples
+    --------
+    >>> from jointplay import examples
+    >>> m = loads(examples.text("four-bar"))
+    >>> changed(m, {"joints.*.clearance.radial": 0.2})[1]
+    ['joints.*.clearance.radial: 4 of 4 joints']
+    """
+    raw = copy.deepcopy(dict(m.raw))
+    reached = change(raw, {key: _plain(value) for key, value in changes.items()}, m.file)
+    return Mechanism(raw, m.file), reached
 
 
 def load(path: str | os.PathLike[str]) -> Mechanism:

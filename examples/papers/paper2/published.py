@@ -79,6 +79,18 @@ def _lean(link: Floats) -> float:
     return float(np.degrees(np.arctan2(y, x)))
 
 
+def at_vertex(a: Floats, b: Floats, e: Floats) -> list[Floats]:
+    """Equations (13) to (15) for the vertex e of two links on the bases a and b, in the axes of these places."""
+    c, lean = (float(np.degrees(np.arctan2(*(e - base)[::-1]))) for base in (a, b))
+    return formulas(180.0 - lean, c, lean - c)
+
+
+def turned_end(length: float, phi: float, theta: float) -> Floats:
+    """What the last term of equation (5) says that an error theta of the angle phi (radians) does to a link's end."""
+    middle = phi + theta / 2.0
+    return length * theta * np.array([np.copysign(np.sin(middle), theta), np.cos(middle)])
+
+
 def formulas(b: float, c: float, alpha: float) -> list[Floats]:
     """Equations (13) to (15) for angles in degrees."""
     (sb, sc), (cb, cc) = np.sin(np.radians([b, c])), np.cos(np.radians([b, c]))

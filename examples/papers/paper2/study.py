@@ -10,11 +10,16 @@ import xarray as xr
 import jointplay as jp
 
 from . import published
+from .determinate import Determinate, determinate
+from .fivebar import Loop, loops
+from .fixed import Fixed, fixed
 from .published import Floats
 
 SAMPLES, SEED = 1000, 0
 #: at which step the dyad stands
 DYAD = 2
+#: the joints that have play in it
+DYAD_JOINTS = ("B", "E", "D/ED")
 #: a clearance so small that the exact answer is the linear one, mm
 SLIGHT = 1e-4
 REDUNDANT = ("DF", "DI")
@@ -37,10 +42,18 @@ class Study:
     along : tuple of float
         How far D goes along a force in the direction of DF when only B has play: by jointplay, and by the diagonal
         matrix.
+    centres : dict
+        Where shaft and bearing of a joint of the dyad go under that force when only this joint has play.
     links : tuple of float
         The folding link BD: shortest and longest with its hinge locked straight, and shortest with the hinge off.
-    unit, without_play, freely : Dataset
-        The built unit of the over-constrained structure; the same without play; the determinate one.
+    unit, without_play : Dataset
+        The built unit of the over-constrained structure; the same without play.
+    freely : Determinate
+        The determinate structure.
+    fixed : Fixed
+        A single link that is fixed.
+    loops : dict
+        The four ways to assemble a five-bar.
     scatter, worst : Dataset
         With the published deviations as tolerances.
     needed : ndarray
@@ -54,10 +67,13 @@ class Study:
     jacobians: list[Floats]
     contact: dict[int, dict[str, Floats]]
     along: tuple[float, float]
+    centres: dict[str, tuple[Floats, Floats]]
     links: tuple[float, float, float]
     unit: xr.Dataset
     without_play: xr.Dataset
-    freely: xr.Dataset
+    freely: Determinate
+    fixed: Fixed
+    loops: dict[str, Loop]
     scatter: xr.Dataset
     worst: xr.Dataset
     needed: Floats
@@ -96,15 +112,29 @@ def contact(force: Floats) -> dict[str, Floats]:
     return {joint: -np.asarray(found.sel(joint=joint).values) for joint in ("B", "E")}
 
 
+def with_play_in(joint: str) -> xr.Dataset:
+    """The dyad under a force on D along DF when only one joint has play, and little of it."""
+    joints = {f"joints.{name}.clearance.radial": SLIGHT if name == joint else 0.0 for name in vertex().data.joints}
+    m = vertex().with_({"loads": [{"force": directions()[1].tolist()}], **joints})
+    return jp.assemble(m).sel(step=DYAD, component=["x", "y"])
+
+
 def along() -> tuple[float, float]:
     """How far D goes along DF when only B has play."""
     force = directions()[1]
-    joints = {f"joints.{name}.clearance.radial": 0.0 for name in vertex().data.joints if name != "B"}
-    m = vertex().with_({"loads": [{"force": force.tolist()}], "joints.B.clearance.radial": SLIGHT, **joints})
-    moved = jp.assemble(m).error.sel(step=DYAD, component=["x", "y"]).values
     diagonal = published.contact_forces(1)["B"]
     printed = published.CLEARANCE * diagonal * diagonal / np.linalg.norm(diagonal)
-    return float(moved @ force) * published.CLEARANCE / SLIGHT, float(printed @ force)
+    return float(with_play_in("B").error.values @ force) * published.CLEARANCE / SLIGHT, float(printed @ force)
+
+
+def centres() -> dict[str, tuple[Floats, Floats]]:
+    """Where shaft and bearing of a joint go when only that joint has play."""
+    scale = published.CLEARANCE / SLIGHT
+    found = {}
+    for joint in DYAD_JOINTS:
+        moved = with_play_in(joint.split("/")[0]).sel(joint=joint)
+        found[joint] = (scale * moved.error_shaft.values, scale * moved.error_bearing.values)
+    return found
 
 
 def folding_link(wander: float) -> xr.Dataset:
@@ -167,10 +197,13 @@ def study() -> Study:
         jacobians=jacobians(),
         contact={k: contact(force) for k, force in directions().items()},
         along=along(),
+        centres=centres(),
         links=(straight.link_shortest.item(), straight.link_longest.item(), bent.link_shortest.item()),
         unit=unit,
         without_play=jp.assemble(m.with_({"joints.*.clearance.radial": 0.0})),
-        freely=jp.assemble(support(locked=False)),
+        freely=determinate(support(locked=False)),
+        fixed=fixed(),
+        loops=loops(),
         scatter=jp.assemble(series, "random", samples=SAMPLES, seed=SEED),
         worst=jp.assemble(series, "worst"),
         needed=np.asarray(published.CLEARANCE * unit.clearance_factor.values),

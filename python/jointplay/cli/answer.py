@@ -24,12 +24,21 @@ UNLIMITED = 400
 
 
 def mechanism(file: str, settings: Sequence[str] | Mapping[str, str] | None) -> Mechanism:
-    """The mechanism of a file with changes."""
+    """The mechanism of a file with changes; what a key with a `*` reached goes to stderr."""
     from jointplay.model import load
 
     pairs = settings if isinstance(settings, Mapping) else assignments(settings or (), "--set")
     m = load(file)
-    return m.with_({key: value(text) for key, text in pairs.items()}) if pairs else m
+    return change(m, {key: value(text) for key, text in pairs.items()}) if pairs else m
+
+
+def change(m: Mechanism, settings: Mapping[str, object]) -> Mechanism:
+    """A changed copy; what a key with a `*` reached goes to stderr."""
+    from jointplay.model import changed
+
+    copy, reached = changed(m, settings)
+    sys.stderr.write("".join(f"{line}\n" for line in reached))
+    return copy
 
 
 def offsets(given: Sequence[str] | None) -> dict[str, Any]:

@@ -27,6 +27,8 @@ class AntennaSupport(Template):
 
     def text(self) -> str:
         """The file."""
+        # A pin belongs to a body that is there when others come to it.
+        riders = ("BD", "ED", "DF", "DI") if self.locked else ("DF", "ED", "BD", "DI")
         return f"""\
 # The extendible support structure of a SAR antenna (Zhao et al., J. Mech. Sci. Technol. 32 (2018) 3395): the cabin
 # AB of a satellite carries the inner panel AF and the outer panel FI; BD, ED, DF and DI hold them in place. All of it
@@ -45,14 +47,14 @@ units  = {{ length = "mm", angle = "deg", force = "N" }}
 # from the published lengths; ED comes to 218.75 then, not to the 218.71 of the publication.
 #
 # Who carries the pin follows the published names: the cabin carries those in A and B, the inner panel those in E and F,
-# the outer panel the one in I, and BD the one in D, on which ED, DF and DI ride.
+# the outer panel the one in I, and {riders[0]} the one in D, on which {riders[1]}, {riders[2]} and {riders[3]} ride.
 
 {self._hinge("A", ("ground", "AF"), (0, 0), self.angle_a)}
 {self._pin("B", ("ground", "BD"), (0, 125))}
 {self._pin("E", ("AF", "ED"), (14, 0))}
 {self._hinge("F", ("AF", "FI"), (212, 0), self.angle_f)}
 {self._pin("F_DF", ("AF", "DF"), (212, 0))}
-{self._pin("D", ("BD", "ED", "DF", "DI"), (212, 93))}
+{self._pin("D", riders, (212, 93))}
 {self._pin("I", ("FI", "DI"), (422, 0))}
 # The deviations of one built unit, as published.
 
@@ -122,12 +124,12 @@ base  = "ground"
 steps = [["AF"], ["BD", "ED"], ["DF"], ["FI"], ["DI"]]
 """
         return """\
-# How it is put together on the inner panel: the triangle over it with BD hanging on its pin, then the cabin, then the
-# outer panel with its link.
+# How it is put together on the inner panel, as published: DF and ED are connected over it and make a triangle, BD and
+# the cabin are connected to that, and then DI and the outer panel.
 
 [assembly]
 base  = "AF"
-steps = [["BD", "ED", "DF"], ["ground"], ["DI", "FI"]]
+steps = [["DF", "ED"], ["BD", "ground"], ["DI", "FI"]]
 """
 
     def _members(self) -> str:

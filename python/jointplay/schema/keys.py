@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -22,6 +23,10 @@ RIVALS: Mapping[str, tuple[str, ...]] = {
     "plus": ("sigma",),
     "minus": ("sigma",),
 }
+#: words that say by themselves all that their rivals do
+WHOLE = frozenset({"values", "radial", "diametral", "sigma"})
+#: what a value of the first word is in terms of the second
+IN_TERMS_OF = {("radial", "diametral"): 0.5, ("diametral", "radial"): 2.0}
 #: keys at this depth (section, name, key) and below are the format's, above they may be names
 OWN_KEYS = 3
 
@@ -36,7 +41,8 @@ def expand(data: Mapping[str, Any], key: str, file: str) -> list[Steps]:
     data : mapping
         Data of a mechanism file.
     key : str
-        Dotted key. With a `*`, only places that are given in the data are meant; without, a new one may be.
+        Dotted key. With a `*`, only places that are given in the data are meant, be it in other words (`diametral`
+        where the key says `radial`); without, a new one may be.
     file : str
         Name of the file, for messages.
 
@@ -50,10 +56,66 @@ def expand(data: Mapping[str, Any], key: str, file: str) -> list[Steps]:
         raise InputError(f"{shown(key)} is not a dotted key such as joints.J1.clearance.radial", file=file)
     if "*" not in parts:
         return [_path(data, parts, key, file)]
-    found = _matches(data, parts)
+    found = _places(data, parts)
     if not found:
         raise InputError(_no_match(data, parts), file=file, key=key)
     return found
+
+
+def change(data: dict[str, Any], changes: Mapping[str, object], file: str) -> list[str]:
+    """Set values by dotted key, in place; says of every key with a `*` what it reached.
+
+    Examples
+    --------
+    >>> joints = {"A": {"clearance": {"radial": 0.1}}, "B": {"clearance": {"diametral": 0.1}}, "C": {}}
+    >>> change({"joints": joints}, {"joints.*.clearance.radial": 0.2}, "m.toml")
+    ['joints.*.clearance.radial: 2 of 3 joints; 1 converted from diametral']
+    >>> joints["B"]
+    {'clearance': {'radial': 0.2}}
+    """
+    reached = []
+    for key, value in changes.items():
+        places = expand(data, key, file)
+        if "*" in key.split("."):
+            reached.append(_reached(data, key, places))
+        for steps in places:
+            # Places share nothing that a later change of one of them would change in the others.
+            assign(data, steps, copy.deepcopy(value))
+    return reached
+
+
+def _reached(data: Mapping[str, Any], key: str, places: list[Steps]) -> str:
+    """How many of the entries that a `*` stands for a key reaches, and which of them say it in other words."""
+    parts = key.split(".")
+    star = parts.index("*")
+    entries = [entry for above in _matches(data, parts[:star]) for entry in _steps(value_at(data, above), "*")]
+    hit = {steps[: star + 1] for steps in places}
+    what = parts[star - 1] if star else "sections"
+    text = f"{key}: {len(hit)} of {len(entries)} {what}"
+    others = [word for steps in places for word in [_other_word(value_at(data, steps[:-1]), steps)] if word]
+    return text + "".join(f"; {others.count(word)} converted from {word}" for word in sorted(set(others)))
+
+
+def _places(data: Any, parts: list[str]) -> list[Steps]:
+    """The places that a key with a `*` means: those that are given, be it in other words."""
+    given = _matches(data, parts)
+    last = parts[-1]
+    if last not in WHOLE or len(parts) < OWN_KEYS:
+        return given
+    tables = ((steps, value_at(data, steps)) for steps in _matches(data, parts[:-1]))
+    return [(*steps, last) for steps, table in tables if _says(table, last)]
+
+
+def _says(table: Any, word: str) -> bool:
+    return isinstance(table, Mapping) and any(other in table for other in (word, *RIVALS[word]))
+
+
+def _other_word(table: Any, steps: Steps) -> str:
+    """The words in which a table says what is set at its end, where these are others."""
+    last = steps[-1]
+    if not isinstance(last, str) or last not in WHOLE or last in table or len(steps) < OWN_KEYS:
+        return ""
+    return ", ".join(word for word in RIVALS[last] if word in table)
 
 
 def _matches(data: Any, parts: list[str]) -> list[Steps]:
@@ -113,10 +175,15 @@ def _path(data: Mapping[str, Any], parts: list[str], key: str, file: str) -> Ste
 
 
 def value_at(data: Any, steps: Steps) -> Any:
-    """The value at a place that exists."""
-    for step in steps:
+    """The value at a place that exists, converted where it is given in other words."""
+    for step in steps[:-1]:
         data = data[step]
-    return data
+    last = steps[-1] if steps else None
+    if isinstance(data, Mapping) and isinstance(last, str) and last not in data and len(steps) >= OWN_KEYS:
+        for other in RIVALS.get(last, ()):
+            if other in data and (last, other) in IN_TERMS_OF:
+                return IN_TERMS_OF[last, other] * data[other]
+    return data if last is None else data[last]
 
 
 def assign(data: Any, steps: Steps, value: Any, table: Callable[[], Any] = dict) -> None:

@@ -89,6 +89,11 @@ class Held:
         """The joints without any compliance, for what does not depend on forces."""
         return [{**joint, "compliance": None} for joint in self.changes["joints"]]
 
+    @property
+    def is_rigid(self) -> bool:
+        """Whether no joint has any compliance."""
+        return all(joint.get("compliance") is None for joint in self.part.spec["joints"])
+
     def loaded(self, output: int | None = None, **changes: Any) -> dict[str, Any]:
         """What the core says of the part under its loads."""
         return self.core(output, **changes).loaded(self.drives, self.poses, True)

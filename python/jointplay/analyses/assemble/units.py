@@ -17,7 +17,7 @@ from jointplay import poses
 from jointplay.result import STATUSES
 
 from .forces import Members
-from .part import GROUND, Floats
+from .part import GROUND, Floats, Part
 from .state import ENDS, Held
 
 #: rounding of the factor on the clearances
@@ -68,10 +68,9 @@ def solve(held: Held, members: Members, u: Floats) -> Units:
     part = held.part
     m, count = part.m, len(u)
     own = np.ascontiguousarray(u[:, part.parameters])
-    clearances = np.array([m.source_kinds[int(s)] == "clearance" for s in m.parameter_source])[part.parameters]
     if held.redundant:
         core = held.core()
-        found = core.loaded_units(held.drives, held.poses, np.where(clearances, 0.0, own))
+        found = core.loaded_units(held.drives, held.poses, np.where(_clearances(part), 0.0, own))
         each = ({key: found[key][[n]] for key in ("force", "reaction")} for n in range(count))
         force = np.array([members.forces(part, core, answer) for answer in each]).T
         factor, own = found["clearance_factor"], found["offset"]
@@ -100,11 +99,39 @@ def solve(held: Held, members: Members, u: Floats) -> Units:
 
 def bent(held: Held, point: int) -> Floats:
     """What loads bend of a determinate part: error of a point as it is, less that of a rigid one."""
-    joints = held.part.spec["joints"]
-    if held.redundant or held.rigid_joints[: len(joints)] == joints:
+    if held.redundant or held.is_rigid:
         return np.zeros(len(held.part.m.components))
     elastic, rigid = held.loaded(point), held.loaded(point, joints=held.rigid_joints)
     return np.asarray(elastic["error"][0] - rigid["error"][0])
+
+
+def bent_at_most(held: Held, u: Floats) -> dict[int, float]:
+    """How far loads bend points from where units fit without strain, at most, by point.
+
+    A determinate part bends alike in all units. In an over-constrained one each unit that fits is taken as it is and
+    with rigid bodies, both as the loads hold it.
+    """
+    part = held.part
+    if not held.redundant:
+        return {point: float(np.linalg.norm(bent(held, point)[: part.lengths])) for point in held.points()}
+    if held.is_rigid or not part.spec["loads"]:
+        return dict.fromkeys(held.points(), 0.0)
+    known = np.where(_clearances(part), 0.0, u[:, part.parameters])
+    ways = [
+        core.loaded_units(held.drives, held.poses, known) for core in (held.core(), held.core(joints=held.rigid_joints))
+    ]
+    fits = np.all([(way["clearance_factor"] <= FITS) & np.isfinite(way["poses"]).all((1, 2)) for way in ways], axis=0)
+    moved = {point: [_moved(held, point, way["poses"], way["offset"])[fits] for way in ways] for point in held.points()}
+    return {
+        point: float(np.linalg.norm(elastic - rigid, axis=1).max(initial=0.0))
+        for point, (elastic, rigid) in moved.items()
+    }
+
+
+def _clearances(part: Part) -> NDArray[np.bool_]:
+    """Which parameters of a part are offsets of clearances."""
+    m = part.m
+    return np.array([m.source_kinds[int(s)] == "clearance" for s in m.parameter_source])[part.parameters]
 
 
 def _moved(held: Held, point: int, placed: Floats, u: Floats) -> Floats:

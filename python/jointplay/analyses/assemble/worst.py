@@ -2,8 +2,9 @@
 
 In over-constrained steps every corner of the box of tolerances is a unit (corners in turn where there are too many).
 The factor on the clearances is a convex function of the deviations, so that its largest value is at a corner; forces
-are the largest met there. Errors are the exact extremes of `worst` for every centre, over units that are strained, too;
-where loads bend a corner's unit farther than that, what they do is told.
+are the largest met there. Errors are the exact extremes of `worst` for every centre, over units that are strained, too,
+with what loads bend of units that fit at its full size; where the unit of a corner is farther off than that, it is what
+counts.
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Progress
 from jointplay.model import Mechanism
-from jointplay.result import Result
+from jointplay.result import STATUSES, Result
 
 from .forces import Members
 from .part import Floats
 from .report import Place, each, finished, report
 from .state import ENDS, SERIOUS, Held
 from .steps import Step, steps
-from .units import FITS, bent, solve
+from .units import FITS, bent_at_most, solve
 
 #: places from which the worst of the output, and that of every other centre, is climbed
 STARTS, FEWER_STARTS = 24, 8
@@ -58,10 +59,14 @@ class _Extremes:
     def __init__(self, step: Step, members: Members) -> None:
         self.held = Held(step)
         m = step.part.m
-        self.corners = corners(self.held, members) if self.held.redundant else m.centre[None]
-        self.units = solve(self.held, members, self.corners)
+        tried = m.centre[None]
+        if self.held.redundant:
+            tried = np.vstack([tried, corners(self.held, members)])
+        self.units = solve(self.held, members, tried)
         self.force = np.max(np.abs(self.units.force), axis=1)
         self.factor = float(self.units.clearance_factor.max())
+        self.statuses = {"ok", *self.units.status.tolist()}
+        self.bent = bent_at_most(self.held, tried)
         sizes = {point: self._largest(point) for point in self.held.points()}
         self.centres = np.full((2, len(m.joints)), np.nan)
         for k, ends in self.held.centres().items():
@@ -69,20 +74,20 @@ class _Extremes:
                 self.centres[ENDS.index(end), k] = sizes[point]
         self.output = np.nan if self.held.output is None else sizes[self.held.output]
         # What play leaves open is what the worst case is over.
-        statuses = ["ok", *(status for status in np.unique(self.units.status).tolist() if status != "undetermined")]
-        self.status = max([*statuses, "underconstrained" if self.held.free else "ok"], key=SERIOUS.index)
+        self.statuses -= {"undetermined"}
+        self.status = max([*self.statuses, "underconstrained" if self.held.free else "ok"], key=SERIOUS.index)
 
     def _largest(self, point: int) -> float:
-        """Largest position error of a point."""
+        """Largest position error of a point: over all offsets, with what loads bend at its full size."""
         strained = self.factor > FITS
-        # As long as no unit is strained, nothing deforms.
+        # As long as no unit is strained, nothing but loads deforms it.
         core = self.held.core(point) if strained else self.held.core(point, joints=self.held.rigid_joints)
         starts = STARTS if point == self.held.output else FEWER_STARTS
-        exact = core.worst(self.held.drives, self.held.poses, starts)["position"][0]
-        if not strained:
-            # Where statics decides the forces, what loads bend comes on top of what offsets do: at most its full size.
-            return float(exact + np.linalg.norm(bent(self.held, point)[: self.held.part.lengths]))
-        met = np.append(self.units.points[point], exact)
+        worst = core.worst(self.held.drives, self.held.poses, starts)
+        exact = float(worst["position"][0]) + self.bent[point]
+        if not np.isfinite(exact):
+            self.statuses.add(str(STATUSES[worst["status"][0]]))
+        met = np.append(self.units.points[point], exact) if self.held.redundant else np.array([exact])
         return float(np.nanmax(met)) if np.isfinite(met).any() else np.nan
 
 
