@@ -43,7 +43,8 @@ def test_a_pin_of_the_base_is_off_by_the_tolerance_of_its_place() -> None:
     step = jp.assemble(m, "worst").isel(step=0)
     assert (step.kind, step.status) == ("redundant", "ok")
     np.testing.assert_allclose(step.worst_shaft, [0.0, 0.2], atol=1e-9)
-    np.testing.assert_allclose(step.worst_bearing, [0.5, largest_of_the_far_end()], atol=1e-6)
+    # The end in A is not quite on the x axis in the farthest unit.
+    np.testing.assert_allclose(step.worst_bearing, [0.5, largest_of_the_far_end()], atol=1e-5)
 
 
 def largest_of_the_far_end() -> float:

@@ -6,14 +6,19 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.figure import Figure
 
 import jointplay as jp
 
+from .fivebar import PLACES, REDUNDANT, middle
 from .study import Study, support
 
 STEPS, BAND = "paper-2-steps.svg", "paper-2-dead-band.svg"
-FIGURES = (STEPS, BAND)
+FREELY, FIVE = "paper-2-determinate.svg", "paper-2-five-bar.svg"
+FIGURES = (STEPS, BAND, FREELY, FIVE)
+#: the bars of the first, second, ... step of a way
+SHADES = ("#9ecae1", "#4292c6", "#084594", "#D55E00")
 SERIES = (("DF", "#0072B2", "o", "-"), ("DI", "#D55E00", "s", "--"))
 STYLE: Any = {
     "font.size": 9,
@@ -30,6 +35,35 @@ STYLE: Any = {
 def steps(study: Study) -> Figure:
     """The assembly, a panel for every step."""
     return jp.plot.assembly(support(), study.unit)
+
+
+def freely(study: Study) -> Figure:
+    """The determinate structure, a panel for every step."""
+    return jp.plot.assembly(support(locked=False), study.freely.unit)
+
+
+def five_bar(study: Study) -> Figure:
+    """The four ways of figure 1: bars by step, locked joints as squares."""
+    with mpl.rc_context(STYLE | {"axes.grid": False}):
+        figure = Figure(figsize=(9.2, 2.7))
+        for k, (letter, loop) in enumerate(study.loops.items()):
+            axes = figure.add_subplot(1, len(study.loops), k + 1)
+            way = loop.way
+            axes.plot(*np.transpose([PLACES[end] for end in "AB"]), color="#6b6b6b", linestyle=":", zorder=1)
+            for shade, bars in zip(SHADES, way.steps, strict=False):
+                for bar in bars:
+                    ends = [middle(bar) for bar in REDUNDANT] if bar == "KM" else [PLACES[end] for end in bar]
+                    axes.plot(*np.transpose(ends), color=shade, linewidth=2.5, solid_capstyle="round", zorder=2)
+            for name, at in PLACES.items():
+                locked = name in way.locked
+                axes.plot(*at, "s" if locked else "o", color="black", markerfacecolor="black" if locked else "white",
+                          markersize=6, zorder=3)  # fmt: skip
+                axes.annotate(name, at, xytext=(5, 5), textcoords="offset points", fontsize=8)
+            axes.set_title(f"({letter}) {', '.join(loop.unit.kind.values.tolist())}", fontsize=8)
+            axes.set_aspect("equal")
+            axes.margins(0.15)
+            axes.set_axis_off()
+    return figure
 
 
 def dead_band(study: Study) -> Figure:
@@ -52,6 +86,6 @@ def dead_band(study: Study) -> Figure:
 def draw_all(study: Study, folder: Path) -> None:
     """Write all figures."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, draw in ((STEPS, steps), (BAND, dead_band)):
+    for name, draw in ((STEPS, steps), (BAND, dead_band), (FREELY, freely), (FIVE, five_bar)):
         with mpl.rc_context({"svg.hashsalt": "paper-2"}):
             draw(study).savefig(folder / name, metadata={"Date": None})

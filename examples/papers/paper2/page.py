@@ -8,7 +8,9 @@ from string import Template
 
 import numpy as np
 
-from . import published
+from . import fivebar, published
+from . import fixed as fixed_link
+from .determinate import CENTRES as CENTRES_OF_STEPS
 from .published import CLEARANCE, PLACES, TURN, Floats
 from .study import LOCKED, SAMPLES, Study
 
@@ -29,6 +31,8 @@ CENTRES = {
     "F1": ("F", "bearing"),
     "I": ("I", "shaft"),
 }
+#: what the page calls the centres of the determinate structure
+VERTICES = {"D/ED": "D"}
 #: what is smaller is rounding
 NOTHING = 5e-7
 
@@ -144,12 +148,68 @@ def steps(study: Study) -> str:
     return table([*header, "worst factor", "units that fit [%]"], body)
 
 
+def single(study: Study) -> str:
+    """The link that is fixed: by the formulas, and by the engine."""
+    f = study.fixed
+    body = [
+        ["its pin's centre, (1)", pair(f.near[0]), "–", pair(f.near[1])],
+        ["its end, right angle, (4)", pair(f.straight[0]), "–", pair(f.straight[1])],
+    ]
+    for theta in fixed_link.THETAS:
+        name = f"its end, angle off by {fixed(theta, 0)}°, (5)"
+        body.append([name, pair(f.printed[theta]), pair(f.across[theta]), pair(f.exact[theta])])
+    return table(["error of", "as printed [mm]", "across the link [mm]", "jointplay [mm]"], body)
+
+
+def halves(study: Study) -> str:
+    """Where the centres of a joint go under a force: half each, and as the closure says."""
+    body = []
+    for joint, (shaft, bearing) in study.centres.items():
+        apart = bearing - shaft
+        body.append([joint, pair(-apart / 2), pair(apart / 2), pair(shaft), pair(bearing)])
+    header = ["joint", "shaft, (33) [mm]", "bearing, (33) [mm]", "shaft, jointplay [mm]", "bearing, jointplay [mm]"]
+    return table(header, body)
+
+
+def ways(study: Study) -> str:
+    """The four ways to assemble a five-bar."""
+    body = []
+    for letter, loop in study.loops.items():
+        reach = loop.worst.worst_shaft.sel(joint="D").values
+        for k, step in enumerate(loop.unit.step.values.tolist()):
+            words = f"({letter}) {loop.way.words}" if k == 0 else ""
+            kind, links = str(loop.unit.kind[k].item()), str(loop.unit.links[k].item())
+            body.append([words, str(step), links, kind, "–" if np.isnan(reach[k]) else fixed(float(reach[k]), 3)])
+    return table(["figure 1", "step", "adds", "kind", "D is off by at most [mm]"], body)
+
+
 def freely(study: Study) -> str:
-    """The determinate structure."""
-    found = study.freely
-    rows = zip(found.step.values, found.links.values, found.kind.values, found.held.values, strict=True)
-    body = [[str(step), str(links), str(kind), str(held) or "–"] for step, links, kind, held in rows]
-    return table(["step", "adds", "kind", "held"], body)
+    """The determinate structure, step by step: its vertices by the formulas and by the engine."""
+    found, body = study.freely.unit, []
+    for step, names in CENTRES_OF_STEPS.items():
+        here = found.sel(step=step, component=["x", "y"])
+        for name in names:
+            by_formulas, at = study.freely.formulas[name], here.sel(joint=name)
+            first = name == names[0]
+            body.append(
+                [
+                    f"{step}: {here.links.item()}" if first else "",
+                    str(here.kind.item()) if first else "",
+                    VERTICES.get(name, name),
+                    pair(by_formulas.error),
+                    pair(at.error_shaft.values),
+                    pair(by_formulas.open, 2),
+                    pair(at.undetermined_shaft.values, 2),
+                ]
+            )
+    header = ["step", "kind", "centre", "(7) [mm]", "jointplay [mm]", "play by (6), (7), (16) ± [mm]", "jointplay ± [mm]"]
+    return table(header, body)
+
+
+def cabin(study: Study) -> str:
+    """The finished structure in the cabin's axes."""
+    body = [[name, *map(pair, errors)] for name, errors in study.freely.cabin.items()]
+    return table(["centre", "by A₁D₂ as one link, (7) [mm]", "jointplay [mm]"], body)
 
 
 def values(study: Study) -> dict[str, str]:
@@ -163,7 +223,22 @@ def values(study: Study) -> dict[str, str]:
     lean = float(np.degrees(np.arccos((bars["AF"][0] + printed["F"][0]) / (bars["AF"][0] + bars["AF"][1]))))
     low, high = published.locked_length(np.array([[bars["BD"][0] / 2, 0.0]] * 2), CLEARANCE)
     both = published.contact_forces(2)
+    free = study.freely
+    plus = fixed_link.THETAS[0]
     return {
+        "fixed_length": fixed(fixed_link.LENGTH, 0),
+        "fixed_phi": fixed(fixed_link.PHI, 0),
+        "gamma": pair(fixed_link.GAMMA, 1),
+        "longer": fixed(study.fixed.longer(study.fixed.printed, plus), 2),
+        "five_play": fixed(fivebar.PLAY, 1),
+        "five_longer": fixed(fivebar.LONGER, 1),
+        "five_factor": fixed(float(study.loops["d"].unit.clearance_factor[-1]), 2),
+        "chain": fixed(free.link[0], 3),
+        "chain_off": fixed(free.link[1], 3),
+        "chain_play": fixed(free.link[2], 3),
+        "chain_off_exact": fixed(free.link_exact[0], 3),
+        "chain_least": fixed(free.link_exact[1] - free.link_exact[0], 3),
+        "chain_most": fixed(free.link_exact[2] - free.link_exact[0], 3),
         "clearance": fixed(CLEARANCE, 1),
         "ed_drawn": fixed(float(np.linalg.norm(PLACES["D"] - PLACES["E"])), 2),
         "b": fixed(b, 2),
@@ -208,6 +283,10 @@ def render(study: Study) -> str:
         "endpoints": endpoints(study),
         "plays": plays(),
         "steps": steps(study),
+        "single": single(study),
+        "halves": halves(study),
+        "ways": ways(study),
         "freely": freely(study),
+        "cabin": cabin(study),
     }
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(blocks | values(study))
