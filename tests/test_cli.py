@@ -189,6 +189,20 @@ def test_two_structures_without_drives_are_compared_in_a_table_as_well(say) -> N
     assert f"{worst.worst_position[0].item():.3f}" in said
 
 
+def test_what_a_star_reaches_is_said_on_stderr(say) -> None:
+    """One clearance is written as a diameter; it was passed over without a word."""
+    said = say("error four-bar.toml -q worst --set joints.J2.clearance.diametral=1 --set joints.*.clearance.radial=0.2")
+    assert said.error == "joints.*.clearance.radial: 4 of 4 joints; 1 converted from diametral\n"
+    m = jp.load("four-bar.toml").with_({"joints.*.clearance.radial": 0.2})
+    assert f"{jp.worst(m).worst_position.max().item():.3f}" in said
+    assert say("sweep four-bar.toml --set joints.*.clearance.diametral=0.2,0.4").error == (
+        "joints.*.clearance.diametral: 4 of 4 joints; 4 converted from radial\n"
+    )
+    nothing = say("sweep four-bar.toml --set joints.*.clearance.radail=0.2,0.4")
+    assert nothing.code == 2
+    assert "did you mean 'radial'?" in nothing.error
+
+
 def test_sweep_prints_a_row_per_value(say) -> None:
     said = say("sweep four-bar.toml --set joints.*.clearance.radial=0:1:5 --set drives.theta1.error=0.1")
     assert column(said, "radial", "Worst case") == ["0.00", "0.25", "0.50", "0.75", "1.00"]

@@ -10,7 +10,7 @@ import pytest
 from jointplay import examples
 from jointplay.errors import InputError
 from jointplay.mobility import require_determinate
-from jointplay.model import loads
+from jointplay.model import changed, loads
 
 FOUR_BAR = examples.text("four-bar")
 TEXTS = {name: examples.text(name) for name in examples.names()}
@@ -76,6 +76,69 @@ def test_sources_keep_apart_by_name() -> None:
     m = loads(FOUR_BAR.replace("[drives.theta1]", "[drives.J1]"))
     assert m.sources[-1] == "drive J1"
     assert m.parameters[-1] == "drive J1.value"
+
+
+MIXED = """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.A]
+type = "revolute"
+bodies = ["ground", "bar"]
+at = [0, 0]
+clearance = { radial = 0.1 }
+[joints.B]
+type = "revolute"
+bodies = ["bar", "next"]
+at = [100, 0]
+clearance = { diametral = 0.3, law = "boundary" }
+[joints.C]
+type = "revolute"
+bodies = ["next", "last"]
+at = [200, 0]
+[drives.a]
+joint = "A"
+values = [0]
+[drives.b]
+joint = "B"
+from = 0
+to = 10
+count = 1
+[drives.c]
+joint = "C"
+values = [0]
+[output]
+body = "last"
+at = [300, 0]
+"""
+
+
+def test_a_star_reaches_what_is_written_in_other_words() -> None:
+    """Somebody who widened all clearances left those written as diameters as they were."""
+    m = loads(MIXED)
+    wider, reached = changed(m, {"joints.*.clearance.radial": 0.2, "drives.*.values": [5]})
+    assert wider.value("joints.A.clearance") == {"radial": 0.2}
+    assert wider.value("joints.B.clearance") == {"radial": 0.2, "law": "boundary"}
+    assert wider.value("drives.b") == {"joint": "B", "values": [5]}
+    assert reached == [
+        "joints.*.clearance.radial: 2 of 3 joints; 1 converted from diametral",
+        "drives.*.values: 3 of 3 drives; 1 converted from from, to, count",
+    ]
+    assert wider == m.with_({"joints.*.clearance.radial": 0.2, "drives.*.values": [5]})
+    # The other way round, and nothing to convert the second time.
+    both, reached = changed(wider, {"joints.*.clearance.diametral": 0.4, "joints.*.clearance.law": "normal"})
+    assert both.value("joints.*.clearance.diametral") == 0.4
+    assert reached == [
+        "joints.*.clearance.diametral: 2 of 3 joints; 2 converted from radial",
+        "joints.*.clearance.law: 1 of 3 joints",
+    ]
+
+
+def test_a_value_is_converted_where_it_is_written_in_the_other_word() -> None:
+    m = loads(MIXED)
+    assert m.value("joints.B.clearance.radial") == 0.15
+    with pytest.raises(InputError, match="the values that it matches differ"):
+        m.value("joints.*.clearance.radial")
+    assert m.with_({"joints.A.clearance.radial": 0.15}).value("joints.*.clearance.radial") == 0.15
 
 
 def test_diametral_is_twice_radial() -> None:

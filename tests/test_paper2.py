@@ -15,7 +15,7 @@ sys.path.insert(0, str(PAPERS))
 
 import make_paper_2  # noqa: E402
 from committed import check  # noqa: E402
-from paper2 import page, published  # noqa: E402
+from paper2 import determinate, fixed, page, published  # noqa: E402
 from paper2 import study as asked  # noqa: E402
 from paper2.published import PLACES, TURN  # noqa: E402
 
@@ -106,8 +106,105 @@ def test_a_folding_link_by_the_formula_and_by_the_engine(study: asked.Study) -> 
 
 def test_the_steps_are_those_of_the_paper(study: asked.Study) -> None:
     assert study.unit.kind.values.tolist() == ["fixed", "connected", "redundant", "fixed", "redundant"]
-    assert not study.freely.redundancy.any()
-    assert study.freely.mobility.values.tolist() == [1, 0, 0]
+    freely = study.freely.unit
+    assert freely.links.values.tolist() == ["DF, ED", "BD, ground", "DI, FI"]
+    assert freely.kind.values.tolist() == ["connected"] * 3
+    assert not freely.mobility.any()
+
+
+def test_the_end_of_a_fixed_link_goes_across_it_and_not_where_equation_5_has_it(study: asked.Study) -> None:
+    found = study.fixed
+    for by_hand, by_engine in (found.near, found.straight):
+        np.testing.assert_allclose(by_engine, by_hand, atol=1e-9)
+    for theta in fixed.THETAS:
+        np.testing.assert_allclose(found.exact[theta], found.across[theta], atol=1e-9)
+        assert found.longer(found.exact, theta) == pytest.approx(0.0, abs=1e-9)
+    # Printed, the link keeps its length to second order when it is turned clockwise, and not the other way.
+    assert abs(found.longer(found.printed, -1.0)) < 1e-5
+    turn, phi = np.radians(1.0), np.radians(fixed.PHI)
+    assert found.longer(found.printed, 1.0) == pytest.approx(fixed.LENGTH * turn * np.sin(2 * phi + turn), rel=2e-2)
+
+
+def test_the_play_of_a_joint_is_not_shared_by_halves(study: asked.Study) -> None:
+    """The links on the held bases take their bearings along; D's two centres turn with BD about B and with ED about E."""
+    for joint, (shaft, bearing) in study.centres.items():
+        apart = bearing - shaft
+        assert np.linalg.norm(apart) == pytest.approx(published.CLEARANCE, rel=1e-4)
+        if joint in "BE":
+            np.testing.assert_allclose(shaft, 0.0, atol=1e-9)
+            # Along the force on the base, but for the sign that (20) gives it.
+            force = study.contact[1][joint]
+            np.testing.assert_allclose(apart / published.CLEARANCE, force / np.linalg.norm(force), atol=1e-3)
+    shaft, bearing = study.centres["D/ED"]
+    assert shaft @ (PLACES["D"] - PLACES["B"]) == pytest.approx(0.0, abs=0.1)
+    assert bearing @ (PLACES["D"] - PLACES["E"]) == pytest.approx(0.0, abs=0.1)
+
+
+def test_figure_1_is_told_by_which_joints_are_locked(study: asked.Study) -> None:
+    kinds = {letter: loop.unit.kind.values.tolist() for letter, loop in study.loops.items()}
+    assert kinds == {
+        "a": ["fixed", "fixed", "connected"],
+        "b": ["connected"],
+        "c": ["fixed", "connected"],
+        "d": ["fixed", "fixed", "connected", "redundant"],
+    }
+    for loop in study.loops.values():
+        assert not loop.unit.mobility[-1]
+
+
+def test_every_step_of_the_determinate_structure_is_what_its_vertices_say(study: asked.Study) -> None:
+    """Deviations of 1 mm on links of 100 mm: the formulas are good to a hundredth of a millimetre, the play of 7 mm that I
+    collects to a tenth."""
+    found = study.freely
+    for step, names in determinate.CENTRES.items():
+        here = found.unit.sel(step=step, component=["x", "y"])
+        for name in names:
+            at, by_formulas = here.sel(joint=name), found.formulas[name]
+            np.testing.assert_allclose(at.error_shaft, by_formulas.error, atol=1e-2)
+            np.testing.assert_allclose(
+                at.undetermined_shaft, by_formulas.open, atol=1e-2 + 1e-2 * by_formulas.open.max()
+            )
+    # Small deviations and play are the first order.
+    for name, (by_formulas, exact) in found.cabin.items():
+        np.testing.assert_allclose(exact, by_formulas, atol=1e-2, err_msg=name)
+
+
+def test_with_little_off_the_determinate_structure_is_its_first_order() -> None:
+    share = 1e-3
+    bars = {f"dimensions.{bar}.deviation": share * deviation for bar, (_, deviation) in published.lengths().items()}
+    m = asked.support(locked=False).with_({**bars, "joints.*.clearance.radial": share * published.CLEARANCE})
+    unit, formulas = jp.assemble(m), determinate.by_formulas()
+    for step, names in determinate.CENTRES.items():
+        for name in names:
+            at = unit.sel(step=step, joint=name, component=["x", "y"])
+            np.testing.assert_allclose(at.error_shaft / share, formulas[name].error, atol=2e-5)
+            np.testing.assert_allclose(at.undetermined_shaft / share, formulas[name].open, atol=2e-4)
+
+
+def test_the_closed_chain_link_is_as_long_as_brute_force_says(study: asked.Study) -> None:
+    """The triangle over the inner panel: D where two circles meet, over offsets on the edge of the play."""
+    length, off, reach = study.freely.link
+    exact, least, most = study.freely.link_exact
+    bars = published.lengths()
+    e, f = PLACES["E"] + [bars["AE"][1], 0.0], PLACES["F"] + [bars["AF"][1], 0.0]
+    ed, df = (
+        float(np.linalg.norm(PLACES["D"] - PLACES[base])) + bars[bar][1] for base, bar in (("E", "ED"), ("F", "DF"))
+    )
+
+    def far(offsets: np.ndarray) -> float:
+        (ex, ey), (fx, fy), along = offsets[:2], offsets[2:4], offsets[4]
+        return float(np.linalg.norm(vertex(ed + along, df, e + [ex, ey], f + [fx, fy]))) - length
+
+    assert far(np.zeros(5)) == pytest.approx(exact, abs=1e-6)
+    assert off == pytest.approx(exact, abs=2e-3)
+    r = published.CLEARANCE
+    turns = np.linspace(0.0, 2.0 * np.pi, 73)
+    rings = [(r * np.cos(a), r * np.sin(a)) for a in turns]
+    tried = [far(np.array([*at_e, *at_f, d])) for at_e in rings for at_f in rings for d in (-r, r)]
+    assert (min(tried), max(tried)) == pytest.approx((least, most), abs=2e-3)
+    assert least <= min(tried) + 1e-6
+    assert max(tried) - 1e-6 <= most
+    assert (most - least) / 2.0 == pytest.approx(reach, rel=1e-2)
 
 
 def test_with_the_clearance_that_a_step_needs_it_just_fits(study: asked.Study) -> None:

@@ -54,11 +54,17 @@ def five_bar(study: Study) -> Figure:
                 for bar in bars:
                     ends = [middle(bar) for bar in REDUNDANT] if bar == "KM" else [PLACES[end] for end in bar]
                     axes.plot(*np.transpose(ends), color=shade, linewidth=2.5, solid_capstyle="round", zorder=2)
-            for name, at in PLACES.items():
+            places = dict(PLACES)
+            if ("KM",) in way.steps:
+                places |= {name: tuple(middle(bar)) for name, bar in zip("KM", REDUNDANT, strict=True)}
+            centre = np.mean([*PLACES.values()], axis=0)
+            for name, at in places.items():
                 locked = name in way.locked
                 axes.plot(*at, "s" if locked else "o", color="black", markerfacecolor="black" if locked else "white",
                           markersize=6, zorder=3)  # fmt: skip
-                axes.annotate(name, at, xytext=(5, 5), textcoords="offset points", fontsize=8)
+                outwards = (at - centre) / np.linalg.norm(at - centre)
+                axes.annotate(name, at, xytext=11 * outwards, textcoords="offset points", fontsize=8, ha="center",
+                              va="center")  # fmt: skip
             axes.set_title(f"({letter}) {', '.join(loop.unit.kind.values.tolist())}", fontsize=8)
             axes.set_aspect("equal")
             axes.margins(0.15)

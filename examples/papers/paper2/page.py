@@ -202,7 +202,15 @@ def freely(study: Study) -> str:
                     pair(at.undetermined_shaft.values, 2),
                 ]
             )
-    header = ["step", "kind", "centre", "(7) [mm]", "jointplay [mm]", "play by (6), (7), (16) ± [mm]", "jointplay ± [mm]"]
+    header = [
+        "step",
+        "kind",
+        "centre",
+        "(7) [mm]",
+        "jointplay [mm]",
+        "play by (6), (7), (16) ± [mm]",
+        "jointplay ± [mm]",
+    ]
     return table(header, body)
 
 
