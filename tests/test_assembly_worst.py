@@ -57,6 +57,19 @@ def largest_of_the_far_end() -> float:
     return math.hypot(x, y)
 
 
+def test_what_a_load_stretches_of_a_bar_that_fits_is_in_the_worst() -> None:
+    """The bar is pushed to the right: in A the play stops it after 0.5 mm, its end in B goes on until the pin there,
+    0.2 mm too far to the right, stops it, too. Nothing is strained without the load: the stretching was left out."""
+    m = jp.loads(GROUND_BAR).with_({"bodies.bar.stiffness": 100.0, "loads": [{"force": [30.0, 0.0]}]})
+    unit = jp.assemble(m.with_({"dimensions.AB.deviation": 0.2, "dimensions.AB.tolerance": None})).isel(step=0)
+    assert float(unit.error_bearing.sel(joint="B", component="x")) == pytest.approx(0.7, abs=1e-6)
+    step = jp.assemble(m, "worst").isel(step=0)
+    assert step.status == "ok"
+    assert step.worst_bearing.sel(joint="B") >= 0.7 - 1e-6
+    # At most what rigid bars can do, and all that the load could stretch.
+    assert step.worst_bearing.sel(joint="B") <= largest_of_the_far_end() + 0.3 + 1e-5
+
+
 def test_the_antenna_support_keeps_the_tolerance_of_its_cabin_through_all_steps() -> None:
     """The pin in B is on the cabin, which is the base: it is off by 0.2 mm whatever is built on it."""
     m = example("antenna-support").with_({"dimensions.AB.tolerance": 0.2, "dimensions.AB.deviation": 0.0})

@@ -97,15 +97,15 @@ bodies = ["next", "last"]
 at = [200, 0]
 [drives.a]
 joint = "A"
-values = [0]
+values = [0, 5]
 [drives.b]
 joint = "B"
 from = 0
 to = 10
-count = 1
+count = 2
 [drives.c]
 joint = "C"
-values = [0]
+values = [0, 5]
 [output]
 body = "last"
 at = [300, 0]

@@ -126,7 +126,7 @@ def test_the_end_of_a_fixed_link_goes_across_it_and_not_where_equation_5_has_it(
 
 
 def test_the_play_of_a_joint_is_not_shared_by_halves(study: asked.Study) -> None:
-    """The links on the held bases take their bearings along; D's two centres turn with BD about B and with ED about E."""
+    """Links on held bases take their bearings along; D's two centres turn with BD about B and with ED about E."""
     for joint, (shaft, bearing) in study.centres.items():
         apart = bearing - shaft
         assert np.linalg.norm(apart) == pytest.approx(published.CLEARANCE, rel=1e-4)
@@ -153,8 +153,8 @@ def test_figure_1_is_told_by_which_joints_are_locked(study: asked.Study) -> None
 
 
 def test_every_step_of_the_determinate_structure_is_what_its_vertices_say(study: asked.Study) -> None:
-    """Deviations of 1 mm on links of 100 mm: the formulas are good to a hundredth of a millimetre, the play of 7 mm that I
-    collects to a tenth."""
+    """Deviations of 1 mm on links of 100 mm: the formulas are good to a hundredth of a millimetre, and the play of 7 mm
+    that I collects to a tenth."""
     found = study.freely
     for step, names in determinate.CENTRES.items():
         here = found.unit.sel(step=step, component=["x", "y"])
@@ -192,8 +192,7 @@ def test_the_closed_chain_link_is_as_long_as_brute_force_says(study: asked.Study
     )
 
     def far(offsets: np.ndarray) -> float:
-        (ex, ey), (fx, fy), along = offsets[:2], offsets[2:4], offsets[4]
-        return float(np.linalg.norm(vertex(ed + along, df, e + [ex, ey], f + [fx, fy]))) - length
+        return float(np.linalg.norm(vertex(ed + offsets[4], df, e + offsets[:2], f + offsets[2:4]))) - length
 
     assert far(np.zeros(5)) == pytest.approx(exact, abs=1e-6)
     assert off == pytest.approx(exact, abs=2e-3)
