@@ -19,7 +19,7 @@ BENCH := .venv-bench
 # What `make bench` hands to benchmarks/run.py, such as OPTIONS="--only W1 W6" or OPTIONS=--quick.
 OPTIONS ?=
 
-.PHONY: help build demo test lint lint-rust lint-python check-rust check-python bench bench-core docs serve-docs format clean
+.PHONY: help build demo test lint lint-rust lint-python check-rust check-python verify bench bench-core docs serve-docs format clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
@@ -31,6 +31,9 @@ demo: $(STAMPS)/build  ## the bundled four-bar: its error in all four questions,
 	cd $(DEMO) && ../../$(BIN)/jointplay new four-bar
 	cd $(DEMO) && ../../$(BIN)/jointplay error four-bar.toml
 	cd $(DEMO) && ../../$(BIN)/jointplay compensate four-bar.toml
+
+verify: $(STAMPS)/build $(STAMPS)/develop  ## long checks against independent solutions; docs/checks.md has their tables
+	$(BIN)/python tests/verify_loaded.py
 
 test: lint check-rust check-python docs  ## everything that CI runs
 
