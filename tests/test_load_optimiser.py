@@ -51,7 +51,9 @@ def test_loaded_is_the_pose_of_largest_work(kind: str, seed: int) -> None:
         if floats(link, result, k):
             search = MostWork(link, q, link.configurations[k])
             widths = search.half_widths(search.maxima(2)[0]) * [1, 1, math.degrees(1)]
-            np.testing.assert_allclose(result.undetermined[k], widths, rtol=0.02, atol=1e-4 * link.length)
+            found = np.isfinite(widths)
+            assert found.any()
+            np.testing.assert_allclose(result.undetermined[k][found], widths[found], rtol=0.02, atol=1e-4 * link.length)
             assert result.status[k].item() == ("undetermined" if result.undetermined[k].max() > 0 else "ok")
         else:
             assert result.status[k].item() == "ok"
@@ -194,10 +196,10 @@ def test_a_load_along_the_rocker(pulls: bool) -> None:
     if pulls:
         assert result.status.item() == "ok"
         assert (result.undetermined == 0).all()
-        # In line with the load, longer by both pins: the coupler's pins have no say.
-        np.testing.assert_allclose(result.error[:2], [e.real, e.imag], rtol=0, atol=1e-9)
-        assert result.error[2].item() == pytest.approx(0.0, abs=1e-9)
-        assert result.decided.sel(source=["J1", "J2"]).sum() == 0
+        # In line with the load, by the play of its own pin: the coupler's pins have no say.
+        np.testing.assert_allclose(result.error[:2], [0.5 * e.real, 0.5 * e.imag], rtol=0, atol=1e-7)
+        assert result.error[2].item() == pytest.approx(0.0, abs=1e-7)
+        assert result.decided.sel(source=["J1", "J2", "J3"]).sum() == 0
     else:
         assert result.status.item() == "undetermined"
         np.testing.assert_allclose(result.undetermined, loose, rtol=2e-2, atol=1e-6)

@@ -50,7 +50,7 @@ class Comparison:
         """What differs first."""
         if self.status not in ("ok", "undetermined"):
             return self.status
-        slack = SECOND_ORDER * self.play if self.undecided else 0.0
+        slack = SECOND_ORDER * self.play if self.undecided and self.status == "ok" else 0.0
         if self.lack > FOUND + slack:
             return "more work elsewhere"
         if not np.isfinite(self.found).all():

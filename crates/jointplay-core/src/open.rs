@@ -36,6 +36,8 @@ const STILL: f64 = 1e-10;
 /// Two places are one where no offset differs by more than this part of its set; what is less than this part of a
 /// direction is none of it.
 const SAME: f64 = 1e-6;
+/// A component of which the equations leave less than this part is held by them: they are known by differences.
+const TIED: f64 = 1e-6;
 /// What is left open is felt where it moves the output, to first order, by more than this part of what all play
 /// together could: programs know less than [`crate::loaded::UNFELT`].
 const FELT: f64 = 1e-7;
@@ -294,7 +296,7 @@ impl Faces {
         }
         let ends: Vec<Vec<Vec<f64>>> = (0..m.size())
             .filter_map(|k| {
-                let end = |sign| self.optimal.farthest(&self.program, &self.rows(m, map, k, sign));
+                let end = |sign| self.optimal.farthest(&self.program, &self.rows(m, map, k, sign), TIED);
                 Some([end(1.0)?, end(-1.0)?])
             })
             .flatten()
@@ -317,7 +319,7 @@ impl Faces {
         }
         let to = |sign: f64| -> Vec<f64> {
             let rows = self.rows(m, map, k, sign);
-            let Some(end) = self.optimal.farthest(&self.program, &rows) else { return vec![0.0; rows.len()] };
+            let Some(end) = self.optimal.farthest(&self.program, &rows, TIED) else { return vec![0.0; rows.len()] };
             let part = |s: usize| rows[s].iter().zip(&end[s]).zip(&self.middle[s]).map(|((a, e), m)| a * (e - m)).sum();
             (0..rows.len()).map(part).collect()
         };
