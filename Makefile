@@ -40,6 +40,9 @@ demo: $(STAMPS)/build  ## the bundled four-bar: its error in all four questions,
 	cd $(DEMO) && ../../$(BIN)/jointplay error four-bar.toml
 	cd $(DEMO) && ../../$(BIN)/jointplay compensate four-bar.toml
 
+verify: $(STAMPS)/build $(STAMPS)/develop  ## long checks against independent solutions; docs/checks.md has their tables
+	$(BIN)/python tests/verify_loaded.py
+
 test: lint check-rust check-python docs  ## everything that CI runs
 
 lint: lint-rust lint-python  ## formats, linters, types, stubs

@@ -354,7 +354,7 @@ impl Mechanism {
         let Some(mut displaced) = solver.linearise(&contact.state) else {
             return self.no_load_result(Status::Singular);
         };
-        let mut map = self.output_sensitivity(&displaced, &contact.state);
+        let map = self.output_sensitivity(&displaced, &contact.state);
         felt |= leave_open(&contact.gradient, &map, &mut open, &mut decided);
         if felt {
             // What the output feels is listened to: the closure may decide it.
@@ -363,12 +363,13 @@ impl Mechanism {
             };
             let listened: Vec<Mute> = mutes.iter().zip(open.chunks_exact(size)).map(unheard).collect();
             let rest = solver.rest(&contact, &mutes, &listened);
-            let at = rest.and_then(|rest| Some((solver.linearise(&rest.contact.state)?, rest)));
-            let Some((linearised, rest)) = at else { return self.no_load_result(Status::Singular) };
-            map = self.output_sensitivity(&linearised, &rest.contact.state);
-            let left = self.left_open(&rest, &listened, &first_order.parameters, &map.parameters);
-            (open, decided, felt) = (left.open, left.decided, left.felt);
-            (contact, displaced) = (rest.contact, linearised);
+            let rest = rest.and_then(|rest| Some((solver.linearise(&rest.contact.state)?, rest)));
+            if let Some((at, rest)) = rest {
+                let map = self.output_sensitivity(&at, &rest.contact.state);
+                let left = self.left_open(&rest, &listened, &first_order.parameters, &map.parameters);
+                (open, decided, felt) = (left.open, left.decided, left.felt);
+                (contact, displaced) = (rest.contact, at);
+            }
         }
         Loaded {
             error: self.error(&contact.state, nominal),

@@ -9,12 +9,13 @@
 //! ```
 //!
 //! with the directions T in which the faces are open. Where G is negative, W has a strict maximum, which decides.
-//! Where it is positive, W is larger at both ends: at one of them it is the largest, or they are equal. Where it
-//! is zero the offsets are open, together if the equations tie them. What is open is a product of faces cut by
-//! equations; [`OptimalFace`] knows its ends. The equations hold to second order only, so that its middle is
-//! approached in rounds. Moments that keep their direction in space have no work, but the same equations.
+//! Where it is zero the offsets are open, together if the equations tie them. Where it is positive, W is larger on
+//! both sides, and either may hold the mechanism: then the load decides nothing beyond first order, and the faces
+//! stay open. What is open is a product of faces cut by equations; [`OptimalFace`] knows its ends. The equations
+//! hold to second order only, so that its middle is approached in rounds. Moments that keep their direction in
+//! space have no work, but the same equations.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
 use crate::ascent::UNDECIDED;
 use crate::clearance::{Direction, Face, Mute, inner};
@@ -23,8 +24,7 @@ use crate::cone::{Answer, Block, Kind, OptimalFace, Program};
 use crate::contact::Contact;
 use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::Gradient;
-use crate::solver::{Solver, State};
-use crate::space::{Space, dot};
+use crate::solver::Solver;
 
 /// Part of its extent by which an offset is moved for a difference. Forces are known to some units of the last
 /// place, so that over all of the extent rounding makes less of them than [`UNDECIDED`].
@@ -33,9 +33,11 @@ const DIFFERENCE: f64 = 1e-4;
 const ROUNDS: usize = 25;
 /// The middle is reached where no offset moves by more than this part of its set.
 const STILL: f64 = 1e-10;
-/// Two contacts are one where no offset differs by more than this part of its set; what is less than this part of a
+/// Two places are one where no offset differs by more than this part of its set; what is less than this part of a
 /// direction is none of it.
 const SAME: f64 = 1e-6;
+/// A component of which the equations leave less than this part is held by them: they are known by differences.
+const TIED: f64 = 1e-6;
 /// What is left open is felt where it moves the output, to first order, by more than this part of what all play
 /// together could: programs know less than [`crate::loaded::UNFELT`].
 const FELT: f64 = 1e-7;
@@ -52,8 +54,6 @@ pub(crate) enum Open {
     Nothing,
     /// Faces cut by equations.
     Faces(Box<Faces>),
-    /// Two poses in which the load does the same work: half of the way from one to the other, for every parameter.
-    Ends(Vec<f64>),
 }
 
 /// Open faces, with the equations that tie them.
@@ -85,32 +85,6 @@ struct Ties {
 }
 
 impl Mechanism {
-    /// Whether the loads have a work that depends on nothing but the pose.
-    fn has_work(&self) -> bool {
-        self.space == Space::Planar || self.loads.iter().all(|load| load.moment.iter().all(|m| *m == 0.0))
-    }
-
-    /// The work of the loads, but for a constant.
-    fn work(&self, state: &State) -> f64 {
-        let poses = self.poses(&state.coordinates);
-        let loads = self.loads.iter().filter_map(|load| Some((load, self.points[load.point].body?)));
-        let work = loads.map(|(load, body)| {
-            let place = self.place(load.point, &poses, &state.inputs.parameters);
-            let angle = state.coordinates[(body + 1) * self.n_body_coordinates() - 1];
-            let moment = if self.space == Space::Planar { load.moment[2] } else { 0.0 };
-            dot(load.force, place.position) + moment * angle
-        });
-        work.sum()
-    }
-
-    /// A difference of the load's work that decides nothing.
-    fn undecided_work(&self, at: &Contact) -> f64 {
-        let force = &at.gradient.inputs.parameters;
-        let clearances = self.sources.iter().filter(|source| source.is_clearance);
-        let play: f64 = clearances.map(|source| source.set.support(&force[source.range()])).sum();
-        UNDECIDED * play + self.rounding(self.force_scale(&at.gradient), self.work(&at.state))
-    }
-
     /// The face that the force on a source exposes, `mute` apart.
     fn exposed(&self, source: &Source, at: &Contact, mute: Mute) -> Face {
         let force = source.set.heard(&at.gradient.inputs.parameters[source.range()], mute);
@@ -146,86 +120,38 @@ impl Mechanism {
         faces.iter().flat_map(of).collect()
     }
 
-    /// The offsets after a step along open directions, within their faces.
-    fn along(&self, at: &Contact, faces: &[(usize, Face)], bend: &Bend, step: &DVector<f64>) -> Inputs<f64> {
-        let mut inputs = at.state.inputs.clone();
-        for (s, face) in faces {
-            let source = &self.sources[*s];
-            let mut offset = self.offset(source, &inputs);
-            for ((_, way), c) in bend.ways.iter().zip(step.iter()).filter(|((owner, _), _)| owner == s) {
-                offset.iter_mut().zip(way.along).for_each(|(o, along)| *o += c * along);
-            }
-            self.put(source, &face.nearest(&offset)[..offset.len()], &mut inputs);
-        }
-        inputs
-    }
-
     /// What the force on a source does not push at a contact.
     fn quiet(&self, source: &Source, at: &Contact, mute: Mute) -> Mute {
         let force = source.set.heard(&at.gradient.inputs.parameters[source.range()], mute);
         source.set.mute(&force[..source.set.size()], self.tolerance(source, at))
     }
-
-    /// The contact in which the load does the most work, and another in which it does the same.
-    fn largest(&self, contacts: Vec<Contact>) -> Option<(Contact, Option<Contact>)> {
-        let mut contacts = contacts.into_iter();
-        let mut best = contacts.next()?;
-        let mut rival = None;
-        for other in contacts.filter(|contact| contact.settled && self.has_work()) {
-            if self.change(&best.state.inputs, &other.state.inputs) <= SAME {
-                continue;
-            }
-            let more = self.work(&other.state) - self.work(&best.state);
-            if more.abs() <= self.undecided_work(&best) {
-                rival = Some(other);
-            } else if more > 0.0 {
-                (best, rival) = (other, None);
-            }
-        }
-        Some((best, rival))
-    }
 }
 
 impl Solver<'_> {
     /// Where a contact comes to rest when the load is also heard where it does not push at the nominal pose: `before`
-    /// tells what was not listened to, `mutes` what still is not. `None` where the closure is singular.
+    /// tells what was not listened to, `mutes` what still is not. `None` where it may rest in more than one place, or
+    /// the closure is singular.
     pub(crate) fn rest(&self, from: &Contact, before: &[Mute], mutes: &[Mute]) -> Option<Rest> {
         let m = self.mechanism;
-        let mut ends = vec![self.settle(from.state.clone(), mutes)?];
-        if m.change(&from.state.inputs, &ends[0].state.inputs) > SAME {
-            // What has gone to one side might as well have gone to the other.
+        let at = self.settle(from.state.clone(), mutes)?;
+        let goes = m.change(&from.state.inputs, &at.state.inputs) > SAME;
+        // What has gone to one side might be held on the other as well.
+        let other = if goes {
             let mut inputs = from.state.inputs.clone();
             for (s, _) in m.open_faces(from, before) {
                 let source = &m.sources[s];
-                let [middle, end] = [from, &ends[0]].map(|contact| m.offset(source, &contact.state.inputs));
+                let [middle, end] = [from, &at].map(|contact| m.offset(source, &contact.state.inputs));
                 let other: Vec<f64> = middle.iter().zip(end).map(|(b, a)| 2.0 * b - a).collect();
                 m.put(source, &other, &mut inputs);
             }
-            ends.extend(self.settle_from(from, &inputs, mutes));
-        }
-        let at = &ends[0];
-        let faces = m.open_faces(at, mutes);
-        let bend = self.bend(at, &faces, mutes)?;
-        if let Some(direction) = bend.unstable() {
-            let both = [1.0, -1.0].map(|sign| {
-                let inputs = m.along(at, &faces, &bend, &(&direction * sign));
-                self.settle_from(at, &inputs, mutes)
-            });
-            let both: Vec<Contact> = both.into_iter().flatten().collect();
-            ends = if both.is_empty() { ends } else { both.into_iter().chain(ends.into_iter().skip(1)).collect() };
-        }
-        let (at, rival) = m.largest(ends)?;
-        if let Some(rival) = rival {
-            let [a, b] = [&at, &rival].map(|contact| &contact.state.inputs.parameters);
-            let half = a.iter().zip(b).map(|(a, b)| 0.5 * (b - a)).collect();
-            return Some(Rest { contact: Contact { steps: at.steps, ..from.clone() }, open: Open::Ends(half) });
-        }
-        self.in_the_middle(at, mutes)
-    }
-
-    fn settle_from(&self, at: &Contact, inputs: &Inputs<f64>, mutes: &[Mute]) -> Option<Contact> {
-        let settled = self.settle(self.follow(&at.state, inputs).ok()?, mutes)?;
-        Some(Contact { steps: at.steps + settled.steps, ..settled })
+            let start = self.follow(&from.state, &inputs).ok()?;
+            Some(self.in_the_middle(self.settle(start, mutes)?, mutes)?)
+        } else {
+            None
+        };
+        let rest = self.in_the_middle(at, mutes)?;
+        let [one, other] = [&rest, other.as_ref().unwrap_or(&rest)].map(|rest| &rest.contact.state.inputs);
+        (m.change(one, other) <= SAME).then_some(rest)
     }
 
     /// How forces change along the directions in which faces are open.
@@ -266,6 +192,9 @@ impl Solver<'_> {
         let quiet: Vec<Mute> = m.sources.iter().zip(mutes).map(|(source, mute)| m.quiet(source, &at, *mute)).collect();
         for round in 0.. {
             let bend = self.bend(&at, &faces, mutes)?;
+            if bend.is_unstable() {
+                return None;
+            }
             let ties = bend.ties();
             if ties.rows.nrows() == bend.ways.len() {
                 return Some(Rest { contact: at, open: Open::Nothing });
@@ -292,21 +221,15 @@ impl Solver<'_> {
 }
 
 impl Bend {
-    /// A direction along which the load's work has a minimum, its largest component one.
-    fn unstable(&self) -> Option<DVector<f64>> {
+    /// Whether there is a direction along which the load's work has a minimum.
+    fn is_unstable(&self) -> bool {
         let n = self.ways.len();
         let reach = |i: usize| self.ways[i].1.reach;
         let symmetric = DMatrix::from_fn(n, n, |i, j| {
             let [a, b] = [(i, j), (j, i)].map(|(i, j)| self.matrix[(i, j)] * (reach(i) / reach(j)).sqrt());
             0.5 * (a + b)
         });
-        if n == 0 {
-            return None;
-        }
-        let eigen = SymmetricEigen::new(symmetric);
-        let (k, value) = eigen.eigenvalues.argmax();
-        let direction = DVector::from_fn(n, |i, _| eigen.eigenvectors[(i, k)] / reach(i).sqrt());
-        (value > UNDECIDED).then(|| &direction / direction.amax())
+        n > 0 && symmetric.symmetric_eigenvalues().max() > UNDECIDED
     }
 
     fn ties(&self) -> Ties {
@@ -373,7 +296,7 @@ impl Faces {
         }
         let ends: Vec<Vec<Vec<f64>>> = (0..m.size())
             .filter_map(|k| {
-                let end = |sign| self.optimal.farthest(&self.program, &self.rows(m, map, k, sign));
+                let end = |sign| self.optimal.farthest(&self.program, &self.rows(m, map, k, sign), TIED);
                 Some([end(1.0)?, end(-1.0)?])
             })
             .flatten()
@@ -396,7 +319,7 @@ impl Faces {
         }
         let to = |sign: f64| -> Vec<f64> {
             let rows = self.rows(m, map, k, sign);
-            let Some(end) = self.optimal.farthest(&self.program, &rows) else { return vec![0.0; rows.len()] };
+            let Some(end) = self.optimal.farthest(&self.program, &rows, TIED) else { return vec![0.0; rows.len()] };
             let part = |s: usize| rows[s].iter().zip(&end[s]).zip(&self.middle[s]).map(|((a, e), m)| a * (e - m)).sum();
             (0..rows.len()).map(part).collect()
         };
@@ -433,12 +356,6 @@ impl Mechanism {
             match &rest.open {
                 Open::Nothing => Vec::new(),
                 Open::Faces(faces) => faces.sources.iter().map(|(s, _)| *s).zip(faces.shares(self, map, k)).collect(),
-                Open::Ends(half) => {
-                    let share = |source: &Source| source.range().map(|p| map[(k, p)] * half[p]).sum::<f64>();
-                    let shares = self.sources.iter().map(share).enumerate();
-                    let sum: f64 = self.sources.iter().map(share).sum();
-                    shares.map(|(s, share)| (s, share * sum.signum())).collect()
-                }
             }
         };
         let total = |shares: &[(usize, f64)]| shares.iter().map(|(_, share)| share).sum::<f64>();
@@ -453,17 +370,8 @@ impl Mechanism {
                 here.iter().for_each(|(s, share)| open[s * size + k] = *share);
             }
         }
-        match &rest.open {
-            Open::Nothing => {}
-            Open::Faces(faces) => {
-                faces.sources.iter().zip(&faces.moves).for_each(|((s, _), moves)| decided[*s] &= !moves);
-            }
-            Open::Ends(half) => {
-                for (s, source) in self.sources.iter().enumerate() {
-                    let moves = |(k, p): (usize, usize)| half[p].abs() > SAME * source.set.half_width(k);
-                    decided[s] &= !source.range().enumerate().any(moves);
-                }
-            }
+        if let Open::Faces(faces) = &rest.open {
+            faces.sources.iter().zip(&faces.moves).for_each(|((s, _), moves)| decided[*s] &= !moves);
         }
         Left { open, decided, felt }
     }

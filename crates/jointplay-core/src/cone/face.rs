@@ -9,7 +9,7 @@ use super::lanes::Question;
 use super::own::{Atom, Own};
 use super::rounds::Rounds;
 use super::sets::{Form, Region, TIGHT};
-use super::standard::Standard;
+use super::standard::{DEPENDENT, Standard};
 use super::{Answer, Block, Extreme, Kind, Outcome, Program};
 use crate::clearance::{Face, MAX_SIZE, Set, inner};
 
@@ -51,7 +51,7 @@ impl OptimalFace {
         if reach == 0.0 {
             return Extreme { outcome: Outcome::judged(0.0, 0.0), value, gap: 0.0 };
         }
-        if let Some(constant) = self.standard.constant(&along) {
+        if let Some(constant) = self.standard.constant(&along, DEPENDENT) {
             return Extreme { outcome: Outcome::judged(0.0, 0.0), value: value + constant, gap: 0.0 };
         }
         let Some(bodies) = &self.bodies else {
@@ -77,12 +77,13 @@ impl OptimalFace {
         Extreme { outcome: answer.outcome, value: value - answer.value, gap }
     }
 
-    /// Optimal displacements where `sum_j direction_j . displacement_j` is largest; `None` where its program is not solved.
+    /// Optimal displacements where `sum_j direction_j . displacement_j` is largest; `None` where it is
+    /// constant, to a part of it that is the tolerance, or its program is not solved.
     #[must_use]
-    pub(crate) fn farthest(&self, program: &Program, direction: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+    pub(crate) fn farthest(&self, program: &Program, direction: &[Vec<f64>], tolerance: f64) -> Option<Vec<Vec<f64>>> {
         let along = self.standard.coefficients(direction.iter().map(Vec::as_slice));
         let reach: f64 = along.iter().map(|c| c.abs()).sum();
-        if reach == 0.0 || self.standard.constant(&along).is_some() {
+        if reach == 0.0 || self.standard.constant(&along, tolerance).is_some() {
             return None;
         }
         let cost: Vec<f64> = along.iter().map(|c| -c / reach).collect();

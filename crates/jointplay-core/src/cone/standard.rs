@@ -10,7 +10,7 @@ use super::sets::Region;
 use super::{Block, Kind, Program, Springs, springs};
 
 /// A row whose part that is independent of the rows before is smaller than this is implied by them.
-const DEPENDENT: f64 = 1e-10;
+pub(super) const DEPENDENT: f64 = 1e-10;
 /// Residual of an implied equation, as a part of its reach, up to which it is consistent.
 const CONSISTENT: f64 = 1e-9;
 /// Displacement (metres, radians) that rounding leaves when a mechanism is closed.
@@ -233,15 +233,15 @@ impl Standard {
         Some(matrix.tr_mul(&multipliers).as_slice().to_vec())
     }
 
-    /// The value of a linear function of the coordinates where the equations leave it only one.
-    pub fn constant(&self, along: &[f64]) -> Option<f64> {
+    /// The value of a linear function of the coordinates where the equations leave it only one, to a part of it.
+    pub fn constant(&self, along: &[f64], tolerance: f64) -> Option<f64> {
         let (s, n) = (self.matrix.len(), self.n);
         let matrix = DMatrix::from_fn(s, n, |i, j| self.matrix[i][j]);
         let along = DVector::from_column_slice(along);
         let parts = (&matrix * matrix.transpose()).cholesky()?.solve(&(&matrix * &along));
         let rest = &along - matrix.tr_mul(&parts);
         let constant: f64 = parts.iter().zip(&self.right).map(|(part, b)| part * b).sum();
-        (rest.amax() <= DEPENDENT * along.amax()).then_some(constant)
+        (rest.amax() <= tolerance * along.amax()).then_some(constant)
     }
 
     /// Whether coordinates are within all sets.

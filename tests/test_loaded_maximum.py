@@ -1,0 +1,56 @@
+"""What the load leaves open on the exact closure, against the largest work of the load over poses and play."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from graphs import graph
+from verify_loaded import compare
+
+DATA = Path(__file__).parent / "data"
+
+
+def test_a_guide_that_balances_between_two_corners_is_decided() -> None:
+    """It was told that y is open by 0.85 mm, though the work has a strict maximum on the edge between the corners."""
+    m = jp.load(DATA / "guide_between_two_corners.toml")
+    result = jp.loaded(m).isel(configuration=0)
+    assert result.status.item() == "ok"
+    assert (result.undetermined == 0).all()
+    assert result.decided.all()
+    normal, tilt = result.offset.sel(parameter=["G.normal", "G.angle"]).values
+    assert 0.05 < abs(normal) < 0.17  # between the corners
+    assert 0.1 < abs(tilt) < 1.2
+    found = compare((DATA / "guide_between_two_corners.toml").read_text())
+    assert found.found.max() < 1e-5
+    assert found.lack < 1e-9
+    assert found.apart < 1e-5
+
+
+def test_pins_that_balance_ties_are_open_together() -> None:
+    """Each pin alone could move x by half a millimetre or more, and the sum 1.24 was told; but the coupler carries
+    nothing only while both together leave the rocker in line with the load."""
+    text = (DATA / "two_pins_tied_by_balance.toml").read_text()
+    result = jp.loaded(jp.loads(text)).isel(configuration=0)
+    assert result.status.item() == "undetermined"
+    assert result.source[~result.decided].values.tolist() == ["A", "B"]
+    assert result.undetermined.sel(component="x").item() == pytest.approx(0.349, abs=2e-3)
+    np.testing.assert_allclose(result.undetermined_contribution.sum("source"), result.undetermined, rtol=1e-9)
+    # Both pins share what balance asks for in proportion to their play, and nothing else: the middle.
+    a, b = result.offset.sel(parameter=["A.x", "A.y"]).values, result.offset.sel(parameter=["B.x", "B.y"]).values
+    np.testing.assert_allclose(a / 0.46868436169863, b / 0.5576984249149205, rtol=1e-4)
+    # The middle and the half-widths of the poses that do the most work, to second order in the play (0.5 %).
+    found = compare(text)
+    np.testing.assert_allclose(found.told, found.found, rtol=0, atol=1e-3)
+    assert found.lack < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_loaded_is_the_largest_work_of_any_mechanism(seed: int) -> None:
+    """Chains, loops and more loops of pins, guides and slots, with one load somewhere: where the output goes, and how
+    far it is open."""
+    found = compare(graph(seed))
+    assert found.verdict == "agrees", found

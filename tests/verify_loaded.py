@@ -1,0 +1,113 @@
+"""`loaded` of random mechanisms beside an independent maximisation of the load's work.
+
+`python tests/verify_loaded.py [COUNT] [FIRST]` compares COUNT mechanisms (2,000) from seed FIRST (0) on and prints
+a table by the size of the clearances; it ends with 1 where any differs. Each takes about half a second.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+
+import jointplay as jp
+from graphs import graph
+from oracles.most_work import MostWork
+from oracles.reading import read
+
+#: half-widths are those of the linear map at the middle, and what is unfelt to first order is left in the middle of
+#: its play: both differ from the whole by the play, as a part of the mechanism, times some lever ratios
+SECOND_ORDER = 5.0
+#: what IPOPT and its two levels of the work know of an extent, as a part of what all play does
+KNOWN = 5e-3
+#: the same of the largest work and of a decided pose
+FOUND = 1e-5
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What was compared; differences are parts of what all play can do to a component of the output."""
+
+    play: float
+    status: str
+    undecided: bool
+    #: half-widths told and found, by component
+    told: np.ndarray
+    found: np.ndarray
+    #: of a decided pose, from the one found
+    apart: float
+    #: work that the load could still do, as a part of what it does within the play to first order
+    lack: float
+
+    @property
+    def limit(self) -> float:
+        return KNOWN + SECOND_ORDER * self.play
+
+    @property
+    def verdict(self) -> str:
+        """What differs first."""
+        if self.status not in ("ok", "undetermined"):
+            return self.status
+        slack = SECOND_ORDER * self.play if self.undecided and self.status == "ok" else 0.0
+        if self.lack > FOUND + slack:
+            return "more work elsewhere"
+        if not np.isfinite(self.found).all():
+            return "not found"
+        if np.abs(self.told - self.found).max() > self.limit:
+            narrow = self.told.max() <= self.limit
+            return "open, not told" if narrow else "told, not open" if self.found.max() <= self.limit else "other width"
+        if self.status == "ok" and self.apart > 10 * FOUND / min(1.0, 1e-3 + self.play) ** 0.5 + slack:
+            return "other pose"
+        return "agrees"
+
+
+def compare(text: str, starts: int = 2) -> Comparison:
+    link = read(text)
+    drives = link.configurations[0]
+    q = link.nominal(drives)
+    search = MostWork(link, q, drives)
+    result = jp.loaded(jp.loads(text)).isel(configuration=0)
+    unit = np.array([1.0, 1.0, math.radians(1.0)])
+    map_, _ = link.sensitivity(q, drives)
+    rows = [[list(link.labels).index(label) for label in s.labels] for s in link.sources]
+    support = [[float(s.support(map_[k][row])) for s, row in zip(link.sources, rows, strict=True)] for k in range(3)]
+    reach = np.array(support).sum(axis=1)
+    moves = reach > 1e-9 * np.array([link.length, link.length, 1.0])
+    part = np.where(moves, 1.0 / np.where(moves, reach, 1.0), 0.0)
+    play = float(max(s.size[-1] if s.kind == "interval" else s.size[0] for s in link.sources)) / link.length
+    best = search.maxima(starts)[0]
+    values = dict(zip(result.parameter.values.tolist(), result.offset.values.tolist(), strict=True))
+    done = search.work({label: values[label] * link.scale(label) for label in link.labels})
+    return Comparison(
+        play=play,
+        status=str(result.status.item()),
+        undecided=not bool(result.decided.all()),
+        told=result.undetermined.values * unit * part,
+        found=search.half_widths(best) * part,
+        apart=float(np.abs((result.error.values * unit - best.error) * part).max()),
+        lack=(best.work - done) / search.unit,
+    )
+
+
+def main(count: int = 2000, first: int = 0) -> int:
+    rows: dict[int, list[Comparison]] = {}
+    off = 0
+    for seed in range(first, first + count):
+        found = compare(graph(seed))
+        rows.setdefault(math.floor(math.log10(found.play)), []).append(found)
+        if found.verdict != "agrees":
+            off += 1
+            print(f"seed {seed}: {found.verdict}, {found}", flush=True)
+    print("| largest clearance / size | mechanisms | open | half-width off by at most | agree |\n|---|---|---|---|---|")
+    for decade, group in sorted(rows.items()):
+        open_ = [c for c in group if c.status == "undetermined"]
+        most = max((float(np.nanmax(np.abs(c.told - c.found))) for c in open_), default=0.0)
+        agree = sum(c.verdict == "agrees" for c in group)
+        print(f"| 1e{decade} to 1e{decade + 1} | {len(group)} | {len(open_)} | {100 * most:.2g} % | {agree} |")
+    return int(off > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(*map(int, sys.argv[1:])))
