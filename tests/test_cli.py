@@ -417,7 +417,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(jp.examples.text("four-bar"))
     line = shlex.split("sweep m.toml -q random --samples 100000 --set joints.*.clearance.radial=0.001:1:20000 -o s.csv")
     with working(line, tmp_path) as process:
-        time.sleep(4.0)
+        time.sleep(6.0)
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=60)
     assert process.returncode == 130
