@@ -40,9 +40,6 @@ demo: $(STAMPS)/build  ## the bundled four-bar: its error in all four questions,
 	cd $(DEMO) && ../../$(BIN)/jointplay error four-bar.toml
 	cd $(DEMO) && ../../$(BIN)/jointplay compensate four-bar.toml
 
-verify: $(STAMPS)/build $(STAMPS)/develop  ## long checks against independent solutions; docs/checks.md has their tables
-	$(BIN)/python tests/verify_loaded.py
-
 test: lint check-rust check-python docs  ## everything that CI runs
 
 lint: lint-rust lint-python  ## formats, linters, types, stubs
@@ -80,8 +77,9 @@ test-machines: $(STAMPS)/build $(STAMPS)/develop  ## the Python tests as on othe
 	    env $$other $(BIN)/python -m pytest -q -n auto --dist worksteal $(SLICE); \
 	done
 
-verify: $(STAMPS)/build $(STAMPS)/develop  ## long measurements: how often the search for the worst case misses
+verify: $(STAMPS)/build $(STAMPS)/develop  ## long measurements against independent solutions; docs/checks.md has their tables
 	$(BIN)/python tests/verify_worst.py
+	$(BIN)/python tests/verify_loaded.py
 
 bench: $(BENCH)/stamp bench-core  ## jointplay side by side with other programs; rewrites the tables of docs/benchmarks.md
 	$(BENCH)/bin/python benchmarks/run.py $(OPTIONS)

@@ -442,12 +442,17 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
-def test_ctrl_c_before_anything_is_done(tmp_path: Path) -> None:
+def test_ctrl_c_within_the_first_configuration(tmp_path: Path) -> None:
+    """It was heard only when the configuration was done, and then nothing was said."""
     (tmp_path / "m.toml").write_text(jp.examples.text("four-bar"))
-    line = shlex.split("error m.toml -q random --samples 100000000 -o s.csv")
+    line = shlex.split("error m.toml -q random --samples 10000000000 -o s.csv")
     with working(line, tmp_path) as process:
         worked(process, 3.0)  # started for sure, and seconds from the end of the first configuration
         process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=120)
+        _, err = process.communicate(timeout=20)
     assert process.returncode == 130
-    assert "Traceback" not in err
+    if (tmp_path / "s.csv").exists():
+        assert err == "interrupted; what is done is written\n"
+        assert len((tmp_path / "s.csv").read_text().splitlines()) == 2
+    else:  # a machine so busy that not even a sample was drawn
+        assert err == "interrupted before there was anything to report\n"

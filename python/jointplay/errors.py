@@ -84,7 +84,7 @@ def shown(value: object) -> str:
     return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."
 
 
-def in_range(value: int, key: str, low: int, high: int, file: str = "") -> None:
+def in_range(value: int, key: str, what: str, low: int, high: int) -> None:
     """Refuse a count that is too small or too large.
 
     Raises
@@ -95,7 +95,7 @@ def in_range(value: int, key: str, low: int, high: int, file: str = "") -> None:
     if not low <= value <= high:
         # Python refuses to write whole numbers of thousands of digits.
         said = str(value) if abs(value) < 10**SHOWN else "a number of many digits"
-        raise InputError(f"is a whole number from {low} to {high:.10g}, not {said}", file=file, key=key)
+        raise InputError(f"{said} is not {what}; {low} to {high:.10g} are possible", key=key)
 
 
 def listed(names: Iterable[str]) -> str:

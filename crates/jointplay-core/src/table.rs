@@ -102,7 +102,9 @@ impl Table {
             &mut self.offset,
             &mut self.contribution,
         ];
-        numbers.into_iter().for_each(|column| column.truncate(column.len() / n * rows));
+        for column in numbers {
+            column.truncate(column.len() / n * rows);
+        }
         self.decided.truncate(self.decided.len() / n * rows);
         self.steps.truncate(rows);
         self.status.truncate(rows);

@@ -20,7 +20,7 @@ from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, align, axes_of, split, stack, to_dataset
 from jointplay.typed import typed
 
-from .nominal import Nominal, follow, nominal, report
+from .nominal import Interrupted, Nominal, follow, nominal, report
 from .questions import check_options, computation
 
 if TYPE_CHECKING:
@@ -93,7 +93,11 @@ def compute(
     require_determinate(b, over_constrained=True)
     first = nominal(a)
     second = replace(follow(b, first.output, followed), units=a.units)
-    results = [_side(m, ask(m, at=at, **options), at, first) for m, at in ((a, first), (b, second))]
+    try:
+        results = [_side(m, ask(m, at=at, **options), at, first) for m, at in ((a, first), (b, second))]
+    except Interrupted:
+        # Part of one mechanism is no comparison.
+        raise KeyboardInterrupt from None
     aligned = align(_without_clash(a, b, results))
     along = Variable(("mechanism",), np.array(labels, dtype=str), "", "mechanism")
     attrs = {**aligned[0].attrs, "title": " | ".join(m.title or Path(m.file).name for m in (a, b))}

@@ -110,7 +110,7 @@ def compute(
 ) -> Result:
     """The light form of `random`."""
     levels = checked(samples, seed, law, probabilities)
-    in_range(threads, "threads", 0, MOST_THREADS)
+    in_range(threads, "threads", "a number of threads", 0, MOST_THREADS)
     is_loaded = _is_loaded(m, contact)
     at = at or nominal(m)
     if not is_loaded:
@@ -156,8 +156,8 @@ def compute(
 
 def checked(samples: int, seed: int, law: str | None, probabilities: Sequence[float]) -> NDArray[np.float64]:
     """The probabilities as an array, after a look at everything that was asked."""
-    in_range(samples, "samples", 2, MOST_SAMPLES)
-    in_range(seed, "seed", 0, 2**64 - 1)
+    in_range(samples, "samples", "a number of samples", 2, MOST_SAMPLES)
+    in_range(seed, "seed", "a seed", 0, 2**64 - 1)
     if law is not None and law not in LAWS:
         raise InputError(not_known(law, "a law", LAWS), key="law")
     levels = np.array(probabilities, dtype=np.float64)

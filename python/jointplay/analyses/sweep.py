@@ -103,7 +103,8 @@ def compute(
                 progress(len(results), len(steps))
     except KeyboardInterrupt:
         if not results:
-            raise
+            # Part of one value is no sweep.
+            raise KeyboardInterrupt from None
     swept = _stacked(m, keys, steps[: len(results)], name, results)
     if len(results) < len(steps):
         incomplete = f"interrupted after {len(results)} of {len(steps)} values"

@@ -66,7 +66,7 @@ def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
 
 def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progress: Progress | None = None) -> Result:
     """The light form of `worst`."""
-    in_range(starts, "starts", 1, MOST_STARTS)
+    in_range(starts, "starts", "a number of starts", 1, MOST_STARTS)
     at = at or nominal(m)
     drives, poses = at.drives, at.poses
 

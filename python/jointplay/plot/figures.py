@@ -172,7 +172,7 @@ def histogram(
     known = part.labels("quantity")
     if quantity not in known:
         raise InputError(f"'{quantity}' is not one of {', '.join(known)}", key="quantity")
-    in_range(configuration, "configuration", 0, part.sizes["configuration"] - 1)
+    in_range(configuration, "configuration", "a configuration", 0, part.sizes["configuration"] - 1)
     figure, axes = canvas(axes)
     counts = part.get("histogram", quantity=quantity)[configuration]
     edges = part.get("edge", quantity=quantity)[configuration]

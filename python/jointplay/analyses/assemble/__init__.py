@@ -111,7 +111,7 @@ def compute(
         raise InputError(not_known(str(question), "a question about an assembly", QUESTIONS), key="question")
     order(m)
     # Units are solved all at once.
-    in_range(samples, "samples", 2, MOST_SAMPLES)
+    in_range(samples, "samples", "a number of samples", 2, MOST_SAMPLES)
     at = place(m, configuration)
     if not at.is_assembled:
         return unassembled(m, at, question)

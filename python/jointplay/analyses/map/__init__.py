@@ -140,7 +140,7 @@ def compute(
         problem = "say what is mapped: a [grid] in the file, grid={...}, or --grid x=-100:100:201"
         raise InputError(problem, file=m.file, key="grid")
     if chunk is not None:
-        in_range(chunk, "chunk", 1, MOST_NODES)
+        in_range(chunk, "chunk", "a number of nodes", 1, MOST_NODES)
     nodes = math.prod(m.grid.shape)
     if nodes > MOST_NODES:
         raise InputError(f"{nodes:.3g} nodes; up to {MOST_NODES:.0e} are possible", file=m.file, key="grid")
@@ -167,7 +167,7 @@ def compute(
         if path is not None:
             raise Stopped(f"{words}, which are kept; the same command goes on from there") from None
         if done == 0 or not isinstance(store, MemoryStore):
-            raise
+            raise KeyboardInterrupt from None
         part = store.result
         raise Interrupted(Result(part.coords, part.data, {**part.attrs, "incomplete": words})) from None
     except OSError as error:
