@@ -327,7 +327,7 @@ REFUSED = [
     ("compensate four-bar.toml -q loaded --offset J1=1,0", "ask for the question 'given'"),
     ("compare four-bar.toml p3r.toml --components x,z", "'z' is not a component"),
     ("new six-legs", "'six-legs' is not an example"),
-    ("new four-bar -o nowhere/four.toml", "cannot be written"),
+    ("new four-bar -o nowhere/four.toml", "there is no folder 'nowhere'"),
 ]
 
 
