@@ -221,6 +221,11 @@ impl Solver<'_> {
 }
 
 impl Bend {
+    /// A change that is none: on the way to the middle the forces that are left change, too, as their lines turn.
+    fn least(&self) -> f64 {
+        UNDECIDED + self.force.amax()
+    }
+
     /// Whether there is a direction along which the load's work has a minimum.
     fn is_unstable(&self) -> bool {
         let n = self.ways.len();
@@ -229,7 +234,7 @@ impl Bend {
             let [a, b] = [(i, j), (j, i)].map(|(i, j)| self.matrix[(i, j)] * (reach(i) / reach(j)).sqrt());
             0.5 * (a + b)
         });
-        n > 0 && symmetric.symmetric_eigenvalues().max() > UNDECIDED
+        n > 0 && symmetric.symmetric_eigenvalues().max() > self.least()
     }
 
     fn ties(&self) -> Ties {
@@ -238,7 +243,7 @@ impl Bend {
             return Ties { rows: DMatrix::zeros(0, 0), steps: DVector::zeros(0) };
         }
         let svd = self.matrix.clone().svd(true, true);
-        let tied: Vec<usize> = (0..n).filter(|&k| svd.singular_values[k] > UNDECIDED).collect();
+        let tied: Vec<usize> = (0..n).filter(|&k| svd.singular_values[k] > self.least()).collect();
         let (Some(u), Some(v)) = (svd.u, svd.v_t) else { unreachable!() };
         Ties {
             rows: DMatrix::from_fn(tied.len(), n, |e, i| v[(tied[e], i)]),
