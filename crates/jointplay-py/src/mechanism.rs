@@ -260,7 +260,7 @@ impl Mechanism {
     }
 
     /// `offset` and `details` tell whether these columns are wanted beside error, undetermined, iterations, status.
-    #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method
+    #[allow(clippy::too_many_arguments, clippy::fn_params_excessive_bools)] // keyword arguments of one Python method
     #[pyo3(signature = (drives, poses, exact = true, offset = true, details = true, partly = false))]
     fn loaded<'py>(
         &self,
