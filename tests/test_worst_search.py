@@ -6,13 +6,13 @@ exactly, and against the same mechanism written another way. `verify_worst.py` d
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-import tomlkit
 
 import jointplay as jp
 from jointplay import _core
@@ -102,14 +102,12 @@ def test_never_below_the_first_order_optimum_evaluated_exactly(kind: str) -> Non
 def test_exchanging_the_bodies_of_pins_changes_nothing(kind: str) -> None:
     """The clearance of a pin is the same circle from either side. A guide's is told in the axes of its first body."""
     text = mechanism(kind, 11)
-    document = tomlkit.parse(text).unwrap()
-    pins = [name for name, joint in document["joints"].items() if joint["type"] == "revolute"]
-    for name in pins:
-        document["joints"][name]["on"] = dict(reversed(document["joints"][name]["on"].items()))
-    for drive in document["drives"].values():
-        if drive["joint"] in pins:
-            drive["values"] = [-value for value in drive["values"]]
-    found, exchanged = answer(jp.loads(text)), answer(jp.loads(tomlkit.dumps(document)))
+    place = r"(\w+ = \[[^\]]*\])"
+    other = re.sub(rf'(type = "revolute"\non = ){{ {place}, {place} }}', r"\1{ \3, \2 }", text)
+    for pin in re.findall(r'\[joints\.(\w+)\]\ntype = "revolute"', text):
+        drive = rf'(joint = "{pin}"\nvalues = )\[(.*)\]'
+        other = re.sub(drive, lambda found: f"{found[1]}[{-float(found[2])!r}]", other)
+    found, exchanged = answer(jp.loads(text)), answer(jp.loads(other))
     assert found.ok == exchanged.ok
     if found.ok:
         np.testing.assert_allclose(exchanged.figures, found.figures, rtol=1e-9)
@@ -121,5 +119,5 @@ def test_lanes_and_the_plain_solver_find_the_same(kind: str) -> None:
     at = nominal(m)
     lanes, plain = (m.core.worst(at.drives, at.poses, 24, on) for on in (True, False))
     if lanes["status"][0] == plain["status"][0] == _core.STATUSES.index("ok"):
-        np.testing.assert_allclose(plain["component"], lanes["component"], rtol=1e-7)
+        np.testing.assert_allclose(plain["component"], lanes["component"], rtol=1e-7, atol=1e-12)
         np.testing.assert_allclose(plain["position"], lanes["position"], rtol=1e-7)
