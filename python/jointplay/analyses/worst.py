@@ -52,7 +52,8 @@ def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
         each extreme; they add up to it), `unsettled` (extremes whose ascent was ended by its bound of work: the highest
         point met counts), `nominal`, `status`. Where members are elastic, units count that have to be
         strained to go together (`strained`), each where its energy is least, and `contribution_elastic` (per joint)
-        is what its compliance adds; all of them together add nothing. Loads do not count: `loaded` tells what they bend.
+        is what its compliance adds; all of them together add nothing. Loads do not count: `loaded` tells what they
+        bend.
 
     Examples
     --------
