@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::closure::Inputs;
+use crate::decomposition::singular_values;
 use crate::interrupt;
 use crate::mechanism::Mechanism;
 use crate::solver::{Solver, State, scaled_size};
@@ -111,7 +112,7 @@ impl Mechanism {
             if residual.amax() <= ASSEMBLED * 1e-3 {
                 break;
             }
-            let svd = matrix.clone().svd(true, true);
+            let Some(svd) = singular_values(matrix.clone(), true, true) else { break };
             let Ok(step) = svd.solve(&residual, 1e-9 * svd.singular_values.max()) else { break };
             let mut part = (0.5 / step.amax()).min(1.0);
             let improved = loop {
@@ -193,7 +194,7 @@ impl Mechanism {
             return solver.inverse_iteration(state).unwrap_or_else(|| (0.0, vec![0.0; self.n_unknowns()]));
         }
         let (_, matrix) = self.scaled(&state.coordinates, &state.inputs.drives);
-        let svd = matrix.svd(false, true);
+        let Some(svd) = singular_values(matrix, false, true) else { return (0.0, vec![0.0; self.n_unknowns()]) };
         let (index, value) = svd.singular_values.argmin();
         (value, svd.v_t.map_or_else(Vec::new, |v_t| v_t.row(index).iter().copied().collect()))
     }

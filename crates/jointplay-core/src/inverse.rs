@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::assembly::ASSEMBLED;
 use crate::closure::Inputs;
+use crate::decomposition::singular_values;
 use crate::mechanism::Mechanism;
 use crate::path::Configuration;
 use crate::sensitivity::Output;
@@ -91,7 +92,7 @@ impl Mechanism {
             let Output { drives, .. } = self.output_sensitivity(&linearised, &state);
             let map =
                 DMatrix::from_fn(weights.len(), self.n_drives, |i, d| weights[i] * drives[(i, d)] * drive_unit(d));
-            let svd = map.svd(true, true);
+            let svd = singular_values(map, true, true).ok_or(Status::Singular)?;
             let step = svd.solve(&error, 1e-9 * svd.singular_values.max()).map_err(|_| Status::Singular)?;
             let mut part = (0.3 / step.amax()).min(1.0);
             // The last Gauss-Newton step: what is left is its square, or rounding.

@@ -22,6 +22,7 @@ use crate::clearance::{Direction, Face, Mute, inner};
 use crate::closure::Inputs;
 use crate::cone::{Answer, Block, Kind, OptimalFace, Program};
 use crate::contact::Contact;
+use crate::decomposition::{largest_eigenvalue, singular_values};
 use crate::mechanism::{Mechanism, Source};
 use crate::sensitivity::Gradient;
 use crate::solver::Solver;
@@ -192,10 +193,10 @@ impl Solver<'_> {
         let quiet: Vec<Mute> = m.sources.iter().zip(mutes).map(|(source, mute)| m.quiet(source, &at, *mute)).collect();
         for round in 0.. {
             let bend = self.bend(&at, &faces, mutes)?;
-            if bend.is_unstable() {
+            if bend.is_unstable()? {
                 return None;
             }
-            let ties = bend.ties();
+            let ties = bend.ties()?;
             if ties.rows.nrows() == bend.ways.len() {
                 return Some(Rest { contact: at, open: Open::Nothing });
             }
@@ -226,31 +227,34 @@ impl Bend {
         UNDECIDED + self.force.amax()
     }
 
-    /// Whether there is a direction along which the load's work has a minimum.
-    fn is_unstable(&self) -> bool {
+    /// Whether there is a direction along which the load's work has a minimum; `None` where there is no load to tell.
+    fn is_unstable(&self) -> Option<bool> {
         let n = self.ways.len();
+        if n == 0 {
+            return Some(false);
+        }
         let reach = |i: usize| self.ways[i].1.reach;
         let symmetric = DMatrix::from_fn(n, n, |i, j| {
             let [a, b] = [(i, j), (j, i)].map(|(i, j)| self.matrix[(i, j)] * (reach(i) / reach(j)).sqrt());
             0.5 * (a + b)
         });
-        n > 0 && symmetric.symmetric_eigenvalues().max() > self.least()
+        largest_eigenvalue(symmetric).map(|largest| largest > self.least())
     }
 
-    fn ties(&self) -> Ties {
+    fn ties(&self) -> Option<Ties> {
         let n = self.ways.len();
         if n == 0 {
-            return Ties { rows: DMatrix::zeros(0, 0), steps: DVector::zeros(0) };
+            return Some(Ties { rows: DMatrix::zeros(0, 0), steps: DVector::zeros(0) });
         }
-        let svd = self.matrix.clone().svd(true, true);
+        let svd = singular_values(self.matrix.clone(), true, true)?;
         let tied: Vec<usize> = (0..n).filter(|&k| svd.singular_values[k] > self.least()).collect();
-        let (Some(u), Some(v)) = (svd.u, svd.v_t) else { unreachable!() };
-        Ties {
+        let (u, v) = (svd.u?, svd.v_t?);
+        Some(Ties {
             rows: DMatrix::from_fn(tied.len(), n, |e, i| v[(tied[e], i)]),
             steps: DVector::from_fn(tied.len(), |e, _| {
                 -u.column(tied[e]).dot(&self.force) / svd.singular_values[tied[e]]
             }),
-        }
+        })
     }
 }
 

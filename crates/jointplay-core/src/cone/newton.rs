@@ -19,6 +19,7 @@ use super::form::Form;
 use super::lanes::Question;
 use super::own::Atom;
 use super::{Answer, Block, Program};
+use crate::decomposition::singular_values;
 use crate::interrupt;
 use crate::space::norm;
 
@@ -51,7 +52,7 @@ impl Open {
         if coordinates.is_empty() {
             return Some(Self { coordinates, held: DMatrix::zeros(s, 0), free: all, give: DMatrix::zeros(0, 0) });
         }
-        let svd = form.e.select_columns(&coordinates).svd(true, true);
+        let svd = singular_values(form.e.select_columns(&coordinates), true, true)?;
         let (u, v_t) = (svd.u?, svd.v_t?);
         let smallest = HELD * svd.singular_values.max();
         let there: Vec<usize> = (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > smallest).collect();
@@ -63,7 +64,7 @@ impl Open {
         // Orthonormal directions at right angles to those that are held.
         let mut free = DMatrix::zeros(s, s - there.len());
         if !free.is_empty() {
-            let directions = (&all - &held * held.transpose()).svd(true, false);
+            let directions = singular_values(&all - &held * held.transpose(), true, false)?;
             let mut order: Vec<usize> = (0..s).collect();
             order.sort_by(|a, b| directions.singular_values[*b].total_cmp(&directions.singular_values[*a]));
             free = directions.u?.select_columns(&order[..free.ncols()]);

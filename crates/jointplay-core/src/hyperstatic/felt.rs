@@ -7,6 +7,7 @@ use super::compatibility::Ties;
 use super::system::{Give, System, UNDECIDED_TOGETHER};
 use crate::clearance::Face;
 use crate::cone::Outcome;
+use crate::decomposition::pseudo_inverse;
 
 /// Directions in which open offsets do less than this part of the most in the equations are not tied.
 const TIED: f64 = 1e-9;
@@ -85,7 +86,7 @@ fn bounds(open: &[Open<'_>], c: &Ties, output: &DMatrix<f64>) -> Vec<f64> {
     let (ties, map) = (scaled(&c.equations), scaled(output));
     let normal = &ties * ties.transpose();
     let smallest = TIED * TIED * normal.norm();
-    let inverse = normal.pseudo_inverse(smallest).unwrap_or_else(|_| DMatrix::zeros(ties.nrows(), ties.nrows()));
+    let inverse = pseudo_inverse(&normal, smallest).unwrap_or_else(|| DMatrix::zeros(ties.nrows(), ties.nrows()));
     let multipliers = -inverse * &ties * map.transpose();
     let bound = |k: usize| {
         let moved = |open: &Open<'_>| {

@@ -9,6 +9,7 @@ use super::system::{Balance, Give, System, UNDECIDED_TOGETHER};
 use crate::ascent::UNDECIDED;
 use crate::clearance::Face;
 use crate::cone::{Kind, Outcome, Rounds};
+use crate::decomposition::singular_values;
 use crate::loaded::UNFELT;
 
 /// Pivots that differ by less are no matter of rounding.
@@ -141,7 +142,7 @@ impl System<'_> {
         if (&felt * felt.transpose()).cholesky().is_some_and(|factors| is_clear(factors.l_dirty())) {
             return unknown;
         }
-        let svd = felt.svd(true, false);
+        let Some(svd) = singular_values(felt, true, false) else { return unknown };
         let Some(directions) = svd.u else { return unknown };
         let smallest = UNDECIDED * svd.singular_values.max();
         // The left null space: what is orthogonal to every direction that is felt.

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::decomposition::pseudo_inverse;
 use crate::hyperstatic::compatibility::Compatibility;
 use crate::hyperstatic::system::{Ask, System};
 use crate::mechanism::{Mechanism, Source};
@@ -65,8 +66,8 @@ impl Reach<'_> {
         let flexibility = of_rows * &along;
         let scale = flexibility.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
         let scales = &scale * scale.transpose();
-        let scaled = flexibility.component_mul(&scales).pseudo_inverse(1e-12);
-        let inverse = scaled.unwrap_or_else(|_| DMatrix::zeros(s, s)).component_mul(&scales);
+        let scaled = pseudo_inverse(&flexibility.component_mul(&scales), 1e-12);
+        let inverse = scaled.unwrap_or_else(|| DMatrix::zeros(s, s)).component_mul(&scales);
         let by_misfit = (along * inverse).map(f64::abs) * lack;
         most.zip(by_misfit.iter()).map(|(load, misfit)| load + misfit).collect()
     }

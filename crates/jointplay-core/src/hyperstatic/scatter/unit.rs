@@ -6,6 +6,7 @@ use super::dice::Dice;
 use super::section::{Member, Section};
 use crate::clearance::MAX_SIZE;
 use crate::cone::{Form, Kind};
+use crate::decomposition::pseudo_inverse;
 use crate::hyperstatic::compatibility::{Compatibility, FITS, Ties};
 use crate::hyperstatic::settle::is_apart;
 use crate::hyperstatic::system::{Ask, Balance, Give, System, UNDECIDED_TOGETHER};
@@ -338,7 +339,7 @@ pub fn least_displacements(system: &System<'_>, c: &Ties, clearances: &[usize]) 
     for (row, weight) in weights.iter().enumerate() {
         scaled.column_mut(row).scale_mut(*weight);
     }
-    let mut inverse = scaled.clone().pseudo_inverse(LOOSE * scaled.norm()).unwrap_or_else(|_| scaled.transpose());
+    let mut inverse = pseudo_inverse(&scaled, LOOSE * scaled.norm()).unwrap_or_else(|| scaled.transpose());
     for row in 0..rows {
         inverse.row_mut(row).scale_mut(weights[row]);
     }

@@ -1,0 +1,64 @@
+//! Decompositions of dense matrices, in bounded time.
+//!
+//! The iterations of [`nalgebra`] have no end where a number is not finite, as a ratio of forces is not where there
+//! are none.
+
+use nalgebra::{DMatrix, Dyn, SVD, SymmetricEigen};
+
+/// Iterations at most for every row or column; a singular value takes a few.
+const ITERATIONS: usize = 100;
+/// What is zero beside the largest singular value, in the iteration.
+const SMALLEST: f64 = 5.0 * f64::EPSILON;
+
+fn iterations(matrix: &DMatrix<f64>) -> usize {
+    ITERATIONS * (matrix.nrows() + matrix.ncols())
+}
+
+fn is_finite(matrix: &DMatrix<f64>) -> bool {
+    matrix.iter().all(|x| x.is_finite())
+}
+
+/// Singular values, with the vectors that are asked for; `None` where a number is not finite.
+pub(crate) fn singular_values(matrix: DMatrix<f64>, left: bool, right: bool) -> Option<SVD<f64, Dyn, Dyn>> {
+    let most = iterations(&matrix);
+    if is_finite(&matrix) { matrix.try_svd(left, right, SMALLEST, most) } else { None }
+}
+
+/// The pseudo-inverse, singular values below `smallest` taken for zero; `None` where a number is not finite.
+pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>, smallest: f64) -> Option<DMatrix<f64>> {
+    let most = iterations(matrix);
+    let svd = is_finite(matrix).then(|| SVD::try_new_unordered(matrix.clone(), true, true, SMALLEST, most))?;
+    svd?.pseudo_inverse(smallest).ok()
+}
+
+/// The largest eigenvalue of a symmetric matrix that is not empty; `None` where a number is not finite.
+pub(crate) fn largest_eigenvalue(matrix: DMatrix<f64>) -> Option<f64> {
+    let most = iterations(&matrix);
+    let decomposed = is_finite(&matrix).then(|| SymmetricEigen::try_new(matrix, f64::EPSILON, most))?;
+    decomposed.map(|d| d.eigenvalues.max())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_finite_has_none() {
+        for x in [f64::NAN, f64::INFINITY] {
+            let matrix = DMatrix::from_element(3, 3, x);
+            assert!(singular_values(matrix.clone(), true, true).is_none());
+            assert!(pseudo_inverse(&matrix, 1e-12).is_none());
+            assert!(largest_eigenvalue(matrix).is_none());
+        }
+    }
+
+    #[test]
+    fn they_are_those_of_nalgebra() {
+        let matrix = DMatrix::from_fn(4, 7, |i, j| ((3 * i + 5 * j) as f64).sin());
+        let ours = singular_values(matrix.clone(), true, true).expect("finite");
+        assert_eq!(ours, matrix.clone().svd(true, true));
+        assert_eq!(pseudo_inverse(&matrix, 1e-12), matrix.clone().pseudo_inverse(1e-12).ok());
+        let square = &matrix * matrix.transpose();
+        assert_eq!(largest_eigenvalue(square.clone()), Some(square.symmetric_eigenvalues().max()));
+    }
+}
