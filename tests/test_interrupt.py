@@ -74,7 +74,7 @@ def test_samples_until_the_interruption_are_told_with_their_number() -> None:
     )
     # They are samples like any: the first ones of the same units.
     whole = jp.random(m, samples=100_000)
-    np.testing.assert_allclose(partial.get("error_std")[0], whole.error_std[0], rtol=0.02)
+    np.testing.assert_allclose(partial.get("error_std")[0], whole["error_std"][0], rtol=0.02)
     assert (partial.get("histogram").sum(axis=-1) == drawn).all()
 
 

@@ -79,7 +79,7 @@ def test_first_order_spread(kind: str, seed: int, least: float) -> None:
     }
     std = np.sqrt(np.diag(statistics.covariance(link, q, drives, laws))) * [1, 1, np.rad2deg(1)]
     # Slopes are as large as the inverse of the Jacobian, the rounding of which goes with its square.
-    np.testing.assert_allclose(result.std_first_order[0], std, rtol=rounding(link, q) / link.length / least)
+    np.testing.assert_allclose(result.error_std_first_order[0], std, rtol=rounding(link, q) / link.length / least)
 
 
 @cases

@@ -30,7 +30,7 @@ try:
 except RuntimeError:
     pass
 for threads in (0, 3, 1024):
-    print(repr(jp.random(m, samples=20_000, threads=threads).error_std[0, 0].item()))
+    print(repr(jp.random(m, samples=20_000, threads=threads)["error_std"][0, 0].item()))
 print(repr(jp.worst(m).worst_position[0].item()))
 signal.signal(signal.SIGALRM, signal.default_int_handler)
 signal.setitimer(signal.ITIMER_REAL, 0.5)
@@ -45,7 +45,7 @@ def asked(threads: int) -> tuple[Any, ...]:
     """Some answers, by work on threads."""
     m = example("delta")
     scatter = jp.random(m, samples=20_000, threads=threads)
-    return (scatter.error_std.values.tolist(), jp.worst(m).worst_position.values.tolist())
+    return (scatter["error_std"].values.tolist(), jp.worst(m).worst_position.values.tolist())
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system has no fork")
@@ -69,7 +69,7 @@ def test_where_no_thread_can_be_started_the_caller_works_alone() -> None:
     )
     assert run.stderr == ""
     m = example("delta")
-    std = repr(jp.random(m, samples=20_000).error_std[0, 0].item())
+    std = repr(jp.random(m, samples=20_000)["error_std"][0, 0].item())
     assert run.stdout.split() == [std, std, std, repr(jp.worst(m).worst_position[0].item()), "heard"]
 
 
