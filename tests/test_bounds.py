@@ -131,6 +131,7 @@ def test_numbers_of_commands_are_bounded_like_those_of_the_file(
         (lambda m: jp.given(m, {"J1": [1e308, 1e308]}), "J1: 1e+308 is too large; numbers go up to 1e+12"),
         (lambda m: jp.given(m, np.full(len(m.parameters), 1e300)), "offsets: 1e+300 is too large"),
         (lambda m: jp.given(m, np.full(len(m.parameters), math.inf)), "offsets: has values that are not finite"),
+        (lambda m: jp.given(m, {"J1.x": 10**400}), "J1.x: is too large; numbers go up to 1e+12"),
         (lambda m: jp.compensate(m, target=[1e300, 0.0]), "target: 1e+300 is too large"),
         (lambda m: jp.worst(m, starts=10**6), "starts: 1000000 is not a number of starts; 1 to 10000 are possible"),
         (lambda m: jp.worst(m, starts=0), "starts: 0 is not a number of starts; 1 to 10000 are possible"),
@@ -149,6 +150,11 @@ def test_numbers_of_functions_are_bounded(call: Any, said: str) -> None:
     with pytest.raises(jp.InputError) as refusal:
         call(example("four-bar"))
     assert said in str(refusal.value)
+
+
+def test_what_is_no_number_is_repeated_in_short() -> None:
+    with pytest.raises(jp.InputError, match=r'J1.x: "a{56}... is not a number or an array of numbers$'):
+        jp.given(example("four-bar"), {"J1.x": "a" * 3000})
 
 
 def test_a_grid_of_too_many_nodes_is_refused_with_their_number() -> None:

@@ -74,10 +74,10 @@ def check(function: Callable[..., Any], name: str, value: object) -> None:
     kinds = _kinds(function, function.__annotations__[name])
     if not any(kind.fits(value) for kind in kinds):
         wanted = " or ".join(dict.fromkeys(kind.words for kind in kinds))
-        raise TypeError(f"{function.__qualname__}(): '{name}' is {wanted}, not {_told(value)}")
+        raise TypeError(f"{function.__qualname__}(): '{name}' is {wanted}, not {_described(value)}")
 
 
-def _told(value: object) -> str:
+def _described(value: object) -> str:
     if value is None:
         return "None"
     if isinstance(value, int) and abs(value) > LARGEST_FLOAT:

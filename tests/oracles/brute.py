@@ -149,28 +149,10 @@ def worst(
                 lost.append(f"{part}: {reason}")
                 continue
             reached = np.array([optimum.offsets[label] for label in link.labels])
-            reached = _inside(link, reached)
             value = float(measure(errors(link, q0, drives, reached[None])[0]))
             if value > best:
                 best, where = value, reached
     return Found(best, where, len(u), unclosed, len(parts) * len(picks), tuple(lost))
-
-
-def _inside(link: Linkage, u: np.ndarray) -> np.ndarray:
-    """u pulled back into its sets by the rounding that an optimiser leaves it outside."""
-    u, k = u.copy(), 0
-    for s in link.sources:
-        part = slice(k, k + len(s.labels))
-        away = u[part] - s.centre
-        if s.kind == "disc":
-            away /= max(1.0, float(np.hypot(*away)) / s.size[0])
-        elif s.kind == "diamond":
-            away /= max(1.0, (abs(away[0]) + s.size[1] * abs(away[1])) / s.size[0])
-        else:
-            away = np.clip(away, *s.size)
-        u[part] = away + s.centre
-        k += len(s.labels)
-    return u
 
 
 def first_order(link: Linkage, q0: np.ndarray, drives: Any) -> dict[str, float]:

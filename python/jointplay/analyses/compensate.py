@@ -24,7 +24,7 @@ from jointplay.typed import typed
 
 from .loaded import require_loads
 from .nominal import Codes, Floats, Nominal, nominal, report
-from .offsets import Offsets, check_numbers, parameters
+from .offsets import Offsets, array_of, parameters
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -228,7 +228,7 @@ def _weights(m: Mechanism, weights: tuple[float, float] | None) -> Floats:
         if len(weights) != 2 or not all(np.isfinite(w) and w >= 0 for w in weights) or not any(weights):
             problem = f"two weights, position and rotation, not negative and not both zero; here {shown(list(weights))}"
             raise InputError(problem, key="weights")
-        check_numbers(np.array(weights, dtype=np.float64), "", "weights")
+        array_of(weights, "", "weights")
         position, rotation = float(weights[0]), float(weights[1]) * m.units.length
     return np.array([position if c in LENGTHS else rotation for c in m.components])
 
@@ -237,10 +237,7 @@ def _target(m: Mechanism, count: int, target: Any) -> Floats:
     wanted = np.zeros((count, len(m.components)))
     if target is None:
         return wanted
-    try:
-        array = np.asarray(target, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError("is not an array of numbers", file=m.file, key="target") from None
+    array = array_of(target, m.file, "target")
     width = array.shape[-1] if array.ndim else 0
     lengths, _ = split(list(m.components))
     widths = (len(lengths), len(m.components))
@@ -248,7 +245,6 @@ def _target(m: Mechanism, count: int, target: Any) -> Floats:
         names = f"{', '.join(lengths)} or {', '.join(m.components)}"
         problem = f"needs {names} for all or each of the {count} configurations; here the shape is {array.shape}"
         raise InputError(problem, file=m.file, key="target")
-    check_numbers(array, m.file, "target")
     wanted[:, :width] = array * m.component_factors[:width]
     return wanted
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.errors import InputError, listed, not_known
+from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.model import Mechanism
 from jointplay.result import axes_of
 from jointplay.schema.values import LARGEST
@@ -64,11 +64,7 @@ def _put(m: Mechanism, u: Floats, columns: list[int], value: Any, name: str, nam
     if named & set(columns):
         raise InputError("is given twice", file=m.file, key=name)
     named |= set(columns)
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{value!r} is not a number or an array of numbers", file=m.file, key=name) from None
-    check_numbers(array, m.file, name)
+    array = array_of(value, m.file, name)
     if len(columns) == 1 and array.shape in ((), (1,), (count,), (count, 1)):
         u[:, columns[0]] = array.reshape(-1) * m.parameter_factors[columns[0]]
     elif len(columns) > 1 and array.shape in ((len(columns),), (count, len(columns))):
@@ -101,12 +97,8 @@ def _from_array(m: Mechanism, count: int, offsets: Any, deviations: Mapping[str,
         if offsets["parameter"].values.tolist() != list(m.parameters):
             raise InputError("the parameters are not those of this mechanism", file=m.file, key="offsets")
         offsets = offsets.transpose(..., "parameter").values
-    try:
-        array = np.asarray(offsets, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError("is not an array of numbers", file=m.file, key="offsets") from None
     # nan stands where another result has none
-    check_numbers(np.nan_to_num(array, nan=0.0, posinf=np.inf, neginf=-np.inf), m.file, "offsets")
+    array = array_of(offsets, m.file, "offsets", gaps=True)
     if array.shape not in ((len(m.parameters),), (count, len(m.parameters))):
         shape = f"({count}, {len(m.parameters)})"
         problem = f"needs the shape {shape}, configurations by parameters; here it is {array.shape}"
@@ -114,18 +106,26 @@ def _from_array(m: Mechanism, count: int, offsets: Any, deviations: Mapping[str,
     return np.ascontiguousarray(np.broadcast_to(array * m.parameter_factors, (count, len(m.parameters))))
 
 
-def check_numbers(array: Floats, file: str, key: str) -> None:
-    """Refuse what is not finite, or larger than any number of a file may be.
+def array_of(value: Any, file: str, key: str, *, gaps: bool = False) -> Floats:
+    """A number or an array of numbers as an array; with `gaps`, nan may be among them.
 
     Raises
     ------
     InputError
-        The message names the key and the limit.
+        When it is something else, not finite, or larger than any number of a file may be.
     """
-    if not np.isfinite(array).all():
+    limit = f"is too large; numbers go up to {LARGEST:.0e}"
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except OverflowError:
+        raise InputError(limit, file=file, key=key) from None
+    except (TypeError, ValueError):
+        raise InputError(f"{shown(value)} is not a number or an array of numbers", file=file, key=key) from None
+    if not (np.isfinite(array) | (np.isnan(array) if gaps else False)).all():
         raise InputError("has values that are not finite", file=file, key=key)
-    if array.size and (largest := float(np.abs(array).max())) > LARGEST:
-        raise InputError(f"{largest:.4g} is too large; numbers go up to {LARGEST:.0e}", file=file, key=key)
+    if (largest := float(np.fmax.reduce(np.abs(array), axis=None, initial=0.0))) > LARGEST:
+        raise InputError(f"{largest:.4g} {limit}", file=file, key=key)
+    return array
 
 
 def admissible(m: Mechanism, u: Floats) -> NDArray[np.bool_]:

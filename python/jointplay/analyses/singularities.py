@@ -184,7 +184,7 @@ def _length(m: Mechanism, length: float | None) -> float:
     if length is None:
         return m.length
     asked = float(length) * m.units.length
-    # Beyond that no singular value tells anything of the mechanism.
+    # Beyond that singular values lose the shorter lengths in rounding.
     low, high = m.length / LARGEST_RATIO, m.length * LARGEST_RATIO
     if not low <= asked <= high:
         unit = m.units.length

@@ -254,7 +254,7 @@ def sweep(
 
     keys, values, fixed = arguments.swept(arguments.assignments(settings or (), "--set"))
     m = answer.mechanism(file, fixed)
-    # What a swept key reaches is told once, not again for every value.
+    # What a swept key reaches is said once, not again for every value.
     answer.change(m, dict.fromkeys(keys, values[0]))
     options: dict[str, Any] = {}
     if question is Swept.random:

@@ -1,4 +1,4 @@
-"""Files that tell whether they are whole: length and CRC-32, within the file or beside it."""
+"""Length and CRC-32 of files, kept within the file or beside it, by which damage is noticed."""
 
 from __future__ import annotations
 

@@ -45,6 +45,8 @@ pub(crate) use tapered::Tapered;
 
 /// The most components that one set has.
 pub const MAX_SIZE: usize = 5;
+/// An offset nearer to a corner than this part of its set is in it: climbs end there up to rounding.
+const THERE: f64 = 1e-6;
 
 /// A convex compact set that contains zero, if [`Set::check`] finds nothing wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -262,15 +264,15 @@ impl Set {
     /// the opposite of the offset.
     pub(crate) fn elsewhere(&self, offset: &[f64]) -> Vec<[f64; MAX_SIZE]> {
         let away = |corner: &[f64; MAX_SIZE]| {
-            (0..offset.len()).any(|k| (corner[k] - offset[k]).abs() > 1e-6 * self.half_width(k))
+            (0..offset.len()).any(|k| (corner[k] - offset[k]).abs() > THERE * self.half_width(k))
         };
-        let corners = match *self {
-            Self::Interval { low, high } => vec![padded([low]), padded([high])],
-            Self::Diamond { gap, half_length } => {
+        let corners = match self.shape() {
+            Shape::Interval { low, high } => vec![padded([low]), padded([high])],
+            Shape::Diamond { gap, half_length } => {
                 let tilt = gap / half_length;
                 vec![padded([gap, 0.0]), padded([-gap, 0.0]), padded([0.0, tilt]), padded([0.0, -tilt])]
             }
-            _ => {
+            Shape::Round { .. } | Shape::Pin(_) | Shape::Tapered(_) => {
                 let mut opposite = [0.0; MAX_SIZE];
                 opposite.iter_mut().zip(offset).for_each(|(o, x)| *o = -x);
                 vec![opposite]

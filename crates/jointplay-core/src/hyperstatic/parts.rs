@@ -130,8 +130,8 @@ impl System<'_> {
         let tied = || self.gives.iter().zip(&balance.given).filter(|(give, _)| Self::is_tied(give, c));
         let force = |give: &Give| Self::along(give, &balance.forces);
         let largest = tied().fold(0.0, |most: f64, (give, _)| most.max(give.kind.push(&force(give))));
-        let way = |(give, given): (&'_ Give, &Vec<f64>)| give.kind.way(&force(give), given, largest, least);
-        let ways: Vec<(&Give, Way)> = tied().map(|(give, given)| (give, way((give, given)))).collect();
+        let ways: Vec<(&Give, Way)> =
+            tied().map(|(give, given)| (give, give.kind.way(&force(give), given, largest, least))).collect();
         let open = ways.iter().flat_map(|(give, way)| {
             let spread = spread(give);
             way.open.iter().map(move |l| (&*give.columns, std::array::from_fn(|k| spread[k] * l[k])))
@@ -155,7 +155,7 @@ impl System<'_> {
         self.derivatives_by(c, &c.output.parameters, &nothing, 0.0, spread)
     }
 
-    /// The same where displacements are as they are told: what is elastic gives way, and clearances where that is not.
+    /// The same where offsets are given: what is elastic gives way, and clearances where nothing is elastic.
     pub fn derivatives_given(&self, c: &Compatibility) -> DMatrix<f64> {
         let mut sharing = Sharing::new(self, &c.equations, &c.output.parameters);
         for columns in [|give: &Give| give.kind.compliance(), |give: &Give| give.kind.play()] {

@@ -187,7 +187,7 @@ impl Mechanism {
             for part in &parts {
                 tally.merge(part);
             }
-            // What is drawn until then tells something; nothing does not.
+            // Samples until then are a result, unless there are none.
             if interrupt::is_asked() {
                 break;
             }

@@ -3,8 +3,8 @@
 In over-constrained steps every corner of the box of tolerances is a unit (corners in turn where there are too many).
 The factor on the clearances is a convex function of the deviations, so that its largest value is at a corner; forces
 are the largest met there. Errors are the exact extremes of `worst` for every centre, over units that are strained, too,
-with what loads bend of units that fit at its full size; where the unit of a corner is farther off than that, it is what
-counts.
+and what loads bend of units that fit is added at its full size; where the unit of a corner is farther off than that,
+its error is taken.
 """
 
 from __future__ import annotations

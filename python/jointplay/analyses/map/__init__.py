@@ -32,7 +32,7 @@ QUESTIONS = ("loaded", "worst", "random", "given", "solve")
 CHUNKS = {"loaded": 2**14, "given": 2**13, "solve": 2**12, "worst": 2**9, "random": 2**6}
 #: questions that do not tell by themselves how near a node is to a singularity
 MEASURED = ("solve", "worst", "random")
-#: of the largest map, some ten gigabytes where nothing but the error is told
+#: of the largest map: some ten gigabytes where only the error is kept
 MOST_NODES = 10**9
 #: parameters of a question on which its numbers do not depend, or that the map gives
 NO_OPTIONS = ("m", "at", "progress", "threads", "offset")

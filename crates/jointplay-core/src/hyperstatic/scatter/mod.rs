@@ -70,7 +70,8 @@ impl Mechanism {
         (0..self.sources.len()).filter(|s| tied.iter().any(|tied| tied.contains(s))).collect()
     }
 
-    /// Scatter of every case, or when stopped of the units until then, whatever ties the displacements of its joints or pushes them.
+    /// Scatter of every case, whatever ties the displacements of its joints or pushes them; when stopped, that of the
+    /// units until then.
     #[must_use]
     pub fn random_units(&self, cases: &[Case<'_>], request: &Request) -> Vec<UnitScatter> {
         self.each_on_basis(
