@@ -77,17 +77,17 @@ def compare(text: str, starts: int = 2) -> Comparison:
     moves = reach > 1e-9 * np.array([link.length, link.length, 1.0])
     part = np.where(moves, 1.0 / np.where(moves, reach, 1.0), 0.0)
     play = float(max(s.size[-1] if s.kind == "interval" else s.size[0] for s in link.sources)) / link.length
-    best = search.maxima(starts)[0]
+    best = next(iter(search.maxima(starts)), None)
     values = dict(zip(result.parameter.values.tolist(), result.offset.values.tolist(), strict=True))
-    done = search.work({label: values[label] * link.scale(label) for label in link.labels})
+    told = {label: values[label] * link.scale(label) for label in link.labels}
     return Comparison(
         play=play,
         status=str(result.status.item()),
         undecided=not bool(result.decided.all()),
         told=result.undetermined.values * unit * part,
-        found=search.half_widths(best) * part,
-        apart=float(np.abs((result.error.values * unit - best.error) * part).max()),
-        lack=(best.work - done) / search.unit,
+        found=search.half_widths(best) * part if best else np.full(3, np.nan),
+        apart=float(np.abs((result.error.values * unit - best.error) * part).max()) if best else np.nan,
+        lack=(best.work - search.work(told)) / search.unit if best else np.nan,
     )
 
 
