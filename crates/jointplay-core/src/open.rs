@@ -31,6 +31,8 @@ use crate::solver::Solver;
 const DIFFERENCE: f64 = 1e-4;
 /// Rounds in which the middle is approached at most; each leaves the part that the play is of the mechanism.
 const ROUNDS: usize = 25;
+/// Iterations of a decomposition at most; each singular value takes a few.
+const DECOMPOSED: usize = 1000;
 /// The middle is reached where no offset moves by more than this part of its set.
 const STILL: f64 = 1e-10;
 /// Two places are one where no offset differs by more than this part of its set; what is less than this part of a
@@ -182,7 +184,8 @@ impl Solver<'_> {
             (0..n).for_each(|i| matrix[(i, j)] = (high[i] - low[i]) / (2.0 * DIFFERENCE));
         }
         let force = DVector::from_vec(forces(&at.gradient));
-        Some(Bend { ways, matrix, force })
+        let finite = matrix.iter().chain(&force).all(|x| x.is_finite());
+        finite.then_some(Bend { ways, matrix, force })
     }
 
     /// Goes to the middle of what is open around a contact.
@@ -195,7 +198,7 @@ impl Solver<'_> {
             if bend.is_unstable() {
                 return None;
             }
-            let ties = bend.ties();
+            let ties = bend.ties()?;
             if ties.rows.nrows() == bend.ways.len() {
                 return Some(Rest { contact: at, open: Open::Nothing });
             }
@@ -237,20 +240,21 @@ impl Bend {
         n > 0 && symmetric.symmetric_eigenvalues().max() > self.least()
     }
 
-    fn ties(&self) -> Ties {
+    /// `None` where the changes have no singular values.
+    fn ties(&self) -> Option<Ties> {
         let n = self.ways.len();
         if n == 0 {
-            return Ties { rows: DMatrix::zeros(0, 0), steps: DVector::zeros(0) };
+            return Some(Ties { rows: DMatrix::zeros(0, 0), steps: DVector::zeros(0) });
         }
-        let svd = self.matrix.clone().svd(true, true);
+        let svd = self.matrix.clone().try_svd(true, true, f64::EPSILON, DECOMPOSED)?;
         let tied: Vec<usize> = (0..n).filter(|&k| svd.singular_values[k] > self.least()).collect();
-        let (Some(u), Some(v)) = (svd.u, svd.v_t) else { unreachable!() };
-        Ties {
+        let (u, v) = (svd.u?, svd.v_t?);
+        Some(Ties {
             rows: DMatrix::from_fn(tied.len(), n, |e, i| v[(tied[e], i)]),
             steps: DVector::from_fn(tied.len(), |e, _| {
                 -u.column(tied[e]).dot(&self.force) / svd.singular_values[tied[e]]
             }),
-        }
+        })
     }
 }
 
