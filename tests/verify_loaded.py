@@ -117,14 +117,13 @@ def main(count: int = 2000, first: int = 0) -> int:
         rows.setdefault(math.floor(math.log10(found.play)), []).append(found)
         if found.verdict not in NO_DIFFERENCE:
             print(f"seed {seed}: {found.verdict}, {found}", flush=True)
-    print("| largest clearance / size | mechanisms | singular | undetermined | not all ends found | agree in all "
-          "| agree with a tenth of the play | half-width off by at most |\n|---|---|---|---|---|---|---|---|")  # fmt: skip
+    head = ("largest clearance / size", "mechanisms", "undetermined", *NO_DIFFERENCE, "half-width off by at most")
+    print(f"| {' | '.join(head)} |\n{'|---' * len(head)}|")
     for decade, group in sorted(rows.items()):
-        count_of = {verdict: sum(c.verdict == verdict for c in group) for verdict in NO_DIFFERENCE}
         open_ = [c for c in group if c.status == "undetermined"]
         most = max((c.off for c in open_), default=0.0)
-        counts = f"{count_of['singular']} | {len(open_)} | {count_of['not found']} | {count_of['agrees']} | {count_of['curved']}"
-        print(f"| 1e{decade} to 1e{decade + 1} | {len(group)} | {counts} | {100 * most:.2g} % |")
+        counts = [len(group), len(open_), *(sum(c.verdict == v for c in group) for v in NO_DIFFERENCE)]
+        print(f"| 1e{decade} to 1e{decade + 1} | {' | '.join(map(str, counts))} | {100 * most:.2g} % |")
     return int(any(c.verdict not in NO_DIFFERENCE for group in rows.values() for c in group))
 
 
