@@ -205,6 +205,44 @@ def test_a_load_along_the_rocker(pulls: bool) -> None:
         np.testing.assert_allclose(result.undetermined, loose, rtol=2e-2, atol=1e-6)
 
 
+@pytest.mark.parametrize("seed", range(16))
+def test_a_pushed_rocker_is_open_only_if_it_can_rest_on_either_side(seed: int) -> None:
+    """The work has a minimum between the ends of the coupler's play, or it grows all the way to one of them. With a
+    minimum both ends are stable, whichever has more work; without one there is a single place."""
+    rng = np.random.default_rng([7, seed])
+    fb, theta = random_four_bar(seed)
+    start = tuple(math.degrees(a) for a in (theta, fb.coupler_angle(theta), fb.rocker_angle(theta)))
+    e = -np.exp(1j * fb.rocker_angle(theta))
+    load = f"[[loads]]\nforce = [{float(10 * e.real)!r}, {float(10 * e.imag)!r}]\n"
+    play = tuple(float(c) for c in 0.02 * 10 ** rng.uniform(0, 1, 4))
+    text = four_bar_text(fb.l1, fb.l2, fb.l3, fb.D.real, [math.degrees(theta)], play, start=start, extra=load)
+    link, result = read(text), jp.loaded(jp.loads(text))
+    q, drives = link.nominal(link.configurations[0]), link.configurations[0]
+    search = MostWork(link, q, drives)
+    told = np.array([played(link, result, 0)[label] for label in link.labels])
+    turn_by = link.sensitivity(q, drives)[0][2]
+
+    def turned(part: float) -> np.ndarray:
+        """The coupler's three pins at a part of what turns the rocker as far as it goes."""
+        u = told.copy()
+        for pin in range(3):
+            row = turn_by[2 * pin : 2 * pin + 2]
+            u[2 * pin : 2 * pin + 2] = part * play[pin] * row / np.hypot(*row)
+        return u
+
+    work = {part: search.work(turned(part)) for part in (-1.0, -0.99, 0.99, 1.0)}
+    stable = [work[-1.0] > work[-0.99], work[1.0] > work[0.99]]
+    assert any(stable)
+    if all(stable):
+        assert result.status.item() == "undetermined"
+        half = np.abs(search.error(turned(1.0)) - search.error(turned(-1.0))) / 2 * [1, 1, math.degrees(1)]
+        np.testing.assert_allclose(result.undetermined[0], half, rtol=2e-2, atol=1e-5)
+    else:
+        assert result.status.item() == "ok"
+        assert (result.undetermined == 0).all()
+        assert search.work(told) >= max(work.values()) - 1e-9 * search.unit
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_guide_of_a_two_force_cylinder_is_undetermined(seed: int) -> None:
     """Nothing presses the rod against the side of its guide, nor does the output feel where it is; pins are pressed."""

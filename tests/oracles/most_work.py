@@ -153,13 +153,18 @@ class MostWork:
         """Lowest and highest value of `direction . error` over the poses of largest work; nan if not found."""
         ends = []
         size = float(np.abs(direction) @ self.sizes)
-        start = np.concatenate([(best.poses - self.q0) / self.step, best.offsets / self.widths])
+        middle = np.concatenate([(best.poses - self.q0) / self.step, best.offsets / self.widths])
         for sign in (-1.0, 1.0):
-            values = []
-            weight = sign * direction * self.sizes / size
-            for level in LEVELS:
-                x = self._solve([0.0, *weight], start, best.work / self.unit - level)
+            weight = [0.0, *(sign * direction * self.sizes / size)]
+            starts, values = [middle], [np.nan, np.nan]
+            # Where one level does not succeed from the middle it is tried again from the end of the other one.
+            for k in (0, 1, 0, 1):
+                if np.isfinite(values[k]):
+                    continue
+                x = self._solve(weight, starts[-1], best.work / self.unit - LEVELS[k])
                 end = None if x is None else self.at(x)
-                values.append(np.nan if end is None else float(direction @ end.error))
+                if end is not None:
+                    values[k] = float(direction @ end.error)
+                    starts.append(x)
             ends.append((10 * values[1] - values[0]) / 9)
         return ends[0], ends[1]

@@ -241,6 +241,7 @@ impl Bend {
         largest_eigenvalue(symmetric).map(|largest| largest > self.least())
     }
 
+    /// `None` where the changes have no singular values.
     fn ties(&self) -> Option<Ties> {
         let n = self.ways.len();
         if n == 0 {
