@@ -227,7 +227,7 @@ impl Bend {
         UNDECIDED + self.force.amax()
     }
 
-    /// Whether there is a direction along which the load's work has a minimum; `None` where there is no load to tell.
+    /// Whether there is a direction along which the load's work has a minimum; `None` where a number is not finite.
     fn is_unstable(&self) -> Option<bool> {
         let n = self.ways.len();
         if n == 0 {
@@ -377,11 +377,15 @@ impl Mechanism {
             let least = FELT * clearances.map(reach).sum::<f64>();
             if total(&here).min(total(&there)) > least {
                 felt = true;
-                here.iter().for_each(|(s, share)| open[s * size + k] = *share);
+                for (s, share) in here {
+                    open[s * size + k] = share;
+                }
             }
         }
         if let Open::Faces(faces) = &rest.open {
-            faces.sources.iter().zip(&faces.moves).for_each(|((s, _), moves)| decided[*s] &= !moves);
+            for ((s, _), moves) in faces.sources.iter().zip(&faces.moves) {
+                decided[*s] &= !moves;
+            }
         }
         Left { open, decided, felt }
     }
