@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +68,16 @@ def test_an_exchange_that_gradients_seemed_to_decide_against(kind: str, seed: in
     for _, found, missed in against_many_starts([seed], [kind]):
         assert found.ok
         assert not missed
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("platform RrR", 1004), ("loop rRPRp", 1000)])
+def test_a_wall_ends_the_search_and_is_reported(kind: str, seed: int) -> None:
+    """Every climb went to the same wall with all the Newton steps of a climb: half a million of them, 2 to 4 s."""
+    begin = time.process_time()
+    result = jp.worst(jp.loads(mechanism(kind, seed)))
+    assert time.process_time() - begin < 1.5
+    assert result.status.item() == "singular"
+    assert result.unsettled.item() > 0
 
 
 @pytest.mark.parametrize("kind", ["loop rRPR", "chain pp", "platform rRR"])

@@ -8,11 +8,14 @@ use crate::decomposition::singular_values;
 use crate::mechanism::Mechanism;
 use crate::path::Configuration;
 use crate::sensitivity::Output;
-use crate::solver::{Solver, State};
+use crate::solver::{Budget, Solver, State};
 use crate::status::Status;
 
 /// Gauss-Newton steps per target.
 const STEPS: usize = 200;
+/// Newton steps of the closure per target. Ordinary targets take some tens; one that cannot be reached would be
+/// approached along the edge of what can be assembled, by one vain continuation after the other.
+const WORK: usize = 3_000;
 
 impl Mechanism {
     /// Finds the drive values that bring the output to every target, least squares over the components
@@ -87,6 +90,7 @@ impl Mechanism {
             // A structure is where it is.
             return Ok((state, error.norm()));
         }
+        let mut budget = Budget::of(WORK);
         for _ in 0..STEPS {
             let linearised = solver.linearise(&state).ok_or(Status::Singular)?;
             let Output { drives, .. } = self.output_sensitivity(&linearised, &state);
@@ -100,7 +104,7 @@ impl Mechanism {
             loop {
                 let values: Vec<f64> =
                     state.inputs.drives.iter().enumerate().map(|(d, q)| q + part * step[d] * drive_unit(d)).collect();
-                let next = solver.follow(&state, &Inputs::nominal(self, &values)).ok();
+                let next = solver.follow_within(&state, &Inputs::nominal(self, &values), &mut budget).ok();
                 if let Some(next) = next {
                     let next_error = gap(&next);
                     if last || next_error.norm() < error.norm() {
@@ -109,7 +113,7 @@ impl Mechanism {
                     }
                 }
                 part *= 0.5;
-                if part < 1e-5 {
+                if part < 1e-5 || budget.is_spent() {
                     return Ok((state, error.norm()));
                 }
             }

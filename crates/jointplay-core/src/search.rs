@@ -7,8 +7,9 @@
 //! 3. The best points are climbed to the last digits. The highest counts, of equal ones the first.
 //!
 //! Climbs run on lanes ([`crate::batch::Climb`]), and plainly ([`crate::ascent`]) where a lane is in doubt. Everything
-//! ends: there are at most [`EXCHANGES`] rounds, a lane ends after a number of Newton steps of its own, and a plain
-//! climb has a [`Budget`]. An extreme whose last climb is ended by that keeps its highest point and is counted.
+//! ends: there are at most [`EXCHANGES`] rounds, a lane ends after a number of Newton steps of its own, and all plain
+//! climbs of an extreme share its [`Work`]. An extreme whose search is ended by that keeps its highest point and is
+//! counted.
 
 // Kernels must be inlined into callers compiled for a width of vector registers.
 #![allow(clippy::inline_always)]
@@ -25,6 +26,14 @@ use crate::starts::Extreme;
 /// Newton steps of a plain climb, the approach of its start included: of a rough one, and to the last digits.
 const ROUGH_WORK: usize = 1_500;
 const WORK: usize = 12_000;
+/// Newton steps of all rough plain climbs of an extreme together: so many, and so many more with each of them. Those
+/// that stand still take 10 to 100; at a wall every one would take all that it gets.
+const ROUGH_POOL: usize = 3_000;
+const EACH: usize = 100;
+/// The part of what is left that one of them gets at most, so that something is left for the others.
+const SHARE: usize = 4;
+/// Newton steps of all plain climbs of an extreme to the last digits.
+const POOL: usize = 2 * WORK;
 /// Rounds in which sources are exchanged, at most.
 const EXCHANGES: usize = 12;
 /// Rough heights closer than this part of them may be in another order when they are fine.
@@ -57,6 +66,39 @@ struct Peak {
     slopes: Vec<(f64, Vec<f64>)>,
     /// Whether the last round has raised it.
     raised: bool,
+}
+
+/// The Newton steps left for the plain climbs of an extreme.
+#[derive(Clone, Debug)]
+struct Work {
+    rough: usize,
+    fine: usize,
+    /// Whether a climb has been ended that would have had more steps alone.
+    short: bool,
+}
+
+impl Work {
+    const NEW: Self = Self { rough: ROUGH_POOL, fine: POOL, short: false };
+
+    /// What the next climb may take.
+    fn next(&mut self, fine: bool) -> usize {
+        if fine {
+            return self.fine.min(WORK);
+        }
+        self.rough += EACH;
+        (self.rough / SHARE).clamp(EACH.min(self.rough), ROUGH_WORK)
+    }
+
+    /// Counts what it has taken of that.
+    const fn spend(&mut self, fine: bool, given: usize, budget: &Budget) {
+        let taken = given - budget.left();
+        if fine {
+            self.fine -= taken;
+        } else {
+            self.rough -= taken;
+        }
+        self.short |= budget.is_spent() && given < if fine { WORK } else { ROUGH_WORK };
+    }
 }
 
 /// One climb of an extreme.
@@ -117,6 +159,8 @@ pub(crate) struct Search<'b, 'm> {
     sites: Vec<Site<'b>>,
     /// By configuration and extreme.
     peaks: Vec<Vec<Peak>>,
+    /// The same.
+    work: Vec<Vec<Work>>,
     found: Vec<Found>,
 }
 
@@ -129,8 +173,9 @@ impl<'b, 'm> Search<'b, 'm> {
     ) -> Self {
         let sites = prepared.iter().map(|prepared| prepared.site.clone()).collect();
         let peaks = prepared.iter().map(|prepared| vec![Peak::default(); prepared.extremes.len()]).collect();
+        let work = prepared.iter().map(|prepared| vec![Work::NEW; prepared.extremes.len()]).collect();
         let found = vec![Found::default(); prepared.len()];
-        Self { mechanism, solver, climb, prepared, sites, peaks, found }
+        Self { mechanism, solver, climb, prepared, sites, peaks, work, found }
     }
 
     pub fn run(mut self) -> Vec<Found> {
@@ -240,9 +285,11 @@ impl<'b, 'm> Search<'b, 'm> {
                 *slot = Some(climbed);
             }
         }
-        for (found, best) in self.found.iter_mut().zip(best) {
+        for ((found, best), work) in self.found.iter_mut().zip(best).zip(&self.work) {
             found.blocked |= best.iter().any(Option::is_none);
-            found.unsettled = best.iter().flatten().filter(|climbed| !climbed.settled).count() as u64;
+            let unsettled =
+                |(best, work): &(&Option<Climbed>, &Work)| work.short || best.as_ref().is_some_and(|b| !b.settled);
+            found.unsettled = best.iter().zip(work).filter(unsettled).count() as u64;
             found.best = best.into_iter().map(|best| best.map(|climbed| climbed.height)).collect();
         }
     }
@@ -255,20 +302,28 @@ impl<'b, 'm> Search<'b, 'm> {
             None => vec![None; tasks.len()],
         };
         let plainly = |(tried, climbed): (Try, Option<Climbed>)| {
-            let climbed = climbed.or_else(|| self.climb_plainly(&tried.task));
+            let climbed = climbed.or_else(|| self.climb_plainly(&tried));
             (tried, climbed)
         };
         tries.into_iter().zip(climbed).map(plainly).collect()
     }
 
-    /// One climb by the plain solver, from where no play is taken if the start cannot be assembled.
-    fn climb_plainly(&mut self, task: &Task) -> Option<Climbed> {
+    /// One climb by the plain solver, within what is left of the work of its extreme.
+    fn climb_plainly(&mut self, Try { extreme, task }: &Try) -> Option<Climbed> {
+        self.found[task.site].fallbacks += 1;
+        let given = self.work[task.site][*extreme].next(task.fine);
+        let mut budget = Budget::of(given);
+        let climbed = self.climb_within(task, &mut budget);
+        self.work[task.site][*extreme].spend(task.fine, given, &budget);
+        climbed
+    }
+
+    /// From where no play is taken if the start cannot be assembled.
+    fn climb_within(&mut self, task: &Task, budget: &mut Budget) -> Option<Climbed> {
         let (m, found) = (self.mechanism, &mut self.found[task.site]);
         let Prepared { nominal, built, .. } = self.prepared[task.site];
-        found.fallbacks += 1;
-        let mut budget = Budget::of(if task.fine { WORK } else { ROUGH_WORK });
         let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: task.start.clone() };
-        let start = match (self.solver.follow_within(built, &inputs, &mut budget), task.pace) {
+        let start = match (self.solver.follow_within(built, &inputs, budget), task.pace) {
             (Ok(start), Pace::Stay) => {
                 let error = m.error(&start, nominal);
                 let value = task.measure.value(&error, m.n_translations());
@@ -283,8 +338,8 @@ impl<'b, 'm> Search<'b, 'm> {
             }
         };
         let summit = match task.pace {
-            Pace::Gentle => self.solver.climb_gently(task.measure, nominal, start, task.fine, &mut budget),
-            _ => self.solver.climb(task.measure, nominal, start, task.fine, &mut budget),
+            Pace::Gentle => self.solver.climb_gently(task.measure, nominal, start, task.fine, budget),
+            _ => self.solver.climb(task.measure, nominal, start, task.fine, budget),
         };
         let Some(summit) = summit else {
             found.blocked = true;

@@ -31,6 +31,12 @@ impl Budget {
         Self(steps)
     }
 
+    /// How many are left.
+    #[must_use]
+    pub const fn left(&self) -> usize {
+        self.0
+    }
+
     /// Whether nothing is left.
     #[must_use]
     pub const fn is_spent(&self) -> bool {

@@ -189,7 +189,7 @@ impl System<'_> {
             // Stiff springs make small changes of what would be larger ones.
             let still = change * stiffness.max(1.0) <= self.mechanism.still() * size
                 || change * stiffness.max(1.0) <= NOISE * size && change > 0.5 * last;
-            if still || steps == MOST_STEPS {
+            if still || steps >= MOST_STEPS {
                 return Ok(Rest { state, balance, steps, still });
             }
             // Changes shrink by as much as the displacements are beside the dimensions, one like the other.
