@@ -214,7 +214,7 @@ def test_a_pushed_rocker_is_open_only_if_it_can_rest_on_either_side(seed: int) -
     start = tuple(math.degrees(a) for a in (theta, fb.coupler_angle(theta), fb.rocker_angle(theta)))
     e = -np.exp(1j * fb.rocker_angle(theta))
     load = f"[[loads]]\nforce = [{float(10 * e.real)!r}, {float(10 * e.imag)!r}]\n"
-    play = tuple(float(c) for c in 0.02 * 10 ** rng.uniform(0, 1, 4))
+    play = tuple(float(c) for c in 0.02 * 10 ** rng.uniform(0, [1.0, 1.0, 1.0, 2.0]))
     text = four_bar_text(fb.l1, fb.l2, fb.l3, fb.D.real, [math.degrees(theta)], play, start=start, extra=load)
     link, result = read(text), jp.loaded(jp.loads(text))
     q, drives = link.nominal(link.configurations[0]), link.configurations[0]
