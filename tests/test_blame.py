@@ -299,7 +299,7 @@ def test_parts_of_a_scatter_add_up(elastic: bool, contact: str) -> None:
     total = found.contribution.sum("source")
     if elastic:
         total = total + found.contribution_elastic.sum("joint")
-    np.testing.assert_allclose(total, found.std_first_order**2, rtol=1e-9)
+    np.testing.assert_allclose(total, found.error_std_first_order**2, rtol=1e-9)
 
 
 def test_lengths_share_the_scatter_of_elastic_bars_by_stiffness() -> None:
