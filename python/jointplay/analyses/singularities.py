@@ -188,9 +188,7 @@ def _length(m: Mechanism, length: float | None) -> float:
     low, high = m.length / LARGEST_RATIO, m.length * LARGEST_RATIO
     if not low <= asked <= high:
         unit = m.units.length
-        problem = (
-            f"is a number of {m.units.length_name} from {low / unit:.4g} to {high / unit:.4g}, not {shown(length)}"
-        )
+        problem = f"{shown(length)} is not a number of {m.units.length_name} from {low / unit:.4g} to {high / unit:.4g}"
         raise InputError(problem, key="length")
     return asked
 
