@@ -87,7 +87,9 @@ fn a_determinate_mechanism_is_none_the_wiser() {
         assert_near(&together.component_first_order.concat(), &plain.component_first_order.concat(), 1e-12);
         let sizes = |w: &jointplay_core::extremes::Worst| [w.position, w.rotation];
         assert_near(&sizes(&together), &sizes(plain), 1e-9);
-        assert_near(&together.contribution.concat(), &plain.contribution.concat(), 1e-9);
+        // The direction of the largest displacement is known to the root of what its size is known to.
+        assert_near(&together.contribution[0], &plain.contribution[0], 3e-5);
+        assert_near(&together.contribution[1..].concat(), &plain.contribution[1..].concat(), 1e-9);
         let linear = |w: &jointplay_core::extremes::Worst| [w.position_first_order, w.rotation_first_order];
         assert_near(&linear(&together), &linear(plain), 1e-9);
         assert!(together.position_bound >= plain.position_first_order * (1.0 - 1e-12));
