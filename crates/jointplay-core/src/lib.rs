@@ -14,6 +14,7 @@ pub mod cone;
 pub mod contact;
 mod decomposition;
 mod escape;
+mod extent;
 pub mod extremes;
 pub mod flood;
 pub mod given;

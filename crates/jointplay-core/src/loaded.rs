@@ -356,6 +356,7 @@ impl Mechanism {
         };
         let map = self.output_sensitivity(&displaced, &contact.state);
         felt |= leave_open(&contact.gradient, &map, &mut open, &mut decided);
+        let mut around = None;
         if felt {
             // What the output feels is listened to: the closure may decide it.
             let unheard = |(mute, open): (&Mute, &[f64])| {
@@ -368,11 +369,19 @@ impl Mechanism {
                 let map = self.output_sensitivity(&at, &rest.contact.state);
                 let left = self.left_open(&rest, &listened, &first_order.parameters, &map.parameters);
                 (open, decided, felt) = (left.open, left.decided, left.felt);
-                (contact, displaced) = (rest.contact, at);
+                (contact, displaced) = (rest.contact.clone(), at);
+                around = felt.then_some(rest);
+            } else {
+                around = solver.as_it_is(contact.clone(), &mutes);
             }
         }
+        let error = self.error(&contact.state, nominal);
+        let mut reached = true;
+        if let Some(rest) = around {
+            reached = solver.spread(&rest, nominal, &error, &mut open);
+        }
         Loaded {
-            error: self.error(&contact.state, nominal),
+            error,
             error_first_order,
             undetermined: sum(&open),
             open,
@@ -382,7 +391,7 @@ impl Mechanism {
             contribution,
             steps: contact.steps,
             status: match status {
-                Status::Ok if contact.blocked && !contact.settled => Status::Singular,
+                Status::Ok if !reached || contact.blocked && !contact.settled => Status::Singular,
                 Status::Ok if felt || !contact.settled => Status::Undetermined,
                 other => other,
             },
@@ -428,9 +437,10 @@ impl Mechanism {
             let width = |map: &dyn Fn(usize) -> f64| face.half_width(&row(source, map)[..n]);
             let widths: [f64; 6] = std::array::from_fn(|k| if k < size { width(&|p| map(k, p)) } else { 0.0 });
             let moves = |k: usize| widths[k].min(width(&|p| first_order(k, p))) > UNFELT * reaches[k];
-            if (0..size).any(moves) {
+            for k in (0..size).filter(|&k| moves(k)) {
                 felt = true;
-                open[s * size..(s + 1) * size].iter_mut().zip(widths).for_each(|(o, w)| *o = w.max(*o));
+                let share = &mut open[s * size + k];
+                *share = share.max(widths[k]);
             }
         }
         felt

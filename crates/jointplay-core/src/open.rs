@@ -47,6 +47,10 @@ const FELT: f64 = 1e-7;
 pub(crate) struct Rest {
     pub contact: Contact,
     pub open: Open,
+    /// What is not listened to.
+    pub mutes: Vec<Mute>,
+    /// What the load does not push there, that included.
+    pub quiet: Vec<Mute>,
 }
 
 /// What the load leaves open.
@@ -121,10 +125,13 @@ impl Mechanism {
         faces.iter().flat_map(of).collect()
     }
 
-    /// What the force on a source does not push at a contact.
-    fn quiet(&self, source: &Source, at: &Contact, mute: Mute) -> Mute {
-        let force = source.set.heard(&at.gradient.inputs.parameters[source.range()], mute);
-        source.set.mute(&force[..source.set.size()], self.tolerance(source, at))
+    /// What the force on every source does not push at a contact.
+    fn quiets(&self, at: &Contact, mutes: &[Mute]) -> Vec<Mute> {
+        let quiet = |(source, mute): (&Source, &Mute)| {
+            let force = source.set.heard(&at.gradient.inputs.parameters[source.range()], *mute);
+            source.set.mute(&force[..source.set.size()], self.tolerance(source, at))
+        };
+        self.sources.iter().zip(mutes).map(quiet).collect()
     }
 }
 
@@ -190,38 +197,66 @@ impl Solver<'_> {
     fn in_the_middle(&self, mut at: Contact, mutes: &[Mute]) -> Option<Rest> {
         let m = self.mechanism;
         let mut faces = m.open_faces(&at, mutes);
-        let quiet: Vec<Mute> = m.sources.iter().zip(mutes).map(|(source, mute)| m.quiet(source, &at, *mute)).collect();
-        for round in 0.. {
-            let bend = self.bend(&at, &faces, mutes)?;
-            if bend.is_unstable()? {
-                return None;
-            }
-            let ties = bend.ties()?;
-            if ties.rows.nrows() == bend.ways.len() {
-                return Some(Rest { contact: at, open: Open::Nothing });
-            }
-            // What is pushed in a face that is open in part turns with its force.
-            for (s, face) in &mut faces {
-                if !quiet[*s].is_none() {
-                    *face = m.exposed(&m.sources[*s], &at, quiet[*s]);
-                }
-            }
-            let output = m.output_sensitivity(&self.linearise(&at.state)?, &at.state);
-            let open = Faces::new(m, &at, &faces, &bend, &ties, &output.parameters);
-            let mut inputs = m.pressed(&at.gradient, &at.state.inputs, &quiet);
-            for ((s, _), middle) in open.sources.iter().zip(&open.middle) {
-                m.put(&m.sources[*s], middle, &mut inputs);
-            }
+        let quiet = m.quiets(&at, mutes);
+        for round in 0..=ROUNDS {
+            let Open::Faces(open) = self.open_around(&at, &mut faces, &quiet, mutes)? else {
+                return Some(Rest { contact: at, open: Open::Nothing, mutes: mutes.to_vec(), quiet });
+            };
+            let inputs = open.placed(m, &at, &quiet, &open.middle);
             let change = m.change(&at.state.inputs, &inputs);
             let next = if change > STILL && round < ROUNDS { self.contact(&at, &inputs) } else { None };
-            let Some(next) = next else { return Some(Rest { contact: at, open: Open::Faces(Box::new(open)) }) };
+            let Some(next) = next else {
+                return Some(Rest { contact: at, open: Open::Faces(open), mutes: mutes.to_vec(), quiet });
+            };
             at = next;
         }
         None
     }
+
+    /// What is open around a contact; `None` where the load's work has a minimum along it.
+    pub(crate) fn open_around(
+        &self,
+        at: &Contact,
+        faces: &mut [(usize, Face)],
+        quiet: &[Mute],
+        mutes: &[Mute],
+    ) -> Option<Open> {
+        let m = self.mechanism;
+        let bend = self.bend(at, faces, mutes)?;
+        if bend.is_unstable()? {
+            return None;
+        }
+        let ties = bend.ties()?;
+        if ties.rows.nrows() == bend.ways.len() {
+            return Some(Open::Nothing);
+        }
+        // What is pushed in a face that is open in part turns with its force.
+        for (s, face) in faces.iter_mut() {
+            if !quiet[*s].is_none() {
+                *face = m.exposed(&m.sources[*s], at, quiet[*s]);
+            }
+        }
+        let output = m.output_sensitivity(&self.linearise(&at.state)?, &at.state);
+        Some(Open::Faces(Box::new(Faces::new(m, at, faces, &bend, &ties, &output.parameters))))
+    }
+
+    /// A contact as it is, with all faces open that the load does not decide there: where the closure may hold it on
+    /// more than one side.
+    pub(crate) fn as_it_is(&self, contact: Contact, mutes: &[Mute]) -> Option<Rest> {
+        let m = self.mechanism;
+        let faces = m.open_faces(&contact, mutes);
+        let output = m.output_sensitivity(&self.linearise(&contact.state)?, &contact.state);
+        let open = Faces::new(m, &contact, &faces, &Bend::none(), &Ties::none(), &output.parameters);
+        let quiet = m.quiets(&contact, mutes);
+        Some(Rest { contact, open: Open::Faces(Box::new(open)), mutes: mutes.to_vec(), quiet })
+    }
 }
 
 impl Bend {
+    fn none() -> Self {
+        Self { ways: Vec::new(), matrix: DMatrix::zeros(0, 0), force: DVector::zeros(0) }
+    }
+
     /// A change that is none: on the way to the middle the forces that are left change, too, as their lines turn.
     fn least(&self) -> f64 {
         UNDECIDED + self.force.amax()
@@ -245,7 +280,7 @@ impl Bend {
     fn ties(&self) -> Option<Ties> {
         let n = self.ways.len();
         if n == 0 {
-            return Some(Ties { rows: DMatrix::zeros(0, 0), steps: DVector::zeros(0) });
+            return Some(Ties::none());
         }
         let svd = singular_values(self.matrix.clone(), true, true)?;
         let tied: Vec<usize> = (0..n).filter(|&k| svd.singular_values[k] > self.least()).collect();
@@ -256,6 +291,12 @@ impl Bend {
                 -u.column(tied[e]).dot(&self.force) / svd.singular_values[tied[e]]
             }),
         })
+    }
+}
+
+impl Ties {
+    fn none() -> Self {
+        Self { rows: DMatrix::zeros(0, 0), steps: DVector::zeros(0) }
     }
 }
 
@@ -301,14 +342,11 @@ impl Faces {
 
     /// Moves the middle to the mean of the ends of all components.
     fn put_between_ends(&mut self, m: &Mechanism, map: &DMatrix<f64>) {
-        if self.program.right.is_empty() {
+        if !self.is_tied() {
             return;
         }
         let ends: Vec<Vec<Vec<f64>>> = (0..m.size())
-            .filter_map(|k| {
-                let end = |sign| self.optimal.farthest(&self.program, &self.rows(m, map, k, sign), TIED);
-                Some([end(1.0)?, end(-1.0)?])
-            })
+            .filter_map(|k| Some([self.farthest(m, map, k, 1.0)?, self.farthest(m, map, k, -1.0)?]))
             .flatten()
             .collect();
         if !ends.is_empty() {
@@ -321,16 +359,73 @@ impl Faces {
         }
     }
 
+    /// The sources that are open, with their faces.
+    pub(crate) fn sources(&self) -> &[(usize, Face)] {
+        &self.sources
+    }
+
+    /// Whether equations tie them.
+    pub(crate) const fn is_tied(&self) -> bool {
+        !self.program.right.is_empty()
+    }
+
+    /// The offsets at which a component of the output, by its map by parameters, is largest in one direction; `None`
+    /// where they do not move it.
+    pub(crate) fn farthest(&self, m: &Mechanism, map: &DMatrix<f64>, k: usize, sign: f64) -> Option<Vec<Vec<f64>>> {
+        let rows = self.rows(m, map, k, sign);
+        if self.is_tied() {
+            return self.optimal.farthest(&self.program, &rows, TIED);
+        }
+        let widths: Vec<f64> = self.sources.iter().zip(&rows).map(|((_, face), row)| face.half_width(row)).collect();
+        let least = TIED * widths.iter().sum::<f64>();
+        // What does not move the output stays: rounding must not send it to where another part of the mechanism is
+        // singular.
+        let end = |s: usize| {
+            let moves = widths[s] > least;
+            if moves { self.sources[s].1.farthest(&rows[s])[..rows[s].len()].to_vec() } else { self.middle[s].clone() }
+        };
+        Some((0..rows.len()).map(end).collect())
+    }
+
+    /// What a component of the output gains, by its map, on the way from inputs to offsets of the open sources.
+    pub(crate) fn gain(
+        &self,
+        m: &Mechanism,
+        map: &DMatrix<f64>,
+        k: usize,
+        sign: f64,
+        offsets: &[Vec<f64>],
+        from: &Inputs<f64>,
+    ) -> f64 {
+        let rows = self.rows(m, map, k, sign);
+        let of = |((row, to), from): ((&Vec<f64>, &Vec<f64>), &Vec<f64>)| inner(row, to) - inner(row, from);
+        rows.iter().zip(offsets).zip(&self.offsets(m, from)).map(of).sum()
+    }
+
+    /// The inputs at given offsets of the open sources, the others where the load at a contact presses them.
+    pub(crate) fn placed(&self, m: &Mechanism, at: &Contact, quiet: &[Mute], offsets: &[Vec<f64>]) -> Inputs<f64> {
+        let mut inputs = m.pressed(&at.gradient, &at.state.inputs, quiet);
+        for ((s, _), offset) in self.sources.iter().zip(offsets) {
+            m.put(&m.sources[*s], offset, &mut inputs);
+        }
+        inputs
+    }
+
+    /// The offsets of the open sources among inputs.
+    pub(crate) fn offsets(&self, m: &Mechanism, inputs: &Inputs<f64>) -> Vec<Vec<f64>> {
+        self.sources.iter().map(|(s, _)| m.offset(&m.sources[*s], inputs)).collect()
+    }
+
     /// How far a component of the output goes from the middle, by sources; `map` is the output by parameters.
     fn shares(&self, m: &Mechanism, map: &DMatrix<f64>, k: usize) -> Vec<f64> {
         let rows = self.rows(m, map, k, 1.0);
-        if self.program.right.is_empty() {
+        if !self.is_tied() {
             return self.sources.iter().zip(&rows).map(|((_, face), row)| face.half_width(row)).collect();
         }
         let to = |sign: f64| -> Vec<f64> {
-            let rows = self.rows(m, map, k, sign);
-            let Some(end) = self.optimal.farthest(&self.program, &rows, TIED) else { return vec![0.0; rows.len()] };
-            let part = |s: usize| rows[s].iter().zip(&end[s]).zip(&self.middle[s]).map(|((a, e), m)| a * (e - m)).sum();
+            let Some(end) = self.farthest(m, map, k, sign) else { return vec![0.0; rows.len()] };
+            let moved = |s: usize| end[s].iter().zip(&self.middle[s]).map(|(e, m)| e - m);
+            let part = |s: usize| rows[s].iter().zip(moved(s)).map(|(a, moved)| sign * a * moved).sum();
             (0..rows.len()).map(part).collect()
         };
         let (high, low) = (to(1.0), to(-1.0));

@@ -112,6 +112,22 @@ impl Face {
         own.into_iter().map(direction).collect()
     }
 
+    /// A point of the face where `direction . offset` is largest.
+    #[must_use]
+    pub fn farthest(&self, direction: &[f64]) -> [f64; MAX_SIZE] {
+        match &self.extent {
+            Extent::Point => self.centre,
+            Extent::Segment(half) => {
+                let part = inner(direction, half);
+                let side = if part == 0.0 { 0.0 } else { part.signum() };
+                padded([self.centre[0] + side * half[0], self.centre[1] + side * half[1]])
+            }
+            Extent::Whole(set) => set.face(direction, 0.0).centre,
+            Extent::Pin(face) => face.farthest(&self.centre, direction),
+            Extent::Tapered(face) => face.farthest(direction),
+        }
+    }
+
     /// Half of the range of `direction . offset` over the face.
     #[must_use]
     pub fn half_width(&self, direction: &[f64]) -> f64 {

@@ -199,6 +199,18 @@ impl PinFace {
         self.pin.offset(if self.along { offset[0] } else { centre[0] }, ends)
     }
 
+    /// What is decided stays as the centre has it.
+    pub fn farthest(&self, centre: &[f64; MAX_SIZE], direction: &[f64]) -> [f64; MAX_SIZE] {
+        let (farthest, _) = self.pin.face(direction, 0.0);
+        let (mut ends, to) = (self.pin.ends(centre), self.pin.ends(&farthest));
+        for end in 0..2 {
+            if self.ends[end] {
+                ends[end] = to[end];
+            }
+        }
+        self.pin.offset(if self.along { farthest[0] } else { centre[0] }, ends)
+    }
+
     pub fn half_width(&self, direction: &[f64]) -> f64 {
         let reach = |open: bool, size: f64| if open { size } else { 0.0 };
         let [first, second] = self.pin.reactions(direction).map(|[x, y]| self.pin.radius * (x * x + y * y).sqrt());

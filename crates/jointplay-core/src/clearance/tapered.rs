@@ -252,16 +252,34 @@ impl TaperedFace {
         directions
     }
 
-    /// The largest value of `forces . unit` over the face; it is linear along the axis.
+    /// The largest value of `forces . unit` at one size of the coordinate along the axis.
+    fn top_at(&self, forces: &[f64; MAX_SIZE], size: f64) -> f64 {
+        let along = if self.side == 0.0 { forces[0].abs() } else { self.side * forces[0] };
+        (0..2 * self.shape.n).fold(size * along, |sum, k| {
+            let across = if self.signs[k] == 0.0 { forces[1 + k].abs() } else { self.signs[k] * forces[1 + k] };
+            sum + (1.0 - self.taper(k) * size) * across
+        })
+    }
+
+    /// The same over the face; it is linear along the axis.
     fn top(&self, forces: &[f64; MAX_SIZE]) -> f64 {
-        let at = |size: f64| {
-            let along = if self.side == 0.0 { forces[0].abs() } else { self.side * forces[0] };
-            (0..2 * self.shape.n).fold(size * along, |sum, k| {
-                let across = if self.signs[k] == 0.0 { forces[1 + k].abs() } else { self.signs[k] * forces[1 + k] };
-                sum + (1.0 - self.taper(k) * size) * across
-            })
+        self.top_at(forces, self.low).max(self.top_at(forces, self.high))
+    }
+
+    pub fn farthest(&self, direction: &[f64]) -> [f64; MAX_SIZE] {
+        let forces = self.shape.forces(direction);
+        let size = if self.top_at(&forces, self.high) > self.top_at(&forces, self.low) { self.high } else { self.low };
+        let side = |decided: f64, force: f64| match decided {
+            0.0 if force == 0.0 => 0.0,
+            0.0 => force.signum(),
+            _ => decided,
         };
-        at(self.low).max(at(self.high))
+        let mut unit = [0.0; MAX_SIZE];
+        unit[0] = size * side(self.side, forces[0]);
+        for k in 0..2 * self.shape.n {
+            unit[1 + k] = (1.0 - self.taper(k) * size) * side(self.signs[k], forces[1 + k]);
+        }
+        self.shape.of_unit(&unit)
     }
 
     pub fn half_width(&self, direction: &[f64]) -> f64 {

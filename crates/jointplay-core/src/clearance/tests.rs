@@ -248,6 +248,28 @@ fn the_nearest_points_of_faces_are_on_them_and_nearest() {
 }
 
 #[test]
+fn the_farthest_points_of_faces_are_on_them_and_as_far_as_they_reach() {
+    let mut rng = rng();
+    for set in sets() {
+        let n = set.size();
+        for w in ties(&set) {
+            let face = set.face(&w, 1e-9);
+            for _ in 0..20 {
+                let v = wrench(&set, &mut rng);
+                let opposite: Vec<f64> = v.iter().map(|v| -v).collect();
+                let ends = [face.farthest(&v), face.farthest(&opposite)];
+                for end in &ends {
+                    assert!(set.contains(&end[..n], 1e-13), "{set:?} {w:?} {v:?}");
+                    assert!((inner(&w, end) - set.support(&w)).abs() < 1e-13, "{set:?} {w:?} {v:?}");
+                }
+                let width = 0.5 * (inner(&v, &ends[0]) - inner(&v, &ends[1]));
+                assert!((width - face.half_width(&v)).abs() < 1e-13, "{set:?} {w:?} {v:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn rounding_noise_decides_nothing() {
     let mut rng = rng();
     for set in sets().iter().filter(|s| !s.is_zero()) {
