@@ -78,7 +78,7 @@ def test_loaded_is_the_largest_work_of_any_mechanism(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [701, 700, 1333, 1940])
 def test_what_is_open_near_a_singular_pose_has_its_ends_on_the_exact_closure(seed: int) -> None:
-    """By the linear map at the middle half-widths were off by 17, 11, 42 and 46 % of what all play does. In 700 and 1333
+    """By the linear map at the middle half-widths were off by 17, 11, 42 and 46 % of all play. In 700 and 1333
     some ends are found from those of other components only."""
     found = compare(graph(seed))
     assert found.status == "undetermined"

@@ -153,7 +153,7 @@ def test_figure_1_is_told_by_which_joints_are_locked(study: asked.Study) -> None
 
 
 def test_every_step_of_the_determinate_structure_is_what_its_vertices_say(study: asked.Study) -> None:
-    """Deviations of 1 mm on links of 100 mm: the formulas are good to a hundredth of a millimetre. The play of 7 mm that
+    """Deviations of 1 mm on links of 100 mm: the formulas hold to a hundredth of a millimetre; the play of 7 mm that
     I collects turns its range by a degree: they are good to a tenth of a millimetre there."""
     found = study.freely
     for step, names in determinate.CENTRES.items():
