@@ -13,11 +13,11 @@ use std::time::Duration;
 use cpu_time::ProcessTime;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use jointplay_core::Mechanism;
-use jointplay_core::batch::draw::Stream;
-use jointplay_core::batch::lanes::{Block, LANES};
-use jointplay_core::batch::simd::{Kernel, dispatch};
-use jointplay_core::batch::{Bound, Newton};
-use jointplay_core::solver::Solver;
+use jointplay_core::clearance::draw::Stream;
+use jointplay_core::closure::newton::Solver;
+use jointplay_core::closure::{Bound, Newton};
+use jointplay_core::math::lanes::block::{Block, LANES};
+use jointplay_core::math::lanes::simd::{Kernel, dispatch};
 
 const SAMPLES: usize = 1 << 13;
 

@@ -1,8 +1,9 @@
 //! Eight programs at a time against the same programs one at a time.
 
-use jointplay_core::batch::simd::{Width, limit};
-use jointplay_core::cone::lanes::{Answers, Programs, Question};
+use jointplay_core::cone::Question;
+use jointplay_core::cone::lanes::{Answers, Programs};
 use jointplay_core::cone::{Outcome, Program};
+use jointplay_core::math::lanes::simd::{Width, limit};
 
 mod common;
 use common::{random_program, rng};

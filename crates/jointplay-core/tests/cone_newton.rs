@@ -1,7 +1,7 @@
 //! Newton's method on the multipliers, from answers nearby and from anywhere.
 
 use jointplay_core::clearance::Set;
-use jointplay_core::cone::lanes::Question;
+use jointplay_core::cone::Question;
 use jointplay_core::cone::{Answer, Block, Kind, Outcome, Program, Springs};
 use nalgebra::{DMatrix, DVector};
 use rand::Rng;

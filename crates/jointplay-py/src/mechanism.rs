@@ -1,9 +1,9 @@
 //! A mechanism as Python holds it: arguments checked, the core called without the interpreter's lock.
 
-use jointplay_core::loaded::Case;
-use jointplay_core::sampling::Request;
-use jointplay_core::spec::Law;
-use jointplay_core::table::Keep;
+use jointplay_core::mechanism::spec::Law;
+use jointplay_core::questions::loaded::Case;
+use jointplay_core::questions::loaded::columns::Keep;
+use jointplay_core::questions::random::Request;
 use jointplay_core::{Mechanism as Core, Spec};
 use numpy::ndarray::Array2;
 use numpy::{

@@ -1,8 +1,8 @@
 //! Support functions and the faces where they are attained.
 
-use super::face::{Extent, Face};
-use super::{MAX_SIZE, Set, Shape, padded};
-use crate::space::norm;
+use crate::clearance::face::{Extent, Face};
+use crate::clearance::{MAX_SIZE, Set, Shape, padded};
+use crate::math::space::norm;
 
 impl Set {
     /// Support function: the largest `w . offset` over the set.

@@ -18,30 +18,32 @@
 // Support points and draws are inlined into kernels compiled for a width of vector registers.
 #![allow(clippy::inline_always)]
 
-mod check;
-mod chord;
-mod convex;
-mod face;
-mod mute;
-mod own;
-mod pin;
+pub(crate) mod check;
+pub(crate) mod chord;
+pub(crate) mod convex;
+pub mod draw;
+pub(crate) mod face;
+pub(crate) mod faces_on_lanes;
+pub(crate) mod normalized;
+pub(crate) mod pin;
 #[cfg(test)]
 pub(crate) mod samples;
-mod tapered;
+pub(crate) mod tapered;
 #[cfg(test)]
 mod tests;
+pub(crate) mod unforced;
+pub mod variance;
+
+pub use check::SetError;
+pub use face::Face;
+pub use unforced::Mute;
 
 use serde::Deserialize;
 
-use crate::sampling::law;
-use crate::space::norm;
-use crate::spec::Law;
-pub use check::SetError;
-pub(crate) use face::Direction;
-pub use face::Face;
-pub use mute::Mute;
-pub(crate) use pin::Pin;
-pub(crate) use tapered::Tapered;
+use crate::clearance::pin::Pin;
+use crate::clearance::tapered::Tapered;
+use crate::math::space::norm;
+use crate::mechanism::spec::Law;
 
 /// The most components that one set has.
 pub const MAX_SIZE: usize = 5;
@@ -291,17 +293,17 @@ impl Set {
         let mut mean = [0.0; MAX_SIZE];
         let variance = match self.shape() {
             Shape::Round { radius, size } => {
-                let one = radius * radius * law::round_variance(law, size);
+                let one = radius * radius * variance::round_variance(law, size);
                 std::array::from_fn(|k| if k < size { one } else { 0.0 })
             }
             Shape::Diamond { gap, half_length } => {
-                let variance = gap * gap * law::diamond_variance(law);
+                let variance = gap * gap * variance::diamond_variance(law);
                 padded([variance, variance / (half_length * half_length)])
             }
             Shape::Interval { low, high } => {
                 let half = 0.5 * (high - low);
                 mean[0] = 0.5 * (low + high);
-                padded([half * half * law::interval_variance(law)])
+                padded([half * half * variance::interval_variance(law)])
             }
             Shape::Pin(pin) => pin.variances(law),
             Shape::Tapered(tapered) => tapered.variances(law),

@@ -6,10 +6,11 @@
 //!
 //! `h(F, M) = r (|R+| + |R-|) + axial |F . q|`.
 
-use super::own::{onto_ball, onto_ball_along, onto_box_along};
-use super::{MAX_SIZE, Mute, padded};
-use crate::sampling::law;
-use crate::spec::Law;
+use crate::clearance::normalized::{onto_ball, onto_ball_along, onto_box_along};
+use crate::clearance::unforced::Mute;
+use crate::clearance::variance;
+use crate::clearance::{MAX_SIZE, padded};
+use crate::mechanism::spec::Law;
 
 /// A pin in a bore. Its components are the one along the axis, where shoulders hold it, and then side,
 /// normal, tilt about side, tilt about normal.
@@ -159,9 +160,9 @@ impl Pin {
     /// Variances of the components, each end independent of the other: of their half sum and of their
     /// half difference.
     pub(super) fn variances(&self, law: Law) -> [f64; MAX_SIZE] {
-        let shift = 0.5 * self.radius * self.radius * law::round_variance(law, 2);
+        let shift = 0.5 * self.radius * self.radius * variance::round_variance(law, 2);
         let tilt = shift / (self.half_length * self.half_length);
-        let along = self.axial.map_or(0.0, |axial| axial * axial * law::interval_variance(law));
+        let along = self.axial.map_or(0.0, |axial| axial * axial * variance::interval_variance(law));
         self.join(along, [shift, shift, tilt, tilt])
     }
 }

@@ -16,9 +16,10 @@
 //! a face leaves some of p and q undecided, and rho decided or not; and the nearest point of one is found
 //! along rho alone.
 
-use super::{MAX_SIZE, Mute};
-use crate::sampling::law;
-use crate::spec::Law;
+use crate::clearance::MAX_SIZE;
+use crate::clearance::unforced::Mute;
+use crate::clearance::variance;
+use crate::mechanism::spec::Law;
 
 /// A component, and what turns its conjugate into a force: 1, or 1/lever for an angle's moment.
 pub(crate) type Arm = (usize, f64);
@@ -183,7 +184,7 @@ impl Tapered {
 
     /// Variances of the components.
     pub(super) fn variances(&self, law: Law) -> [f64; MAX_SIZE] {
-        let (along, across) = law::tapered_variances(law, &self.tapers[..self.n]);
+        let (along, across) = variance::tapered_variances(law, &self.tapers[..self.n]);
         let mut variances = [0.0; MAX_SIZE];
         let mut put = |(k, arm): Arm, variance: f64| variances[k] = (self.gap * arm).powi(2) * variance;
         put(self.axis, along);

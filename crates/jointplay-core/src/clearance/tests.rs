@@ -1,10 +1,10 @@
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::*;
-use crate::batch::draw::Stream;
-use crate::batch::lanes::{Block, LANES};
+use crate::clearance::draw::Stream;
 use crate::clearance::samples::{DEGENERATE, KINDS};
+use crate::clearance::*;
+use crate::math::lanes::block::{Block, LANES};
 
 const LAWS: [Law; 4] = [Law::Uniform, Law::Boundary, Law::Normal, Law::Gauss];
 const BOUNDED: [Law; 3] = [Law::Uniform, Law::Boundary, Law::Normal];

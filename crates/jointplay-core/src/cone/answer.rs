@@ -1,8 +1,8 @@
 //! What a program gives, measured by the program as it was given.
 
-use super::standard::{Body, Standard};
-use super::{Block, Kind, Program};
 use crate::clearance::{Set, inner};
+use crate::cone::standard::{Body, Standard};
+use crate::cone::{Block, Kind, Program};
 
 /// Relative gap and residual up to which an answer is a solution.
 const SOLVED: f64 = 1e-8;

@@ -19,29 +19,29 @@
 //! Where the load does not decide all offsets, the optimal ones are a face of the product of the sets
 //! cut by the equations; [`OptimalFace`] goes to its ends and to its middle.
 
-mod answer;
-mod face;
-mod form;
+pub(crate) mod answer;
+pub(crate) mod bodies;
+pub(crate) mod clarabel;
+pub(crate) mod form;
 pub mod lanes;
-mod line;
-mod newton;
-mod own;
-mod rounds;
-mod sets;
-mod single;
-mod springs;
-mod standard;
-mod way;
+pub(crate) mod newton;
+pub(crate) mod one_equation;
+pub(crate) mod optimal_face;
+pub(crate) mod scheduler;
+pub(crate) mod sets;
+pub(crate) mod springs;
+pub(crate) mod standard;
+pub(crate) mod way;
+
+pub use answer::Answer;
+pub use answer::Extreme;
+pub use answer::Outcome;
+pub use lanes::layout::Question;
+pub use optimal_face::OptimalFace;
 
 use serde::Deserialize;
 
 use crate::clearance::Set;
-pub use answer::{Answer, Extreme, Outcome};
-pub use face::OptimalFace;
-pub(crate) use own::Form;
-pub(crate) use rounds::Rounds;
-pub(crate) use springs::factor;
-pub(crate) use way::Way;
 
 /// What a block of displacements may be.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -1,7 +1,8 @@
 //! The columns of the scatter from unit to unit.
 
-use jointplay_core::hyperstatic::UnitScatter;
-use jointplay_core::sampling::{BINS, Request, Scatter};
+use jointplay_core::questions::BINS;
+use jointplay_core::questions::UnitScatter;
+use jointplay_core::questions::random::{Request, Scatter};
 use jointplay_core::{Mechanism as Core, Status};
 use pyo3::prelude::*;
 

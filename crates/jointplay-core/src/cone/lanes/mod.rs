@@ -9,30 +9,31 @@
 // Functions on lanes are inlined into kernels compiled for a width of vector registers.
 #![allow(clippy::inline_always)]
 
-mod cones;
-mod group;
-mod kernel;
-mod layout;
-mod normal;
-mod round;
-mod start;
-mod state;
-mod unload;
-mod vector;
+pub(crate) mod cones;
+pub(crate) mod group;
+pub(crate) mod kernel;
+pub(crate) mod layout;
+pub(crate) mod normal;
+pub(crate) mod round;
+pub(crate) mod start;
+pub(crate) mod state;
+pub(crate) mod unload;
+pub(crate) mod vector;
 
 use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use super::own::Own;
-use super::standard::ROUNDING;
-use super::{Answer, Block, Kind, Outcome, Program, Springs};
-use crate::batch::simd::dispatch;
+use crate::cone::answer::{Answer, Outcome};
+use crate::cone::bodies::Own;
+use crate::cone::lanes::group::{Group, Memory};
+use crate::cone::lanes::layout::Layout;
+use crate::cone::lanes::layout::Question;
+use crate::cone::lanes::vector::LANES;
+use crate::cone::standard::ROUNDING;
+use crate::cone::{Block, Kind, Program, Springs};
 use crate::interrupt;
-use group::{Group, Memory};
-use layout::Layout;
-pub use layout::Question;
-use vector::LANES;
+use crate::math::lanes::simd::dispatch;
 
 /// Relative gap and residual up to which an answer needs no other.
 const PROVED: f64 = 1e-9;

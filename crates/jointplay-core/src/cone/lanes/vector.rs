@@ -3,7 +3,7 @@
 //! Plain arithmetic on a fixed array, inlined into functions that are compiled for several widths of
 //! vector registers; the operations and their order do not depend on the width.
 
-use crate::batch::lanes::bits_if;
+use crate::math::lanes::block::bits_if;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Programs at a time.
