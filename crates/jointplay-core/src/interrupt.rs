@@ -51,11 +51,7 @@ pub(crate) fn before_the_stop<T>(parts: Vec<Option<impl IntoIterator<Item = T>>>
 
 #[cfg(test)]
 mod tests {
-    use super::before_the_stop;
-    use super::check;
-    use super::is_asked;
-    use super::listen;
-    use super::until_stopped;
+    use super::{before_the_stop, check, is_asked, listen, until_stopped};
 
     #[test]
     fn work_is_stopped_where_it_looks_and_only_on_threads_that_listen() {

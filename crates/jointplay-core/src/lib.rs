@@ -23,16 +23,13 @@
 pub mod clearance;
 pub mod closure;
 pub mod cone;
-pub mod contact;
+mod contact;
 pub mod interrupt;
 pub mod math;
 pub mod mechanism;
 pub mod nominal;
-pub mod program;
+mod program;
 pub mod questions;
-pub mod redundancy;
+mod redundancy;
 
-pub use mechanism::Mechanism;
-pub use mechanism::build::SpecError;
-pub use mechanism::spec::Spec;
-pub use mechanism::status::Status;
+pub use mechanism::{Case, Mechanism, Spec, SpecError, Status};

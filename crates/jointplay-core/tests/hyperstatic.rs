@@ -1,10 +1,8 @@
 //! Over-constrained and elastic mechanisms against what is known of them without a program: determinate
 //! ones by the engine for those, a cantilever, links that stay parallel.
 
-use jointplay_core::Status;
-use jointplay_core::questions::loaded::Case;
-use jointplay_core::questions::loaded::columns::Keep;
-use jointplay_core::{Mechanism, Spec};
+use jointplay_core::questions::loaded::Keep;
+use jointplay_core::{Case, Mechanism, Spec, Status};
 use serde_json::{Value, json};
 
 fn build(spec: &Value) -> Mechanism {

@@ -1,7 +1,8 @@
 //! Lines through a set in its own coordinates, and the density of its laws there.
 
-use crate::clearance::{MAX_SIZE, Set, Shape};
-use crate::mechanism::spec::Law;
+use crate::clearance::law::Law;
+use crate::clearance::offset::MAX_SIZE;
+use crate::clearance::{Set, Shape};
 
 /// A part of a line: from where to where along its direction.
 pub type Chord = [f64; 2];

@@ -1,8 +1,9 @@
 //! Support functions and the faces where they are attained.
 
 use crate::clearance::face::{Extent, Face};
-use crate::clearance::{MAX_SIZE, Set, Shape, padded};
-use crate::math::space::norm;
+use crate::clearance::offset::{MAX_SIZE, padded};
+use crate::clearance::{Set, Shape};
+use crate::math::vector::norm;
 
 impl Set {
     /// Support function: the largest `w . offset` over the set.

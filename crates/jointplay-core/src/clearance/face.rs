@@ -1,8 +1,9 @@
 //! Exposed faces: what a load leaves undecided.
 
+use crate::clearance::offset::{MAX_SIZE, inner, padded};
 use crate::clearance::pin::PinFace;
 use crate::clearance::tapered::TaperedFace;
-use crate::clearance::{MAX_SIZE, Set, Shape, inner, padded};
+use crate::clearance::{Set, Shape};
 
 /// The part of a set where a linear function is largest: a centre and how far it reaches.
 #[derive(Clone, Copy, Debug)]

@@ -1,12 +1,13 @@
 //! Faces of admissible sets that the forces of all lanes expose, as [`crate::clearance`] has them of one.
 //!
 //! Loops over lanes without branches, so that many lanes are judged at once. The formulas are those of
-//! [`crate::clearance::pin::Pin`] and [`crate::clearance::tapered::Tapered`]; other sets go lane by lane.
+//! [`super::pin::Pin`] and [`super::tapered::Tapered`]; other sets go lane by lane.
 
 use crate::clearance::face::Face;
+use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::pin::Pin;
 use crate::clearance::tapered::Tapered;
-use crate::clearance::{MAX_SIZE, Set, Shape};
+use crate::clearance::{Set, Shape};
 use crate::math::lanes::block::{Block, LANES};
 
 /// The faces of one set, with the joint in the middle of its play before.
@@ -248,11 +249,11 @@ fn own_forces(tapered: &Tapered, forces: &[&Block]) -> [Block; MAX_SIZE] {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::clearance::samples::DEGENERATE;
-    use crate::clearance::samples::KINDS;
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+    use crate::clearance::samples::{DEGENERATE, KINDS};
 
     const TOLERANCE: f64 = 1e-9;
 

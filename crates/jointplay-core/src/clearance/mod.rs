@@ -15,38 +15,38 @@
 //! of spatial joints are the linearised conditions of contact at the ends of the pin and at the corners
 //! of the guide (Parenti-Castelli and Venanzi, Mech. Mach. Theory 40, 2005, 1282).
 
-// Support points and draws are inlined into kernels compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
-
-pub(crate) mod check;
-pub(crate) mod chord;
-pub(crate) mod convex;
+mod check;
+mod chord;
+mod convex;
 pub mod draw;
 pub(crate) mod face;
 pub(crate) mod faces_on_lanes;
-pub(crate) mod normalized;
-pub(crate) mod pin;
+pub(crate) mod law;
+pub(crate) mod mute;
+mod normalized;
+pub(crate) mod offset;
+mod pin;
+mod projection;
 #[cfg(test)]
 pub(crate) mod samples;
-pub(crate) mod tapered;
+mod tapered;
 #[cfg(test)]
 mod tests;
-pub(crate) mod unforced;
-pub mod variance;
+mod unforced;
+mod variance;
 
 pub use check::SetError;
 pub use face::Face;
-pub use unforced::Mute;
+pub use law::Law;
+pub use mute::Mute;
 
 use serde::Deserialize;
 
+use crate::clearance::offset::{MAX_SIZE, padded};
 use crate::clearance::pin::Pin;
 use crate::clearance::tapered::Tapered;
-use crate::math::space::norm;
-use crate::mechanism::spec::Law;
+use crate::math::vector::norm;
 
-/// The most components that one set has.
-pub const MAX_SIZE: usize = 5;
 /// An offset nearer to a corner than this part of its set is in it: climbs end there up to rounding.
 const THERE: f64 = 1e-6;
 
@@ -310,14 +310,4 @@ impl Set {
         };
         (mean, variance)
     }
-}
-
-/// Numbers followed by zeros.
-#[inline(always)]
-pub(crate) fn padded<const N: usize>(numbers: [f64; N]) -> [f64; MAX_SIZE] {
-    std::array::from_fn(|k| if k < N { numbers[k] } else { 0.0 })
-}
-
-pub(crate) fn inner(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

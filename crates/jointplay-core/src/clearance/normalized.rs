@@ -1,7 +1,8 @@
 //! Offsets in coordinates of the set's own, in which projections are simple.
 
-use crate::clearance::{MAX_SIZE, Set, Shape, inner, padded};
-use crate::math::space::norm;
+use crate::clearance::offset::{MAX_SIZE, padded};
+use crate::clearance::projection::{onto_ball, onto_ball_along, onto_box_along};
+use crate::clearance::{Set, Shape};
 
 impl Set {
     /// The set's own coordinates of an offset.
@@ -97,34 +98,6 @@ impl Set {
                 let nearest = tapered.whole().nearest_unit(unit);
                 unit.copy_from_slice(&nearest[..unit.len()]);
             }
-        }
-    }
-}
-
-/// How the nearest point of the box from -1 to 1 moves.
-pub(super) fn onto_box_along(unit: &[f64], direction: &mut [f64]) {
-    for (d, u) in direction.iter_mut().zip(unit) {
-        if u.abs() > 1.0 {
-            *d = 0.0;
-        }
-    }
-}
-
-/// How the nearest point of the unit ball moves.
-pub(super) fn onto_ball_along(unit: &[f64], direction: &mut [f64]) {
-    let size = norm(unit);
-    if size > 1.0 {
-        let outwards = inner(unit, direction) / (size * size);
-        direction.iter_mut().zip(unit).for_each(|(d, u)| *d = (*d - outwards * u) / size);
-    }
-}
-
-/// The nearest point of the unit ball.
-pub(super) fn onto_ball(unit: &mut [f64]) {
-    let size = norm(unit);
-    if size > 1.0 {
-        for u in unit {
-            *u /= size;
         }
     }
 }

@@ -6,11 +6,11 @@
 //!
 //! `h(F, M) = r (|R+| + |R-|) + axial |F . q|`.
 
-use crate::clearance::normalized::{onto_ball, onto_ball_along, onto_box_along};
-use crate::clearance::unforced::Mute;
+use crate::clearance::law::Law;
+use crate::clearance::mute::Mute;
+use crate::clearance::offset::{MAX_SIZE, padded};
+use crate::clearance::projection::{onto_ball, onto_ball_along, onto_box_along};
 use crate::clearance::variance;
-use crate::clearance::{MAX_SIZE, padded};
-use crate::mechanism::spec::Law;
 
 /// A pin in a bore. Its components are the one along the axis, where shoulders hold it, and then side,
 /// normal, tilt about side, tilt about normal.

@@ -16,10 +16,10 @@
 //! a face leaves some of p and q undecided, and rho decided or not; and the nearest point of one is found
 //! along rho alone.
 
-use crate::clearance::MAX_SIZE;
-use crate::clearance::unforced::Mute;
+use crate::clearance::law::Law;
+use crate::clearance::mute::Mute;
+use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::variance;
-use crate::mechanism::spec::Law;
 
 /// A component, and what turns its conjugate into a force: 1, or 1/lever for an angle's moment.
 pub(crate) type Arm = (usize, f64);

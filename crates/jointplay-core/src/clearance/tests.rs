@@ -2,6 +2,7 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::clearance::draw::Stream;
+use crate::clearance::offset::inner;
 use crate::clearance::samples::{DEGENERATE, KINDS};
 use crate::clearance::*;
 use crate::math::lanes::block::{Block, LANES};

@@ -4,30 +4,9 @@
 //! coordinate in which the set is not pushed to first order is *mute*: what pushes it to second order is
 //! taken for nothing, so that it stays in the middle.
 
-use crate::clearance::{MAX_SIZE, Set, Shape};
-
-/// The coordinates of a set, each with its own force, that are not pushed: a bit each.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Mute(u8);
-
-impl Mute {
-    /// Whether every coordinate is listened to.
-    #[inline]
-    #[must_use]
-    pub const fn is_none(self) -> bool {
-        self.0 == 0
-    }
-
-    #[inline]
-    pub(super) const fn has(self, k: usize) -> bool {
-        self.0 >> k & 1 == 1
-    }
-
-    #[inline]
-    pub(super) fn of<const N: usize>(mute: [bool; N]) -> Self {
-        Self(mute.iter().rev().fold(0, |bits, &m| bits << 1 | u8::from(m)))
-    }
-}
+use crate::clearance::mute::Mute;
+use crate::clearance::offset::MAX_SIZE;
+use crate::clearance::{Set, Shape};
 
 impl Set {
     /// The coordinates that forces up to `tolerance` push, which decides nothing.

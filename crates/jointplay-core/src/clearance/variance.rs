@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, SQRT_2};
 
 use crate::clearance::draw::SIGMAS;
-use crate::mechanism::spec::Law;
+use crate::clearance::law::Law;
 
 /// Variance of one coordinate on the unit disc (two coordinates) or the unit ball (three).
 #[must_use]

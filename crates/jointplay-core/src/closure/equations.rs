@@ -22,7 +22,8 @@
 //! ```
 
 use crate::math::real::Real;
-use crate::math::space::{Component, Pose, Space, Vec3, add, cross, dot, scale, sub};
+use crate::math::space::{Component, Pose, Space};
+use crate::math::vector::{Vec3, add, cross, dot, scale, sub};
 use crate::mechanism::Mechanism;
 use crate::mechanism::joint::Frame;
 
@@ -74,6 +75,11 @@ pub(crate) fn constant<S: Real>(v: Vec3<f64>) -> Vec3<S> {
 }
 
 impl Mechanism {
+    /// The inputs at given drive values with every deviation at its known value and no play taken.
+    pub(crate) fn built(&self, drives: &[f64]) -> Inputs<f64> {
+        Inputs { drives: drives.to_vec(), parameters: self.centre.clone() }
+    }
+
     /// Where a point is.
     pub(crate) fn place<S: Real>(&self, point: usize, poses: &[Pose<S>], parameters: &[S]) -> Placed<S> {
         let point = &self.points[point];

@@ -1,12 +1,16 @@
-//! Loop closure: its equations, their solution by Newton's method, first-order maps and statics; once plainly, once recorded for lanes.
+//! Loop closure: its equations, their solution by Newton's method, first-order maps and statics; once plainly, once
+//! recorded for lanes.
 
-pub mod assembly;
-pub mod equations;
-pub(crate) mod escape;
-pub mod newton;
-pub mod recorded;
-pub mod sensitivity;
+pub(crate) mod assembly;
+pub(crate) mod equations;
+mod escape;
+pub(crate) mod newton;
+pub(crate) mod recorded;
+pub(crate) mod sensitivity;
+mod state;
+mod statics;
+mod tolerance;
 pub(crate) mod tree;
 
-pub use recorded::program::Bound;
-pub use recorded::program::Newton;
+pub use newton::{Solver, State};
+pub use recorded::program::{Bound, Newton};

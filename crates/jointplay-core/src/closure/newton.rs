@@ -2,10 +2,14 @@
 
 use crate::closure::equations::Inputs;
 use crate::interrupt;
-use crate::math::space::{Component, Pose, norm};
+use crate::math::space::{Component, Pose};
 use crate::math::sparse::{Elimination, Factored};
+use crate::math::vector::norm;
 use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
+
+/// The estimate of the smallest singular value must clear the limit by this factor, or it is computed.
+pub(crate) const CLEAR: f64 = 30.0;
 
 /// Newton steps per solve.
 const NEWTON_STEPS: usize = 14;

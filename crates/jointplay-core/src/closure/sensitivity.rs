@@ -10,11 +10,16 @@ use rayon::prelude::*;
 
 use crate::closure::equations::{Inputs, constant};
 use crate::closure::newton::{Linearised, State};
+use crate::math::memory::filled;
 use crate::math::real::Real;
-use crate::math::space::{Component, Pose, Vec3, add, cross, dot};
+use crate::math::space::{Component, Pose};
+use crate::math::vector::{Vec3, add, cross, dot};
 use crate::mechanism::Mechanism;
-use crate::questions::loaded::Case;
-use crate::questions::loaded::columns::filled;
+use crate::mechanism::case::Case;
+
+/// What the load leaves undecided is felt by the output when it moves it, to first order, by more than this part
+/// of what all play together could.
+pub(crate) const UNFELT: f64 = 1e-9;
 
 /// First-order maps of the output.
 #[derive(Clone, Debug)]

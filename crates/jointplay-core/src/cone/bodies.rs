@@ -5,8 +5,9 @@
 //! unit discs and balls `|p| <= 1`, and intervals along which others taper, `|p_i| + g_i |p_0| <= 1`. All
 //! coordinates have sizes near one whatever the units are; those of parts that are points are left out.
 
-use crate::clearance::{MAX_SIZE, Set};
-use crate::math::space::norm;
+use crate::clearance::Set;
+use crate::clearance::offset::MAX_SIZE;
+use crate::math::vector::norm;
 
 /// Coefficients of a linear form of an offset.
 pub(crate) type Form = [f64; MAX_SIZE];

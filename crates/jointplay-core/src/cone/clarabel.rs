@@ -6,8 +6,7 @@ use clarabel::solver::{
     ZeroConeT,
 };
 
-use crate::cone::answer::Judge;
-use crate::cone::answer::{Answer, Outcome};
+use crate::cone::answer::{Answer, Judge, Outcome};
 use crate::cone::sets::Condition;
 use crate::cone::standard::{Body, Standard};
 use crate::cone::{Program, Springs};

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::inner;
+use crate::clearance::offset::inner;
 use crate::cone::answer::{Answer, Outcome};
 use crate::cone::bodies::{Atom, Own};
 use crate::cone::lanes::layout::Question;

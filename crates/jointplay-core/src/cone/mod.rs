@@ -10,7 +10,7 @@
 //! | where does the load hold it? | minimise `1/2 v' F^+ v - sum_j w_j . (delta_j or v_j)` |
 //! | can it be assembled? | minimise `t` with `delta_j` in `t C_j` |
 //!
-//! Every `C_j` is the intersection of half spaces and of cones of second order (`own`), so both are
+//! Every `C_j` is the intersection of half spaces and of cones of second order ([`bodies`]), so both are
 //! second-order cone programs. The multipliers y of the equations are the self-stresses: `w_j + A_j' y`
 //! are the reactions, in equilibrium with the load whatever y is, and the dual value
 //! `b . y - sum_j h_j(w_j + A_j' y) - 1/2 sum_j (w_j + A_j' y)' F_j (w_j + A_j' y)`, with the support
@@ -21,23 +21,20 @@
 
 pub(crate) mod answer;
 pub(crate) mod bodies;
-pub(crate) mod clarabel;
-pub(crate) mod form;
+mod clarabel;
+mod form;
 pub mod lanes;
-pub(crate) mod newton;
-pub(crate) mod one_equation;
+mod newton;
+mod one_equation;
 pub(crate) mod optimal_face;
 pub(crate) mod scheduler;
-pub(crate) mod sets;
+mod sets;
 pub(crate) mod springs;
-pub(crate) mod standard;
+mod standard;
 pub(crate) mod way;
 
-pub use answer::Answer;
-pub use answer::Extreme;
-pub use answer::Outcome;
+pub use answer::{Answer, Outcome};
 pub use lanes::layout::Question;
-pub use optimal_face::OptimalFace;
 
 use serde::Deserialize;
 

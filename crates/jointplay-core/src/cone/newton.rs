@@ -22,7 +22,7 @@ use crate::cone::lanes::layout::Question;
 use crate::cone::{Block, Program};
 use crate::interrupt;
 use crate::math::decomposition::singular_values;
-use crate::math::space::norm;
+use crate::math::vector::norm;
 
 const STEPS: usize = 12;
 /// What may be left of an equation, as a part of what the sets reach in it.

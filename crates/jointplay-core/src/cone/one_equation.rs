@@ -4,7 +4,7 @@
 //! `y = +-max(0, |b| - H) / (A F A')`. Rigid bodies go together with clearances `max(0, |b| - H_0) / H` times as
 //! large, where `H_0` is what sets reach that the factor does not scale.
 
-use crate::clearance::inner;
+use crate::clearance::offset::inner;
 use crate::cone::answer::{Answer, Outcome};
 use crate::cone::lanes::layout::Question;
 use crate::cone::{Kind, Program};
@@ -96,8 +96,7 @@ impl Program {
 mod tests {
     use super::*;
     use crate::clearance::Set;
-    use crate::cone::Block;
-    use crate::cone::Springs;
+    use crate::cone::{Block, Springs};
 
     #[test]
     fn the_closed_form_is_the_solvers_answer() {

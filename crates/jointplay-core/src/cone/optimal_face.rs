@@ -5,11 +5,11 @@
 //! a face are equalities on it, the others remain. So the programs for its ends are exact, while a
 //! bound on the value within a tolerance would leave a disc an arc as wide as the tolerance's root.
 
+use crate::clearance::Set;
 use crate::clearance::face::Face;
-use crate::clearance::{MAX_SIZE, Set, inner};
+use crate::clearance::offset::{MAX_SIZE, inner};
 use crate::cone::answer::{Answer, Extreme, Outcome};
-use crate::cone::bodies::Form;
-use crate::cone::bodies::{Atom, Own};
+use crate::cone::bodies::{Atom, Form, Own};
 use crate::cone::lanes::layout::Question;
 use crate::cone::scheduler::Rounds;
 use crate::cone::sets::{Region, TIGHT};

@@ -13,8 +13,8 @@ use std::pin::{Pin, pin};
 use std::task::{Context, Poll, Waker};
 
 use crate::cone::answer::{Answer, Outcome};
-use crate::cone::lanes::Programs;
 use crate::cone::lanes::layout::Question;
+use crate::cone::lanes::programs::Programs;
 use crate::cone::{Block, Program, Springs};
 use crate::interrupt;
 

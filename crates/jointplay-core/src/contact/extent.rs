@@ -7,17 +7,17 @@
 //! ```
 //!
 //! for each component e of the output's error on the exact closure. The pose in question has the offsets in the middle
-//! of the play, which is the middle of the range but for the square of the play. An end is approached in rounds: towards the
-//! offsets that are farthest by the linear map at the pose of the last round, where the closure is solved anew, the
-//! load presses what it decides, and the equations that tie open offsets are found anew. Near a singular pose the
-//! range is curved: the linear map at its middle alone would be off by much of it, and an end may be found only from
-//! the end of another component.
+//! of the play, which is the middle of the range but for the square of the play. An end is approached in rounds:
+//! towards the offsets that are farthest by the linear map at the pose of the last round, where the closure is solved
+//! anew, the load presses what it decides, and the equations that tie open offsets are found anew. Near a singular pose
+//! the range is curved: the linear map at its middle alone would be off by much of it, and an end may be found only
+//! from the end of another component.
 
 use crate::clearance::face::Face;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State, between};
-use crate::contact::Contact;
 use crate::contact::indeterminacy::{Faces, Open, Rest};
+use crate::contact::state::Contact;
 
 /// Rounds in which an end is approached at most; each leaves the part that the play is of the mechanism.
 const ROUNDS: usize = 25;

@@ -18,18 +18,17 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::face::{Direction, Face};
-use crate::clearance::inner;
-use crate::clearance::unforced::Mute;
+use crate::clearance::mute::{Mute, UNDECIDED};
+use crate::clearance::offset::inner;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::Solver;
 use crate::closure::sensitivity::Gradient;
 use crate::cone::answer::Answer;
 use crate::cone::optimal_face::OptimalFace;
 use crate::cone::{Block, Kind, Program};
-use crate::contact::Contact;
+use crate::contact::state::Contact;
 use crate::math::decomposition::{largest_eigenvalue, singular_values};
 use crate::mechanism::{Mechanism, Source};
-use crate::questions::worst::ascent::UNDECIDED;
 
 /// Part of its extent by which an offset is moved for a difference. Forces are known to some units of the last
 /// place, so that over all of the extent rounding makes less of them than [`UNDECIDED`].
@@ -44,7 +43,7 @@ const SAME: f64 = 1e-6;
 /// A component of which the equations leave less than this part is held by them: they are known by differences.
 const TIED: f64 = 1e-6;
 /// What is left open is felt where it moves the output, to first order, by more than this part of what all play
-/// together could: programs know less than [`crate::questions::loaded::UNFELT`].
+/// together could: programs know less than [`crate::closure::sensitivity::UNFELT`].
 const FELT: f64 = 1e-7;
 
 /// Where the load leaves a mechanism, in the middle of what it leaves open.

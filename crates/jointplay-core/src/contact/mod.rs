@@ -4,20 +4,21 @@
 //! reactions at the pose that belongs to the offsets u. This is a variational inequality and no maximum: a
 //! moment that keeps its direction in space has no potential, so that there is no work whose value could
 //! lead the way. The equations themselves do. Whole steps, each offset to its support point, nearly always
-//! settle; where they do not, [`crate::contact::semismooth`] takes over.
+//! settle; where they do not, [`semismooth`] takes over.
 
-pub(crate) mod extent;
-pub(crate) mod indeterminacy;
+mod extent;
+mod indeterminacy;
 pub(crate) mod push_on_lanes;
-pub(crate) mod semismooth;
+mod semismooth;
+mod state;
 
-use crate::clearance::unforced::Mute;
+use crate::clearance::mute::{Mute, UNDECIDED};
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Linearised, Solver, State, between};
 use crate::closure::sensitivity::Gradient;
 use crate::contact::semismooth::Newton;
+use crate::contact::state::Contact;
 use crate::mechanism::{Mechanism, Source};
-use crate::questions::worst::ascent::UNDECIDED;
 
 /// Whole steps to the support points.
 const WHOLE_STEPS: usize = 25;
@@ -29,22 +30,30 @@ const FIRST: usize = 5;
 /// Four steps that leave more than this part of the change will not settle soon.
 const SHRUNK: f64 = 0.05;
 
-/// Where the load has pushed a mechanism.
-#[derive(Clone, Debug)]
-pub struct Contact {
-    /// The state with its inputs.
-    pub state: State,
-    /// Reactions at that state: forces along the inputs, and the multipliers of the closure rows.
-    pub gradient: Gradient,
-    /// Steps taken.
-    pub steps: usize,
-    /// Whether contact and reactions agree.
-    pub settled: bool,
-    /// Whether a pose on the way could not be assembled.
-    pub blocked: bool,
-}
-
 impl Mechanism {
+    /// The inputs with every source that gives way moved to the nearest point of the face it is pushed to:
+    /// what nothing pushes stays where it is. `mute` tells what a source that gives way does not listen to.
+    pub(crate) fn pushed(
+        &self,
+        gradient: &Gradient,
+        inputs: &Inputs<f64>,
+        mute: impl Fn(usize, &Source) -> Option<Mute>,
+    ) -> Inputs<f64> {
+        let scale = self.force_scale(gradient);
+        let mut pushed = inputs.clone();
+        for (s, source) in self.sources.iter().enumerate() {
+            let Some(mute) = mute(s, source) else { continue };
+            let offset: Vec<f64> = source.range().map(|p| inputs.parameters[p] - self.centre[p]).collect();
+            let force = source.set.heard(&gradient.inputs.parameters[source.range()], mute);
+            let tolerance = self.undecided(source, UNDECIDED * scale);
+            let nearest = source.set.face(&force[..offset.len()], tolerance).nearest(&offset);
+            for (k, p) in source.range().enumerate() {
+                pushed.parameters[p] = self.centre[p] + nearest[k];
+            }
+        }
+        pushed
+    }
+
     /// Gradient of the work of the load.
     pub(crate) fn load_gradient(&self, linearised: &Linearised<'_>, state: &State) -> Gradient {
         self.gradient(linearised, self.load_cost(&linearised.poses, &state.inputs.parameters))

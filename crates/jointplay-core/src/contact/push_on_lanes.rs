@@ -1,10 +1,10 @@
 //! Offsets of a block of configurations moved to where the forces push them.
 
-use crate::clearance::unforced::Mute;
-use crate::clearance::{MAX_SIZE, Set};
+use crate::clearance::Set;
+use crate::clearance::mute::{Mute, UNDECIDED};
+use crate::clearance::offset::MAX_SIZE;
 use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::{Mechanism, Source};
-use crate::questions::worst::ascent::UNDECIDED;
 
 /// What of every source the load does not push at the nominal pose.
 #[inline(always)]

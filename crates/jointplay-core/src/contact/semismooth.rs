@@ -25,13 +25,12 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::unforced::Mute;
-use crate::clearance::{MAX_SIZE, inner};
+use crate::clearance::mute::{Mute, UNDECIDED};
+use crate::clearance::offset::{MAX_SIZE, inner};
 use crate::closure::newton::{Linearised, Solver, State};
-use crate::contact::Contact;
+use crate::contact::state::Contact;
 use crate::interrupt;
 use crate::mechanism::Source;
-use crate::questions::worst::ascent::UNDECIDED;
 
 /// Steps at most.
 const STEPS: usize = RENEWED * HOLDS.len();

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
-use crate::math::space::{Vec3, add, cross, dot, norm, scale, sub};
+use crate::math::vector::{Vec3, add, cross, dot, norm, scale, sub};
 
 /// Divisions of the icosahedron's faces into four.
 const DIVISIONS: usize = 2;

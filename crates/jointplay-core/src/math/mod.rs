@@ -2,9 +2,11 @@
 
 pub(crate) mod decomposition;
 pub mod lanes;
-pub mod mesh;
-pub mod real;
-pub mod rotation;
-pub mod space;
-pub mod sparse;
-pub mod stats;
+pub(crate) mod memory;
+pub(crate) mod mesh;
+pub(crate) mod real;
+pub(crate) mod rotation;
+pub(crate) mod space;
+pub(crate) mod sparse;
+pub(crate) mod stats;
+pub mod vector;

@@ -1,7 +1,7 @@
 //! Rotation matrices and rotation vectors (axis times angle) in space.
 
 use crate::math::real::Real;
-use crate::math::space::{Mat3, Vec3, dot, norm, scale};
+use crate::math::vector::{Mat3, Vec3, dot, norm, scale};
 
 /// The rotation vector of a rotation, its angle from 0 to pi.
 #[must_use]

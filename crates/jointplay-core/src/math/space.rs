@@ -13,18 +13,11 @@
 //! A quaternion moves by half the rotation times itself, which turns by `2 atan(|rotation| / 2)`: exact
 //! to second order, and without trigonometry.
 
-// Inlined into kernels compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
-
 use serde::Deserialize;
 
 use crate::math::real::Real;
 use crate::math::rotation::{product, rotation_of_vector, rotation_vector, transposed};
-
-/// A vector in ground axes unless said otherwise.
-pub type Vec3<S> = [S; 3];
-/// A rotation matrix, row by row.
-pub type Mat3<S> = [[S; 3]; 3];
+use crate::math::vector::{Mat3, Vec3, cross, dot, scale, sub};
 
 /// One component of a small displacement: along or about one of three axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -300,40 +293,10 @@ fn rotation_about_z(angle: f64) -> Mat3<f64> {
     [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
 }
 
-/// Scalar product.
-pub fn dot<S: Real>(a: Vec3<S>, b: Vec3<S>) -> S {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Vector product.
-pub fn cross<S: Real>(a: Vec3<S>, b: Vec3<S>) -> Vec3<S> {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// Sum of two vectors.
-pub fn add<S: Real>(a: Vec3<S>, b: Vec3<S>) -> Vec3<S> {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-/// Difference of two vectors.
-pub fn sub<S: Real>(a: Vec3<S>, b: Vec3<S>) -> Vec3<S> {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-/// A vector times a number.
-pub fn scale<S: Real>(a: Vec3<S>, s: S) -> Vec3<S> {
-    [a[0] * s, a[1] * s, a[2] * s]
-}
-
-/// Euclidean length of a vector of numbers of any size.
-#[must_use]
-pub fn norm(v: &[f64]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::vector::norm;
 
     const BODY: [f64; 7] = [0.1, -0.2, 0.3, 0.5, -0.5, 0.1, std::f64::consts::FRAC_1_SQRT_2];
     const TWIST: [f64; 6] = [0.01, 0.02, -0.03, 0.12, -0.05, 0.08];

@@ -3,7 +3,8 @@
 use std::sync::OnceLock;
 
 use crate::cone::springs::factor;
-use crate::math::space::{Component, Space, norm, scale, sub};
+use crate::math::space::{Component, Space};
+use crate::math::vector::{norm, scale, sub};
 use crate::mechanism::joint::Joint;
 use crate::mechanism::spec::{Spec, Target};
 use crate::mechanism::{Elastic, Mechanism, Point, Row, Source};

@@ -16,7 +16,8 @@
 //! on) and axis 2 completes them; a revolute joint in the plane has no direction of its own, so that its
 //! offsets are told in ground axes. In space axis 1 is the side and axis 2 the normal.
 
-use crate::math::space::{Component, Mat3, Space, Vec3, cross, dot, norm, scale, sub};
+use crate::math::space::{Component, Space};
+use crate::math::vector::{Mat3, Vec3, cross, dot, norm, scale, sub};
 use crate::mechanism::spec::{Coordinate, JointKind, JointSpec};
 
 /// The axes in which a joint's displacement is told.

@@ -1,19 +1,25 @@
 //! A mechanism: bodies, points, joints as locked components, sources of error. Checked once, then
 //! immutable.
 
-pub(crate) mod build;
+mod build;
+pub(crate) mod case;
 pub(crate) mod joint;
-pub mod spec;
-pub mod status;
+mod spec;
+pub(crate) mod status;
+
+pub use build::SpecError;
+pub use case::Case;
+pub use spec::Spec;
+pub use status::Status;
 
 use std::sync::{Arc, OnceLock};
 
 use crate::clearance::Set;
-use crate::math::space::{Component, Space, Vec3};
+use crate::clearance::law::Law;
+use crate::math::space::{Component, Space};
+use crate::math::vector::Vec3;
 use crate::mechanism::joint::Joint;
-use crate::mechanism::spec::{Law, LoadSpec};
-use crate::mechanism::status::Status;
-use crate::redundancy::basis::Basis;
+use crate::mechanism::spec::LoadSpec;
 
 /// A body by its index among the moving bodies; `None` is the ground.
 pub type Body = Option<usize>;
@@ -108,7 +114,35 @@ pub struct Mechanism {
     pub(crate) chosen: OnceLock<Result<Arc<Basis>, Status>>,
 }
 
+/// A basis. Its mechanisms are displaced row by row: parameter k is the displacement of row k of the whole
+/// mechanism, clearance offset, deviation and deformation together, and parameter N + p its parameter p, as
+/// far as that moves points.
+#[derive(Clone, Debug)]
+pub struct Basis {
+    /// All rows.
+    pub(crate) all: Mechanism,
+    /// The independent rows.
+    pub(crate) kept: Mechanism,
+    /// Which rows those are.
+    pub(crate) rows: Vec<usize>,
+    /// The other rows, and what they are by themselves.
+    pub(crate) redundant: Vec<usize>,
+    pub(crate) rest: Mechanism,
+}
+
 impl Mechanism {
+    /// Where a basis keeps a parameter.
+    pub(crate) fn place_of(&self, parameter: usize) -> usize {
+        let row = self.rows.iter().position(|row| row.parameter == Some(parameter));
+        row.unwrap_or(self.n_rows() + parameter)
+    }
+
+    /// Number of components of a position.
+    #[must_use]
+    pub fn n_translations(&self) -> usize {
+        self.space.components().iter().filter(|c| matches!(c, Component::Along(_))).count()
+    }
+
     /// Number of moving bodies.
     #[must_use]
     pub const fn n_bodies(&self) -> usize {

@@ -5,24 +5,21 @@
 //! given up when no neighbour leads to it, so that what cannot be reached costs as much as the
 //! boundary of the region, not as its outside.
 
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
-
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use crate::closure::equations::Inputs;
-use crate::closure::newton::{Solver, State};
+use crate::closure::newton::{CLEAR, Solver, State};
 use crate::interrupt;
 use crate::math::lanes::block::{Block as Numbers, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::nominal::on_lanes::{Follow, Start};
-use crate::nominal::trace::{CLEAR, Trace};
-use crate::questions::loaded::Case;
+use crate::nominal::trace::Trace;
 
 /// A step between neighbours that fails this near to its end may end in a dead centre.
 const NEAR_THE_END: f64 = 1e-3;

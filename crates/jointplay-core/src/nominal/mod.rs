@@ -1,11 +1,11 @@
 //! The nominal mechanism along a path, over a grid, and its inverse kinematics.
 
-pub mod grid;
-pub(crate) mod inverse;
-pub(crate) mod on_lanes;
-pub(crate) mod over_constrained;
-pub mod path;
-pub mod trace;
+mod grid;
+mod inverse;
+mod on_lanes;
+mod over_constrained;
+mod path;
+pub(crate) mod trace;
 
-pub use on_lanes::Follow;
-pub use on_lanes::Start;
+pub use path::Configuration;
+pub use trace::Trace;

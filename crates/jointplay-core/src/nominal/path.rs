@@ -6,8 +6,8 @@ use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::math::space::Component;
 use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
-use crate::questions::loaded::Case;
 
 /// One configuration of the nominal mechanism.
 #[derive(Clone, Debug)]
@@ -25,25 +25,6 @@ pub struct Configuration {
 }
 
 impl Mechanism {
-    /// The value of a drive's coordinate, continued from a nearby value over full turns.
-    fn drive_value(&self, drive: usize, coordinates: &[f64], near: f64) -> f64 {
-        let row = self.driven_rows[drive];
-        let value = self.joint_value(row, &self.poses(coordinates), &vec![0.0; self.n_parameters()]);
-        match self.rows[row].component {
-            Component::Along(_) => value,
-            Component::About(_) => value + std::f64::consts::TAU * ((near - value) / std::f64::consts::TAU).round(),
-        }
-    }
-
-    /// The drive values of a state, those nearest to given ones over full turns.
-    #[must_use]
-    pub fn drive_values(&self, coordinates: &[f64], near: &[f64]) -> Vec<f64> {
-        if coordinates.iter().any(|c| c.is_nan()) {
-            return vec![f64::NAN; self.n_drives];
-        }
-        (0..self.n_drives).map(|d| self.drive_value(d, coordinates, near[d])).collect()
-    }
-
     /// The first assembled state of the nominal mechanism and the solver planned there.
     ///
     /// Tries the drive values as asked; where the guess is too far from them, closes the joints first
@@ -127,17 +108,5 @@ impl Mechanism {
             self.judge(State { coordinates: coordinates.to_vec(), inputs, negative: false })
         };
         (0..n).into_par_iter().map(judged).collect()
-    }
-
-    /// A nominal state from its coordinates; drive values are read off near the given ones.
-    pub(crate) fn restore(&self, solver: &Solver<'_>, coordinates: &[f64], near: &[f64]) -> Option<State> {
-        if coordinates.iter().any(|c| !c.is_finite()) {
-            return None;
-        }
-        let drives = self.drive_values(coordinates, near);
-        let inputs = Inputs::nominal(self, &drives);
-        // A singular state cannot be polished; it is judged by its Jacobian later.
-        let given = || State { coordinates: coordinates.to_vec(), inputs: inputs.clone(), negative: false };
-        Some(solver.polish(coordinates, &inputs).unwrap_or_else(given))
     }
 }

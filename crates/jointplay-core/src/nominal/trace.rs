@@ -1,25 +1,20 @@
 //! The nominal path over many rows of drive values: each row is reached on the assembly branch of the
 //! rows before it, a block of rows at a time where they lie close together.
 
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
-
 use std::ops::Range;
 
 use rayon::prelude::*;
 
 use crate::closure::equations::Inputs;
-use crate::closure::newton::{Solver, State};
+use crate::closure::newton::{CLEAR, Solver, State};
 use crate::interrupt;
 use crate::math::lanes::block::{Block as Numbers, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
+use crate::math::memory::filled;
 use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
 use crate::nominal::on_lanes::{Follow, Start};
-use crate::questions::loaded::columns::filled;
 
-/// The estimate of the smallest singular value must clear the limit by this factor, or it is computed.
-pub(crate) const CLEAR: f64 = 30.0;
 /// Rows of one task.
 pub(crate) const RUN: usize = 32 * LANES;
 /// Every so many rows one is traced beforehand; tasks begin from these.

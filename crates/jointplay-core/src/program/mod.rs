@@ -1,9 +1,8 @@
 //! Straight-line programs recorded from equations, interpreted or as machine code.
 
-pub(crate) mod graph;
-pub(crate) mod native;
-pub(crate) mod schedule;
-pub mod symbol;
-pub mod tape;
-
-pub use native::executable::Compiled;
+mod graph;
+mod native;
+mod operation;
+mod schedule;
+pub(crate) mod symbol;
+pub(crate) mod tape;

@@ -9,18 +9,9 @@ use crate::math::lanes::simd::width;
 use crate::program::graph::{Kind, Operation, operations, varying};
 use crate::program::native::executable::Compiled;
 use crate::program::native::{Layout, Line};
+use crate::program::operation::Op;
 use crate::program::schedule::schedule;
 use crate::program::symbol::{Binary, Node, Recorder, Symbol};
-
-/// One operation on registers of a block.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Op {
-    pub kind: Kind,
-    pub a: u32,
-    pub b: u32,
-    pub c: u32,
-    pub target: u32,
-}
 
 /// A recorded program.
 ///
@@ -145,6 +136,7 @@ impl Program {
     }
 
     /// Number of outputs.
+    #[cfg(test)]
     #[must_use]
     pub const fn n_outputs(&self) -> usize {
         self.outputs.len()

@@ -13,28 +13,12 @@ use nalgebra::{DMatrix, DVector};
 use crate::closure::newton::{Solver, State};
 use crate::math::space::Pose;
 use crate::mechanism::status::Status;
-use crate::mechanism::{Mechanism, Row};
+use crate::mechanism::{Basis, Mechanism, Row};
 
 /// What a row must add to those chosen before it: as much as this at first, less where rows are wanting.
 const INDEPENDENT: [f64; 3] = [0.1, 1e-3, 1e-6];
 /// How far the guess is moved (in characteristic lengths and radians) to find a generic configuration.
 const PERTURBATIONS: [f64; 3] = [0.02, 0.1, 0.3];
-
-/// A basis. Its mechanisms are displaced row by row: parameter k is the displacement of row k of the whole
-/// mechanism, clearance offset, deviation and deformation together, and parameter N + p its parameter p, as
-/// far as that moves points.
-#[derive(Clone, Debug)]
-pub struct Basis {
-    /// All rows.
-    pub(crate) all: Mechanism,
-    /// The independent rows.
-    pub(crate) kept: Mechanism,
-    /// Which rows those are.
-    pub(crate) rows: Vec<usize>,
-    /// The other rows, and what they are by themselves.
-    pub(crate) redundant: Vec<usize>,
-    rest: Mechanism,
-}
 
 impl Mechanism {
     /// Whether every row is needed and every joint rigid, so that load and closure need no compatibility.

@@ -13,7 +13,7 @@
 //!
 //! What a displacement does to the output depends on what the others do to keep compatible; of all maps that
 //! agree on compatible displacements, the one of least size (length-scaled) is kept here, whichever rows were
-//! chosen as the basis; derivatives are those of [`crate::redundancy::parts`].
+//! chosen as the basis; derivatives are those of [`super::parts`].
 
 use std::ops::Deref;
 
@@ -25,7 +25,7 @@ use crate::closure::recorded::program::Bound;
 use crate::closure::recorded::self_stress::Borne;
 use crate::closure::sensitivity::Output;
 use crate::math::space::Pose;
-use crate::redundancy::basis::Basis;
+use crate::mechanism::Basis;
 
 /// A coefficient below this part of the largest one (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;

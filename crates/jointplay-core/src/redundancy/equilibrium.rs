@@ -7,30 +7,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::clearance::mute::UNDECIDED;
 use crate::cone::answer::{Answer, Outcome};
 use crate::cone::lanes::layout::Question;
 use crate::cone::scheduler::Rounds;
 use crate::cone::{Block, Kind, Program};
-use crate::questions::worst::ascent::UNDECIDED;
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::{Compatibility, Ties};
 use crate::redundancy::system::{Give, System, UNDECIDED_TOGETHER};
-
-/// Where the displacements are, and the forces on them.
-#[derive(Clone, Debug)]
-pub(crate) struct Balance {
-    /// Displacement of every give, clearances and deformations apart from each other.
-    pub given: Vec<Vec<f64>>,
-    /// Force on every displacement.
-    pub forces: DVector<f64>,
-    /// Factor on the clearances, where that was asked.
-    pub factor: f64,
-    /// Relative duality gap of the program; zero where statics sufficed.
-    pub gap: f64,
-    /// Whether the program was solved to the end.
-    pub solved: bool,
-    /// What the program answered.
-    pub answer: Option<Answer>,
-}
 
 /// What is asked of the displacements.
 #[derive(Clone, Debug)]

@@ -4,10 +4,10 @@ use nalgebra::DVector;
 
 use crate::cone::Program;
 use crate::cone::answer::{Answer, Outcome};
-use crate::cone::lanes::Programs;
 use crate::cone::lanes::layout::Question;
+use crate::cone::lanes::programs::Programs;
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
-use crate::redundancy::equilibrium::Balance;
 use crate::redundancy::system::{Give, System};
 
 /// What pulls at the displacements of one state.

@@ -5,14 +5,14 @@ use std::cell::OnceCell;
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::face::Face;
+use crate::clearance::mute::UNDECIDED;
+use crate::closure::sensitivity::UNFELT;
 use crate::cone::Kind;
 use crate::cone::answer::Outcome;
 use crate::cone::scheduler::Rounds;
 use crate::math::decomposition::singular_values;
-use crate::questions::loaded::UNFELT;
-use crate::questions::worst::ascent::UNDECIDED;
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::{Compatibility, Ties};
-use crate::redundancy::equilibrium::Balance;
 use crate::redundancy::system::{Give, System, UNDECIDED_TOGETHER};
 
 /// Pivots that differ by less are no matter of rounding.

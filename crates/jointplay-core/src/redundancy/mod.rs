@@ -5,16 +5,15 @@
 //! independent rows carries the closure; compatibility ties in the rest; and where load, prestress and
 //! clearances bring the mechanism to is a cone program ([`crate::cone`]).
 
-pub(crate) mod basis;
+pub(crate) mod balance;
+mod basis;
 pub(crate) mod compatibility;
 pub(crate) mod equilibrium;
 pub(crate) mod equilibrium_batch;
-pub(crate) mod indeterminacy;
-pub(crate) mod observable;
-pub(crate) mod parts;
+mod indeterminacy;
+mod observable;
+mod parts;
 pub(crate) mod placed;
 pub(crate) mod sequence;
 pub(crate) mod specimen_batch;
 pub(crate) mod system;
-
-pub use basis::Basis;

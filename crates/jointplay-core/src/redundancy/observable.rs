@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use crate::clearance::face::Face;
 use crate::cone::answer::Outcome;
 use crate::math::decomposition::pseudo_inverse;
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Ties;
-use crate::redundancy::equilibrium::Balance;
 use crate::redundancy::system::{Give, System, UNDECIDED_TOGETHER};
 
 /// Directions in which open offsets do less than this part of the most in the equations are not tied.

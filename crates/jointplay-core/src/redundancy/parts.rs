@@ -20,11 +20,11 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::MAX_SIZE;
+use crate::clearance::offset::MAX_SIZE;
 use crate::cone::bodies::Form;
 use crate::cone::way::Way;
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
-use crate::redundancy::equilibrium::Balance;
 use crate::redundancy::system::{Give, System};
 
 /// Directions in which something gives way by less than this part of the most are not held by it.

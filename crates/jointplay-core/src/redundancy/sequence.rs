@@ -12,9 +12,10 @@ use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::cone::answer::Answer;
 use crate::cone::scheduler::Rounds;
-use crate::redundancy::basis::Basis;
+use crate::mechanism::Basis;
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::{Compatibility, Ties};
-use crate::redundancy::equilibrium::{Ask, Balance};
+use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::system::{Give, System};
 
 /// Programs in a row.

@@ -3,14 +3,13 @@
 use nalgebra::DVector;
 
 use crate::clearance::face::Face;
-use crate::cone::lanes::Programs;
+use crate::clearance::mute::UNDECIDED;
+use crate::cone::lanes::programs::Programs;
 use crate::cone::{Block, Kind, Program};
 use crate::math::space::Component;
-use crate::mechanism::Mechanism;
-use crate::questions::worst::ascent::UNDECIDED;
-use crate::redundancy::basis::Basis;
+use crate::mechanism::{Basis, Mechanism};
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::{FITS, Ties};
-use crate::redundancy::equilibrium::Balance;
 
 /// A reaction found by a cone program is zero below this part of the largest one.
 pub(crate) const UNDECIDED_TOGETHER: f64 = 1e-7;

@@ -1,9 +1,9 @@
 //! Drawing offsets for a block of samples: one random stream per lane.
 
-pub(crate) mod shapes;
+mod shapes;
 
+use crate::clearance::law::Law;
 use crate::math::lanes::block::{Block, LANES, ln, sin_cos_eighths};
-use crate::mechanism::spec::Law;
 
 /// Standard deviations between the centre and the boundary of a normal law.
 pub const SIGMAS: f64 = 3.0;
@@ -166,10 +166,7 @@ mod tests {
     use super::*;
     use crate::clearance::Set;
     use crate::clearance::samples::KINDS;
-    use crate::math::lanes::simd::Kernel;
-    use crate::math::lanes::simd::Width;
-    use crate::math::lanes::simd::dispatch;
-    use crate::math::lanes::simd::limit;
+    use crate::math::lanes::simd::{Kernel, Width, dispatch, limit};
 
     struct Draws(Set, Law);
 

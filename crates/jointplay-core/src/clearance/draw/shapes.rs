@@ -1,11 +1,11 @@
 //! Offsets of a block of samples, set by set.
 
 use crate::clearance::draw::{SIGMAS, Stream};
+use crate::clearance::law::Law;
+use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::pin::Pin;
-use crate::clearance::variance;
-use crate::clearance::{MAX_SIZE, Set, Shape};
+use crate::clearance::{Set, Shape, variance};
 use crate::math::lanes::block::{Block, LANES};
-use crate::mechanism::spec::Law;
 
 /// Offsets of every lane, or their own coordinates.
 type Drawn = [Block; MAX_SIZE];

@@ -6,14 +6,12 @@
 //! the first step and full steps until every lane's predicted remaining error is below rounding. Lanes
 //! that do not get there are handed to the plain solver, and counted.
 
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
-
 pub(crate) mod elimination;
 pub(crate) mod layout;
 pub(crate) mod program;
 pub(crate) mod self_stress;
 pub(crate) mod statics;
+pub(crate) mod step;
 
 /// The first step from the nominal pose turns by less than this (rad), or the plain solver takes over:
 /// the power series of sine and cosine are cut for it.

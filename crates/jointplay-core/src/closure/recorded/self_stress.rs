@@ -7,8 +7,8 @@
 use crate::closure::newton::Solver;
 use crate::closure::recorded::elimination::{Eliminated, Linear};
 use crate::closure::recorded::layout::Symbolic;
-use crate::closure::recorded::program::{Bound, evaluate};
 use crate::closure::recorded::statics::{gradient, poses_of};
+use crate::closure::recorded::step::evaluate;
 use crate::math::lanes::block::Block;
 use crate::mechanism::Mechanism;
 use crate::program::symbol::{Recorder, Symbol};
@@ -26,10 +26,10 @@ pub(crate) struct Beside<'a> {
 /// The recorded multipliers.
 #[derive(Clone, Debug)]
 pub(crate) struct Statics {
-    program: Program,
+    pub(crate) program: Program,
     /// Rows of the basis, and redundant ones.
-    n_rows: usize,
-    n_redundant: usize,
+    pub(crate) n_rows: usize,
+    pub(crate) n_redundant: usize,
 }
 
 /// What the rows of the basis bear.
@@ -85,30 +85,5 @@ impl Statics {
     /// Memory with everything common to the samples of a configuration in place.
     pub fn registers(&self, common: &[f64]) -> Vec<Block> {
         self.program.registers(common)
-    }
-}
-
-impl Bound<'_> {
-    /// Finds the multipliers at the pose where [`Self::solve`] has closed the block; tells whether they were
-    /// recorded.
-    #[inline(always)]
-    pub(crate) fn solve_statics(&mut self) -> bool {
-        let Some(statics) = &self.newton.statics else { return false };
-        statics.program.run(&mut self.memory);
-        true
-    }
-
-    /// The multipliers, row by row of the basis.
-    #[inline(always)]
-    pub(crate) fn multipliers(&self, of: Borne) -> impl Iterator<Item = &Block> + Clone {
-        self.newton.statics.iter().flat_map(move |statics| {
-            let first = match of {
-                Borne::Load => 0,
-                Borne::Redundant(k) => 1 + k,
-                Borne::Component(k) => 1 + statics.n_redundant + k,
-            };
-            let rows = first * statics.n_rows..(first + 1) * statics.n_rows;
-            rows.map(|k| statics.program.output(&self.memory, k))
-        })
     }
 }

@@ -5,7 +5,7 @@ use crate::closure::newton::Solver;
 use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::elimination::Linear;
 use crate::closure::recorded::layout::{Layout, Symbolic};
-use crate::closure::recorded::program::record_step;
+use crate::closure::recorded::step::record_step;
 use crate::closure::sensitivity::Cost;
 use crate::math::space::{Component, Pose};
 use crate::mechanism::Mechanism;

@@ -13,7 +13,8 @@
 pub(crate) mod on_lanes;
 
 use crate::math::real::Real;
-use crate::math::space::{Component, Pose, Vec3, add, cross, dot, scale};
+use crate::math::space::{Component, Pose};
+use crate::math::vector::{Vec3, add, cross, dot, scale};
 use crate::mechanism::Mechanism;
 use crate::mechanism::joint::Frame;
 

@@ -3,8 +3,9 @@
 use crate::closure::newton::Solver;
 use crate::closure::recorded::elimination::Linear;
 use crate::closure::tree::{Branch, Equations, LoopRow, Screw, Tree, nothing, power, sum};
-use crate::math::space::{Component, Pose, Vec3, add, cross};
+use crate::math::space::{Component, Pose};
 use crate::math::sparse::{Elimination, Factors};
+use crate::math::vector::{Vec3, add, cross};
 use crate::mechanism::Mechanism;
 use crate::program::symbol::Symbol;
 

@@ -3,10 +3,10 @@
 use crate::clearance::Set;
 use crate::cone::Kind;
 use crate::cone::bodies::Own;
-use crate::cone::lanes::Programs;
 use crate::cone::lanes::cones::{n_sizes, size_of};
 use crate::cone::lanes::kernel::Solve;
 use crate::cone::lanes::layout::{Layout, Part, Question};
+use crate::cone::lanes::programs::Programs;
 use crate::cone::lanes::state::{Data, State};
 use crate::cone::lanes::vector::{LANES, V, dot};
 use crate::math::lanes::simd::Kernel;

@@ -159,7 +159,7 @@ pub(super) fn target_round<const K: usize, const N: usize>(
     }
 }
 
-/// Steps and the inverse of the longest one, see [`crate::cone::lanes::cones::Cone::step`].
+/// Steps and the inverse of the longest one, see [`super::cones::Cone::step`].
 ///
 /// The multipliers' step `W^-2 (u - ds)` has to fulfil `G' dl = force`, and this equation gives it directly:
 /// `W^-2 ds` would be the difference of large numbers near the boundary, whose rounding would be left in the equation.

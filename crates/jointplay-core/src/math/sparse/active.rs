@@ -2,7 +2,25 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::math::sparse::{Pivot, Update};
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Update {
+    pub(crate) target: usize,
+    pub(crate) lower: usize,
+    pub(crate) upper: usize,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Pivot {
+    pub(crate) row: usize,
+    pub(crate) column: usize,
+    pub(crate) slot: usize,
+    pub(crate) planned: f64,
+    /// Rows below, each with the slot of its multiplier.
+    pub(crate) lower: Vec<(usize, usize)>,
+    /// Columns to the right, each with its slot.
+    pub(crate) upper: Vec<(usize, usize)>,
+    pub(crate) updates: Vec<Update>,
+}
 
 /// A pivot must be at least this large relative to the largest entry of its row.
 const THRESHOLD: f64 = 0.05;

@@ -111,9 +111,10 @@ fn strong_components(needs: &[Vec<usize>]) -> Vec<Vec<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
 
     /// Rows that reach each other, by the transitive closure of what they need.
     fn by_closure(n: usize, needs: impl Fn(usize, usize) -> bool) -> Vec<Vec<bool>> {

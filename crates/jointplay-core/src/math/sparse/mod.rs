@@ -6,38 +6,18 @@
 //! as a straight list of operations on a fixed array of non-zeros. Replaying the list factors any matrix of the
 //! same pattern; the guard on the size of the pivots tells when the recorded order does not suit the numbers.
 
-pub(crate) mod active;
-pub(crate) mod blocks;
+mod active;
+mod blocks;
 
 use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::math::real::Real;
-use crate::math::sparse::active::Active;
+use crate::math::sparse::active::{Active, Pivot};
 use crate::math::sparse::blocks::diagonal_blocks;
 
 /// A replayed pivot smaller than this part of the planned one fails the guard.
 const GUARD: f64 = 1e-3;
-
-#[derive(Clone, Copy, Debug)]
-struct Update {
-    target: usize,
-    lower: usize,
-    upper: usize,
-}
-
-#[derive(Clone, Debug)]
-struct Pivot {
-    row: usize,
-    column: usize,
-    slot: usize,
-    planned: f64,
-    /// Rows below, each with the slot of its multiplier.
-    lower: Vec<(usize, usize)>,
-    /// Columns to the right, each with its slot.
-    upper: Vec<(usize, usize)>,
-    updates: Vec<Update>,
-}
 
 /// A diagonal block.
 #[derive(Clone, Debug)]
@@ -269,10 +249,11 @@ impl<'a> Factored<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use nalgebra::{DMatrix, DVector};
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
 
     #[test]
     fn replay_solves_matrices_of_the_same_pattern() {

@@ -1,4 +1,4 @@
 //! Statistics of streams of numbers, mergeable.
 
 pub(crate) mod moments;
-pub mod sketch;
+pub(crate) mod sketch;

@@ -6,7 +6,7 @@
 use crate::program::graph::Kind;
 use crate::program::native::uses::{NEVER, Uses, magnitude, n_values, operands, sign, uses};
 use crate::program::native::{FIRST_COMMON, Line, MAGNITUDE, SIGN};
-use crate::program::tape::Op;
+use crate::program::operation::Op;
 
 /// Where a number stands in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

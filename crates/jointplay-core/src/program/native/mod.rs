@@ -7,22 +7,19 @@
 //! ran. The interpreter remains for other processors, for systems that refuse executable memory, and for
 //! programs that run a few times only.
 
-pub(crate) mod allocate;
-pub(crate) mod encode;
+mod allocate;
+mod encode;
 pub(crate) mod executable;
 #[cfg(test)]
 mod tests;
-pub(crate) mod uses;
-
-#[cfg(target_arch = "x86_64")]
-use crate::program::native::executable::Compiled;
+mod uses;
 
 use crate::math::lanes::block::{Block, LANES};
-use crate::program::tape::Op;
+use crate::program::operation::Op;
 
 /// A straight line of operations on registers.
 pub struct Line<'p> {
-    pub operations: &'p [Op],
+    pub(crate) operations: &'p [Op],
     /// Registers below this are inputs.
     pub n_inputs: u32,
     /// From here they are common to all samples, ...

@@ -2,7 +2,7 @@
 
 use crate::program::graph::Kind;
 use crate::program::native::Line;
-use crate::program::tape::Op;
+use crate::program::operation::Op;
 
 /// A number that is never needed again.
 pub const NEVER: usize = usize::MAX;

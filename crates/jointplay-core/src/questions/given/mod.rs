@@ -1,14 +1,16 @@
 //! The exact pose for given parameter values, and the first-order maps of every case.
 
-pub(crate) mod over_constrained;
+mod over_constrained;
+
+pub use over_constrained::Forced;
 
 use nalgebra::DMatrix;
 
 use crate::closure::equations::Inputs;
 use crate::closure::sensitivity::Output;
 use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
-use crate::questions::loaded::Case;
 
 /// The error of one configuration for given parameter values.
 #[derive(Clone, Debug)]

@@ -1,13 +1,33 @@
 //! Load-determined errors of many configurations, column by column.
 
-// Inlined into kernels compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
-
-use rayon::prelude::*;
-
+use crate::math::memory::filled;
 use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
-use crate::questions::loaded::Loaded;
+
+/// The load-determined error of one configuration.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// Error on the exact closure, per component.
+    pub error: Vec<f64>,
+    /// Its linearisation at the nominal pose.
+    pub error_first_order: Vec<f64>,
+    /// Half-width of what the load does not decide, per component.
+    pub undetermined: Vec<f64>,
+    /// Share of every source in it, source by source, per component.
+    pub open: Vec<f64>,
+    /// Whether the load decides where every source is; no load moves what is no clearance.
+    pub decided: Vec<bool>,
+    /// Force and moment on the second body of every joint at its joint point, ground axes.
+    pub reaction: Vec<f64>,
+    /// The values of all parameters.
+    pub offset: Vec<f64>,
+    /// Share of every source in the first-order error, source by source, per component.
+    pub contribution: Vec<f64>,
+    /// Steps until contact and reactions agreed.
+    pub steps: usize,
+    /// Outcome.
+    pub status: Status,
+}
 
 /// Which columns are wanted beside error, what is undetermined, steps and status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,13 +41,6 @@ pub struct Keep {
 impl Keep {
     /// All columns.
     pub const ALL: Self = Self { offset: true, details: true };
-}
-
-/// Values of which all cores write a part for the first time: memory from the system comes page by page, and takes as
-/// long as many a result.
-pub(crate) fn filled<T: Copy + Send + Sync>(n: usize, value: T) -> Vec<T> {
-    const AT_ONCE: usize = 1 << 14;
-    rayon::iter::repeat_n(value, n).with_min_len(AT_ONCE).collect()
 }
 
 /// Columns row after row; empty where they are not kept.
@@ -44,8 +57,8 @@ pub struct Table {
     pub contribution: Vec<f64>,
     pub steps: Vec<u64>,
     pub status: Vec<Status>,
-    /// Configurations that the batch engine handed to the plain solver; of over-constrained mechanisms, cone programs that
-    /// were solved by themselves.
+    /// Configurations that the batch engine handed to the plain solver; of over-constrained mechanisms, cone programs
+    /// that were solved by themselves.
     pub fallbacks: u64,
 }
 

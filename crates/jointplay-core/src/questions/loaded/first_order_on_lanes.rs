@@ -1,22 +1,22 @@
 //! Load-determined errors of a block of configurations to first order, at their nominal poses.
 
-use crate::clearance::MAX_SIZE;
 use crate::clearance::faces_on_lanes::Faces;
-use crate::closure::newton::Solver;
+use crate::clearance::mute::UNDECIDED;
+use crate::clearance::offset::MAX_SIZE;
+use crate::closure::newton::{CLEAR, Solver};
 use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::layout::Layout;
-use crate::closure::recorded::program::evaluate;
 use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, poses_of, record_statics, statics_outputs};
+use crate::closure::recorded::step::evaluate;
+use crate::closure::sensitivity::UNFELT;
 use crate::closure::tree::on_lanes::OnTree;
 use crate::math::lanes::block::{Block, LANES};
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
-use crate::nominal::trace::CLEAR;
 use crate::program::symbol::{Recorder, Symbol};
 use crate::program::tape::Program;
 use crate::questions::loaded::columns::Rows;
-use crate::questions::loaded::{Case, UNFELT};
-use crate::questions::worst::ascent::UNDECIDED;
 
 /// The recorded statics of one mechanism under its loads.
 #[derive(Clone, Debug)]

@@ -6,74 +6,35 @@
 //! does not decide: the offset is put in the middle of the exposed face, and the half-width of the
 //! output's error over all exposed faces that it feels is given beside it.
 
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
+mod columns;
+mod first_order_on_lanes;
+mod on_lanes;
+mod over_constrained;
+mod pressing;
 
-pub mod columns;
-pub(crate) mod first_order_on_lanes;
-pub(crate) mod on_lanes;
-pub(crate) mod over_constrained;
+pub use columns::{Keep, Table};
+pub use over_constrained::StrainTable;
 
 use rayon::prelude::*;
 
-use crate::clearance::MAX_SIZE;
-use crate::clearance::unforced::Mute;
-use crate::closure::equations::Inputs;
-use crate::closure::newton::{Linearised, Solver, State};
-use crate::closure::sensitivity::{Gradient, Output};
+use crate::clearance::mute::{Mute, UNDECIDED};
+use crate::clearance::offset::MAX_SIZE;
+use crate::closure::newton::{Solver, State};
+use crate::closure::sensitivity::{Gradient, Output, UNFELT};
 use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
-use crate::math::real::Real;
-use crate::math::space::{Component, Pose, sub};
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
-use crate::nominal::trace;
-use crate::nominal::trace::{CLEAR, trace_runs};
-use crate::questions::loaded::columns::{Keep, Rows, Table};
+use crate::nominal::trace::{self, trace_runs};
+use crate::questions::loaded::columns::{Loaded, Rows};
 use crate::questions::loaded::first_order_on_lanes::FirstOrder;
 use crate::questions::loaded::on_lanes::Contact;
-use crate::questions::worst::ascent::UNDECIDED;
+use crate::questions::loaded::pressing::Pressing;
 
-/// What the load leaves undecided is felt by the output when it moves it, to first order, by more than this part
-/// of what all play together could.
-pub(crate) const UNFELT: f64 = 1e-9;
 /// Configurations that one task solves.
 const RUN: usize = 16 * LANES;
-
-/// The load-determined error of one configuration.
-#[derive(Clone, Debug)]
-pub struct Loaded {
-    /// Error on the exact closure, per component.
-    pub error: Vec<f64>,
-    /// Its linearisation at the nominal pose.
-    pub error_first_order: Vec<f64>,
-    /// Half-width of what the load does not decide, per component.
-    pub undetermined: Vec<f64>,
-    /// Share of every source in it, source by source, per component.
-    pub open: Vec<f64>,
-    /// Whether the load decides where every source is; no load moves what is no clearance.
-    pub decided: Vec<bool>,
-    /// Force and moment on the second body of every joint at its joint point, ground axes.
-    pub reaction: Vec<f64>,
-    /// The values of all parameters.
-    pub offset: Vec<f64>,
-    /// Share of every source in the first-order error, source by source, per component.
-    pub contribution: Vec<f64>,
-    /// Steps until contact and reactions agreed.
-    pub steps: usize,
-    /// Outcome.
-    pub status: Status,
-}
-
-/// One configuration to analyse: drive values, and the nominal coordinates that errors refer to.
-#[derive(Clone, Copy, Debug)]
-pub struct Case<'a> {
-    /// Drive values.
-    pub drives: &'a [f64],
-    /// Nominal coordinates of all bodies; not finite where the nominal mechanism is not assembled.
-    pub coordinates: &'a [f64],
-}
 
 /// The recorded programs of a question.
 enum Programs<'m> {
@@ -151,13 +112,6 @@ impl<'r> Kernel for Run<'r, '_> {
 }
 
 impl Mechanism {
-    /// A solver planned at the first case that is assembled, if any.
-    #[must_use]
-    pub fn solver(&self, cases: &[Case<'_>]) -> Option<Solver<'_>> {
-        let assembled = |case: &&Case<'_>| case.coordinates.iter().all(|c| c.is_finite());
-        cases.iter().find(assembled).map(|case| Solver::new(self, case.coordinates))
-    }
-
     /// Runs an analysis on every case that is assembled, on all cores; the others get `missing`.
     pub(crate) fn each<T: Send>(
         &self,
@@ -176,58 +130,6 @@ impl Mechanism {
             })
             .collect();
         interrupt::before_the_stop(found)
-    }
-
-    /// Error of an output against that of nominal coordinates.
-    pub(crate) fn error(&self, state: &State, nominal: &State) -> Vec<f64> {
-        let place = |s: &State| self.place(self.output, &self.poses(&s.coordinates), &s.inputs.parameters).position;
-        let width = self.n_body_coordinates();
-        let turned = self.points[self.output].body.map_or_else(
-            || vec![0.0; self.size() - self.n_translations()],
-            |b| {
-                let body = b * width..(b + 1) * width;
-                self.space.turn_of_body(&nominal.coordinates[body.clone()], &state.coordinates[body])
-            },
-        );
-        self.pose_components(sub(place(state), place(nominal)), &turned)
-    }
-
-    /// The inputs at given drive values with every deviation at its known value and no play taken.
-    pub(crate) fn built(&self, drives: &[f64]) -> Inputs<f64> {
-        Inputs { drives: drives.to_vec(), parameters: self.centre.clone() }
-    }
-
-    /// The same where the Jacobian is factored already: an estimate spares the singular value where it is
-    /// plainly large.
-    pub(crate) fn status_of(&self, linearised: &Linearised<'_>, state: &State) -> Status {
-        if self.singular_estimate(linearised) >= CLEAR * self.singular_value {
-            return Status::Ok;
-        }
-        self.nominal_status(state)
-    }
-
-    /// Whether the nominal state is too near a singular one.
-    pub(crate) fn nominal_status(&self, state: &State) -> Status {
-        let (value, _) = self.singular_value_at(state);
-        if value < self.singular_value { Status::Singular } else { Status::Ok }
-    }
-
-    /// The reactions that the multipliers of the closure rows stand for.
-    pub(crate) fn reactions<S: Real>(&self, poses: &[Pose<S>], multipliers: &[S]) -> Vec<S> {
-        let size = self.size();
-        let mut reactions = vec![S::from_f64(0.0); self.n_joints() * size];
-        for (number, (row, &l)) in self.rows.iter().zip(multipliers).enumerate() {
-            let direction = self.row_axis(number, poses);
-            for (k, component) in self.space.components().iter().enumerate() {
-                if let (Component::Along(_), Component::Along(i)) | (Component::About(_), Component::About(i)) =
-                    (row.component, component)
-                {
-                    let slot = &mut reactions[row.joint * size + k];
-                    *slot = *slot - l * direction[*i];
-                }
-            }
-        }
-        reactions
     }
 
     /// Where the load pushes the output, for every case, in blocks on all cores; if not `exact`, everything
@@ -453,14 +355,4 @@ impl Mechanism {
         }
         felt
     }
-}
-
-/// The forces along all parameters at a pose.
-pub(crate) struct Pressing<F: Fn(usize) -> f64, M: Fn(usize) -> Mute> {
-    /// The force along a parameter.
-    pub force: F,
-    /// The size of all forces.
-    pub scale: f64,
-    /// What of a source the load does not push at the nominal pose.
-    pub mute: M,
 }

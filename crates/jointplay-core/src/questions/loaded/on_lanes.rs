@@ -7,21 +7,21 @@
 //! pose, reactions and contacts stand still together. Lanes where the load decides nothing, contacts
 //! flip or the closure is in doubt are left to the plain solver.
 
-use crate::closure::newton::Solver;
+use crate::closure::newton::{CLEAR, Solver};
 use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::layout::Layout;
-use crate::closure::recorded::program::record_step;
 use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, load_statics, record_finish, record_statics};
+use crate::closure::recorded::step::record_step;
 use crate::contact::push_on_lanes::{change, mutes, push};
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Space;
 use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
-use crate::nominal::trace::CLEAR;
 use crate::program::symbol::Recorder;
 use crate::program::tape::Program;
 use crate::questions::loaded::columns::Table;
-use crate::questions::loaded::{Case, Pressing};
+use crate::questions::loaded::pressing::Pressing;
 
 /// Steps that a block takes at most.
 const STEPS: usize = 40;

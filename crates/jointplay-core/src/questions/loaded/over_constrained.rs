@@ -9,12 +9,13 @@ use crate::closure::equations::Inputs;
 use crate::closure::newton::State;
 use crate::cone::scheduler::Rounds;
 use crate::math::space::Pose;
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::mechanism::{Elastic, Mechanism, Row, Source};
-use crate::questions::loaded::columns::Table;
-use crate::questions::loaded::{Case, Loaded};
+use crate::questions::loaded::columns::{Loaded, Table};
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
-use crate::redundancy::equilibrium::{Ask, Balance};
+use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::placed::{CHUNK, Placed};
 use crate::redundancy::sequence::{Failure, Rest, is_apart};
 use crate::redundancy::system::{System, UNDECIDED_TOGETHER};
@@ -267,12 +268,6 @@ impl Mechanism {
         displacements += DVector::from_vec(system.displacements(balance));
         let moved = &c.output.parameters * displacements - &c.shared * &c.misfit;
         self.drive_shift(&c.output, case, nominal).iter().zip(moved.iter()).map(|(a, b)| a + b).collect()
-    }
-
-    /// Where a basis keeps a parameter.
-    pub(crate) fn place_of(&self, parameter: usize) -> usize {
-        let row = self.rows.iter().position(|row| row.parameter == Some(parameter));
-        row.unwrap_or(self.n_rows() + parameter)
     }
 
     /// The half-widths of what the load leaves open, zero where the output does not feel them.

@@ -7,10 +7,10 @@ use crate::closure::recorded::program::Bound;
 use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
 use crate::math::lanes::simd::{Kernel, dispatch};
-use crate::math::space::norm;
+use crate::math::vector::norm;
 use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
-use crate::questions::random::Request;
+use crate::questions::random::request::Request;
 use crate::questions::random::tally::{Kept, Ranges, Tally};
 
 /// What all chunks of one configuration share.

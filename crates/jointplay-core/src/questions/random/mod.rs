@@ -3,54 +3,35 @@
 //! Samples are drawn in chunks, each with a random stream of its own, and merged in a fixed order:
 //! the result does not depend on the number of threads, and memory does not grow with the samples.
 
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
+mod chunk;
+mod over_constrained;
+mod request;
+mod specimens;
+mod tally;
+mod units;
 
-pub(crate) mod chunk;
-pub(crate) mod over_constrained;
-pub(crate) mod specimens;
-pub(crate) mod tally;
-pub(crate) mod units;
+pub use over_constrained::UnitScatter;
+pub use request::Request;
+pub use specimens::UnitTable;
+pub use tally::BINS;
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use crate::clearance::law::Law;
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::program::Newton;
 use crate::closure::sensitivity::Output;
 use crate::interrupt;
-use crate::mechanism::spec::Law;
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
-use crate::questions::loaded::Case;
-use crate::questions::random::tally::{BINS, Kept};
-use crate::questions::random::tally::{Ranges, Tally};
+use crate::questions::random::tally::{Kept, Ranges, Tally};
 
 /// Samples per random stream.
 pub(crate) const CHUNK: usize = 8192;
 /// Chunks in memory at once.
 pub(crate) const BLOCK: usize = 64;
-
-/// What to draw.
-#[derive(Clone, Debug)]
-pub struct Request {
-    /// Samples per configuration.
-    pub samples: usize,
-    /// Seed of all random streams.
-    pub seed: u64,
-    /// Probabilities of the quantiles asked for.
-    pub probabilities: Vec<f64>,
-    /// Acceptance limit of the position error; NaN for none.
-    pub limit_position: f64,
-    /// Acceptance limit of the rotation; NaN for none.
-    pub limit_rotation: f64,
-    /// A law for all clearances instead of their own.
-    pub law: Option<Law>,
-    /// Whether the load pushes every unit, instead of the clearances scattering by their laws.
-    pub loaded: bool,
-    /// Whether the samples themselves are wanted; memory then grows with them.
-    pub keep: bool,
-}
 
 /// Scatter of one configuration. Quantities: the components, the size of the position error, the size
 /// of the rotation.

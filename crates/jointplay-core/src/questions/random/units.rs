@@ -6,7 +6,8 @@ use crate::clearance::draw::Stream;
 use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::Mechanism;
-use crate::questions::random::{CHUNK, Request};
+use crate::questions::random::CHUNK;
+use crate::questions::random::request::Request;
 
 impl Mechanism {
     /// Parameter values of random units, unit after unit: those that [`Mechanism::random`] solves.

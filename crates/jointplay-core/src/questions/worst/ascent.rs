@@ -3,23 +3,22 @@
 //! The gradient of the measure along the offsets is one transposed solve; the support point of every set
 //! along it is the best admissible offset of the linearised mechanism (Frank and Wolfe). Whole steps to
 //! it nearly always settle at once. Where they do not (a guide hesitates between two corners, an offset
-//! acts in second order only) a projected gradient ascent ([`crate::questions::worst::projected`]) takes over.
+//! acts in second order only) a projected gradient ascent ([`super::projected`]) takes over.
 
-use crate::clearance::unforced::Mute;
+use crate::clearance::mute::Mute;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Budget, Linearised, Solver, State};
 use crate::closure::sensitivity::{Cost, Gradient};
 use crate::math::rotation::inverse_left_jacobian;
-use crate::math::space::{Component, Space, Vec3, norm, scale};
-use crate::mechanism::{Mechanism, Source};
+use crate::math::space::{Component, Space};
+use crate::math::vector::{Vec3, norm, scale};
+use crate::mechanism::Mechanism;
 use crate::questions::worst::projected::{Projected, ROUGH};
 
 /// Whole steps to the support points.
 const WHOLE_STEPS: usize = 25;
 /// Steps of a projected ascent that may lead to where the mechanism cannot be assembled.
 const MOST_WALLS: usize = 12;
-/// A reaction below this part of the largest one decides nothing.
-pub const UNDECIDED: f64 = 1e-9;
 
 /// A number that measures an error of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,62 +118,6 @@ impl Mechanism {
         let parameters = &state.inputs.parameters;
         self.add_wrench(self.output, force, moment, &linearised.poses, parameters, &mut cost);
         cost
-    }
-
-    /// A tolerance for forces as one for what is conjugate to a source's first component: an angle's
-    /// moment is compared as a force at the characteristic length.
-    #[inline]
-    #[must_use]
-    pub fn undecided(&self, source: &Source, tolerance: f64) -> f64 {
-        if source.is_angle { tolerance * self.length } else { tolerance }
-    }
-
-    /// Size of the multipliers as forces.
-    pub(crate) fn force_scale(&self, gradient: &Gradient) -> f64 {
-        self.rows.iter().zip(&gradient.multipliers).fold(0.0, |largest: f64, (row, l)| {
-            largest.max(match row.component {
-                Component::Along(_) => l.abs(),
-                Component::About(_) => l.abs() / self.length,
-            })
-        })
-    }
-
-    /// The inputs with every source that gives way moved to the nearest point of the face it is pushed to:
-    /// what nothing pushes stays where it is. `mute` tells what a source that gives way does not listen to.
-    pub(crate) fn pushed(
-        &self,
-        gradient: &Gradient,
-        inputs: &Inputs<f64>,
-        mute: impl Fn(usize, &Source) -> Option<Mute>,
-    ) -> Inputs<f64> {
-        let scale = self.force_scale(gradient);
-        let mut pushed = inputs.clone();
-        for (s, source) in self.sources.iter().enumerate() {
-            let Some(mute) = mute(s, source) else { continue };
-            let offset: Vec<f64> = source.range().map(|p| inputs.parameters[p] - self.centre[p]).collect();
-            let force = source.set.heard(&gradient.inputs.parameters[source.range()], mute);
-            let tolerance = self.undecided(source, UNDECIDED * scale);
-            let nearest = source.set.face(&force[..offset.len()], tolerance).nearest(&offset);
-            for (k, p) in source.range().enumerate() {
-                pushed.parameters[p] = self.centre[p] + nearest[k];
-            }
-        }
-        pushed
-    }
-
-    /// Largest change of an offset, as a part of its set.
-    pub(crate) fn change(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
-        self.largest_change(&from.parameters, &to.parameters)
-    }
-
-    /// The same of parameter values.
-    pub(crate) fn largest_change(&self, from: &[f64], to: &[f64]) -> f64 {
-        self.sources.iter().filter(|s| !s.set.is_zero()).fold(0.0, |largest: f64, source| {
-            source
-                .range()
-                .enumerate()
-                .fold(largest, |largest, (k, p)| largest.max((to[p] - from[p]).abs() / source.set.half_width(k)))
-        })
     }
 }
 
@@ -282,23 +225,6 @@ impl Solver<'_> {
 }
 
 impl Mechanism {
-    /// An ascent stands still when no offset wants to change by more than this part of its set. Forces go
-    /// through more rounding the more bodies hand them on.
-    pub(crate) const fn still(&self) -> f64 {
-        1e-13 * self.hands()
-    }
-
-    /// A Newton step below this (length-scaled) is rounding: places are sums over the bodies that lead to them.
-    pub(crate) const fn step_of_rounding(&self) -> f64 {
-        1e-13 * self.hands()
-    }
-
-    /// How much more rounding there is than in a small mechanism.
-    const fn hands(&self) -> f64 {
-        let hands = self.n_unknowns() as f64 / 64.0;
-        if hands > 1.0 { hands } else { 1.0 }
-    }
-
     fn noise(&self, at: &Summit) -> f64 {
         self.rounding(self.force_scale(&at.gradient), at.value)
     }

@@ -14,20 +14,18 @@
 //!
 //! In space cells that may hide more than the tolerance are divided.
 
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
-
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
-use crate::clearance::{MAX_SIZE, Set};
+use crate::clearance::Set;
+use crate::clearance::offset::MAX_SIZE;
 use crate::closure::sensitivity::Output;
 use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::math::mesh::{cosine_of_radius, mesh, unit};
-use crate::math::space::{Vec3, add, dot, norm, scale};
+use crate::math::vector::{Vec3, add, dot, norm, scale};
 use crate::mechanism::{Mechanism, Source};
 
 /// Directions of the plane, besides those where a support point jumps.
@@ -299,11 +297,12 @@ impl Maxima {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::math::mesh::spread;
-    use crate::mechanism::spec::Law;
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+    use crate::clearance::law::Law;
+    use crate::math::mesh::spread;
 
     fn sources(sets: &[Set]) -> Vec<Source> {
         let mut first = 0;

@@ -1,30 +1,30 @@
 //! The worst that the error can ever be.
 //!
-//! To first order by [`crate::questions::worst::first_order`]. On the exact closure each extreme is climbed from many starts
-//! ([`crate::questions::worst::starts`]), and from the best point with one source elsewhere ([`crate::questions::worst::search`]). The highest summit
+//! To first order by [`first_order`]. On the exact closure each extreme is climbed from many starts
+//! ([`starts`]), and from the best point with one source elsewhere ([`search`]). The highest summit
 //! counts.
 
-pub mod ascent;
-pub mod first_order;
-pub(crate) mod on_lanes;
-pub(crate) mod over_constrained;
-pub mod projected;
-pub(crate) mod search;
-pub(crate) mod starts;
-pub(crate) mod worker;
+mod ascent;
+mod first_order;
+mod on_lanes;
+mod over_constrained;
+mod prepared;
+mod projected;
+mod search;
+mod starts;
+mod worker;
 
 use rayon::prelude::*;
 
 use crate::closure::newton::{Solver, State};
 use crate::interrupt;
-use crate::math::space::Component;
 use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
-use crate::questions::loaded::Case;
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::on_lanes::{Climb, Site};
+use crate::questions::worst::prepared::Prepared;
 use crate::questions::worst::search::{Found, Search};
-use crate::questions::worst::starts::Extreme;
 use crate::questions::worst::worker::Height;
 
 /// Configurations at most that one task climbs.
@@ -76,16 +76,6 @@ pub(crate) struct Told {
     pub contribution: Vec<f64>,
     pub elastic: Vec<f64>,
     pub height: Height,
-}
-
-/// One configuration, ready to be climbed.
-pub(crate) struct Prepared<'a> {
-    pub nominal: State,
-    /// Known deviations in place, no play taken.
-    pub built: State,
-    pub site: Site<'a>,
-    pub extremes: Vec<Extreme>,
-    status: Status,
 }
 
 impl Mechanism {
@@ -140,12 +130,6 @@ impl Mechanism {
             unsettled: 0,
             status,
         }
-    }
-
-    /// Number of components of a position.
-    #[must_use]
-    pub fn n_translations(&self) -> usize {
-        self.space.components().iter().filter(|c| matches!(c, Component::Along(_))).count()
     }
 
     /// What is to be climbed at a nominal state.

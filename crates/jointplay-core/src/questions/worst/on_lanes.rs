@@ -3,22 +3,22 @@
 //! One recorded program takes a Newton step of the closure and gives the gradient of the work of a wrench on
 //! the output at the pose it starts from; the wrench is the gradient of what is to be maximised, lane by
 //! lane. Between steps the offsets move, to the support points of their sets (Frank and Wolfe) or where
-//! [`crate::questions::worst::worker`] leads, until pose and offsets stand still together. A lane has a start and a measure of
+//! [`super::worker`] leads, until pose and offsets stand still together. A lane has a start and a measure of
 //! its own and takes the next start when it is done; what becomes of a start does not depend on the others.
 
 use crate::closure::newton::Solver;
 use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::layout::Layout;
-use crate::closure::recorded::program::record_step;
 use crate::closure::recorded::statics::{gradient, poses_of, record_finish};
+use crate::closure::recorded::step::record_step;
 use crate::contact::push_on_lanes::{change, push};
 use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Component;
 use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
 use crate::program::symbol::{Recorder, Symbol};
 use crate::program::tape::Program;
-use crate::questions::loaded::Case;
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::worker::{Climbed, Next, Pace, Round, Worker};
 

@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use crate::clearance::{MAX_SIZE, inner};
+use crate::clearance::offset::{MAX_SIZE, inner};
 use crate::mechanism::{Mechanism, Source};
 
 /// Steps at most.

@@ -6,21 +6,18 @@
 //!    extremes. Where that raises an extreme it is repeated.
 //! 3. The best points are climbed to the last digits. The highest counts, of equal ones the first.
 //!
-//! Climbs run on lanes ([`crate::questions::worst::on_lanes::Climb`]), and plainly ([`crate::questions::worst::ascent`]) where a lane is in doubt. Everything
-//! ends: there are at most [`EXCHANGES`] rounds, a lane ends after a number of Newton steps of its own, and all plain
-//! climbs of an extreme share its [`Work`]. An extreme whose search is ended by that keeps its highest point and is
-//! counted.
-
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
+//! Climbs run on lanes ([`super::on_lanes::Climb`]), and plainly ([`super::ascent`]) where a lane is in doubt.
+//! Everything ends: there are at most [`EXCHANGES`] rounds, a lane ends after a number of Newton steps of its own, and
+//! all plain climbs of an extreme share its [`Work`]. An extreme whose search is ended by that keeps its highest point
+//! and is counted.
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Budget, Solver};
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::mechanism::Mechanism;
-use crate::questions::worst::Prepared;
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::on_lanes::{Climb, Site, Task};
+use crate::questions::worst::prepared::Prepared;
 use crate::questions::worst::starts::Extreme;
 use crate::questions::worst::worker::{Climbed, Height, Pace};
 

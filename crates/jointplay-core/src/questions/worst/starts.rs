@@ -6,10 +6,10 @@
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::clearance::{MAX_SIZE, inner};
+use crate::clearance::offset::{MAX_SIZE, inner};
 use crate::closure::sensitivity::Output;
 use crate::math::mesh::spread;
-use crate::math::space::Vec3;
+use crate::math::vector::Vec3;
 use crate::mechanism::Mechanism;
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::first_order::Reach;
@@ -35,8 +35,8 @@ pub(crate) struct Extreme {
 /// Fewer gradients tell nothing.
 const FEW: usize = 4;
 /// Losses whose mean is this many times their standard deviation are losses everywhere: gradients are nearly linear
-/// in the offsets, and corners of all sets have been drawn, beyond which they go by a few standard deviations. With wide
-/// clearances gradients bend, and five times has left out an exchange that leads higher.
+/// in the offsets, and corners of all sets have been drawn, beyond which they go by a few standard deviations. With
+/// wide clearances gradients bend, and five times has left out an exchange that leads higher.
 const PLAIN: f64 = 30.0;
 
 /// Whether losses met at some points are to be expected at all.

@@ -1,11 +1,8 @@
 //! Many units of one configuration, side by side.
 //!
 //! Units differ in what is known of their displacements. The basis is closed for all of them lane by lane, on the
-//! recorded iteration; where a lane is in doubt, or nothing has been recorded, plainly. Units [settle](Together::settle)
-//! in rounds of closures and programs.
-
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
+//! recorded iteration; where a lane is in doubt, or nothing has been recorded, plainly. Units
+//! [settle](Together::settle) in rounds of closures and programs.
 
 pub(crate) mod sequence;
 
@@ -18,8 +15,8 @@ use crate::closure::recorded::self_stress::Borne;
 use crate::interrupt;
 use crate::math::lanes::block::LANES;
 use crate::math::lanes::simd::{Kernel, dispatch};
+use crate::mechanism::Basis;
 use crate::mechanism::status::Status;
-use crate::redundancy::basis::Basis;
 use crate::redundancy::compatibility::{Compatibility, Ties};
 use crate::redundancy::system::System;
 
@@ -181,7 +178,7 @@ mod tests {
     use crate::closure::recorded::program::Newton;
     use crate::closure::recorded::self_stress::Beside;
     use crate::mechanism::Mechanism;
-    use crate::questions::loaded::Case;
+    use crate::mechanism::case::Case;
 
     /// Three cranks on one coupler, a load on it, and a dimension of the coupler.
     fn three_cranks() -> Mechanism {

@@ -14,8 +14,9 @@ use crate::cone::answer::{Answer, Outcome};
 use crate::cone::scheduler::Rounds;
 use crate::interrupt;
 use crate::mechanism::status::Status;
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Ties;
-use crate::redundancy::equilibrium::{Ask, Balance};
+use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::{Failure, NOISE};
 use crate::redundancy::specimen_batch::{Linearised, Nominal, Together};
 use crate::redundancy::system::{Give, System};
@@ -87,8 +88,8 @@ impl Together<'_> {
                     rested[number] = Some(Ok(found));
                 } else {
                     let right = ties.right(&unit.displacements, &known[unit.number]);
-                    // From the second round on the answer before is so near that Newton's method takes it to the last digits,
-                    // which an interior point has not where the value is flat.
+                    // From the second round on the answer before is so near that Newton's method takes it to the last
+                    // digits, which an interior point has not where the value is flat.
                     let near = if round > 0 { unit.balance.answer.take() } else { None };
                     asked.push(Asked { ties: Cow::Owned(ties), output: Cow::Owned(output), right, near });
                     moving.push(unit);

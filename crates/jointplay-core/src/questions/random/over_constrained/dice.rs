@@ -2,9 +2,9 @@
 
 use crate::clearance::Set;
 use crate::clearance::draw::Stream;
+use crate::clearance::law::Law;
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
-use crate::mechanism::spec::Law;
 
 /// Keeps the numbers of single units apart from those of chunks.
 const APART: u64 = 0x5851_F42D_4C95_7F2D;

@@ -5,8 +5,8 @@ use std::rc::Rc;
 use nalgebra::{DMatrix, DVector};
 
 use crate::cone::answer::Outcome;
-use crate::cone::lanes::Programs;
 use crate::cone::lanes::layout::Question;
+use crate::cone::lanes::programs::Programs;
 use crate::mechanism::status::Status;
 use crate::questions::random::over_constrained::dice::Dice;
 use crate::questions::random::over_constrained::unit::{Fit, Job, Loosest, Unit};

@@ -5,16 +5,13 @@
 //! together, and elastic ones go to the pose of least energy. If the load is asked for, it decides every
 //! clearance. The pose is exact; first order is the linear map of the nominal pose on the same displacements.
 
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
-
-pub(crate) mod chain;
-pub(crate) mod chunk;
-pub(crate) mod dice;
-pub(crate) mod group;
-pub(crate) mod ranges;
-pub(crate) mod section;
-pub(crate) mod unit;
+mod chain;
+mod chunk;
+mod dice;
+mod group;
+mod ranges;
+mod section;
+mod unit;
 
 use rayon::prelude::*;
 
@@ -24,14 +21,15 @@ use crate::closure::recorded::program::Newton;
 use crate::closure::recorded::self_stress::Beside;
 use crate::interrupt;
 use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
-use crate::questions::loaded::Case;
 use crate::questions::random::over_constrained::chunk::{Count, Linear};
 use crate::questions::random::over_constrained::group::Group;
 use crate::questions::random::over_constrained::ranges::Reach;
 use crate::questions::random::over_constrained::unit::Job;
+use crate::questions::random::request::Request;
 use crate::questions::random::tally::Ranges;
-use crate::questions::random::{BLOCK, CHUNK, Request, Scatter};
+use crate::questions::random::{BLOCK, CHUNK, Scatter};
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::specimen_batch::{Nominal, Together};
 use crate::redundancy::system::System;

@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::clearance::law::Law;
 use crate::math::decomposition::pseudo_inverse;
-use crate::mechanism::spec::Law;
 use crate::mechanism::{Mechanism, Source};
-use crate::questions::random::Request;
+use crate::questions::random::request::Request;
 use crate::questions::random::tally::Ranges;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;

@@ -4,13 +4,14 @@
 //! the sets the equations `M u = b` are solved for as many of the coordinates as they have rank, the ones
 //! that reach farthest; the others are drawn, and the whole is accepted when every offset is in its set
 //! (von Neumann's rejection). Where hardly anything is accepted, a chain of hit-and-run steps does it
-//! ([`chain`](crate::questions::random::over_constrained::chain)), started where the clearances are used the least.
+//! ([`chain`](super::chain)), started where the clearances are used the least.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::{MAX_SIZE, Set};
+use crate::clearance::Set;
+use crate::clearance::law::Law;
+use crate::clearance::offset::MAX_SIZE;
 use crate::math::lanes::block::{Block, LANES};
-use crate::mechanism::spec::Law;
 use crate::questions::random::over_constrained::dice::Dice;
 
 /// Blocks of proposals before a chain is started.

@@ -2,18 +2,19 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::MAX_SIZE;
+use crate::clearance::offset::MAX_SIZE;
 use crate::cone::Kind;
 use crate::cone::bodies::Form;
 use crate::interrupt;
 use crate::math::decomposition::pseudo_inverse;
 use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
-use crate::questions::random::Request;
 use crate::questions::random::over_constrained::dice::Dice;
 use crate::questions::random::over_constrained::section::{Member, Section};
+use crate::questions::random::request::Request;
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::{Compatibility, FITS, Ties};
-use crate::redundancy::equilibrium::{Ask, Balance};
+use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::is_apart;
 use crate::redundancy::specimen_batch::Nominal;
 use crate::redundancy::specimen_batch::sequence::Rested;

@@ -10,11 +10,12 @@
 //!
 //! which is the value of a program under a load. k is improved until the energy there is E.
 
-use crate::clearance::inner;
+use crate::clearance::offset::inner;
 use crate::cone::Kind;
 use crate::questions::worst::over_constrained::linear::{covered, directions};
 use crate::questions::worst::over_constrained::model::{Model, Tried};
-use crate::redundancy::equilibrium::{Ask, Balance};
+use crate::redundancy::balance::Balance;
+use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::equilibrium_batch::Pull;
 use crate::redundancy::system::{Give, System};
 

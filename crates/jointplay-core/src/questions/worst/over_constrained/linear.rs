@@ -10,11 +10,12 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::closure::newton::State;
 use crate::math::mesh::{cosine_of_radius, mesh, spread};
-use crate::math::space::{Vec3, dot, norm, scale};
-use crate::questions::loaded::Case;
+use crate::math::vector::{Vec3, dot, norm, scale};
+use crate::mechanism::case::Case;
 use crate::questions::worst::ascent::Measure;
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
-use crate::redundancy::equilibrium::{Ask, Balance};
+use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::equilibrium_batch::Pull;
 use crate::redundancy::system::System;
 

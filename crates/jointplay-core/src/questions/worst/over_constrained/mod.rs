@@ -2,25 +2,25 @@
 //!
 //! Offsets of all sources count that are compatible with each other. To first order the reach along a
 //! direction is the value of a cone program, and the largest error the largest reach over all directions
-//! ([`crate::questions::worst::first_order`] tells how much a mesh of them can miss). On the exact closure every extreme is a sequence
-//! of such programs, along the gradient of what is measured, from the first-order optima. Units that have to be
-//! strained are searched besides ([`strained`]).
+//! ([`crate::questions::worst::first_order`] tells how much a mesh of them can miss). On the exact closure every
+//! extreme is a sequence of such programs, along the gradient of what is measured, from the first-order optima. Units
+//! that have to be strained are searched besides ([`strained`]).
 
-pub(crate) mod bound;
-pub(crate) mod deviations;
-pub(crate) mod linear;
-pub(crate) mod model;
-pub(crate) mod search;
-pub(crate) mod strained;
-pub(crate) mod summit;
+mod bound;
+mod deviations;
+mod linear;
+mod model;
+mod search;
+mod strained;
+mod summit;
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::cone::Kind;
 use crate::math::space::Component;
+use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
-use crate::questions::loaded::Case;
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::over_constrained::deviations::Deviations;
 use crate::questions::worst::over_constrained::linear::Site;
@@ -36,8 +36,8 @@ const STARTS_PER_CLIMB: usize = 6;
 
 impl Mechanism {
     /// The worst errors of every case of an over-constrained mechanism, whatever the load: over all units that go
-    /// together without force, which deforms nothing, and over those that have to be strained. Fewer sequences of programs than `starts` are begun, for
-    /// each of them sees all offsets at once.
+    /// together without force, which deforms nothing, and over those that have to be strained. Fewer sequences of
+    /// programs than `starts` are begun, for each of them sees all offsets at once.
     #[must_use]
     pub fn worst_together(&self, cases: &[Case<'_>], starts: usize) -> Vec<Worst> {
         let climbs = starts.div_ceil(STARTS_PER_CLIMB).max(1);

@@ -9,8 +9,9 @@ use nalgebra::DVector;
 
 use crate::cone::Kind;
 use crate::questions::worst::over_constrained::deviations::Deviations;
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
-use crate::redundancy::equilibrium::{Ask, Balance};
+use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::equilibrium_batch::Pull;
 use crate::redundancy::system::System;
 

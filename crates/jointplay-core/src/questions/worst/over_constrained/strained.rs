@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::mechanism::Mechanism;
-use crate::questions::loaded::Case;
+use crate::mechanism::case::Case;
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::over_constrained::deviations::Deviations;
 use crate::questions::worst::over_constrained::model::{Model, Strained, Tried};

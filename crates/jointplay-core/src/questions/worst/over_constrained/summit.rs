@@ -2,8 +2,8 @@
 //! side.
 //!
 //! A step is made when it keeps enough of what its program promised, misfits counted at the largest self-stress met.
-//! Otherwise springs hold the offsets where they are (proximal points, [`crate::redundancy::sequence`]), the stiffer the
-//! more often that happens, and the softer the more steps are made.
+//! Otherwise springs hold the offsets where they are (proximal points, [`crate::redundancy::sequence`]), the stiffer
+//! the more often that happens, and the softer the more steps are made.
 
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -13,8 +13,9 @@ use crate::closure::newton::{Solver, State};
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::over_constrained::linear::{Extreme, Site};
 use crate::questions::worst::worker::Height;
+use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::{Compatibility, FITS};
-use crate::redundancy::equilibrium::{Ask, Balance};
+use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::equilibrium_batch::{Near, Pull};
 use crate::redundancy::sequence::step;
 
