@@ -399,7 +399,7 @@ def test_the_command_line_tells_what_becomes_of_the_units(tmp_path: Path, capsys
     told = " ".join(capsys.readouterr().out.split())
     assert "not assemblable" in told
     assert re.search(r"\d+ were not assemblable, 5\d(\.\d+)? %; they are not in the figures", told)
-    assert "99.9 % of the units go together with the clearances multiplied by 2.2" in told
+    assert "99.9 % of the specimens can be assembled without strain with the clearances multiplied by 2.2" in told
     assert run(["error", str(path), "-q", "random", "--samples", "200", "--contact", "loaded"]) == 0
     assert "clearances where the load pushes them" in " ".join(capsys.readouterr().out.split())
     assert run(["error", str(path), "-q", "random", "--law", "boundary"]) == 2

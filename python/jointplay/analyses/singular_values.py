@@ -5,7 +5,7 @@ of the motions that the joints allow (the null space of A), and E the twist of t
 
     constraint   smallest singular value of A      zero where the joints lose hold, drives or no drives
     actuation    smallest singular value of D N    zero where the joints allow a motion that no drive feels
-    output       smallest singular value of E N    zero where the mechanism moves and the output stands still
+    output       smallest singular value of E N    zero where the mechanism moves and the output does not
     closure      smallest singular value of J      zero where one of the first two is, and never larger than either
 
 because |det J| = (product of the singular values of A) x |det D N|. In the words of Gosselin and Angeles (1990) the

@@ -75,7 +75,7 @@ def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | N
     if part.attrs.get("question") != "assemble":
         raise InputError("is not the result of an assembly", key="result")
     if "kind" not in part.data:
-        raise InputError("does not go together even with perfect parts, so there is nothing to draw", file=m.file)
+        raise InputError("cannot be assembled even with perfect parts, so there is nothing to draw", file=m.file)
     steps = part.labels("step")
     drawing = _Drawing(m, part, exaggerate)
     columns = min(COLUMNS, len(steps))

@@ -241,7 +241,7 @@ class _Drawing:
             self.axes.update_datalim([head])
 
     def _offset(self, index: int, result: Result) -> Points:
-        """Where a pin lies in its disc, ground axes; a locked one is told in the axes of its joint."""
+        """Where a pin lies in its disc, ground axes; that of a locked one is given in the axes of its joint."""
         name, joint = self.m.joints[index], self.spec["joints"][index]
         along = ("x", "y") if joint["kind"] == "revolute" else ("along", "normal")
         offset = np.array([result.get("offset", parameter=f"{name}.{c}")[self.configuration] for c in along])

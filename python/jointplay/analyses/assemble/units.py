@@ -1,9 +1,9 @@
-"""Many units of one part: where the centres of its joints are, and what its members carry.
+"""Many specimens of one part: where the centres of its joints are, and what its members carry.
 
-centre of a unit = R(pose) (at + sum of the deviations that move it) + position(pose)
+centre of a specimen = R(pose) (at + sum of the deviations that move it) + position(pose)
 
-In a determinate part the forces are those of statics, whatever is off: what loads bend there is the same in all units,
-to first order, and is added to where the offsets put them.
+In a determinate part the forces are those of statics, whatever is off: what loads bend there is the same in all
+specimens to first order, and is added to where the offsets put them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FITS = 1.0 + 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Units:
-    """Units after a step; SI, indexed as in the whole mechanism, nan where nothing is yet or a unit failed.
+    """Specimens after a step; SI, indexed as in the whole mechanism, nan where nothing is yet or a specimen failed.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Units:
 
     @property
     def fits(self) -> NDArray[np.bool_]:
-        """Which units go together without strain."""
+        """Which specimens can be assembled without strain."""
         failed = np.isin(self.status, ["not_assembled", "singular", "not_assemblable"])
         return np.asarray(~failed & (self.clearance_factor <= FITS))
 
