@@ -357,7 +357,7 @@ def test_a_load_leaves_a_determinate_mechanism_no_play() -> None:
 
 def test_a_clearance_cannot_be_at_its_boundary_and_compatible() -> None:
     with pytest.raises(
-        jp.InputError, match=r"bar.toml: law: law 'boundary' leaves the clearances of A.*uniform, normal"
+        jp.InputError, match=r"bar.toml: law: law 'boundary' is not possible for A.*uniform, normal"
     ):
         jp.random(bar(), samples=10, law="boundary")
     with pytest.raises(jp.InputError, match="contact"):
