@@ -53,7 +53,7 @@ def compensate(
     weights: tuple[float, float] | None = None,
     target: Sequence[float] | NDArray[np.float64] | None = None,
 ) -> xr.Dataset:
-    """Correct the drives so that the output returns as near as it can to its nominal pose.
+    """Correct the drives so that the output returns as near as possible to its nominal pose.
 
     Parameters
     ----------

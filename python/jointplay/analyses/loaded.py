@@ -5,8 +5,8 @@ exact closure this is a condition on the offsets y and the forces s(y) along the
 
     y = P(y + t s(y)),   t > 0
 
-The work of the loads is not maximised: that of a moment with a fixed direction in space has no maximum. Over-constrained
-and elastic mechanisms need a cone program, in which the multipliers of compatibility are those of the self-stresses.
+The work of the loads is not maximised: for a moment with a fixed direction in space it has no maximum. Over-constrained
+and elastic mechanisms need a cone program; its multipliers of compatibility are the coefficients of the self-stresses.
 """
 
 from __future__ import annotations

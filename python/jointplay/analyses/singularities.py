@@ -53,7 +53,7 @@ def singularities(
     Returns
     -------
     xarray.Dataset
-        Over `configuration`: `constraint_singular_value` (zero where the joints lose hold of the bodies),
+        Over `configuration`: `constraint_singular_value` (zero where the joints no longer constrain a motion),
         `actuation_singular_value` (zero where the joints allow a motion that the drives do not hold),
         `output_singular_value` (zero where the mechanism moves and the output does not), `singular_value` (of the
         whole closure, zero where one of the first two is); of the first three the motion of all bodies,

@@ -213,7 +213,7 @@ def compensate(
     output: Output = None,
     plot: Plot = None,
 ) -> int:
-    """Correct the drives so that the output returns as near as it can to its nominal pose."""
+    """Correct the drives so that the output returns as near as possible to its nominal pose."""
     from jointplay.analyses.compensate import compute
 
     m = answer.mechanism(file, settings)

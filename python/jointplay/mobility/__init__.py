@@ -81,7 +81,7 @@ class Mobility:
 
     @property
     def is_decided(self) -> bool:
-        """Whether the drives decide every body's pose; it may be held more than once."""
+        """Whether the drives determine every pose; the joints may be over-constrained."""
         return not (self.motions or self.drive_redundancy)
 
     @property
@@ -148,7 +148,7 @@ def _as_drawn(probe: Probe, mobility: Mobility) -> Mobility:
 
 
 def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> None:
-    """Refuse a mechanism whose drives and joints do not decide every pose, or decide it more than once.
+    """Refuse a mechanism whose drives and joints do not determine every pose, or are redundant.
 
     A mechanism that does not assemble passes when the number of its drives is right: that is an outcome, no mistake.
 

@@ -47,7 +47,7 @@ def mechanism(
     configuration : int
         Which, counted from 0.
     exaggerate : float
-        How many times larger than they are pin clearances (in the plane) and errors are drawn; 0: not at all.
+        Factor on the drawn pin clearances (in the plane) and errors; 0: they are not drawn.
     result : Dataset, optional
         Of `given` or `loaded`: the pins are drawn where they lie in their clearances, and the error of the output as an
         arrow.

@@ -2,7 +2,7 @@
 
 In over-constrained steps every corner of the box of tolerances is a specimen; where there are too many corners, a
 search chooses them.
-The factor on the clearances is a convex function of the deviations, so that its largest value is at a corner; forces
+The clearance factor is a convex function of the deviations, so that its largest value is at a corner; forces
 are the largest met there. Errors are the exact extremes of `worst` for every centre, strained specimens included.
 The deformation of specimens that fit under the loads is added at its full size. Where the specimen of a corner has a
 larger error than this sum, its error is taken.
@@ -79,7 +79,7 @@ class _Extremes:
         self.status = max([*self.statuses, "underconstrained" if self.held.free else "ok"], key=SERIOUS.index)
 
     def _largest(self, point: int) -> float:
-        """Largest position error of a point: over all offsets, with what loads bend at its full size."""
+        """Largest position error of a point: over all offsets, with the deformation under loads at its full size."""
         strained = self.factor > FITS
         # As long as no specimen is strained, nothing but loads deforms it.
         core = self.held.core(point) if strained else self.held.core(point, joints=self.held.rigid_joints)

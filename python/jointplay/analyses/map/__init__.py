@@ -78,8 +78,8 @@ def map(
     xarray.Dataset
         The variables of the question over the axes of the grid, with `status` per node; on a grid of output poses the
         drives are coordinates. `contact_change` (for ``loaded``): whether a contact changes sides between the node and
-        the next one along the axis `across`. `within_limits`: with ranges of drives or joints in the file, whether they
-        are kept. With a path the dataset reads from there what is used of it.
+        the next one along the axis `across`. `within_limits`: with ranges of drives or joints in the file, whether the
+        node is inside. With a path the dataset is read from the file when it is used.
 
     Raises
     ------
