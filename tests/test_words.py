@@ -34,7 +34,7 @@ EXIT_CODE = re.compile(r"\s+# exit code (\d)$")
 #: phrases that readers had to guess at, and the field's terms for them; names of variables, options and keys stay
 TERMS = {
     r"\bgo(?:es|ing)? together\b|\bwent together\b": "can be assembled; of keys: belong together",
-    r"\b(?:are|was|were|be|been|it|which|what) told\b|\bis told (?:as|at|by|from|in|where|with)\b": "is reported, is given",
+    r"\b(?:are|was|were|be|been) told\b|\bis told (?:as|at|by|from|in|where|with)\b": "is reported, is given",
     r"\btold apart\b|\btells? (?:\w+ )?apart\b": "distinguishes",
     r"\bst(?:and|ands|anding|ood) still\b": "has converged; of bodies: does not move",
     r"\bunits? (?:that|which) (?:fits?|has|have|go|goes|can|cannot|stays?)\b": "specimen",
