@@ -71,7 +71,7 @@ def random(
         Over `configuration`: `error_mean`, `error_std`, `error_covariance` (also with `_first_order`), `error_quantile`
         and `largest` (of every component, position, rotation; quantiles are known within `quantile_resolution`),
         `histogram` with `edge`, `outside` (share beyond the limits of the file), `failures` (samples by outcome; no
-        sample is dropped silently, and those that the load leaves `undetermined` are in the figures), `contribution`
+        sample is dropped silently, and those that the load leaves `undetermined` are included), `contribution`
         (variance per source; they add up to the first-order one), `nominal`, `status`.
 
         An over-constrained mechanism, or an elastic one under load, has as well: `clearance_factor_quantile` (of the

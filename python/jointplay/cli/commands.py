@@ -308,7 +308,7 @@ def map_(
     ] = None,
     plot: Annotated[
         Path | None,
-        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg, .pdf, or .html to look around in."),
+        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg, .pdf, or .html for an interactive page."),
     ] = None,
     variable: Annotated[
         str | None,

@@ -123,7 +123,7 @@ def _random(result: Result) -> Table:
     shares = result.get("probability_of_fit")
     columns.append(Column("fits without\nstrain", "%", tuple(fixed(100.0 * float(share), 2) for share in shares)))
     units = f"{result.attrs['samples']} specimens, seed {result.attrs['seed']}"
-    said = f"{units}; {100 * level:g} % of them are below the figures."
+    said = f"{units}; {100 * level:g} % of them are below these values."
     return Table(_title(result), tuple(columns), (said, *_notes(result)))
 
 

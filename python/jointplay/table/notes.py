@@ -107,7 +107,7 @@ def _samples(result: Result) -> Iterable[str]:
             share = 100 * counts.max() / samples
             most = f"{'up to ' * (len(assembled) > 1)}{share:.3g} %{' of a configuration' * (len(assembled) > 1)}"
             words = f"{int(counts.sum())} were {outcome.replace('_', ' ')}, {most}"
-            counted = "they are in the figures" if outcome in COUNTED else "they are not in the figures"
+            counted = "included in the results" if outcome in COUNTED else "not included in the results"
             yield f"{words}; {counted}."
     if "clearance_factor_quantile" in result.data:
         yield from _factor(result)
