@@ -32,7 +32,7 @@ MOST_STARTS = 10_000
 
 @typed
 def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
-    """Find the largest errors that clearances and tolerances allow.
+    """Find the largest pose errors that clearances and tolerances allow.
 
     Parameters
     ----------
