@@ -47,7 +47,7 @@ def mechanism(
     configuration : int
         Which, counted from 0.
     exaggerate : float
-        How many times larger than they are pin clearances (in the plane) and errors are drawn; 0: not at all.
+        Factor on the drawn pin clearances (in the plane) and errors; 0: they are not drawn.
     result : Dataset, optional
         Of `given` or `loaded`: the pins are drawn where they lie in their clearances, and the error of the output as an
         arrow.
@@ -241,7 +241,7 @@ class _Drawing:
             self.axes.update_datalim([head])
 
     def _offset(self, index: int, result: Result) -> Points:
-        """Where a pin lies in its disc, ground axes; a locked one is told in the axes of its joint."""
+        """Where a pin lies in its disc, ground axes; that of a locked one is given in the axes of its joint."""
         name, joint = self.m.joints[index], self.spec["joints"][index]
         along = ("x", "y") if joint["kind"] == "revolute" else ("along", "normal")
         offset = np.array([result.get("offset", parameter=f"{name}.{c}")[self.configuration] for c in along])
