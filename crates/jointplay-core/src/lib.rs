@@ -12,6 +12,7 @@ pub mod clearance;
 pub mod closure;
 pub mod cone;
 pub mod contact;
+mod coupling;
 mod decomposition;
 mod escape;
 pub mod extremes;

@@ -30,6 +30,8 @@ use crate::trace::{self, CLEAR, trace_runs};
 /// What the load leaves undecided is felt by the output when it moves it, to first order, by more than this part
 /// of what all play together could.
 pub(crate) const UNFELT: f64 = 1e-9;
+/// Times that the flanks which carry are looked for.
+pub(crate) const FLANKS: usize = 4;
 /// Configurations that one task solves.
 const RUN: usize = 16 * LANES;
 
@@ -205,17 +207,19 @@ impl Mechanism {
     }
 
     /// The reactions that the multipliers of the closure rows stand for.
-    pub(crate) fn reactions<S: Real>(&self, poses: &[Pose<S>], multipliers: &[S]) -> Vec<S> {
+    pub(crate) fn reactions<S: Real>(&self, poses: &[Pose<S>], parameters: &[S], multipliers: &[S]) -> Vec<S> {
         let size = self.size();
         let mut reactions = vec![S::from_f64(0.0); self.n_joints() * size];
-        for (number, (row, &l)) in self.rows.iter().zip(multipliers).enumerate() {
-            let direction = self.row_axis(number, poses);
+        for (row, &l) in self.rows.iter().zip(multipliers) {
+            let [force, moment] = self.row_wrench(row, poses, parameters);
             for (k, component) in self.space.components().iter().enumerate() {
-                if let (Component::Along(_), Component::Along(i)) | (Component::About(_), Component::About(i)) =
-                    (row.component, component)
-                {
+                let part = match component {
+                    Component::Along(i) => force.map(|force| force[*i]),
+                    Component::About(i) => moment.map(|moment| moment[*i]),
+                };
+                if let Some(part) = part {
                     let slot = &mut reactions[row.joint * size + k];
-                    *slot = *slot - l * direction[*i];
+                    *slot = *slot - l * part;
                 }
             }
         }
@@ -295,15 +299,40 @@ impl Mechanism {
         }
     }
 
+    /// The linearisation at the nominal pose for the flanks of couplings that the load closes, the inputs that tell
+    /// these, and the reactions.
+    fn at_flanks<'s>(
+        &self,
+        solver: &'s Solver<'_>,
+        case: &Case<'_>,
+        nominal: &State,
+    ) -> Option<(Linearised<'s>, State, Gradient)> {
+        let mut flanks = nominal.clone();
+        let mut at = solver.linearise(&flanks)?;
+        let mut gradient = self.load_gradient(&at, &flanks);
+        for _ in 0..if self.plays().next().is_some() { FLANKS } else { 0 } {
+            let pressed = self.pressed(&gradient, &self.built(case.drives), &self.mutes(&gradient));
+            let before = flanks.inputs.clone();
+            self.plays().for_each(|p| flanks.inputs.parameters[p] = pressed.parameters[p]);
+            if before == flanks.inputs {
+                break;
+            }
+            at = solver.linearise(&flanks)?;
+            gradient = self.load_gradient(&at, &flanks);
+        }
+        Some((at, flanks, gradient))
+    }
+
     fn loaded_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State, exact: bool) -> Loaded {
         let size = self.size();
-        let Some(at_nominal) = solver.linearise(nominal) else { return self.no_load_result(Status::Singular) };
+        let Some((at_nominal, flanks, gradient)) = self.at_flanks(solver, case, nominal) else {
+            return self.no_load_result(Status::Singular);
+        };
         let status = self.status_of(&at_nominal, nominal);
         // First order, at the nominal pose. Drive values that differ from the nominal ones count too.
-        let gradient = self.load_gradient(&at_nominal, nominal);
         let mutes = self.mutes(&gradient);
         let offsets = self.pressed(&gradient, &self.built(case.drives), &mutes);
-        let map = self.output_sensitivity(&at_nominal, nominal);
+        let map = self.output_sensitivity(&at_nominal, &flanks);
         let mut contribution = vec![0.0; self.sources.len() * size];
         let mut error_first_order = self.drive_shift(&map, case, nominal);
         for i in 0..size {
@@ -337,7 +366,7 @@ impl Mechanism {
                 undetermined: sum(&open),
                 open,
                 decided,
-                reaction: self.reactions(&at_nominal.poses, &gradient.multipliers),
+                reaction: self.reactions(&at_nominal.poses, &at_nominal.parameters, &gradient.multipliers),
                 offset: offsets.parameters,
                 contribution,
                 steps: 0,
@@ -377,7 +406,7 @@ impl Mechanism {
             undetermined: sum(&open),
             open,
             decided,
-            reaction: self.reactions(&displaced.poses, &contact.gradient.multipliers),
+            reaction: self.reactions(&displaced.poses, &displaced.parameters, &contact.gradient.multipliers),
             offset: contact.state.inputs.parameters,
             contribution,
             steps: contact.steps,

@@ -12,7 +12,7 @@ const NEWTON_STEPS: usize = 14;
 /// A Newton step (length-scaled) below this is the last: the next would be its square.
 const LAST_STEP: f64 = 1e-9;
 /// The largest move (length-scaled; radians) taken at once, so that the branch is not left.
-const LARGEST_MOVE: f64 = 0.35;
+pub(crate) const LARGEST_MOVE: f64 = 0.35;
 /// Continuation gives up when a step of this part of the way fails.
 const SMALLEST_PART: f64 = 1e-6;
 /// Inverse iterations for the smallest singular value of a large mechanism.
@@ -72,6 +72,8 @@ struct Converged {
 pub struct Linearised<'a> {
     /// Poses of all bodies.
     pub poses: Vec<Pose<f64>>,
+    /// The parameters that it was linearised at.
+    pub parameters: Vec<f64>,
     /// The factors.
     pub factors: Factored<'a>,
 }
@@ -122,7 +124,7 @@ impl<'m> Solver<'m> {
         let m = self.mechanism;
         let mut residual = vec![0.0; m.n_rows()];
         let mut derivatives = vec![0.0; 2 * m.size() * m.n_rows()];
-        m.evaluate(poses, &inputs.commands(), &mut residual, &mut derivatives);
+        m.evaluate(poses, &inputs.commands(m), &mut residual, &mut derivatives);
         (residual, derivatives)
     }
 
@@ -136,7 +138,7 @@ impl<'m> Solver<'m> {
     pub fn linearise(&self, state: &State) -> Option<Linearised<'_>> {
         let poses = self.mechanism.poses(&state.coordinates);
         let (_, derivatives) = self.evaluate(&poses, &state.inputs);
-        Some(Linearised { factors: self.factor(&derivatives)?, poses })
+        Some(Linearised { factors: self.factor(&derivatives)?, parameters: state.inputs.parameters.clone(), poses })
     }
 
     /// Largest residual, in characteristic lengths and radians.
@@ -214,7 +216,7 @@ impl<'m> Solver<'m> {
             factors.solve(&mut residual, &mut step);
             let size = scaled_size(m, &step);
             // Written so that NaN fails, too.
-            if !(size <= LARGEST_MOVE) {
+            if !(size <= m.largest_move) {
                 return None;
             }
             if moves.last().is_some_and(|&last| size > 2.0 * last && size > LAST_STEP) {
@@ -351,9 +353,9 @@ impl Mechanism {
     /// The part of a change of the inputs in which no driven angle turns by more than a radian: beyond
     /// half a turn a joint's angle would be taken for its remainder.
     fn largest_part(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
-        let turns = self.driven_rows.iter().enumerate().map(|(d, &row)| match self.rows[row].component {
+        let turns = self.driven().map(|(row, by)| match row.component {
             Component::Along(_) => 0.0,
-            Component::About(_) => (to.drives[d] - from.drives[d]).abs(),
+            Component::About(_) => (by.coefficient * (to.drives[by.drive] - from.drives[by.drive])).abs(),
         });
         1.0 / turns.fold(1.0, f64::max)
     }
@@ -375,7 +377,7 @@ fn structure(mechanism: &Mechanism, coordinates: &[f64]) -> Vec<bool> {
             // Irrational strides: any numbers without a pattern would do.
             *c += (f64::from(k) * 0.754_877 + f64::from(i) * 0.569_840).fract() * mechanism.length.max(1.0);
         }
-        mechanism.evaluate(&mechanism.poses(&moved), &inputs.commands(), &mut residual, &mut derivatives);
+        mechanism.evaluate(&mechanism.poses(&moved), &inputs.commands(mechanism), &mut residual, &mut derivatives);
         found.iter_mut().zip(&derivatives).for_each(|(f, d)| *f |= *d != 0.0);
     }
     found

@@ -212,7 +212,7 @@ fn record_climb_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let poses = poses_of(m, &symbolic);
     let mut cost = m.no_cost();
     m.add_wrench(m.output, force, moment, &poses, &symbolic.inputs.parameters, &mut cost);
-    let (slope, multipliers) = gradient(m, &step.linear, &poses, cost);
+    let (slope, multipliers) = gradient(m, &step.linear, &poses, &symbolic.inputs.parameters, cost);
     let mut outputs = step.numbers;
     outputs.extend(step.turn);
     outputs.extend([step.size, step.pivots, m.largest_force(&multipliers)]);

@@ -12,7 +12,7 @@ use super::lanes::{Block, LANES};
 use super::layout::Layout;
 use super::program::record_step;
 use super::push::{change, mutes, push};
-use super::statics::{SAME_DRIVES, StaticsOutputs, load_statics, record_finish, record_statics};
+use super::statics::{SAME_DRIVES, StaticsOutputs, load_statics, record_finish, record_statics, run_at_flanks};
 use super::symbol::Recorder;
 use super::tape::Program;
 use crate::loaded::{Case, Pressing};
@@ -85,7 +85,7 @@ impl<'m> Contact<'m> {
             let case = cases.get(lane).unwrap_or(&cases[0]);
             Layout::load(m, case.coordinates, case.drives, statics, lane);
         }
-        self.statics.run(statics);
+        run_at_flanks(m, &self.statics, statics);
         let at = StaticsOutputs::new(m);
         let out = |k: usize| self.statics.output(statics, k);
         let mut good = [false; LANES];

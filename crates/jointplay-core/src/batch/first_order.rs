@@ -6,7 +6,7 @@ use super::lanes::{Block, LANES};
 use super::layout::Layout;
 use super::on_tree::OnTree;
 use super::program::evaluate;
-use super::statics::{SAME_DRIVES, StaticsOutputs, poses_of, record_statics, statics_outputs};
+use super::statics::{SAME_DRIVES, StaticsOutputs, poses_of, record_statics, run_at_flanks, statics_outputs};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use crate::ascent::UNDECIDED;
@@ -68,7 +68,7 @@ impl<'m> FirstOrder<'m> {
         let given =
             |lane: usize| (cases[lane.min(cases.len() - 1)].coordinates, cases[lane.min(cases.len() - 1)].drives);
         self.layout.load_all(m, given, registers);
-        self.statics.run(registers);
+        run_at_flanks(m, &self.statics, registers);
         let at = StaticsOutputs::new(m);
         let out = |k: usize| self.statics.output(registers, k);
         let mut good = [false; LANES];

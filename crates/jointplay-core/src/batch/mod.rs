@@ -44,5 +44,12 @@ pub use worker::{Climbed, Height, Pace};
 /// the power series of sine and cosine are cut for it.
 pub const SMALL_ANGLE: f64 = 0.35;
 
+impl crate::Mechanism {
+    /// The largest step that recorded programs take from a nominal pose.
+    fn small_step(&self) -> f64 {
+        SMALL_ANGLE.min(self.largest_move)
+    }
+}
+
 /// Steps after the first turn by less than this (rad), or the plain solver takes over.
 pub const LATER_ANGLE: f64 = 0.05;

@@ -1,12 +1,15 @@
 //! Recorded statics: the work of the loads along every parameter, reactions and first-order maps at a pose.
 
 use super::SMALL_ANGLE;
+use super::lanes::{Block, LANES};
 use super::layout::{Layout, Symbolic};
 use super::linear::Linear;
 use super::program::record_step;
+use super::push::{mutes, push};
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use crate::closure::Inputs;
+use crate::loaded::FLANKS;
 use crate::mechanism::Mechanism;
 use crate::sensitivity::Cost;
 use crate::solver::Solver;
@@ -55,11 +58,12 @@ pub(super) fn poses_of<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Pose<S
     symbolic.numbers.chunks_exact(m.space.n_pose_numbers()).map(|n| m.space.pose_of_numbers(n)).collect()
 }
 
-/// Gradient of a cost along the parameters, and the multipliers.
+/// Gradient of a cost along the parameters, where they are so, and the multipliers.
 pub(super) fn gradient<'r>(
     m: &Mechanism,
     linear: &impl Linear<'r>,
     poses: &[Pose<Symbol<'r>>],
+    at: &[Symbol<'r>],
     cost: Cost<Symbol<'r>>,
 ) -> (Vec<Symbol<'r>>, Vec<Symbol<'r>>) {
     let zero = Symbol::Constant(0.0);
@@ -67,7 +71,7 @@ pub(super) fn gradient<'r>(
     let mut multipliers = vec![zero; m.n_rows()];
     linear.solve_transposed(&mut twists, &mut multipliers);
     let mut inputs = Inputs { drives: vec![zero; m.n_drives()], parameters };
-    m.pull_back(poses, &multipliers, &mut inputs);
+    m.pull_back(poses, at, &multipliers, &mut inputs);
     (inputs.parameters, multipliers)
 }
 
@@ -87,9 +91,41 @@ impl Mechanism {
 pub(super) fn load_statics<'r>(m: &Mechanism, linear: &impl Linear<'r>, symbolic: &Symbolic<'r>) -> Statics<'r> {
     let poses = poses_of(m, symbolic);
     let cost = m.load_cost(&poses, &symbolic.inputs.parameters);
-    let (gradient, multipliers) = gradient(m, linear, &poses, cost);
+    let (gradient, multipliers) = gradient(m, linear, &poses, &symbolic.inputs.parameters, cost);
     let scale = m.largest_force(&multipliers);
-    Statics { gradient, scale, reactions: m.reactions(&poses, &multipliers) }
+    Statics { gradient, scale, reactions: m.reactions(&poses, &symbolic.inputs.parameters, &multipliers) }
+}
+
+/// Leaves of the parameters only the plays, which tell the flanks that carry.
+fn perfect(m: &Mechanism, symbolic: &mut Symbolic<'_>) {
+    let plays: Vec<usize> = m.plays().collect();
+    for (p, parameter) in symbolic.inputs.parameters.iter_mut().enumerate() {
+        if !plays.contains(&p) {
+            *parameter = Symbol::Constant(0.0);
+        }
+    }
+}
+
+/// Runs the statics of nominal poses for the flanks of couplings that the load closes.
+#[inline(always)]
+pub(super) fn run_at_flanks(m: &Mechanism, statics: &Program, registers: &mut [Block]) {
+    m.plays().for_each(|p| registers[p] = Block::splat(0.0));
+    statics.run(registers);
+    if m.plays().next().is_none() {
+        return;
+    }
+    let at = StaticsOutputs::new(m);
+    for _ in 0..FLANKS {
+        let out = |k: usize| statics.output(registers, k);
+        let mutes = mutes(m, |p| out(at.gradient + p), out(at.scale));
+        let mut pushed: Vec<Block> = m.centre.iter().map(|centre| Block::splat(*centre)).collect();
+        push(m, Some(&mutes), &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
+        if m.plays().all(|p| pushed[p].0 == registers[p].0) {
+            break;
+        }
+        m.plays().for_each(|p| registers[p] = pushed[p]);
+        statics.run(registers);
+    }
 }
 
 /// Statics and first-order maps of the nominal pose, outputs as [`StaticsOutputs`] has them.
@@ -97,7 +133,7 @@ pub(super) fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Pro
     let m = solver.mechanism;
     let recorder = Recorder::new(SMALL_ANGLE);
     let mut symbolic = layout.varying(m, &recorder);
-    symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
+    perfect(m, &mut symbolic);
     let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
     let outputs = statics_outputs(m, layout, &recorder, &symbolic, &step.residual, &step.linear);
     Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs))
@@ -119,7 +155,7 @@ pub(super) fn statics_outputs<'r>(
     outputs.extend(output_of(m, layout, recorder, &poses, symbolic));
     for k in 0..m.size() {
         let cost = m.component_cost(k, &poses, &symbolic.inputs.parameters);
-        outputs.extend(gradient(m, linear, &poses, cost).0);
+        outputs.extend(gradient(m, linear, &poses, &symbolic.inputs.parameters, cost).0);
     }
     outputs.extend(m.driven_rows.iter().map(|&r| residual[r]));
     outputs.extend(statics.reactions);

@@ -96,6 +96,10 @@ pub(super) struct Equations<S> {
 impl Tree {
     /// The tree of shortest branches; `None` where a joint does not fit the equations.
     pub(super) fn new(m: &Mechanism) -> Option<Self> {
+        // A coupling is no component of its joint.
+        if m.rows.iter().any(|row| row.is_coupled) {
+            return None;
+        }
         let mut held = vec![Vec::new(); m.n_joints()];
         for (number, row) in m.rows.iter().enumerate() {
             held[row.joint].push((number, row.component));

@@ -123,7 +123,7 @@ fn tie(basis: &Basis, linearised: &Linearised<'_>, state: &State) -> (Ties, DMat
         let mut stress = vec![0.0; all.n_rows()];
         put_stress(basis, row, reaction.iter().copied(), |r, along| stress[r] = along);
         let mut along = Inputs { drives: vec![0.0; all.n_drives()], parameters: vec![0.0; all.n_parameters()] };
-        all.pull_back(&linearised.poses, &stress, &mut along);
+        all.pull_back(&linearised.poses, &linearised.parameters, &stress, &mut along);
         equations.row_mut(k).iter_mut().zip(&along.parameters).for_each(|(e, p)| *e = *p);
         drives.row_mut(k).iter_mut().zip(&along.drives).for_each(|(e, d)| *e = *d);
     }
