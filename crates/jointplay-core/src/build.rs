@@ -64,10 +64,7 @@ impl Mechanism {
                     return fail(format!("drive {d} moves a joint by nothing"));
                 }
                 let command = rows.len() - of_joints;
-                rows.push(Row {
-                    drive: Some(Driven { drive: d, coefficient, command }),
-                    ..Row::of(joint, component)
-                });
+                rows.push(Row { drive: Some(Driven { drive: d, coefficient, command }), ..Row::of(joint, component) });
             }
         }
         let mut sources = Vec::with_capacity(spec.sources.len());

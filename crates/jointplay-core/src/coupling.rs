@@ -111,6 +111,52 @@ pub(crate) struct Coupled<S> {
     pub slope: S,
 }
 
+/// Counts what couplings move through on a way, to see whether the same teeth mesh at its end.
+pub(crate) struct Mesh<'m> {
+    mechanism: &'m Mechanism,
+    measures: Vec<f64>,
+    moved: Vec<f64>,
+}
+
+impl<'m> Mesh<'m> {
+    pub fn new(mechanism: &'m Mechanism, coordinates: &[f64], parameters: &[f64]) -> Self {
+        let measures = mechanism.measures(&mechanism.poses(coordinates), parameters);
+        Self { mechanism, moved: vec![0.0; measures.len()], measures }
+    }
+
+    /// After a move in which no angle changes by as much as half a turn.
+    pub fn moves(&mut self, coordinates: &[f64], parameters: &[f64]) {
+        if self.measures.is_empty() {
+            return;
+        }
+        let measures = self.mechanism.measures(&self.mechanism.poses(coordinates), parameters);
+        let joints = self.mechanism.joints.iter().filter_map(|joint| joint.coupling.as_ref());
+        let terms = joints.flat_map(|coupling| &coupling.terms);
+        for ((moved, (measure, _)), (to, from)) in
+            self.moved.iter_mut().zip(terms).zip(measures.iter().zip(&self.measures))
+        {
+            let turn = std::f64::consts::TAU;
+            *moved += match measure {
+                Measure::Along(_) => to - from,
+                Measure::Bearing { .. } | Measure::Roll => (to - from) - turn * ((to - from) / turn).round(),
+            };
+        }
+        self.measures = measures;
+    }
+
+    /// Whether no tooth has been skipped between a residual at the beginning and one at the end.
+    pub fn is_kept(&self, from: &[f64], to: &[f64]) -> bool {
+        let coupled = self.mechanism.rows.iter().enumerate().filter(|(_, row)| row.is_coupled);
+        let mut moved = self.moved.iter();
+        coupled.filter_map(|(k, row)| Some((k, self.mechanism.joints[row.joint].coupling.as_ref()?))).all(
+            |(k, coupling)| {
+                let way: f64 = coupling.terms.iter().zip(&mut moved).map(|(term, moved)| term.1 * moved).sum();
+                (way - (to[k] - from[k])).abs() < 0.5 * std::f64::consts::PI * coupling.radian
+            },
+        )
+    }
+}
+
 /// Product of two numbers of the unit circle, sine first.
 fn turn_on<S: Real>((s, c): (S, S), (sine, cosine): (S, S)) -> (S, S) {
     (s * cosine + c * sine, c * cosine - s * sine)
@@ -294,7 +340,11 @@ impl Mechanism {
                     let unit = S::from_f64(1.0 / coupling.distance);
                     let mut rate = Rate { linear: across, ..Rate::zero() };
                     let own = cross(across, c);
-                    if second { rate.second = own } else { rate.first = own }
+                    if second {
+                        rate.second = own
+                    } else {
+                        rate.first = own
+                    }
                     (multiple((y * unit, x * unit), coupling.times(coefficient)), rate)
                 }
                 Measure::Roll => {
@@ -328,6 +378,23 @@ impl Mechanism {
         }
         let (sine, cosine) = turn_back(phase, (row.shifted(taken, parameters) / radian).wide_sin_cos());
         Coupled { residual: radian * S::small_angle(sine, cosine), rate, slope }
+    }
+
+    /// What the terms of all coupled rows measure, row after row; angles up to full turns.
+    fn measures(&self, poses: &[Pose<f64>], parameters: &[f64]) -> Vec<f64> {
+        let coupled = self.joints.iter().enumerate().filter_map(|(j, joint)| Some((j, joint.coupling.as_ref()?)));
+        let of = |joint: usize, measure: Measure| match measure {
+            Measure::Bearing { second } => {
+                let ([x, y], _) = self.seen(joint, second, self.between(joint, poses, parameters), poses);
+                y.atan2(x)
+            }
+            Measure::Roll => {
+                let (sine, cosine) = self.roll(joint, self.joints[joint].turning_axis(), poses);
+                sine.atan2(cosine)
+            }
+            Measure::Along(axis) => self.slid(joint, axis, poses, parameters),
+        };
+        coupled.flat_map(|(j, coupling)| coupling.terms.iter().map(move |term| of(j, term.0))).collect()
     }
 
     /// By how much each flank has moved away from the other.

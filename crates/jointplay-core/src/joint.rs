@@ -84,9 +84,7 @@ impl Joint {
             (Space::Spatial, Kind::Orientation) => (vec![About(0), About(1), About(2)], None),
             (_, Kind::Gear | Kind::Rack | Kind::Belt) => (vec![Along(0)], None),
             // The order of a revolute's, whose pin set fits it.
-            (Space::Spatial, Kind::Screw) => {
-                (vec![Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0)))
-            }
+            (Space::Spatial, Kind::Screw) => (vec![Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0))),
             (Space::Planar, Kind::Cylindrical | Kind::Spherical | Kind::Planar | Kind::Orientation | Kind::Screw)
             | (Space::Spatial, Kind::PinInSlot) => return Err("is of a kind that does not exist in this space"),
         };

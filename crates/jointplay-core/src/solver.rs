@@ -1,6 +1,7 @@
 //! Newton's method on the loop closure and continuation along a change of the inputs.
 
 use crate::closure::Inputs;
+use crate::coupling::Mesh;
 use crate::interrupt;
 use crate::linear::{Elimination, Factored};
 use crate::mechanism::Mechanism;
@@ -17,8 +18,10 @@ pub(crate) const LARGEST_MOVE: f64 = 0.35;
 const SMALLEST_PART: f64 = 1e-6;
 /// Inverse iterations for the smallest singular value of a large mechanism.
 const INVERSE_ITERATIONS: usize = 300;
-/// Continuation gives up after this many steps.
+/// Continuation gives up after this many steps, or twice as many as a drive of many turns takes at least, ...
 const MOST_STEPS: usize = 600;
+/// ... up to this many.
+const STEPS_OF_MANY_TURNS: usize = 20_000;
 
 /// The Newton steps that a search may still take; it ends when they are spent.
 #[derive(Clone, Debug)]
@@ -206,9 +209,14 @@ impl<'m> Solver<'m> {
         interrupt::check();
         let mut moves = Vec::with_capacity(NEWTON_STEPS);
         let mut step = vec![0.0; m.n_unknowns()];
+        let mut mesh = Mesh::new(m, coordinates, &inputs.parameters);
+        let mut first = None;
         for _ in 0..NEWTON_STEPS {
             budget.take()?;
             let (mut residual, derivatives) = self.evaluate(&m.poses(coordinates), inputs);
+            if !mesh.is_kept(first.get_or_insert_with(|| residual.clone()), &residual) {
+                return None;
+            }
             let factors = self.factor(&derivatives)?;
             for r in &mut residual {
                 *r = -*r;
@@ -216,13 +224,14 @@ impl<'m> Solver<'m> {
             factors.solve(&mut residual, &mut step);
             let size = scaled_size(m, &step);
             // Written so that NaN fails, too.
-            if !(size <= m.largest_move) {
+            if !(size <= LARGEST_MOVE) {
                 return None;
             }
             if moves.last().is_some_and(|&last| size > 2.0 * last && size > LAST_STEP) {
                 return None;
             }
             m.retract(coordinates, &step);
+            mesh.moves(coordinates, &inputs.parameters);
             moves.push(size);
             if size < LAST_STEP {
                 return Some(Converged {
@@ -276,7 +285,7 @@ impl<'m> Solver<'m> {
 
     /// As [`Self::follow`], giving the last state reached with the failure.
     pub(crate) fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
-        self.follow_within(from, to, &mut Budget::of(MOST_STEPS * NEWTON_STEPS))
+        self.follow_within(from, to, &mut Budget::of(self.mechanism.most_steps(&from.inputs, to) * NEWTON_STEPS))
     }
 
     /// As [`Self::follow_part`], as far as the budget reaches.
@@ -292,7 +301,7 @@ impl<'m> Solver<'m> {
         }
         let most = self.mechanism.largest_part(&from.inputs, to);
         let (mut done, mut part) = (0.0_f64, most);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..self.mechanism.most_steps(&from.inputs, to) {
             let last = done + part >= 1.0;
             let inputs = if last { to.clone() } else { between(&from.inputs, to, done + part) };
             if let Some(next) = self.close_within(&state, &inputs, budget) {
@@ -358,6 +367,11 @@ impl Mechanism {
             Component::About(_) => (by.coefficient * (to.drives[by.drive] - from.drives[by.drive])).abs(),
         });
         1.0 / turns.fold(1.0, f64::max)
+    }
+
+    /// Steps after which a continuation between inputs gives up.
+    fn most_steps(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> usize {
+        MOST_STEPS.max((2.0 / self.largest_part(from, to)).min(STEPS_OF_MANY_TURNS as f64) as usize)
     }
 }
 

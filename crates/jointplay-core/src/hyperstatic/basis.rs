@@ -51,8 +51,7 @@ impl Mechanism {
             *p += self.n_rows();
         }
         let moved = |(p, coefficient)| (self.n_rows() + p, coefficient);
-        let displaced =
-            |&k: &usize| Row { parameter: Some(k), shift: self.rows[k].shift.map(moved), ..self.rows[k] };
+        let displaced = |&k: &usize| Row { parameter: Some(k), shift: self.rows[k].shift.map(moved), ..self.rows[k] };
         let rows: Vec<Row> = keep.iter().map(displaced).collect();
         let driven = |d: usize| rows.iter().position(|row| row.drive.is_some_and(|by| by.drive == d));
         Self {

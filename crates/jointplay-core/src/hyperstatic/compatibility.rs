@@ -24,7 +24,6 @@ use crate::batch::{Borne, Bound};
 use crate::closure::Inputs;
 use crate::sensitivity::Output;
 use crate::solver::{Linearised, Solver, State};
-use crate::space::Pose;
 
 /// A coefficient below this part of the largest one (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;
@@ -52,8 +51,6 @@ pub(crate) struct Compatibility {
     pub output: Output,
     /// What the misfit itself does to the output by that map.
     pub shared: DMatrix<f64>,
-    /// Poses of all bodies.
-    pub poses: Vec<Pose<f64>>,
 }
 
 impl Compatibility {
@@ -65,7 +62,7 @@ impl Compatibility {
         let shared = share(basis, &ties.equations, &output.parameters);
         output.parameters += &shared * &ties.equations;
         output.drives += &shared * &drives;
-        Some(Self { ties, drives, output, shared, poses: linearised.poses })
+        Some(Self { ties, drives, output, shared })
     }
 }
 
