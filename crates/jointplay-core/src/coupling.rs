@@ -116,44 +116,44 @@ pub(crate) struct Mesh<'m> {
     mechanism: &'m Mechanism,
     measures: Vec<f64>,
     moved: Vec<f64>,
+    /// Residuals at the beginning.
+    from: Vec<f64>,
 }
 
 impl<'m> Mesh<'m> {
     pub fn new(mechanism: &'m Mechanism, coordinates: &[f64], parameters: &[f64]) -> Self {
-        let measures = mechanism.measures(&mechanism.poses(coordinates), parameters);
-        Self { mechanism, moved: vec![0.0; measures.len()], measures }
+        let measures = mechanism.through(coordinates, parameters);
+        Self { mechanism, moved: vec![0.0; measures.len()], measures, from: Vec::new() }
     }
 
     /// After a move in which no angle changes by as much as half a turn.
     pub fn moves(&mut self, coordinates: &[f64], parameters: &[f64]) {
-        if self.measures.is_empty() {
-            return;
-        }
-        let measures = self.mechanism.measures(&self.mechanism.poses(coordinates), parameters);
-        let joints = self.mechanism.joints.iter().filter_map(|joint| joint.coupling.as_ref());
-        let terms = joints.flat_map(|coupling| &coupling.terms);
-        for ((moved, (measure, _)), (to, from)) in
-            self.moved.iter_mut().zip(terms).zip(measures.iter().zip(&self.measures))
-        {
+        let measures = self.mechanism.through(coordinates, parameters);
+        let ways = measures.iter().zip(&self.measures).map(|(to, from)| to - from);
+        let terms = self.mechanism.coupled_rows().flat_map(|(_, coupling)| &coupling.terms);
+        for ((moved, way), (measure, _)) in self.moved.iter_mut().zip(ways).zip(terms) {
             let turn = std::f64::consts::TAU;
             *moved += match measure {
-                Measure::Along(_) => to - from,
-                Measure::Bearing { .. } | Measure::Roll => (to - from) - turn * ((to - from) / turn).round(),
+                Measure::Along(_) => way,
+                Measure::Bearing { .. } | Measure::Roll => way - turn * (way / turn).round(),
             };
         }
         self.measures = measures;
     }
 
-    /// Whether no tooth has been skipped between a residual at the beginning and one at the end.
-    pub fn is_kept(&self, from: &[f64], to: &[f64]) -> bool {
-        let coupled = self.mechanism.rows.iter().enumerate().filter(|(_, row)| row.is_coupled);
+    /// Whether no tooth has been skipped until the rows have this residual; the first time is the beginning.
+    pub fn is_kept(&mut self, residual: &[f64]) -> bool {
+        if self.measures.is_empty() {
+            return true;
+        }
+        if self.from.is_empty() {
+            self.from = residual.to_vec();
+        }
         let mut moved = self.moved.iter();
-        coupled.filter_map(|(k, row)| Some((k, self.mechanism.joints[row.joint].coupling.as_ref()?))).all(
-            |(k, coupling)| {
-                let way: f64 = coupling.terms.iter().zip(&mut moved).map(|(term, moved)| term.1 * moved).sum();
-                (way - (to[k] - from[k])).abs() < 0.5 * std::f64::consts::PI * coupling.radian
-            },
-        )
+        self.mechanism.coupled_rows().all(|(row, coupling)| {
+            let way: f64 = coupling.terms.iter().zip(&mut moved).map(|(term, moved)| term.1 * moved).sum();
+            (way - (residual[row] - self.from[row])).abs() < 0.5 * std::f64::consts::PI * coupling.radian
+        })
     }
 }
 
@@ -274,9 +274,16 @@ impl Coupling {
 }
 
 impl Mechanism {
+    /// The rows that couple.
+    fn coupled_rows(&self) -> impl Iterator<Item = (usize, &Coupling)> {
+        let coupled = self.rows.iter().enumerate().filter(|(_, row)| row.is_coupled);
+        coupled.filter_map(|(k, row)| Some((k, self.joints[row.joint].coupling.as_ref()?)))
+    }
+
     /// The joints whose couplings slide along an axis, in the order of their commands after those of the drives.
     pub(crate) fn sliding(&self) -> impl Iterator<Item = (usize, &Coupling, usize)> {
-        self.joints.iter().enumerate().filter_map(|(number, joint)| {
+        let joints = self.joints.iter().enumerate();
+        joints.filter_map(|(number, joint)| {
             let coupling = joint.coupling.as_ref()?;
             Some((number, coupling, coupling.slides()?))
         })
@@ -380,21 +387,25 @@ impl Mechanism {
         Coupled { residual: radian * S::small_angle(sine, cosine), rate, slope }
     }
 
-    /// What the terms of all coupled rows measure, row after row; angles up to full turns.
-    fn measures(&self, poses: &[Pose<f64>], parameters: &[f64]) -> Vec<f64> {
-        let coupled = self.joints.iter().enumerate().filter_map(|(j, joint)| Some((j, joint.coupling.as_ref()?)));
+    /// What the terms of all coupled rows measure, one after the other; angles up to full turns.
+    fn through(&self, coordinates: &[f64], parameters: &[f64]) -> Vec<f64> {
+        if self.coupled_rows().next().is_none() {
+            return Vec::new();
+        }
+        let poses = self.poses(coordinates);
         let of = |joint: usize, measure: Measure| match measure {
             Measure::Bearing { second } => {
-                let ([x, y], _) = self.seen(joint, second, self.between(joint, poses, parameters), poses);
+                let ([x, y], _) = self.seen(joint, second, self.between(joint, &poses, parameters), &poses);
                 y.atan2(x)
             }
             Measure::Roll => {
-                let (sine, cosine) = self.roll(joint, self.joints[joint].turning_axis(), poses);
+                let (sine, cosine) = self.roll(joint, self.joints[joint].turning_axis(), &poses);
                 sine.atan2(cosine)
             }
-            Measure::Along(axis) => self.slid(joint, axis, poses, parameters),
+            Measure::Along(axis) => self.slid(joint, axis, &poses, parameters),
         };
-        coupled.flat_map(|(j, coupling)| coupling.terms.iter().map(move |term| of(j, term.0))).collect()
+        let coupled = self.coupled_rows().map(|(row, coupling)| (self.rows[row].joint, coupling));
+        coupled.flat_map(|(joint, coupling)| coupling.terms.iter().map(move |term| of(joint, term.0))).collect()
     }
 
     /// By how much each flank has moved away from the other.

@@ -210,11 +210,10 @@ impl<'m> Solver<'m> {
         let mut moves = Vec::with_capacity(NEWTON_STEPS);
         let mut step = vec![0.0; m.n_unknowns()];
         let mut mesh = Mesh::new(m, coordinates, &inputs.parameters);
-        let mut first = None;
         for _ in 0..NEWTON_STEPS {
             budget.take()?;
             let (mut residual, derivatives) = self.evaluate(&m.poses(coordinates), inputs);
-            if !mesh.is_kept(first.get_or_insert_with(|| residual.clone()), &residual) {
+            if !mesh.is_kept(&residual) {
                 return None;
             }
             let factors = self.factor(&derivatives)?;
