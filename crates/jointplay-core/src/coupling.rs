@@ -462,3 +462,6 @@ impl Mechanism {
         self.joints[joint].coupling = Some(coupling);
     }
 }
+
+#[cfg(test)]
+mod tests;

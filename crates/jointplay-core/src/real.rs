@@ -23,7 +23,7 @@ pub trait Real:
     fn double_arc(square: Self) -> Self;
     /// Sine and cosine of an angle that may be as large as a turn.
     fn wide_sin_cos(self) -> (Self, Self);
-    /// The square root, by way of a number within a factor of three of it.
+    /// The square root, by way of a number within a factor of three of it; zero of a rough start's negative number.
     fn root(self, near: f64) -> Self;
 }
 
@@ -60,6 +60,6 @@ impl Real for f64 {
         Self::sin_cos(self)
     }
     fn root(self, _: f64) -> Self {
-        self.sqrt()
+        self.max(0.0).sqrt()
     }
 }

@@ -4,6 +4,7 @@ use super::beside::{Beside, Statics};
 use super::lanes::{Block, LANES, Mask, bits_if};
 use super::layout::{Layout, Symbolic};
 use super::linear::{Eliminated, Linear};
+use super::statics::perfect;
 use super::symbol::{Recorder, Symbol};
 use super::tape::Program;
 use super::{LATER_ANGLE, SMALL_ANGLE};
@@ -151,8 +152,8 @@ impl Newton {
         };
         let [residual, _] = evaluate(m, &nominal);
         // Derivatives of perfect parts are common to all samples, and so is their elimination. What they
-        // miss is of the order of the step, as is what the step misses anyway.
-        nominal.inputs.parameters.fill(Symbol::Constant(0.0));
+        // miss is of the order of the step, as is what the step misses anyway. The play of a coupling tells the flank.
+        perfect(m, &mut nominal);
         let [_, derivatives] = evaluate(m, &nominal);
         let turn = layout.nominal_turn(m, &recorder);
         let begun = record_step_by(solver, &nominal, [residual, derivatives], &turn)?;

@@ -97,7 +97,7 @@ pub(super) fn load_statics<'r>(m: &Mechanism, linear: &impl Linear<'r>, symbolic
 }
 
 /// Leaves of the parameters only the plays, which tell the flanks that carry.
-fn perfect(m: &Mechanism, symbolic: &mut Symbolic<'_>) {
+pub(super) fn perfect(m: &Mechanism, symbolic: &mut Symbolic<'_>) {
     let plays: Vec<usize> = m.plays().collect();
     for (p, parameter) in symbolic.inputs.parameters.iter_mut().enumerate() {
         if !plays.contains(&p) {
