@@ -45,7 +45,7 @@ def test_pins_that_balance_ties_are_open_together() -> None:
     # Both pins share what balance asks for in proportion to their play, and nothing else: the middle.
     a, b = result.offset.sel(parameter=["A.x", "A.y"]).values, result.offset.sel(parameter=["B.x", "B.y"]).values
     np.testing.assert_allclose(a / 0.46868436169863, b / 0.5576984249149205, rtol=1e-4)
-    # The middle and the half-widths of the poses that do the most work, to second order in the play (0.5 %).
+    # The middle and the half-widths of the poses that do the most work.
     found = compare(text)
     np.testing.assert_allclose(found.told, found.found, rtol=0, atol=1e-3)
     assert found.lack < 1e-9
@@ -74,3 +74,42 @@ def test_loaded_is_the_largest_work_of_any_mechanism(seed: int) -> None:
     far it is open. The optimiser does not find every end of what is open."""
     found = compare(graph(seed))
     assert found.verdict in NO_DIFFERENCE, found
+
+
+@pytest.mark.parametrize("seed", [701, 700, 1333, 1940])
+def test_what_is_open_near_a_singular_pose_has_its_ends_on_the_exact_closure(seed: int) -> None:
+    """By the linear map at the middle half-widths were off by 17, 11, 42 and 46 % of all play. In 700 and 1333
+    some ends are found from those of other components only."""
+    found = compare(graph(seed))
+    assert found.status == "undetermined"
+    assert np.isfinite(found.found).any()
+    assert found.off < 5e-3, found
+
+
+@pytest.mark.parametrize("seed", [698, 1402, 1998])
+def test_open_play_that_reaches_a_singular_pose_is_singular(seed: int) -> None:
+    """Its half-width was told by the linear map as if the mechanism could be assembled all the way."""
+    m = jp.loads(graph(seed))
+    assert jp.loaded(m).status.item() == "singular"
+    assert jp.worst(m).status.item() == "singular"
+
+
+def test_no_offsets_of_what_is_open_go_farther() -> None:
+    """Brute force: whatever the open pins do, the range of the output is no wider than what is told, and nearly as
+    wide."""
+    m, link = jp.loads(graph(1363)), read(graph(1363))
+    result = jp.loaded(m).isel(configuration=0)
+    values = dict(zip(result.parameter.values.tolist(), result.offset.values.tolist(), strict=True))
+    open_ = [s for s in link.sources if not result.decided.sel(source=s.labels[0].split(".")[0])]
+    rng, errors = np.random.default_rng(0), []
+    for _ in range(400):
+        drawn = dict(values)
+        for s in open_:
+            assert s.kind == "disc"
+            turn = rng.uniform(0, 2 * np.pi)
+            drawn.update(zip(s.labels, (s.size[0] * np.cos(turn), s.size[0] * np.sin(turn)), strict=True))
+        errors.append(jp.given(m, drawn).error.values[0])
+    part = np.ptp(errors, axis=0) / (2 * result.undetermined.values)
+    # What the load decides turns a little with the open pins, by the play as a part of the size (0.13 %).
+    assert (part < 1.002).all()
+    assert (part > 0.9).all()

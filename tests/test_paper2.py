@@ -153,8 +153,8 @@ def test_figure_1_is_told_by_which_joints_are_locked(study: asked.Study) -> None
 
 
 def test_every_step_of_the_determinate_structure_is_what_its_vertices_say(study: asked.Study) -> None:
-    """Deviations of 1 mm on links of 100 mm: the formulas are good to a hundredth of a millimetre, and the play of 7 mm
-    that I collects to a tenth."""
+    """Deviations of 1 mm on links of 100 mm: the formulas hold to a hundredth of a millimetre; the play of 7 mm that
+    I collects turns its range by a degree: they are good to a tenth of a millimetre there."""
     found = study.freely
     for step, names in determinate.CENTRES.items():
         here = found.unit.sel(step=step, component=["x", "y"])
@@ -162,7 +162,7 @@ def test_every_step_of_the_determinate_structure_is_what_its_vertices_say(study:
             at, by_formulas = here.sel(joint=name), found.formulas[name]
             np.testing.assert_allclose(at.error_shaft, by_formulas.error, atol=1e-2)
             np.testing.assert_allclose(
-                at.undetermined_shaft, by_formulas.open, atol=1e-2 + 1e-2 * by_formulas.open.max()
+                at.undetermined_shaft, by_formulas.open, atol=1e-2 + 1.5e-2 * by_formulas.open.max()
             )
     # Small deviations and play are the first order.
     for name, (by_formulas, exact) in found.cabin.items():

@@ -9,8 +9,8 @@ use std::time::Duration;
 use cpu_time::ProcessTime;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use jointplay_core::clearance::Set;
-use jointplay_core::cone::lanes::{Programs, Question};
-use jointplay_core::cone::{Block, Kind, Program};
+use jointplay_core::cone::lanes::Programs;
+use jointplay_core::cone::{Block, Kind, Program, Question};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 

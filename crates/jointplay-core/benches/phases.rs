@@ -1,8 +1,6 @@
 //! Where the time of a Monte Carlo goes: drawing, and drawing and solving. What is left of `random` is counting.
 
 #![allow(missing_docs)] // of what criterion's macros make
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
 
 mod common;
 
@@ -13,11 +11,9 @@ use std::time::Duration;
 use cpu_time::ProcessTime;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use jointplay_core::Mechanism;
-use jointplay_core::batch::draw::Stream;
-use jointplay_core::batch::lanes::{Block, LANES};
-use jointplay_core::batch::simd::{Kernel, dispatch};
-use jointplay_core::batch::{Bound, Newton};
-use jointplay_core::solver::Solver;
+use jointplay_core::clearance::draw::Stream;
+use jointplay_core::closure::{Bound, Newton, Solver};
+use jointplay_core::math::lanes::{Block, Kernel, LANES, dispatch};
 
 const SAMPLES: usize = 1 << 13;
 

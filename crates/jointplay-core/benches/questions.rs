@@ -7,9 +7,9 @@ mod common;
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use jointplay_core::loaded::Case;
-use jointplay_core::sampling::Request;
-use jointplay_core::table::Keep;
+use jointplay_core::Case;
+use jointplay_core::questions::loaded::Keep;
+use jointplay_core::questions::random::Request;
 
 const SAMPLES: usize = 1 << 14;
 /// Climbs of the exact worst case, as many as a user gets.

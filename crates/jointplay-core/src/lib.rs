@@ -3,48 +3,33 @@
 //! Bodies' poses are the unknowns and every joint gives its locked components as equations, so that
 //! statics is the transposed system and its solution the joint reactions. All quantities are in SI
 //! units and radians; an error is actual minus nominal.
+//!
+//! The layers. Each imports from those below it only (`tests/test_core_layers.py` holds them):
+//!
+//! ```text
+//!    questions   given, loaded, worst, random: plainly, on lanes, and for over-constrained mechanisms
+//!    nominal     the nominal mechanism along a path, over a grid; inverse kinematics
+//!    contact     where a load presses every offset against its clearance
+//!    redundancy  over-constrained and elastic mechanisms: basis, compatibility, equilibrium, sequences of programs
+//!    closure     closure equations, Newton's method, assembly, first-order maps, statics; recorded for lanes
+//!    mechanism   bodies, points, joints as locked components, sources of error; cases and statuses
+//!    cone        cone programs, one at a time and eight at a time
+//!    clearance   sets of admissible offsets, their faces, laws of scatter and draws
+//!    program     recorded straight-line programs, interpreted and as machine code
+//!    math        numbers, vectors, rotations, poses, elimination, lanes, statistics
+//!    interrupt   long work can be stopped from outside
+//! ```
 
-pub mod ascent;
-pub mod assembly;
-pub mod batch;
-mod build;
 pub mod clearance;
 pub mod closure;
 pub mod cone;
-pub mod contact;
-mod coupling;
-mod decomposition;
-mod escape;
-pub mod extremes;
-pub mod flood;
-pub mod given;
-pub mod hyperstatic;
+mod contact;
 pub mod interrupt;
-mod inverse;
-mod joint;
-pub mod linear;
-pub mod loaded;
+pub mod math;
 pub mod mechanism;
-pub mod mesh;
-mod open;
-pub mod path;
-pub mod projected;
-pub mod reach;
-pub mod real;
-pub mod rotation;
-pub mod sampling;
-mod search;
-mod semismooth;
-pub mod sensitivity;
-pub mod solver;
-pub mod space;
-pub mod spec;
-mod starts;
-pub mod status;
-pub mod table;
-pub mod trace;
+pub mod nominal;
+mod program;
+pub mod questions;
+mod redundancy;
 
-pub use build::SpecError;
-pub use mechanism::Mechanism;
-pub use spec::Spec;
-pub use status::Status;
+pub use mechanism::{Case, Mechanism, Spec, SpecError, Status};

@@ -1,10 +1,11 @@
 //! Poses and assemblability as cone programs, against closed forms, brute force and their own duals.
 
+mod common;
+
 use jointplay_core::clearance::Set;
 use jointplay_core::cone::{Block, Kind, Outcome, Program, Springs};
 use rand::Rng;
 
-mod common;
 use common::{numbers, random_program, rng};
 
 #[test]

@@ -1,10 +1,11 @@
 //! Eight programs at a time against the same programs one at a time.
 
-use jointplay_core::batch::simd::{Width, limit};
-use jointplay_core::cone::lanes::{Answers, Programs, Question};
-use jointplay_core::cone::{Outcome, Program};
-
 mod common;
+
+use jointplay_core::cone::lanes::{Answers, Programs};
+use jointplay_core::cone::{Outcome, Program, Question};
+use jointplay_core::math::lanes::{Width, limit};
+
 use common::{random_program, rng};
 
 const QUESTIONS: [Question; 2] = [Question::Pose, Question::Assembly];

@@ -1,12 +1,12 @@
 //! Newton's method on the multipliers, from answers nearby and from anywhere.
 
+mod common;
+
 use jointplay_core::clearance::Set;
-use jointplay_core::cone::lanes::Question;
-use jointplay_core::cone::{Answer, Block, Kind, Outcome, Program, Springs};
+use jointplay_core::cone::{Answer, Block, Kind, Outcome, Program, Question, Springs};
 use nalgebra::{DMatrix, DVector};
 use rand::Rng;
 
-mod common;
 use common::{block, compliance, displace, inside, numbers, random_program, rng, sets};
 
 fn alone(program: &Program, question: Question) -> Answer {

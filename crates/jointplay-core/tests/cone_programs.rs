@@ -5,7 +5,7 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SecondOrderConeT, SupportedConeT};
 use jointplay_core::clearance::Set;
-use jointplay_core::space::{Vec3, add, cross, dot, norm, scale, sub};
+use jointplay_core::math::vector::{Vec3, add, cross, dot, norm, scale, sub};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 

@@ -1,10 +1,8 @@
 //! Over-constrained and elastic mechanisms against what is known of them without a program: determinate
 //! ones by the engine for those, a cantilever, links that stay parallel.
 
-use jointplay_core::loaded::Case;
-use jointplay_core::status::Status;
-use jointplay_core::table::Keep;
-use jointplay_core::{Mechanism, Spec};
+use jointplay_core::questions::loaded::Keep;
+use jointplay_core::{Case, Mechanism, Spec, Status};
 use serde_json::{Value, json};
 
 fn build(spec: &Value) -> Mechanism {
@@ -85,12 +83,12 @@ fn a_determinate_mechanism_is_none_the_wiser() {
     for (plain, together) in m.worst(&cases, 24).iter().zip(m.worst_together(&cases, 24)) {
         assert_near(&together.component.concat(), &plain.component.concat(), 1e-9);
         assert_near(&together.component_first_order.concat(), &plain.component_first_order.concat(), 1e-12);
-        let sizes = |w: &jointplay_core::extremes::Worst| [w.position, w.rotation];
+        let sizes = |w: &jointplay_core::questions::worst::Worst| [w.position, w.rotation];
         assert_near(&sizes(&together), &sizes(plain), 1e-9);
         // The direction of the largest displacement is known to the root of what its size is known to.
         assert_near(&together.contribution[0], &plain.contribution[0], 3e-5);
         assert_near(&together.contribution[1..].concat(), &plain.contribution[1..].concat(), 1e-9);
-        let linear = |w: &jointplay_core::extremes::Worst| [w.position_first_order, w.rotation_first_order];
+        let linear = |w: &jointplay_core::questions::worst::Worst| [w.position_first_order, w.rotation_first_order];
         assert_near(&linear(&together), &linear(plain), 1e-9);
         assert!(together.position_bound >= plain.position_first_order * (1.0 - 1e-12));
     }

@@ -2,8 +2,7 @@
 
 use std::borrow::Cow;
 
-use jointplay_core::loaded::Case;
-use jointplay_core::{Mechanism, Status};
+use jointplay_core::{Case, Mechanism, Status};
 use numpy::ndarray::{ArrayD, Dimension, IxDyn};
 use numpy::{Element, IntoPyArray, PyReadonlyArray, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;

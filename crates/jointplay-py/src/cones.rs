@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-use jointplay_core::cone::lanes::{Answers, Programs, Question};
-use jointplay_core::cone::{Kind, Outcome};
+use jointplay_core::cone::lanes::{Answers, Programs};
+use jointplay_core::cone::{Kind, Outcome, Question};
 use numpy::ndarray::{ArrayView, Dimension};
 use numpy::{PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;

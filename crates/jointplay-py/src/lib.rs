@@ -21,7 +21,7 @@ const WIDTH: &str = "JOINTPLAY_WIDTH";
 #[pyfunction]
 #[pyo3(signature = (limit = None))]
 fn simd(limit: Option<&str>) -> PyResult<&'static str> {
-    use jointplay_core::batch::simd::{Width, limit as limit_width, width};
+    use jointplay_core::math::lanes::{Width, limit as limit_width, width};
     match limit {
         None => {}
         Some("plain") => limit_width(Width::Plain),

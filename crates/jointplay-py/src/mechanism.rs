@@ -1,10 +1,9 @@
 //! A mechanism as Python holds it: arguments checked, the core called without the interpreter's lock.
 
-use jointplay_core::loaded::Case;
-use jointplay_core::sampling::Request;
-use jointplay_core::spec::Law;
-use jointplay_core::table::Keep;
-use jointplay_core::{Mechanism as Core, Spec};
+use jointplay_core::clearance::Law;
+use jointplay_core::questions::loaded::Keep;
+use jointplay_core::questions::random::Request;
+use jointplay_core::{Case, Mechanism as Core, Spec};
 use numpy::ndarray::Array2;
 use numpy::{
     IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,

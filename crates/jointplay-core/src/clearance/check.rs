@@ -1,6 +1,6 @@
 //! Whether the numbers of a set leave it bounded and not empty.
 
-use super::Set;
+use crate::clearance::Set;
 
 /// A number of a set that leaves it unbounded or empty.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

@@ -1,7 +1,8 @@
 //! Lines through a set in its own coordinates, and the density of its laws there.
 
-use super::{MAX_SIZE, Set, Shape};
-use crate::spec::Law;
+use crate::clearance::law::Law;
+use crate::clearance::offset::MAX_SIZE;
+use crate::clearance::{Set, Shape};
 
 /// A part of a line: from where to where along its direction.
 pub type Chord = [f64; 2];
@@ -80,7 +81,7 @@ impl Set {
     pub fn precisions(&self, law: Law) -> [f64; MAX_SIZE] {
         let one = match law {
             Law::Uniform | Law::Boundary => return [0.0; MAX_SIZE],
-            Law::Normal | Law::Gauss => crate::batch::draw::SIGMAS * crate::batch::draw::SIGMAS,
+            Law::Normal | Law::Gauss => crate::clearance::draw::SIGMAS * crate::clearance::draw::SIGMAS,
         };
         match self.shape() {
             Shape::Round { .. } | Shape::Interval { .. } | Shape::Pin(_) => [one; MAX_SIZE],

@@ -1,8 +1,9 @@
 //! Support functions and the faces where they are attained.
 
-use super::face::{Extent, Face};
-use super::{MAX_SIZE, Set, Shape, padded};
-use crate::space::norm;
+use crate::clearance::face::{Extent, Face};
+use crate::clearance::offset::{MAX_SIZE, padded};
+use crate::clearance::{Set, Shape};
+use crate::math::vector::norm;
 
 impl Set {
     /// Support function: the largest `w . offset` over the set.

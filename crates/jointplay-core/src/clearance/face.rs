@@ -1,8 +1,9 @@
 //! Exposed faces: what a load leaves undecided.
 
-use super::pin::PinFace;
-use super::tapered::TaperedFace;
-use super::{MAX_SIZE, Set, Shape, inner, padded};
+use crate::clearance::offset::{MAX_SIZE, inner, padded};
+use crate::clearance::pin::PinFace;
+use crate::clearance::tapered::TaperedFace;
+use crate::clearance::{Set, Shape};
 
 /// The part of a set where a linear function is largest: a centre and how far it reaches.
 #[derive(Clone, Copy, Debug)]
@@ -110,6 +111,22 @@ impl Face {
             }
         };
         own.into_iter().map(direction).collect()
+    }
+
+    /// A point of the face where `direction . offset` is largest.
+    #[must_use]
+    pub fn farthest(&self, direction: &[f64]) -> [f64; MAX_SIZE] {
+        match &self.extent {
+            Extent::Point => self.centre,
+            Extent::Segment(half) => {
+                let part = inner(direction, half);
+                let side = if part == 0.0 { 0.0 } else { part.signum() };
+                padded([self.centre[0] + side * half[0], self.centre[1] + side * half[1]])
+            }
+            Extent::Whole(set) => set.face(direction, 0.0).centre,
+            Extent::Pin(face) => face.farthest(&self.centre, direction),
+            Extent::Tapered(face) => face.farthest(direction),
+        }
     }
 
     /// Half of the range of `direction . offset` over the face.

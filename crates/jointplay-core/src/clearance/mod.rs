@@ -15,36 +15,38 @@
 //! of spatial joints are the linearised conditions of contact at the ends of the pin and at the corners
 //! of the guide (Parenti-Castelli and Venanzi, Mech. Mach. Theory 40, 2005, 1282).
 
-// Support points and draws are inlined into kernels compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
-
 mod check;
 mod chord;
 mod convex;
-mod face;
-mod mute;
-mod own;
+pub mod draw;
+pub(crate) mod face;
+pub(crate) mod faces_on_lanes;
+pub(crate) mod law;
+pub(crate) mod mute;
+mod normalized;
+pub(crate) mod offset;
 mod pin;
+mod projection;
 #[cfg(test)]
 pub(crate) mod samples;
 mod tapered;
 #[cfg(test)]
 mod tests;
+mod unforced;
+mod variance;
+
+pub use check::SetError;
+pub use face::Face;
+pub use law::Law;
+pub use mute::Mute;
 
 use serde::Deserialize;
 
-use crate::sampling::law;
-use crate::space::norm;
-use crate::spec::Law;
-pub use check::SetError;
-pub(crate) use face::Direction;
-pub use face::Face;
-pub use mute::Mute;
-pub(crate) use pin::Pin;
-pub(crate) use tapered::Tapered;
+use crate::clearance::offset::{MAX_SIZE, padded};
+use crate::clearance::pin::Pin;
+use crate::clearance::tapered::Tapered;
+use crate::math::vector::norm;
 
-/// The most components that one set has.
-pub const MAX_SIZE: usize = 5;
 /// An offset nearer to a corner than this part of its set is in it: climbs end there up to rounding.
 const THERE: f64 = 1e-6;
 
@@ -291,31 +293,21 @@ impl Set {
         let mut mean = [0.0; MAX_SIZE];
         let variance = match self.shape() {
             Shape::Round { radius, size } => {
-                let one = radius * radius * law::round_variance(law, size);
+                let one = radius * radius * variance::round_variance(law, size);
                 std::array::from_fn(|k| if k < size { one } else { 0.0 })
             }
             Shape::Diamond { gap, half_length } => {
-                let variance = gap * gap * law::diamond_variance(law);
+                let variance = gap * gap * variance::diamond_variance(law);
                 padded([variance, variance / (half_length * half_length)])
             }
             Shape::Interval { low, high } => {
                 let half = 0.5 * (high - low);
                 mean[0] = 0.5 * (low + high);
-                padded([half * half * law::interval_variance(law)])
+                padded([half * half * variance::interval_variance(law)])
             }
             Shape::Pin(pin) => pin.variances(law),
             Shape::Tapered(tapered) => tapered.variances(law),
         };
         (mean, variance)
     }
-}
-
-/// Numbers followed by zeros.
-#[inline(always)]
-pub(crate) fn padded<const N: usize>(numbers: [f64; N]) -> [f64; MAX_SIZE] {
-    std::array::from_fn(|k| if k < N { numbers[k] } else { 0.0 })
-}
-
-pub(crate) fn inner(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

@@ -6,10 +6,11 @@
 //!
 //! `h(F, M) = r (|R+| + |R-|) + axial |F . q|`.
 
-use super::own::{onto_ball, onto_ball_along, onto_box_along};
-use super::{MAX_SIZE, Mute, padded};
-use crate::sampling::law;
-use crate::spec::Law;
+use crate::clearance::law::Law;
+use crate::clearance::mute::Mute;
+use crate::clearance::offset::{MAX_SIZE, padded};
+use crate::clearance::projection::{onto_ball, onto_ball_along, onto_box_along};
+use crate::clearance::variance;
 
 /// A pin in a bore. Its components are the one along the axis, where shoulders hold it, and then side,
 /// normal, tilt about side, tilt about normal.
@@ -159,9 +160,9 @@ impl Pin {
     /// Variances of the components, each end independent of the other: of their half sum and of their
     /// half difference.
     pub(super) fn variances(&self, law: Law) -> [f64; MAX_SIZE] {
-        let shift = 0.5 * self.radius * self.radius * law::round_variance(law, 2);
+        let shift = 0.5 * self.radius * self.radius * variance::round_variance(law, 2);
         let tilt = shift / (self.half_length * self.half_length);
-        let along = self.axial.map_or(0.0, |axial| axial * axial * law::interval_variance(law));
+        let along = self.axial.map_or(0.0, |axial| axial * axial * variance::interval_variance(law));
         self.join(along, [shift, shift, tilt, tilt])
     }
 }
@@ -197,6 +198,18 @@ impl PinFace {
             }
         }
         self.pin.offset(if self.along { offset[0] } else { centre[0] }, ends)
+    }
+
+    /// What is decided stays as the centre has it.
+    pub fn farthest(&self, centre: &[f64; MAX_SIZE], direction: &[f64]) -> [f64; MAX_SIZE] {
+        let (farthest, _) = self.pin.face(direction, 0.0);
+        let (mut ends, to) = (self.pin.ends(centre), self.pin.ends(&farthest));
+        for end in 0..2 {
+            if self.ends[end] {
+                ends[end] = to[end];
+            }
+        }
+        self.pin.offset(if self.along { farthest[0] } else { centre[0] }, ends)
     }
 
     pub fn half_width(&self, direction: &[f64]) -> f64 {

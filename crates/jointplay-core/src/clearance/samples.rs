@@ -1,6 +1,6 @@
 //! Sets that unit tests go through.
 
-use super::Set;
+use crate::clearance::Set;
 
 /// One of every kind.
 pub(crate) const KINDS: [Set; 8] = [

@@ -16,9 +16,10 @@
 //! a face leaves some of p and q undecided, and rho decided or not; and the nearest point of one is found
 //! along rho alone.
 
-use super::{MAX_SIZE, Mute};
-use crate::sampling::law;
-use crate::spec::Law;
+use crate::clearance::law::Law;
+use crate::clearance::mute::Mute;
+use crate::clearance::offset::MAX_SIZE;
+use crate::clearance::variance;
 
 /// A component, and what turns its conjugate into a force: 1, or 1/lever for an angle's moment.
 pub(crate) type Arm = (usize, f64);
@@ -183,7 +184,7 @@ impl Tapered {
 
     /// Variances of the components.
     pub(super) fn variances(&self, law: Law) -> [f64; MAX_SIZE] {
-        let (along, across) = law::tapered_variances(law, &self.tapers[..self.n]);
+        let (along, across) = variance::tapered_variances(law, &self.tapers[..self.n]);
         let mut variances = [0.0; MAX_SIZE];
         let mut put = |(k, arm): Arm, variance: f64| variances[k] = (self.gap * arm).powi(2) * variance;
         put(self.axis, along);
@@ -252,16 +253,34 @@ impl TaperedFace {
         directions
     }
 
-    /// The largest value of `forces . unit` over the face; it is linear along the axis.
+    /// The largest value of `forces . unit` at one size of the coordinate along the axis.
+    fn top_at(&self, forces: &[f64; MAX_SIZE], size: f64) -> f64 {
+        let along = if self.side == 0.0 { forces[0].abs() } else { self.side * forces[0] };
+        (0..2 * self.shape.n).fold(size * along, |sum, k| {
+            let across = if self.signs[k] == 0.0 { forces[1 + k].abs() } else { self.signs[k] * forces[1 + k] };
+            sum + (1.0 - self.taper(k) * size) * across
+        })
+    }
+
+    /// The same over the face; it is linear along the axis.
     fn top(&self, forces: &[f64; MAX_SIZE]) -> f64 {
-        let at = |size: f64| {
-            let along = if self.side == 0.0 { forces[0].abs() } else { self.side * forces[0] };
-            (0..2 * self.shape.n).fold(size * along, |sum, k| {
-                let across = if self.signs[k] == 0.0 { forces[1 + k].abs() } else { self.signs[k] * forces[1 + k] };
-                sum + (1.0 - self.taper(k) * size) * across
-            })
+        self.top_at(forces, self.low).max(self.top_at(forces, self.high))
+    }
+
+    pub fn farthest(&self, direction: &[f64]) -> [f64; MAX_SIZE] {
+        let forces = self.shape.forces(direction);
+        let size = if self.top_at(&forces, self.high) > self.top_at(&forces, self.low) { self.high } else { self.low };
+        let side = |decided: f64, force: f64| match decided {
+            0.0 if force == 0.0 => 0.0,
+            0.0 => force.signum(),
+            _ => decided,
         };
-        at(self.low).max(at(self.high))
+        let mut unit = [0.0; MAX_SIZE];
+        unit[0] = size * side(self.side, forces[0]);
+        for k in 0..2 * self.shape.n {
+            unit[1 + k] = (1.0 - self.taper(k) * size) * side(self.signs[k], forces[1 + k]);
+        }
+        self.shape.of_unit(&unit)
     }
 
     pub fn half_width(&self, direction: &[f64]) -> f64 {

@@ -1,10 +1,11 @@
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::*;
-use crate::batch::draw::Stream;
-use crate::batch::lanes::{Block, LANES};
+use crate::clearance::draw::Stream;
+use crate::clearance::offset::inner;
 use crate::clearance::samples::{DEGENERATE, KINDS};
+use crate::clearance::*;
+use crate::math::lanes::block::{Block, LANES};
 
 const LAWS: [Law; 4] = [Law::Uniform, Law::Boundary, Law::Normal, Law::Gauss];
 const BOUNDED: [Law; 3] = [Law::Uniform, Law::Boundary, Law::Normal];
@@ -242,6 +243,28 @@ fn the_nearest_points_of_faces_are_on_them_and_nearest() {
                 if w.iter().all(|w| *w == 0.0) {
                     assert!(still < 1e-15, "what nothing pushes stays");
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_farthest_points_of_faces_are_on_them_and_as_far_as_they_reach() {
+    let mut rng = rng();
+    for set in sets() {
+        let n = set.size();
+        for w in ties(&set) {
+            let face = set.face(&w, 1e-9);
+            for _ in 0..20 {
+                let v = wrench(&set, &mut rng);
+                let opposite: Vec<f64> = v.iter().map(|v| -v).collect();
+                let ends = [face.farthest(&v), face.farthest(&opposite)];
+                for end in &ends {
+                    assert!(set.contains(&end[..n], 1e-13), "{set:?} {w:?} {v:?}");
+                    assert!((inner(&w, end) - set.support(&w)).abs() < 1e-13, "{set:?} {w:?} {v:?}");
+                }
+                let width = 0.5 * (inner(&v, &ends[0]) - inner(&v, &ends[1]));
+                assert!((width - face.half_width(&v)).abs() < 1e-13, "{set:?} {w:?} {v:?}");
             }
         }
     }

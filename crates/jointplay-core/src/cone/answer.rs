@@ -1,8 +1,9 @@
 //! What a program gives, measured by the program as it was given.
 
-use super::standard::{Body, Standard};
-use super::{Block, Kind, Program};
-use crate::clearance::{Set, inner};
+use crate::clearance::Set;
+use crate::clearance::offset::inner;
+use crate::cone::standard::{Body, Standard};
+use crate::cone::{Block, Kind, Program};
 
 /// Relative gap and residual up to which an answer is a solution.
 const SOLVED: f64 = 1e-8;
@@ -50,7 +51,8 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// Where the load alone would push everything, in the middle where it does not: a start for the search of an answer.
+    /// Where the load alone would push everything, in the middle where it does not: a start for the search of an
+    /// answer.
     pub(super) fn pushed(program: &Program) -> Self {
         let push = |block: &Block| match &block.kind {
             Kind::Clearance(set) | Kind::Fixed(set) if block.force.iter().any(|f| *f != 0.0) => {

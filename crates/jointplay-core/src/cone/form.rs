@@ -2,10 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::lanes::Question;
-use super::own::{Atom, Own};
-use super::{Answer, Kind, Outcome, Program};
-use crate::clearance::inner;
+use crate::clearance::offset::inner;
+use crate::cone::answer::{Answer, Outcome};
+use crate::cone::bodies::{Atom, Own};
+use crate::cone::lanes::layout::Question;
+use crate::cone::{Kind, Program};
 
 /// A program `sum_j t_j E_j p_j + S y = f` with every equation divided by its scale.
 pub(super) struct Form<'a> {

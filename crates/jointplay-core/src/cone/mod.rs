@@ -10,7 +10,7 @@
 //! | where does the load hold it? | minimise `1/2 v' F^+ v - sum_j w_j . (delta_j or v_j)` |
 //! | can it be assembled? | minimise `t` with `delta_j` in `t C_j` |
 //!
-//! Every `C_j` is the intersection of half spaces and of cones of second order (`own`), so both are
+//! Every `C_j` is the intersection of half spaces and of cones of second order ([`bodies`]), so both are
 //! second-order cone programs. The multipliers y of the equations are the self-stresses: `w_j + A_j' y`
 //! are the reactions, in equilibrium with the load whatever y is, and the dual value
 //! `b . y - sum_j h_j(w_j + A_j' y) - 1/2 sum_j (w_j + A_j' y)' F_j (w_j + A_j' y)`, with the support
@@ -19,29 +19,26 @@
 //! Where the load does not decide all offsets, the optimal ones are a face of the product of the sets
 //! cut by the equations; [`OptimalFace`] goes to its ends and to its middle.
 
-mod answer;
-mod face;
+pub(crate) mod answer;
+pub(crate) mod bodies;
+mod clarabel;
 mod form;
 pub mod lanes;
-mod line;
 mod newton;
-mod own;
-mod rounds;
+mod one_equation;
+pub(crate) mod optimal_face;
+pub(crate) mod scheduler;
 mod sets;
-mod single;
-mod springs;
+pub(crate) mod springs;
 mod standard;
-mod way;
+pub(crate) mod way;
+
+pub use answer::{Answer, Outcome};
+pub use lanes::layout::Question;
 
 use serde::Deserialize;
 
 use crate::clearance::Set;
-pub use answer::{Answer, Extreme, Outcome};
-pub use face::OptimalFace;
-pub(crate) use own::Form;
-pub(crate) use rounds::Rounds;
-pub(crate) use springs::factor;
-pub(crate) use way::Way;
 
 /// What a block of displacements may be.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -15,13 +15,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::form::Form;
-use super::lanes::Question;
-use super::own::Atom;
-use super::{Answer, Block, Program};
-use crate::decomposition::singular_values;
+use crate::cone::answer::Answer;
+use crate::cone::bodies::Atom;
+use crate::cone::form::Form;
+use crate::cone::lanes::layout::Question;
+use crate::cone::{Block, Program};
 use crate::interrupt;
-use crate::space::norm;
+use crate::math::decomposition::singular_values;
+use crate::math::vector::norm;
 
 const STEPS: usize = 12;
 /// What may be left of an equation, as a part of what the sets reach in it.

@@ -3,10 +3,10 @@
 //! Coordinates u displace `offset = unit basis u`, with half spaces and cones of second order as
 //! conditions on u. A face of the set is the same around its middle.
 
-pub(super) use super::own::Form;
-use super::own::{Atom, Own};
-use crate::clearance::{MAX_SIZE, Set};
-use crate::space::norm;
+use crate::clearance::Set;
+use crate::clearance::offset::MAX_SIZE;
+use crate::cone::bodies::{Atom, Form, Own};
+use crate::math::vector::norm;
 
 /// Tight, or no longer there: to rounding, as a part of one.
 pub(super) const TIGHT: f64 = 1e-9;

@@ -6,8 +6,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::sets::Region;
-use super::{Block, Kind, Program, Springs, springs};
+use crate::cone::sets::Region;
+use crate::cone::{Block, Kind, Program, Springs, springs};
 
 /// A row whose part that is independent of the rows before is smaller than this is implied by them.
 pub(super) const DEPENDENT: f64 = 1e-10;

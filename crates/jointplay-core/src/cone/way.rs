@@ -9,11 +9,12 @@
 //! | offset on a face that the force exposes | without bound along the face, in proportion to the squares of its sizes |
 //! | offset in a corner | none |
 
-use super::own::{Atom, Form, Own};
-use super::{Kind, springs};
-use crate::clearance::{MAX_SIZE, Set, inner};
-use crate::space::norm;
-use crate::spec::Law;
+use crate::clearance::Set;
+use crate::clearance::law::Law;
+use crate::clearance::offset::{MAX_SIZE, inner};
+use crate::cone::bodies::{Atom, Form, Own};
+use crate::cone::{Kind, springs};
+use crate::math::vector::norm;
 
 /// Columns of L: of what gives way without bound, and of what does by force.
 #[derive(Clone, Debug, Default)]

@@ -1,8 +1,7 @@
 //! The columns of given deviations and of the first-order maps.
 
 use jointplay_core::Mechanism as Core;
-use jointplay_core::given::{Given, Sensitivity};
-use jointplay_core::hyperstatic::Forced;
+use jointplay_core::questions::given::{Forced, Given, Sensitivity};
 use nalgebra::DMatrix;
 use pyo3::prelude::*;
 

@@ -1,8 +1,8 @@
 //! The columns of configurations under load, as arrays.
 
 use jointplay_core::Mechanism as Core;
-use jointplay_core::hyperstatic::{StrainTable, UnitTable};
-use jointplay_core::table::{Keep, Table as LoadTable};
+use jointplay_core::questions::loaded::{Keep, StrainTable, Table as LoadTable};
+use jointplay_core::questions::random::UnitTable;
 use pyo3::prelude::*;
 
 use crate::arrays::Table;

@@ -1,9 +1,8 @@
 //! The columns of the nominal mechanism.
 
 use jointplay_core::Mechanism as Core;
-use jointplay_core::path::Configuration;
-use jointplay_core::solver::State;
-use jointplay_core::trace::Trace;
+use jointplay_core::closure::State;
+use jointplay_core::nominal::{Configuration, Trace};
 use pyo3::prelude::*;
 
 use super::flat;

@@ -1,7 +1,6 @@
 //! The columns of the scatter from unit to unit.
 
-use jointplay_core::hyperstatic::UnitScatter;
-use jointplay_core::sampling::{BINS, Request, Scatter};
+use jointplay_core::questions::random::{BINS, Request, Scatter, UnitScatter};
 use jointplay_core::{Mechanism as Core, Status};
 use pyo3::prelude::*;
 

@@ -1,7 +1,7 @@
 //! The columns of the worst case.
 
 use jointplay_core::Mechanism as Core;
-use jointplay_core::extremes::Worst;
+use jointplay_core::questions::worst::Worst;
 use pyo3::prelude::*;
 
 use super::flat;

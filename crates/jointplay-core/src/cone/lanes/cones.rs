@@ -7,9 +7,11 @@
 //! equations, `H = G' W^-2 G`, is inverted in closed form: one number for an interval, the unit matrix
 //! and a dyad for a disc or a ball, an arrow for a body that tapers.
 
-use super::round::{inverse_matrix, inverse_round, round_rows, scale_round, step_round, target_round, towards};
-use super::vector::{V, dot_few};
-use crate::cone::own::Atom;
+use crate::cone::bodies::Atom;
+use crate::cone::lanes::round::{
+    inverse_matrix, inverse_round, round_rows, scale_round, step_round, target_round, towards,
+};
+use crate::cone::lanes::vector::{V, dot_few};
 
 /// Signs of an arm and of the axis in the four half spaces of an arm.
 const SIDES: [[f64; 2]; 4] = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];

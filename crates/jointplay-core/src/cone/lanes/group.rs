@@ -1,15 +1,15 @@
 //! Eight programs from the arrays of the caller into coordinates without units, and their answers back.
 
-use super::Programs;
-use super::cones::{n_sizes, size_of};
-use super::kernel::Solve;
-use super::layout::{Layout, Part, Question};
-use super::state::{Data, State};
-use super::vector::{LANES, V, dot};
-use crate::batch::simd::Kernel;
 use crate::clearance::Set;
 use crate::cone::Kind;
-use crate::cone::own::Own;
+use crate::cone::bodies::Own;
+use crate::cone::lanes::cones::{n_sizes, size_of};
+use crate::cone::lanes::kernel::Solve;
+use crate::cone::lanes::layout::{Layout, Part, Question};
+use crate::cone::lanes::programs::Programs;
+use crate::cone::lanes::state::{Data, State};
+use crate::cone::lanes::vector::{LANES, V, dot};
+use crate::math::lanes::simd::Kernel;
 
 /// Memory for eight programs, and what they have become.
 #[derive(Clone, Debug, Default)]

@@ -15,11 +15,11 @@
 //! `a = x . r + 1 - h . l - l_t - (h - G x)' W^-2 u - (l_t / tau) u_t`. All programs do the same operations;
 //! one that has come to an end keeps what it has.
 
-use super::cones::Cone;
-use super::normal::{ROWS, add_transposed, factor, products, solve, times, triangle};
-use super::state::{Data, State, of};
-use super::vector::{Choice, V, dot};
-use crate::batch::simd::Kernel;
+use crate::cone::lanes::cones::Cone;
+use crate::cone::lanes::normal::{ROWS, add_transposed, factor, products, solve, times, triangle};
+use crate::cone::lanes::state::{Data, State, of};
+use crate::cone::lanes::vector::{Choice, V, dot};
+use crate::math::lanes::simd::Kernel;
 
 /// Iterations at most: eight programs are rarely done after more than 16.
 const ITERATIONS: usize = 32;

@@ -1,7 +1,7 @@
 //! What programs that are solved together have in common.
 
-use super::cones::Cone;
-use crate::cone::own::Own;
+use crate::cone::bodies::Own;
+use crate::cone::lanes::cones::Cone;
 use crate::cone::standard::Standard;
 use crate::cone::{Kind, Program, Springs};
 

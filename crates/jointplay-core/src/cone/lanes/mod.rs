@@ -6,57 +6,36 @@
 //! these do not prove is solved by itself, and counted, and a sample of all is solved by itself as well
 //! and compared.
 
-// Functions on lanes are inlined into kernels compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
-
 mod cones;
 mod group;
 mod kernel;
-mod layout;
+pub(crate) mod layout;
 mod normal;
+pub(crate) mod programs;
 mod round;
 mod start;
 mod state;
 mod unload;
 mod vector;
 
-use std::borrow::Cow;
+pub use programs::Programs;
 
 use rayon::prelude::*;
 
-use super::own::Own;
-use super::standard::ROUNDING;
-use super::{Answer, Block, Kind, Outcome, Program, Springs};
-use crate::batch::simd::dispatch;
+use crate::cone::answer::{Answer, Outcome};
+use crate::cone::bodies::Own;
+use crate::cone::lanes::group::{Group, Memory};
+use crate::cone::lanes::layout::{Layout, Question};
+use crate::cone::lanes::vector::LANES;
+use crate::cone::standard::ROUNDING;
+use crate::cone::{Block, Kind, Program, Springs};
 use crate::interrupt;
-use group::{Group, Memory};
-use layout::Layout;
-pub use layout::Question;
-use vector::LANES;
+use crate::math::lanes::simd::dispatch;
 
 /// Relative gap and residual up to which an answer needs no other.
 const PROVED: f64 = 1e-9;
 /// One program among so many is solved by itself for comparison.
 const SAMPLED: usize = 2048;
-
-/// Programs of one structure.
-#[derive(Clone, Debug, Default)]
-pub struct Programs<'a> {
-    /// Number of programs.
-    pub n: usize,
-    /// Number of equations of each.
-    pub n_equations: usize,
-    /// Number of blocks of each.
-    pub n_blocks: usize,
-    /// The blocks' kinds, those of all programs one after the other, or the same ones for all.
-    pub kinds: Vec<Kind>,
-    /// Coefficients, by program, equation and component.
-    pub maps: Cow<'a, [f64]>,
-    /// Forces, by program and component.
-    pub forces: Cow<'a, [f64]>,
-    /// Right sides, by program and equation.
-    pub rights: Cow<'a, [f64]>,
-}
 
 /// Answers in the order of the programs.
 #[derive(Clone, Debug, Default)]

@@ -3,7 +3,7 @@
 //! Sums go side by side, several rows or columns at a time, so that none waits for another and a number that was read
 //! is used more than once.
 
-use super::vector::V;
+use crate::cone::lanes::vector::V;
 
 /// A pivot smaller than this part of its diagonal element belongs to an equation that others imply.
 const LOST: V = V::splat(1e-15);
@@ -37,7 +37,7 @@ pub(super) fn times(e: &[V], stride: usize, x: &[V], mut out: impl FnMut(usize, 
         i += 4;
     }
     while i < s {
-        out(i, super::vector::dot(row(i), x));
+        out(i, crate::cone::lanes::vector::dot(row(i), x));
         i += 1;
     }
 }

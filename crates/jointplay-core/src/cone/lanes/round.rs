@@ -1,6 +1,6 @@
 //! The cone of second order: scaling, steps and targets of unit discs and balls.
 
-use super::vector::{V, dot_few};
+use crate::cone::lanes::vector::{V, dot_few};
 
 /// Keeps a quotient finite; everything here is near one.
 const TINY: V = V::splat(1e-200);

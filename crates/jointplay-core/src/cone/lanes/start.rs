@@ -3,12 +3,12 @@
 //! For the pose: the self-stresses that make the reactions smallest, and every body on the central path of its own for
 //! the reaction on it, `s o l = mu e`. Only the equations between the displacements are left to be fulfilled.
 
-use super::cones::Cone;
-use super::kernel::{Solve, add_springs};
-use super::normal::{ROWS, add_transposed, factor, products, solve, times, triangle};
-use super::state::of;
-use super::vector::{V, dot_few};
-use crate::cone::own::Atom;
+use crate::cone::bodies::Atom;
+use crate::cone::lanes::cones::Cone;
+use crate::cone::lanes::kernel::{Solve, add_springs};
+use crate::cone::lanes::normal::{ROWS, add_transposed, factor, products, solve, times, triangle};
+use crate::cone::lanes::state::of;
+use crate::cone::lanes::vector::{V, dot_few};
 
 /// The products of slacks and multipliers, in units of energy, of which the largest reaction's work is one.
 const CENTRE: V = V::splat(0.3);

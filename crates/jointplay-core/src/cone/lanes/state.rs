@@ -1,6 +1,6 @@
 //! What eight programs are, and where their solution stands.
 
-use super::vector::V;
+use crate::cone::lanes::vector::V;
 
 /// The numbers of eight programs.
 #[derive(Clone, Debug, Default)]

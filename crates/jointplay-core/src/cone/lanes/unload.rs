@@ -1,9 +1,9 @@
 //! Values, residuals and answers of eight programs, from coordinates without units.
 
-use super::group::{Group, positive};
-use super::layout::{Part, Question};
-use super::normal::add_transposed;
-use super::vector::{V, dot};
+use crate::cone::lanes::group::{Group, positive};
+use crate::cone::lanes::layout::{Part, Question};
+use crate::cone::lanes::normal::add_transposed;
+use crate::cone::lanes::vector::{V, dot};
 
 impl Group<'_> {
     /// Primal and dual value, without units, and the residuals.

@@ -3,8 +3,9 @@
 //! Plain arithmetic on a fixed array, inlined into functions that are compiled for several widths of
 //! vector registers; the operations and their order do not depend on the width.
 
-use crate::batch::lanes::bits_if;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::math::lanes::block::bits_if;
 
 /// Programs at a time.
 pub(super) const LANES: usize = 8;

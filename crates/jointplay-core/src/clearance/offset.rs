@@ -1,0 +1,14 @@
+//! Offsets as numbers, those of smaller sets followed by zeros.
+
+/// The most components that one set has.
+pub const MAX_SIZE: usize = 5;
+
+/// Numbers followed by zeros.
+#[inline(always)]
+pub(crate) fn padded<const N: usize>(numbers: [f64; N]) -> [f64; MAX_SIZE] {
+    std::array::from_fn(|k| if k < N { numbers[k] } else { 0.0 })
+}
+
+pub(crate) fn inner(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}

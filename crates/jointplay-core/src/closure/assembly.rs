@@ -1,0 +1,203 @@
+//! First assembly from a rough guess, and the dense length-scaled Jacobian that it steps by.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::closure::equations::Inputs;
+use crate::closure::newton::{Solver, State, scaled_size};
+use crate::interrupt;
+use crate::math::decomposition::singular_values;
+use crate::math::space::Component;
+use crate::mechanism::Mechanism;
+
+/// Damped steps of the first assembly.
+const ASSEMBLY_STEPS: usize = 200;
+/// The largest of these steps, in characteristic lengths and radians.
+const ASSEMBLY_MOVE: f64 = 0.5;
+/// Residual (in characteristic lengths and radians) of an assembled mechanism.
+pub(crate) const ASSEMBLED: f64 = 1e-11;
+/// Smallest pivot, as a part of the largest, of a mechanism that is plainly not singular.
+const REGULAR: f64 = 1e-8;
+/// Unknowns beyond which dense matrices are avoided.
+const LARGE: usize = 240;
+
+/// The result of a first assembly.
+#[derive(Clone, Debug)]
+pub struct Assembly {
+    /// Coordinates of all bodies.
+    pub coordinates: Vec<f64>,
+    /// Largest residual, in characteristic lengths and radians.
+    pub residual: f64,
+    /// Whether the rows are satisfied.
+    pub converged: bool,
+}
+
+impl Mechanism {
+    /// The closure Jacobian with lengths as they are: rows by unknowns.
+    #[must_use]
+    pub fn jacobian(&self, coordinates: &[f64]) -> DMatrix<f64> {
+        self.dense(coordinates, &vec![0.0; self.n_drives()]).1
+    }
+
+    /// What joints and drives are off by at given coordinates, row by row.
+    #[must_use]
+    pub fn gaps(&self, coordinates: &[f64], drives: &[f64]) -> Vec<f64> {
+        self.dense(coordinates, drives).0.as_slice().to_vec()
+    }
+
+    fn dense(&self, coordinates: &[f64], drives: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+        let size = self.size();
+        let mut residual = vec![0.0; self.n_rows()];
+        let mut derivatives = vec![0.0; 2 * size * self.n_rows()];
+        self.evaluate(
+            &self.poses(coordinates),
+            &Inputs::nominal(self, drives).commands(self),
+            &mut residual,
+            &mut derivatives,
+        );
+        let mut matrix = DMatrix::zeros(self.n_rows(), self.n_unknowns());
+        for row in 0..self.n_rows() {
+            for (side, body) in self.row_bodies(row).into_iter().enumerate() {
+                let Some(b) = body else { continue };
+                for c in 0..size {
+                    matrix[(row, b * size + c)] += derivatives[(2 * row + side) * size + c];
+                }
+            }
+        }
+        (DVector::from_vec(residual), matrix)
+    }
+
+    /// Residual and Jacobian with every length divided by the characteristic one.
+    pub(crate) fn scaled(&self, coordinates: &[f64], drives: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+        let (mut residual, mut matrix) = self.dense(coordinates, drives);
+        for (k, row) in self.rows.iter().enumerate() {
+            if matches!(row.component, Component::Along(_)) {
+                residual[k] /= self.length;
+                matrix.row_mut(k).scale_mut(1.0 / self.length);
+            }
+        }
+        for j in 0..self.n_unknowns() {
+            if matches!(self.space.components()[j % self.size()], Component::Along(_)) {
+                matrix.column_mut(j).scale_mut(self.length);
+            }
+        }
+        (residual, matrix)
+    }
+
+    /// Brings the bodies together from the guess by damped steps of least norm; works for any number
+    /// of rows. `held` rows are the joints' and, if asked, the drives'.
+    #[must_use]
+    pub fn assemble(&self, drives: &[f64], hold_drives: bool) -> Assembly {
+        self.assemble_from(self.guess(), drives, hold_drives)
+    }
+
+    /// The same from given coordinates.
+    pub(crate) fn assemble_from(&self, coordinates: Vec<f64>, drives: &[f64], hold_drives: bool) -> Assembly {
+        if hold_drives && self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
+            return self.assemble_large(coordinates, drives);
+        }
+        let rows = if hold_drives { self.n_rows() } else { self.n_rows() - self.n_driven };
+        self.close_in(coordinates, |c: &[f64]| {
+            let (r, j) = self.scaled(c, drives);
+            (r.rows(0, rows).into_owned(), j.rows(0, rows).into_owned())
+        })
+    }
+
+    /// Damped Newton steps of least norm from given coordinates on length-scaled equations and their Jacobian.
+    pub(crate) fn close_in(
+        &self,
+        mut coordinates: Vec<f64>,
+        equations: impl Fn(&[f64]) -> (DVector<f64>, DMatrix<f64>),
+    ) -> Assembly {
+        let (mut residual, mut matrix) = equations(&coordinates);
+        for _ in 0..ASSEMBLY_STEPS {
+            interrupt::check();
+            if residual.amax() <= ASSEMBLED * 1e-3 {
+                break;
+            }
+            let Some(svd) = singular_values(matrix.clone(), true, true) else { break };
+            let Ok(step) = svd.solve(&residual, 1e-9 * svd.singular_values.max()) else { break };
+            let mut part = (ASSEMBLY_MOVE.min(self.largest_move) / step.amax()).min(1.0);
+            let improved = loop {
+                let mut trial = coordinates.clone();
+                let unit = |j: usize| self.unit(self.space.components()[j % self.size()]);
+                let twists: Vec<f64> = step.iter().enumerate().map(|(j, s)| -part * s * unit(j)).collect();
+                self.retract(&mut trial, &twists);
+                let (r, j) = equations(&trial);
+                if r.norm() < residual.norm() {
+                    (coordinates, residual, matrix) = (trial, r, j);
+                    break true;
+                }
+                part *= 0.5;
+                if part < 1e-6 {
+                    break false;
+                }
+            };
+            if !improved {
+                break;
+            }
+        }
+        let largest = residual.amax();
+        Assembly { coordinates, residual: largest, converged: largest <= ASSEMBLED }
+    }
+
+    /// Whether joints and drives decide every pose just once where the mechanism goes together at the
+    /// given drive values.
+    #[must_use]
+    pub fn is_regular(&self, drives: &[f64]) -> bool {
+        if self.n_rows() != self.n_unknowns() {
+            return false;
+        }
+        let assembly = self.assemble(drives, true);
+        let plan = Solver::new(self, &assembly.coordinates).plan;
+        assembly.converged && plan.is_some_and(|plan| self.n_unknowns() == 0 || plan.smallest_pivot() > REGULAR)
+    }
+
+    /// The same for a large mechanism with as many rows as unknowns: damped Newton steps by sparse
+    /// elimination.
+    fn assemble_large(&self, mut coordinates: Vec<f64>, drives: &[f64]) -> Assembly {
+        let solver = Solver::new(self, &coordinates);
+        let inputs = Inputs::nominal(self, drives);
+        let mut residual = solver.residual(&coordinates, &inputs);
+        for _ in 0..ASSEMBLY_STEPS {
+            interrupt::check();
+            if residual <= ASSEMBLED * 1e-3 {
+                break;
+            }
+            let Some(step) = solver.newton_step(&coordinates, &inputs) else { break };
+            let mut part = (ASSEMBLY_MOVE.min(self.largest_move) / scaled_size(self, &step)).min(1.0);
+            let improved = loop {
+                let mut trial = coordinates.clone();
+                let scaled: Vec<f64> = step.iter().map(|s| part * s).collect();
+                self.retract(&mut trial, &scaled);
+                let next = solver.residual(&trial, &inputs);
+                if next < residual {
+                    (coordinates, residual) = (trial, next);
+                    break true;
+                }
+                part *= 0.5;
+                if part < 1e-6 {
+                    break false;
+                }
+            };
+            if !improved {
+                break;
+            }
+        }
+        Assembly { coordinates, residual, converged: residual <= ASSEMBLED }
+    }
+
+    /// Smallest singular value of the length-scaled closure Jacobian, and its motion (length-scaled).
+    ///
+    /// A large mechanism's is found by inverse iteration on the sparse factors.
+    pub(crate) fn singular_value_at(&self, state: &State) -> (f64, Vec<f64>) {
+        interrupt::check();
+        if self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
+            let solver = Solver::new(self, &state.coordinates);
+            return solver.inverse_iteration(state).unwrap_or_else(|| (0.0, vec![0.0; self.n_unknowns()]));
+        }
+        let (_, matrix) = self.scaled(&state.coordinates, &state.inputs.drives);
+        let Some(svd) = singular_values(matrix, false, true) else { return (0.0, vec![0.0; self.n_unknowns()]) };
+        let (index, value) = svd.singular_values.argmin();
+        (value, svd.v_t.map_or_else(Vec::new, |v_t| v_t.row(index).iter().copied().collect()))
+    }
+}

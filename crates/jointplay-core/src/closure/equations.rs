@@ -1,0 +1,349 @@
+//! Loop closure: residual and Jacobian of all joints at once.
+//!
+//! The unknowns are the twists of all bodies (ground axes, each at its body's origin). Row k of a
+//! joint between points P1 and P2 reads
+//!
+//! ```text
+//! translation:  e . (P2 - P1) - (drive + parameter) = 0
+//! roll:         angle from a_j to b_j about a_i - (drive + parameter) = 0     (j after i)
+//! tilt:         (a_0 x b_0) . a_i - parameter = 0                               (in space)
+//! ```
+//!
+//! with e an axis of the joint, fixed to the ground or to body 1, and a, b the joint's axes as bodies 1
+//! and 2 carry them. The roll is about the joint's axis (in the plane: out of the plane) and seen along
+//! it. A tilt is the sine of the angle between the two axes, so that the end of a pin of half length L
+//! is off by exactly L times it. With `rho_i = P_i - origin of body i` and `d = P2 - P1` the derivatives
+//! along the twists (v1, w1), (v2, w2) are
+//!
+//! ```text
+//! translation:  e.v2 + (rho2 x e).w2 - e.v1 - (rho1 x e).w1 + (e x d).w1      (last term when e is fixed to body 1)
+//! roll:         (b_j x (C a_k - S a_j)) / (C^2 + S^2) . (w2 - w1)             S = a_k.b_j, C = a_j.b_j
+//! tilt:         (a_2 x b_0) . (w2 - w1)  and  (b_0 x a_1) . (w2 - w1)
+//! ```
+
+use crate::math::real::Real;
+use crate::math::rotation::turn_back;
+use crate::math::space::{Component, Pose, Space};
+use crate::math::vector::{Vec3, add, cross, dot, scale, sub};
+use crate::mechanism::joint::Frame;
+use crate::mechanism::{Mechanism, Row};
+
+/// What a configuration is asked for: drive values and the values of all parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inputs<D, P = D> {
+    /// One value per drive.
+    pub drives: Vec<D>,
+    /// One value per parameter: clearance offsets, deviations, drive errors.
+    pub parameters: Vec<P>,
+}
+
+/// A drive's value with its sine and cosine, whichever its joint asks for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Command<S> {
+    pub value: S,
+    pub sine: S,
+    pub cosine: S,
+}
+
+impl<S: Real> Command<S> {
+    /// A value that may be any angle.
+    fn of(value: S) -> Self {
+        let (sine, cosine) = value.wide_sin_cos();
+        Self { value, sine, cosine }
+    }
+}
+
+impl Inputs<f64> {
+    /// The inputs as the closure equations take them.
+    pub(crate) fn commands(&self, mechanism: &Mechanism) -> Inputs<Command<f64>, f64> {
+        let drives = mechanism.driven().map(|(_, by)| Command::of(by.coefficient * self.drives[by.drive]));
+        // The phases of what slides are told in full.
+        let slides = mechanism.sliding().map(|_| Command { value: 0.0, sine: 0.0, cosine: 1.0 });
+        Inputs { drives: drives.chain(slides).collect(), parameters: self.parameters.clone() }
+    }
+
+    /// Perfect joints and dimensions.
+    #[must_use]
+    pub fn nominal(mechanism: &Mechanism, drives: &[f64]) -> Self {
+        Self { drives: drives.to_vec(), parameters: vec![0.0; mechanism.n_parameters()] }
+    }
+}
+
+/// A point in ground axes, with its lever arm from the origin of its body.
+#[derive(Clone, Copy)]
+pub(crate) struct Placed<S> {
+    pub position: Vec3<S>,
+    pub lever: Vec3<S>,
+}
+
+pub(crate) fn constant<S: Real>(v: Vec3<f64>) -> Vec3<S> {
+    v.map(S::from_f64)
+}
+
+impl Mechanism {
+    /// The inputs at given drive values with every deviation at its known value and no play taken.
+    pub(crate) fn built(&self, drives: &[f64]) -> Inputs<f64> {
+        Inputs { drives: drives.to_vec(), parameters: self.centre.clone() }
+    }
+
+    /// Where a point is.
+    pub(crate) fn place<S: Real>(&self, point: usize, poses: &[Pose<S>], parameters: &[S]) -> Placed<S> {
+        let point = &self.points[point];
+        let mut at = constant(point.at);
+        for &(parameter, direction) in &point.moved_by {
+            at = add(at, scale(constant(direction), parameters[parameter]));
+        }
+        match point.body {
+            None => Placed { position: at, lever: at },
+            Some(b) => {
+                let lever = poses[b].turn(at);
+                Placed { position: add(poses[b].position, lever), lever }
+            }
+        }
+    }
+
+    /// Poses of all bodies from their coordinates.
+    pub(crate) fn poses(&self, coordinates: &[f64]) -> Vec<Pose<f64>> {
+        coordinates.chunks_exact(self.space.n_coordinates()).map(|c| self.space.pose(c)).collect()
+    }
+
+    /// The axes of a joint in ground axes.
+    pub(crate) fn axes<S: Real>(&self, joint: usize, poses: &[Pose<S>]) -> [Vec3<S>; 3] {
+        match self.joints[joint].frame {
+            Frame::Ground => Pose::<S>::identity().rotation,
+            Frame::First => [0, 1, 2].map(|axis| self.carried(joint, false, axis, poses)),
+        }
+    }
+
+    /// A joint's axis as the first body (or the second) carries it, in ground axes.
+    pub(crate) fn carried<S: Real>(&self, joint: usize, second: bool, axis: usize, poses: &[Pose<S>]) -> Vec3<S> {
+        let joint = &self.joints[joint];
+        let (point, axes) = if second { (joint.second, &joint.axes_second) } else { (joint.first, &joint.axes_first) };
+        let axis = constant(axes[axis]);
+        self.points[point].body.map_or(axis, |b| poses[b].turn(axis))
+    }
+
+    /// Sine and cosine (times one positive number) of the roll of a joint about an axis.
+    pub(crate) fn roll<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> (S, S) {
+        let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
+        let turned = self.carried(joint, true, j, poses);
+        (dot(self.carried(joint, false, k, poses), turned), dot(self.carried(joint, false, j, poses), turned))
+    }
+
+    /// The vector whose scalar product with `w2 - w1` is the rate of a rotation component.
+    pub(crate) fn rotation_gradient<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> Vec3<S> {
+        let (zero, one) = (S::from_f64(0.0), S::from_f64(1.0));
+        if self.space == Space::Planar {
+            return [zero, zero, one];
+        }
+        let first = |axis| self.carried(joint, false, axis, poses);
+        match axis {
+            0 => {
+                let (sine, cosine) = self.roll(joint, axis, poses);
+                let across = sub(scale(first(2), cosine), scale(first(1), sine));
+                let turned = self.carried(joint, true, 1, poses);
+                scale(cross(turned, across), one / (cosine * cosine + sine * sine))
+            }
+            1 => cross(first(2), self.carried(joint, true, 0, poses)),
+            _ => cross(self.carried(joint, true, 0, poses), first(1)),
+        }
+    }
+
+    /// A tilt, as the sine of an angle where that is below a sixth of a turn, and the angle itself beyond: unlike its
+    /// sine it does not vanish at half a turn, so that a rough start cannot settle on the mirrored
+    /// solution.
+    fn tilt<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> S {
+        let other = if axis == 1 { 2 } else { 1 };
+        let along = self.carried(joint, true, 0, poses);
+        let sine = dot(self.carried(joint, false, other, poses), along);
+        let sine = if axis == 1 { -sine } else { sine };
+        S::tilt(sine, dot(self.carried(joint, false, 0, poses), along))
+    }
+
+    /// The value of a joint component, angles between -pi and pi.
+    pub(crate) fn joint_value(&self, row: usize, poses: &[Pose<f64>], parameters: &[f64]) -> f64 {
+        let row = &self.rows[row];
+        let joint = &self.joints[row.joint];
+        match row.component {
+            Component::About(i) => {
+                let (s, c) = self.roll(row.joint, i, poses);
+                s.atan2(c)
+            }
+            Component::Along(i) => {
+                let d = sub(
+                    self.place(joint.second, poses, parameters).position,
+                    self.place(joint.first, poses, parameters).position,
+                );
+                dot(self.axes(row.joint, poses)[i], d)
+            }
+        }
+    }
+
+    /// Residual of every row, and the derivatives of each row along the twist of its first body and
+    /// then of its second (zeros for the ground): `2 size()` numbers per row.
+    pub(crate) fn evaluate<S: Real>(
+        &self,
+        poses: &[Pose<S>],
+        inputs: &Inputs<Command<S>, S>,
+        residual: &mut [S],
+        derivatives: &mut [S],
+    ) {
+        let components = self.space.components();
+        let zero = S::from_f64(0.0);
+        for (k, row) in self.rows.iter().enumerate() {
+            let joint = &self.joints[row.joint];
+            let parameter = row.shifted(row.displaced(&inputs.parameters), &inputs.parameters);
+            let (linear, angular_1, angular_2);
+            match row.component {
+                _ if row.is_coupled => {
+                    let levers = [joint.first, joint.second].map(|p| self.place(p, poses, &inputs.parameters).lever);
+                    let at = self.coupled_row(row, poses, &inputs.parameters, &inputs.drives);
+                    residual[k] = at.residual;
+                    linear = at.rate.linear;
+                    angular_1 = add(at.rate.first, cross(linear, levers[0]));
+                    angular_2 = add(at.rate.second, cross(levers[1], linear));
+                }
+                Component::Along(i) => {
+                    let (p1, p2) = (
+                        self.place(joint.first, poses, &inputs.parameters),
+                        self.place(joint.second, poses, &inputs.parameters),
+                    );
+                    let e = self.axes(row.joint, poses)[i];
+                    let d = sub(p2.position, p1.position);
+                    let command = row.drive.map_or(zero, |by| inputs.drives[by.command].value);
+                    residual[k] = dot(e, d) - (command + parameter);
+                    linear = e;
+                    let mut turning = cross(e, p1.lever);
+                    if joint.frame == Frame::First {
+                        turning = add(turning, cross(e, d));
+                    }
+                    angular_1 = turning;
+                    angular_2 = cross(p2.lever, e);
+                }
+                Component::About(i) if row.component == joint.roll() => {
+                    let mut left = self.roll(row.joint, i, poses);
+                    if let Some(by) = row.drive {
+                        let command = &inputs.drives[by.command];
+                        left = turn_back(left, (command.sine, command.cosine));
+                    }
+                    let (sine, cosine) = turn_back(left, parameter.sin_cos());
+                    let gradient = self.rotation_gradient(row.joint, i, poses);
+                    (residual[k], linear) = match self.space {
+                        // Without tilt sine and cosine are exact, and spare a division.
+                        Space::Planar => {
+                            let (r, slope) = S::angle_residual(sine, cosine);
+                            angular_2 = scale(gradient, slope);
+                            (r, [zero; 3])
+                        }
+                        Space::Spatial => {
+                            angular_2 = gradient;
+                            (S::small_angle(sine, cosine), [zero; 3])
+                        }
+                    };
+                    angular_1 = angular_2.map(|v| -v);
+                }
+                Component::About(i) => {
+                    residual[k] = self.tilt(row.joint, i, poses) - parameter;
+                    linear = [zero; 3];
+                    angular_2 = self.rotation_gradient(row.joint, i, poses);
+                    angular_1 = angular_2.map(|v| -v);
+                }
+            }
+            let out = &mut derivatives[2 * components.len() * k..2 * components.len() * (k + 1)];
+            let (on_first, on_second) = out.split_at_mut(components.len());
+            let moving = |point: usize| self.points[point].body.is_some();
+            for (slot, &component) in on_first.iter_mut().zip(components) {
+                *slot = match component {
+                    _ if !moving(joint.first) => zero,
+                    Component::Along(i) => -linear[i],
+                    Component::About(i) => angular_1[i],
+                };
+            }
+            for (slot, &component) in on_second.iter_mut().zip(components) {
+                *slot = match component {
+                    _ if !moving(joint.second) => zero,
+                    Component::Along(i) => linear[i],
+                    Component::About(i) => angular_2[i],
+                };
+            }
+        }
+    }
+
+    /// Force and moment on the second body at its joint point, in ground axes, that the unit multiplier of a row
+    /// stands for.
+    pub(crate) fn row_wrench<S: Real>(&self, row: &Row, poses: &[Pose<S>], parameters: &[S]) -> [Option<Vec3<S>>; 2] {
+        match row.component {
+            _ if row.is_coupled => {
+                let rate = self.coupled_row(row, poses, parameters, &[]).rate;
+                [Some(rate.linear), Some(rate.second)]
+            }
+            Component::Along(i) => [Some(self.axes(row.joint, poses)[i]), None],
+            Component::About(i) => [None, Some(self.rotation_gradient(row.joint, i, poses))],
+        }
+    }
+
+    /// What the own parameter of a row counts: more or less than one where the flanks of a coupling have moved.
+    pub(crate) fn slope<S: Real>(&self, row: &Row, poses: &[Pose<S>], parameters: &[S]) -> S {
+        match row.play {
+            Some(_) => self.coupled_row(row, poses, parameters, &[]).slope,
+            None => S::from_f64(1.0),
+        }
+    }
+
+    /// The bodies of a row.
+    pub(crate) fn row_bodies(&self, row: usize) -> [Option<usize>; 2] {
+        let joint = &self.joints[self.rows[row].joint];
+        [self.points[joint.first].body, self.points[joint.second].body]
+    }
+
+    /// Adds `-(d residual / d inputs)^T multipliers` to the gradient along drives and parameters.
+    ///
+    /// With `J^T multipliers = d cost / d x` this is the gradient of the cost along the inputs on the
+    /// closed mechanism.
+    pub(crate) fn pull_back<S: Real>(
+        &self,
+        poses: &[Pose<S>],
+        parameters: &[S],
+        multipliers: &[S],
+        gradient: &mut Inputs<S>,
+    ) {
+        for (row, &l) in self.rows.iter().zip(multipliers) {
+            if let Some(p) = row.parameter {
+                gradient.parameters[p] = gradient.parameters[p] + self.slope(row, poses, parameters) * l;
+            }
+            if let Some((p, coefficient)) = row.shift {
+                gradient.parameters[p] = gradient.parameters[p] + S::from_f64(coefficient) * l;
+            }
+            if let Some(by) = row.drive {
+                gradient.drives[by.drive] = gradient.drives[by.drive] + S::from_f64(by.coefficient) * l;
+            }
+            if matches!(row.component, Component::About(_)) {
+                continue;
+            }
+            let joint = &self.joints[row.joint];
+            let moved = |p: usize| !self.points[p].moved_by.is_empty();
+            if !moved(joint.first) && !moved(joint.second) {
+                continue;
+            }
+            let [Some(e), _] = self.row_wrench(row, poses, parameters) else { continue };
+            for (sign, point) in [(1.0, joint.first), (-1.0, joint.second)] {
+                for (parameter, direction) in self.ground_directions(point, poses) {
+                    let slot = &mut gradient.parameters[parameter];
+                    *slot = *slot + S::from_f64(sign) * l * dot(e, direction);
+                }
+            }
+        }
+    }
+
+    /// The parameters that move a point, each with its direction in ground axes.
+    pub(crate) fn ground_directions<'a, S: Real>(
+        &'a self,
+        point: usize,
+        poses: &'a [Pose<S>],
+    ) -> impl Iterator<Item = (usize, Vec3<S>)> + 'a {
+        let point = &self.points[point];
+        point.moved_by.iter().map(move |&(parameter, direction)| {
+            (parameter, point.body.map_or_else(|| constant(direction), |b| poses[b].turn(constant(direction))))
+        })
+    }
+}

@@ -1,0 +1,17 @@
+//! Loop closure: its equations, their solution by Newton's method, first-order maps and statics; once plainly, once
+//! recorded for lanes.
+
+pub(crate) mod assembly;
+pub(crate) mod coupling;
+pub(crate) mod equations;
+mod escape;
+pub(crate) mod newton;
+pub(crate) mod recorded;
+pub(crate) mod sensitivity;
+mod state;
+mod statics;
+mod tolerance;
+pub(crate) mod tree;
+
+pub use newton::{Solver, State};
+pub use recorded::program::{Bound, Newton};

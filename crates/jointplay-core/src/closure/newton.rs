@@ -1,0 +1,419 @@
+//! Newton's method on the loop closure and continuation along a change of the inputs.
+
+use crate::closure::coupling::Mesh;
+use crate::closure::equations::Inputs;
+use crate::interrupt;
+use crate::math::space::{Component, Pose};
+use crate::math::sparse::{Elimination, Factored};
+use crate::math::vector::norm;
+use crate::mechanism::Mechanism;
+use crate::mechanism::status::Status;
+
+/// The estimate of the smallest singular value must clear the limit by this factor, or it is computed.
+pub(crate) const CLEAR: f64 = 30.0;
+
+/// Newton steps per solve.
+const NEWTON_STEPS: usize = 14;
+/// A Newton step (length-scaled) below this is the last: the next would be its square.
+const LAST_STEP: f64 = 1e-9;
+/// The largest move (length-scaled; radians) taken at once, so that the branch is not left.
+const LARGEST_MOVE: f64 = 0.35;
+/// Continuation gives up when a step of this part of the way fails.
+const SMALLEST_PART: f64 = 1e-6;
+/// Inverse iterations for the smallest singular value of a large mechanism.
+const INVERSE_ITERATIONS: usize = 300;
+/// Continuation gives up after this many steps, or twice as many as a drive of many turns takes at least, ...
+const MOST_STEPS: usize = 600;
+/// ... up to this many.
+const STEPS_OF_MANY_TURNS: usize = 20_000;
+
+/// The Newton steps that a search may still take; it ends when they are spent.
+#[derive(Clone, Debug)]
+pub struct Budget(usize);
+
+impl Budget {
+    /// So many steps.
+    #[must_use]
+    pub const fn of(steps: usize) -> Self {
+        Self(steps)
+    }
+
+    /// How many are left.
+    #[must_use]
+    pub const fn left(&self) -> usize {
+        self.0
+    }
+
+    /// Whether nothing is left.
+    #[must_use]
+    pub const fn is_spent(&self) -> bool {
+        self.0 == 0
+    }
+
+    /// Takes a step; `None` where nothing is left.
+    fn take(&mut self) -> Option<()> {
+        self.0 = self.0.checked_sub(1)?;
+        Some(())
+    }
+}
+
+/// An assembled mechanism.
+#[derive(Clone, Debug)]
+pub struct State {
+    /// Coordinates of all bodies.
+    pub coordinates: Vec<f64>,
+    /// The inputs that it is closed for.
+    pub inputs: Inputs<f64>,
+    /// Sign of the determinant of the closure Jacobian: it tells assembly branches apart.
+    pub negative: bool,
+}
+
+/// What a converged Newton solve did.
+struct Converged {
+    first_move: f64,
+    later_moves: f64,
+    negative: bool,
+}
+
+/// The closure Jacobian at a state, factored.
+pub struct Linearised<'a> {
+    /// Poses of all bodies.
+    pub poses: Vec<Pose<f64>>,
+    /// The parameters that it was linearised at.
+    pub parameters: Vec<f64>,
+    /// The factors.
+    pub factors: Factored<'a>,
+}
+
+/// Solves the closure of one mechanism with as many rows as unknowns.
+#[derive(Clone, Debug)]
+pub struct Solver<'m> {
+    /// The mechanism.
+    pub mechanism: &'m Mechanism,
+    pub(crate) pattern: Vec<(usize, usize)>,
+    /// Where the entries of the pattern stand among the row derivatives.
+    pub(crate) picks: Vec<usize>,
+    pub(crate) plan: Option<Elimination>,
+    /// The coordinates near which it was planned.
+    pub(crate) planned_at: Vec<f64>,
+}
+
+impl<'m> Solver<'m> {
+    /// Plans the elimination near the given coordinates.
+    #[must_use]
+    pub fn new(mechanism: &'m Mechanism, coordinates: &[f64]) -> Self {
+        let size = mechanism.size();
+        let mut pattern = Vec::new();
+        let mut picks = Vec::new();
+        let sparse = structure(mechanism, coordinates);
+        for row in 0..mechanism.n_rows() {
+            for (side, body) in mechanism.row_bodies(row).into_iter().enumerate() {
+                let Some(b) = body else { continue };
+                for c in 0..size {
+                    let pick = (2 * row + side) * size + c;
+                    if sparse[pick] {
+                        pattern.push((row, b * size + c));
+                        picks.push(pick);
+                    }
+                }
+            }
+        }
+        let mut solver = Self { mechanism, pattern, picks, plan: None, planned_at: coordinates.to_vec() };
+        let inputs = Inputs::nominal(mechanism, &vec![0.0; mechanism.n_drives()]);
+        let (_, derivatives) = solver.evaluate(&mechanism.poses(coordinates), &inputs);
+        let entries: Vec<_> =
+            solver.pattern.iter().zip(&solver.picks).map(|(&(i, j), &p)| (i, j, derivatives[p])).collect();
+        solver.plan = Elimination::plan(mechanism.n_unknowns(), &entries);
+        solver
+    }
+
+    fn evaluate(&self, poses: &[Pose<f64>], inputs: &Inputs<f64>) -> (Vec<f64>, Vec<f64>) {
+        let m = self.mechanism;
+        let mut residual = vec![0.0; m.n_rows()];
+        let mut derivatives = vec![0.0; 2 * m.size() * m.n_rows()];
+        m.evaluate(poses, &inputs.commands(m), &mut residual, &mut derivatives);
+        (residual, derivatives)
+    }
+
+    fn factor(&self, derivatives: &[f64]) -> Option<Factored<'_>> {
+        let entries = self.picks.iter().map(|&p| derivatives[p]);
+        Factored::new(self.plan.as_ref(), self.mechanism.n_unknowns(), &self.pattern, entries)
+    }
+
+    /// The factored Jacobian at a state; `None` where it is singular to working precision.
+    #[must_use]
+    pub fn linearise(&self, state: &State) -> Option<Linearised<'_>> {
+        let poses = self.mechanism.poses(&state.coordinates);
+        let (_, derivatives) = self.evaluate(&poses, &state.inputs);
+        Some(Linearised { factors: self.factor(&derivatives)?, parameters: state.inputs.parameters.clone(), poses })
+    }
+
+    /// Largest residual, in characteristic lengths and radians.
+    pub(crate) fn residual(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> f64 {
+        let m = self.mechanism;
+        let (residual, _) = self.evaluate(&m.poses(coordinates), inputs);
+        m.rows.iter().zip(&residual).fold(0.0, |largest: f64, (row, r)| {
+            let size = r.abs() / m.unit(row.component);
+            if size > largest || size.is_nan() { size } else { largest }
+        })
+    }
+
+    /// One Newton step; `None` where the Jacobian is singular.
+    pub(crate) fn newton_step(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> Option<Vec<f64>> {
+        let m = self.mechanism;
+        let (residual, derivatives) = self.evaluate(&m.poses(coordinates), inputs);
+        let mut right: Vec<f64> = residual.iter().map(|r| -r).collect();
+        let mut step = vec![0.0; m.n_unknowns()];
+        self.factor(&derivatives)?.solve(&mut right, &mut step);
+        Some(step)
+    }
+
+    /// A state with inputs a little different, closed to first order.
+    pub(crate) fn nudged(&self, linearised: &Linearised<'_>, from: &State, inputs: Inputs<f64>) -> State {
+        let m = self.mechanism;
+        let (residual, _) = self.evaluate(&linearised.poses, &inputs);
+        let mut right: Vec<f64> = residual.iter().map(|r| -r).collect();
+        let mut step = vec![0.0; m.n_unknowns()];
+        linearised.factors.solve(&mut right, &mut step);
+        let mut coordinates = from.coordinates.clone();
+        m.retract(&mut coordinates, &step);
+        State { coordinates, inputs, negative: from.negative }
+    }
+
+    /// Smallest singular value of the length-scaled Jacobian with its motion (length-scaled), by inverse
+    /// iteration.
+    pub(crate) fn inverse_iteration(&self, state: &State) -> Option<(f64, Vec<f64>)> {
+        let m = self.mechanism;
+        let n = m.n_unknowns();
+        let factors = self.linearise(state)?.factors;
+        let row_unit = |k: usize| m.unit(m.rows[k].component);
+        let column_unit = |j: usize| m.unit(m.space.components()[j % m.size()]);
+        let mut motion: Vec<f64> = (0..n).map(|j| (j as f64 * 0.618_034).fract() - 0.5).collect();
+        let (mut value, mut x) = (f64::INFINITY, vec![0.0; n]);
+        for _ in 0..INVERSE_ITERATIONS {
+            let size = norm(&motion);
+            // The scaled matrix is R^-1 J C: first its transposed inverse, then its inverse.
+            let mut right: Vec<f64> = motion.iter().enumerate().map(|(j, v)| v / size / column_unit(j)).collect();
+            factors.solve_transposed(&mut right, &mut x);
+            let mut right: Vec<f64> = x.iter().enumerate().map(|(k, v)| v * row_unit(k) * row_unit(k)).collect();
+            factors.solve(&mut right, &mut x);
+            motion = x.iter().enumerate().map(|(j, v)| v / column_unit(j)).collect();
+            let next = 1.0 / norm(&motion).sqrt();
+            let still = (value - next).abs() <= 1e-10 * next;
+            value = next;
+            if still {
+                break;
+            }
+        }
+        Some((value, motion))
+    }
+
+    fn newton(&self, coordinates: &mut [f64], inputs: &Inputs<f64>, budget: &mut Budget) -> Option<Converged> {
+        let m = self.mechanism;
+        interrupt::check();
+        let mut moves = Vec::with_capacity(NEWTON_STEPS);
+        let mut step = vec![0.0; m.n_unknowns()];
+        let mut mesh = Mesh::new(m, coordinates, &inputs.parameters);
+        for _ in 0..NEWTON_STEPS {
+            budget.take()?;
+            let (mut residual, derivatives) = self.evaluate(&m.poses(coordinates), inputs);
+            if !mesh.is_kept(&residual) {
+                return None;
+            }
+            let factors = self.factor(&derivatives)?;
+            for r in &mut residual {
+                *r = -*r;
+            }
+            factors.solve(&mut residual, &mut step);
+            let size = scaled_size(m, &step);
+            // Written so that NaN fails, too.
+            if !(size <= LARGEST_MOVE) {
+                return None;
+            }
+            if moves.last().is_some_and(|&last| size > 2.0 * last && size > LAST_STEP) {
+                return None;
+            }
+            m.retract(coordinates, &step);
+            mesh.moves(coordinates, &inputs.parameters);
+            moves.push(size);
+            if size < LAST_STEP {
+                return Some(Converged {
+                    first_move: moves[0],
+                    later_moves: moves[1..].iter().sum(),
+                    negative: factors.negative(),
+                });
+            }
+        }
+        None
+    }
+
+    /// Closes the mechanism from a nearby state in one go; the branch is kept when the sign of the
+    /// determinant is.
+    #[must_use]
+    pub fn close(&self, from: &State, inputs: &Inputs<f64>) -> Option<State> {
+        self.close_within(from, inputs, &mut Budget::of(NEWTON_STEPS))
+    }
+
+    fn close_within(&self, from: &State, inputs: &Inputs<f64>, budget: &mut Budget) -> Option<State> {
+        let mut coordinates = from.coordinates.clone();
+        let converged = self.newton(&mut coordinates, inputs, budget)?;
+        let calm = converged.later_moves <= 0.5 * converged.first_move + LAST_STEP;
+        // A singular state may be crossed where the branch goes straight on (a change point), which
+        // shows in corrections that are small beside the move.
+        let crossed = converged.negative != from.negative;
+        let straight = converged.later_moves <= 0.02 * converged.first_move;
+        (calm && (!crossed || straight)).then(|| State {
+            coordinates,
+            inputs: inputs.clone(),
+            negative: converged.negative,
+        })
+    }
+
+    /// Polishes a state that already closes up to rounding.
+    #[must_use]
+    pub fn polish(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> Option<State> {
+        let mut coordinates = coordinates.to_vec();
+        let converged = self.newton(&mut coordinates, inputs, &mut Budget::of(NEWTON_STEPS))?;
+        Some(State { coordinates, inputs: inputs.clone(), negative: converged.negative })
+    }
+
+    /// Follows the assembly branch from a state to other inputs, in adaptive steps.
+    ///
+    /// # Errors
+    /// `NotAssembled` where the branch ends before the inputs are reached, `Singular` where it starts
+    /// at a singular state.
+    pub fn follow(&self, from: &State, to: &Inputs<f64>) -> Result<State, Status> {
+        self.follow_part(from, to).map_err(|(_, status)| status)
+    }
+
+    /// As [`Self::follow`], giving the last state reached with the failure.
+    pub(crate) fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
+        self.follow_within(from, to, &mut Budget::of(self.mechanism.most_steps(&from.inputs, to) * NEWTON_STEPS))
+    }
+
+    /// As [`Self::follow_part`], as far as the budget reaches.
+    pub(crate) fn follow_within(
+        &self,
+        from: &State,
+        to: &Inputs<f64>,
+        budget: &mut Budget,
+    ) -> Result<State, (State, Status)> {
+        let mut state = from.clone();
+        if from.inputs == *to {
+            return Ok(from.clone());
+        }
+        let most = self.mechanism.largest_part(&from.inputs, to);
+        let (mut done, mut part) = (0.0_f64, most);
+        for _ in 0..self.mechanism.most_steps(&from.inputs, to) {
+            let last = done + part >= 1.0;
+            let inputs = if last { to.clone() } else { between(&from.inputs, to, done + part) };
+            if let Some(next) = self.close_within(&state, &inputs, budget) {
+                state = next;
+                if last {
+                    return Ok(state);
+                }
+                done += part;
+                part = (2.0 * part).min(most);
+            } else {
+                part *= 0.5;
+                if part < SMALLEST_PART || budget.is_spent() {
+                    break;
+                }
+            }
+        }
+        let status = if self.linearise(&state).is_some() { Status::NotAssembled } else { Status::Singular };
+        Err((state, status))
+    }
+}
+
+impl Mechanism {
+    /// An estimate of the smallest singular value of the length-scaled Jacobian, too large by no more than
+    /// about the square root of the number of unknowns: the inverse of `|J^-1 b|` for a unit vector b
+    /// without a pattern.
+    pub(crate) fn singular_estimate(&self, linearised: &Linearised<'_>) -> f64 {
+        let mut right: Vec<f64> = self.probe().collect();
+        let mut motion = vec![0.0; self.n_unknowns()];
+        linearised.factors.solve(&mut right, &mut motion);
+        1.0 / scaled_size(self, &motion)
+    }
+
+    /// That unit vector, with the rows' units.
+    pub(crate) fn probe(&self) -> impl Iterator<Item = f64> + '_ {
+        let size = (self.n_rows() as f64).sqrt();
+        self.rows.iter().enumerate().map(move |(k, row)| {
+            let sign = if (k as f64 * 0.618_034).fract() < 0.5 { 1.0 } else { -1.0 };
+            sign * self.unit(row.component) / size
+        })
+    }
+
+    /// Moves all bodies by small twists.
+    pub(crate) fn retract(&self, coordinates: &mut [f64], twists: &[f64]) {
+        let bodies = coordinates.chunks_exact_mut(self.space.n_coordinates());
+        for (c, t) in bodies.zip(twists.chunks_exact(self.size())) {
+            self.space.retract(c, t);
+        }
+    }
+
+    /// The unit by which a component is compared with others: the characteristic length, or a radian.
+    pub(crate) const fn unit(&self, component: Component) -> f64 {
+        match component {
+            Component::Along(_) => self.length,
+            Component::About(_) => 1.0,
+        }
+    }
+
+    /// The part of a change of the inputs in which no driven angle turns by more than a radian: beyond
+    /// half a turn a joint's angle would be taken for its remainder.
+    fn largest_part(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
+        let turns = self.driven().map(|(row, by)| match row.component {
+            Component::Along(_) => 0.0,
+            Component::About(_) => (by.coefficient * (to.drives[by.drive] - from.drives[by.drive])).abs(),
+        });
+        1.0 / turns.fold(1.0, f64::max)
+    }
+
+    /// Steps after which a continuation between inputs gives up.
+    fn most_steps(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> usize {
+        MOST_STEPS.max((2.0 / self.largest_part(from, to)).min(STEPS_OF_MANY_TURNS as f64) as usize)
+    }
+}
+
+/// Which row derivatives are not zero by structure: evaluated at generic poses, so that no accidental
+/// zero of one configuration is taken for a structural one.
+fn structure(mechanism: &Mechanism, coordinates: &[f64]) -> Vec<bool> {
+    let inputs = Inputs {
+        drives: vec![0.1; mechanism.n_drives()],
+        parameters: vec![1e-3 * mechanism.length; mechanism.n_parameters()],
+    };
+    let mut residual = vec![0.0; mechanism.n_rows()];
+    let mut derivatives = vec![0.0; 2 * mechanism.size() * mechanism.n_rows()];
+    let mut found = vec![false; derivatives.len()];
+    for k in 1..=3_u32 {
+        let mut moved = coordinates.to_vec();
+        for (i, c) in (0_u32..).zip(moved.iter_mut()) {
+            // Irrational strides: any numbers without a pattern would do.
+            *c += (f64::from(k) * 0.754_877 + f64::from(i) * 0.569_840).fract() * mechanism.length.max(1.0);
+        }
+        mechanism.evaluate(&mechanism.poses(&moved), &inputs.commands(mechanism), &mut residual, &mut derivatives);
+        found.iter_mut().zip(&derivatives).for_each(|(f, d)| *f |= *d != 0.0);
+    }
+    found
+}
+
+/// Size of a twist of all bodies: translations in characteristic lengths, rotations in radians.
+pub(crate) fn scaled_size(mechanism: &Mechanism, twists: &[f64]) -> f64 {
+    let components = mechanism.space.components();
+    twists.chunks_exact(components.len()).fold(0.0, |largest, twist| {
+        components.iter().zip(twist).fold(largest, |largest: f64, (component, v)| {
+            let size = v.abs() / mechanism.unit(*component);
+            // `max` would lose a NaN.
+            if size > largest || size.is_nan() { size } else { largest }
+        })
+    })
+}
+
+/// Inputs a part of the way from some to others.
+pub(crate) fn between(from: &Inputs<f64>, to: &Inputs<f64>, t: f64) -> Inputs<f64> {
+    let mix = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect();
+    Inputs { drives: mix(&from.drives, &to.drives), parameters: mix(&from.parameters, &to.parameters) }
+}

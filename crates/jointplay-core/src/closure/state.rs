@@ -1,0 +1,83 @@
+//! What a state of a mechanism says: its error, the values of its drives, how near it is to a singular one.
+
+use crate::closure::equations::Inputs;
+use crate::closure::newton::{CLEAR, Linearised, Solver, State};
+use crate::math::space::Component;
+use crate::math::vector::sub;
+use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
+use crate::mechanism::status::Status;
+
+impl Mechanism {
+    /// The value of a drive's coordinate, continued from a nearby value over full turns.
+    pub(crate) fn drive_value(&self, drive: usize, coordinates: &[f64], near: f64) -> f64 {
+        let row = self.driven_rows[drive];
+        let coefficient = self.rows[row].drive.map_or(1.0, |by| by.coefficient);
+        let value = self.joint_value(row, &self.poses(coordinates), &vec![0.0; self.n_parameters()]);
+        match self.rows[row].component {
+            Component::Along(_) => value / coefficient,
+            Component::About(_) => {
+                let turn = std::f64::consts::TAU / coefficient;
+                let value = value / coefficient;
+                value + turn * ((near - value) / turn).round()
+            }
+        }
+    }
+
+    /// The drive values of a state, those nearest to given ones over full turns.
+    #[must_use]
+    pub fn drive_values(&self, coordinates: &[f64], near: &[f64]) -> Vec<f64> {
+        if coordinates.iter().any(|c| c.is_nan()) {
+            return vec![f64::NAN; self.n_drives];
+        }
+        (0..self.n_drives).map(|d| self.drive_value(d, coordinates, near[d])).collect()
+    }
+
+    /// A nominal state from its coordinates; drive values are read off near the given ones.
+    pub(crate) fn restore(&self, solver: &Solver<'_>, coordinates: &[f64], near: &[f64]) -> Option<State> {
+        if coordinates.iter().any(|c| !c.is_finite()) {
+            return None;
+        }
+        let drives = self.drive_values(coordinates, near);
+        let inputs = Inputs::nominal(self, &drives);
+        // A singular state cannot be polished; it is judged by its Jacobian later.
+        let given = || State { coordinates: coordinates.to_vec(), inputs: inputs.clone(), negative: false };
+        Some(solver.polish(coordinates, &inputs).unwrap_or_else(given))
+    }
+
+    /// A solver planned at the first case that is assembled, if any.
+    #[must_use]
+    pub fn solver(&self, cases: &[Case<'_>]) -> Option<Solver<'_>> {
+        let assembled = |case: &&Case<'_>| case.coordinates.iter().all(|c| c.is_finite());
+        cases.iter().find(assembled).map(|case| Solver::new(self, case.coordinates))
+    }
+
+    /// Error of an output against that of nominal coordinates.
+    pub(crate) fn error(&self, state: &State, nominal: &State) -> Vec<f64> {
+        let place = |s: &State| self.place(self.output, &self.poses(&s.coordinates), &s.inputs.parameters).position;
+        let width = self.n_body_coordinates();
+        let turned = self.points[self.output].body.map_or_else(
+            || vec![0.0; self.size() - self.n_translations()],
+            |b| {
+                let body = b * width..(b + 1) * width;
+                self.space.turn_of_body(&nominal.coordinates[body.clone()], &state.coordinates[body])
+            },
+        );
+        self.pose_components(sub(place(state), place(nominal)), &turned)
+    }
+
+    /// The same where the Jacobian is factored already: an estimate spares the singular value where it is
+    /// plainly large.
+    pub(crate) fn status_of(&self, linearised: &Linearised<'_>, state: &State) -> Status {
+        if self.singular_estimate(linearised) >= CLEAR * self.singular_value {
+            return Status::Ok;
+        }
+        self.nominal_status(state)
+    }
+
+    /// Whether the nominal state is too near a singular one.
+    pub(crate) fn nominal_status(&self, state: &State) -> Status {
+        let (value, _) = self.singular_value_at(state);
+        if value < self.singular_value { Status::Singular } else { Status::Ok }
+    }
+}

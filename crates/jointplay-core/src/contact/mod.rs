@@ -1,0 +1,121 @@
+//! Contact under the load: where offsets, reactions and pose agree.
+//!
+//! Every offset lies where its set supports the force that presses it there, `F(u) in N_C(u)`, with F the
+//! reactions at the pose that belongs to the offsets u. This is a variational inequality and no maximum: a
+//! moment that keeps its direction in space has no potential, so that there is no work whose value could
+//! lead the way. The equations themselves do. Whole steps, each offset to its support point, nearly always
+//! settle; where they do not, [`semismooth`] takes over.
+
+mod extent;
+pub(crate) mod flanks;
+mod indeterminacy;
+pub(crate) mod push_on_lanes;
+mod semismooth;
+mod state;
+
+use crate::clearance::mute::{Mute, UNDECIDED};
+use crate::closure::equations::Inputs;
+use crate::closure::newton::{Linearised, Solver, State, between};
+use crate::closure::sensitivity::Gradient;
+use crate::contact::semismooth::Newton;
+use crate::contact::state::Contact;
+use crate::mechanism::{Mechanism, Source};
+
+/// Whole steps to the support points.
+const WHOLE_STEPS: usize = 25;
+/// Parts of a step that are tried where all of it leads to where the mechanism cannot be assembled, each half
+/// of the one before.
+const WALLS: i32 = 6;
+/// Steps in which contacts find their sides.
+const FIRST: usize = 5;
+/// Four steps that leave more than this part of the change will not settle soon.
+const SHRUNK: f64 = 0.05;
+
+impl Mechanism {
+    /// The inputs with every source that gives way moved to the nearest point of the face it is pushed to:
+    /// what nothing pushes stays where it is. `mute` tells what a source that gives way does not listen to.
+    pub(crate) fn pushed(
+        &self,
+        gradient: &Gradient,
+        inputs: &Inputs<f64>,
+        mute: impl Fn(usize, &Source) -> Option<Mute>,
+    ) -> Inputs<f64> {
+        let scale = self.force_scale(gradient);
+        let mut pushed = inputs.clone();
+        for (s, source) in self.sources.iter().enumerate() {
+            let Some(mute) = mute(s, source) else { continue };
+            let offset: Vec<f64> = source.range().map(|p| inputs.parameters[p] - self.centre[p]).collect();
+            let force = source.set.heard(&gradient.inputs.parameters[source.range()], mute);
+            let tolerance = self.undecided(source, UNDECIDED * scale);
+            let nearest = source.set.face(&force[..offset.len()], tolerance).nearest(&offset);
+            for (k, p) in source.range().enumerate() {
+                pushed.parameters[p] = self.centre[p] + nearest[k];
+            }
+        }
+        pushed
+    }
+
+    /// Gradient of the work of the load.
+    pub(crate) fn load_gradient(&self, linearised: &Linearised<'_>, state: &State) -> Gradient {
+        self.gradient(linearised, self.load_cost(&linearised.poses, &state.inputs.parameters))
+    }
+
+    /// What of every source the load does not push at the nominal pose.
+    pub(crate) fn mutes(&self, nominal: &Gradient) -> Vec<Mute> {
+        let scale = self.force_scale(nominal);
+        let mute = |source: &Source| {
+            let force = &nominal.inputs.parameters[source.range()];
+            source.set.mute(force, self.undecided(source, UNDECIDED * scale))
+        };
+        self.sources.iter().map(mute).collect()
+    }
+
+    /// The inputs with every clearance moved to where the load presses it.
+    pub(crate) fn pressed(&self, gradient: &Gradient, inputs: &Inputs<f64>, mutes: &[Mute]) -> Inputs<f64> {
+        self.pushed(gradient, inputs, |s, source| source.is_clearance.then_some(mutes[s]))
+    }
+}
+
+impl Solver<'_> {
+    /// Brings contact and reactions to agree, from a state on; `None` where the closure is singular.
+    #[must_use]
+    pub fn settle(&self, from: State, mutes: &[Mute]) -> Option<Contact> {
+        let m = self.mechanism;
+        let gradient = m.load_gradient(&self.linearise(&from)?, &from);
+        let mut at = Contact { state: from, gradient, steps: 0, settled: false, blocked: false };
+        let mut newton = Newton::new(self, mutes);
+        let mut changes = [f64::INFINITY; 4];
+        for step in 0..WHOLE_STEPS {
+            let pressed = m.pressed(&at.gradient, &at.state.inputs, mutes);
+            let change = m.change(&at.state.inputs, &pressed);
+            if change <= m.still() {
+                at.settled = true;
+                return Some(at);
+            }
+            let before = std::mem::replace(&mut changes[step % 4], change);
+            if step >= FIRST && !at.blocked && change > SHRUNK * before {
+                break;
+            }
+            let Some(next) = self.towards(&at, &pressed) else { break };
+            newton.learn(&at, &next);
+            at = next;
+        }
+        Some(newton.settle(at))
+    }
+
+    /// The contact after a step, or as much of it as can be assembled.
+    fn towards(&self, at: &Contact, to: &Inputs<f64>) -> Option<Contact> {
+        let part = |k: i32| {
+            let next = self.contact(at, &between(&at.state.inputs, to, 0.5_f64.powi(k)))?;
+            Some(Contact { blocked: true, ..next })
+        };
+        self.contact(at, to).or_else(|| (1..WALLS).find_map(part))
+    }
+
+    /// The contact at other offsets; none where the mechanism cannot be assembled there or is singular.
+    pub(crate) fn contact(&self, at: &Contact, inputs: &Inputs<f64>) -> Option<Contact> {
+        let state = self.follow(&at.state, inputs).ok()?;
+        let gradient = self.mechanism.load_gradient(&self.linearise(&state)?, &state);
+        Some(Contact { state, gradient, steps: at.steps + 1, ..*at })
+    }
+}

@@ -1,0 +1,7 @@
+//! Blocks of numbers that are worked on side by side, and the widths of registers they are compiled for.
+
+pub(crate) mod block;
+pub(crate) mod simd;
+
+pub use block::{Block, LANES};
+pub use simd::{Kernel, Width, dispatch, limit, width};

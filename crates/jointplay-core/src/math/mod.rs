@@ -1,0 +1,12 @@
+//! Numbers, vectors, rotations, poses, sparse elimination, lanes of registers, statistics: nothing of mechanisms.
+
+pub(crate) mod decomposition;
+pub mod lanes;
+pub(crate) mod memory;
+pub(crate) mod mesh;
+pub(crate) mod real;
+pub(crate) mod rotation;
+pub(crate) mod space;
+pub(crate) mod sparse;
+pub(crate) mod stats;
+pub mod vector;

@@ -1,0 +1,148 @@
+//! A matrix while its elimination is planned.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Update {
+    pub(crate) target: usize,
+    pub(crate) lower: usize,
+    pub(crate) upper: usize,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Pivot {
+    pub(crate) row: usize,
+    pub(crate) column: usize,
+    pub(crate) slot: usize,
+    pub(crate) planned: f64,
+    /// Rows below, each with the slot of its multiplier.
+    pub(crate) lower: Vec<(usize, usize)>,
+    /// Columns to the right, each with its slot.
+    pub(crate) upper: Vec<(usize, usize)>,
+    pub(crate) updates: Vec<Update>,
+}
+
+/// A pivot must be at least this large relative to the largest entry of its row.
+const THRESHOLD: f64 = 0.05;
+/// Rows among which a pivot is looked for: all of those of a small mechanism, enough in a large one.
+const CANDIDATES: usize = 64;
+/// The part of a matrix that is not eliminated yet. Ordered maps, so that the plan is always the same.
+pub struct Active {
+    /// Slot of every non-zero, by row and column.
+    rows: Vec<BTreeMap<usize, usize>>,
+    columns: Vec<BTreeSet<usize>>,
+    /// Rows of the present block by their number of non-zeros.
+    by_length: BTreeSet<(usize, usize)>,
+    pub values: Vec<f64>,
+    largest: f64,
+}
+
+impl Active {
+    /// The entries within diagonal blocks; the slots of all entries, and for every block the entries of its rows in
+    /// columns of earlier ones: row, column, slot.
+    #[allow(clippy::type_complexity)] // said in the line above
+    pub fn new(
+        diagonal: &[Vec<(usize, usize)>],
+        entries: &[(usize, usize, f64)],
+    ) -> (Self, Vec<usize>, Vec<Vec<(usize, usize, usize)>>) {
+        let n = diagonal.iter().map(Vec::len).sum();
+        let (mut of_row, mut of_column) = (vec![0; n], vec![0; n]);
+        for (number, pairs) in diagonal.iter().enumerate() {
+            for &(row, column) in pairs {
+                of_row[row] = number;
+                of_column[column] = number;
+            }
+        }
+        let mut active = Self {
+            rows: vec![BTreeMap::new(); n],
+            columns: vec![BTreeSet::new(); n],
+            by_length: BTreeSet::new(),
+            values: Vec::new(),
+            largest: 0.0,
+        };
+        let mut before: Vec<Vec<(usize, usize, usize)>> = vec![Vec::new(); diagonal.len()];
+        let mut slots = Vec::with_capacity(entries.len());
+        for &(i, j, v) in entries {
+            let slot = if of_row[i] == of_column[j] {
+                active.slot(i, j)
+            } else {
+                active.values.push(0.0);
+                // An entry that is there twice is added twice.
+                before[of_row[i]].push((i, j, active.values.len() - 1));
+                active.values.len() - 1
+            };
+            active.values[slot] += v;
+            slots.push(slot);
+        }
+        active.largest = active.values.iter().fold(0.0, |a, v| a.max(v.abs()));
+        (active, slots, before)
+    }
+
+    /// Begins a block.
+    pub fn begin(&mut self, pairs: &[(usize, usize)]) {
+        self.by_length.extend(pairs.iter().map(|&(row, _)| (self.rows[row].len(), row)));
+    }
+
+    /// The slot of an entry, a new one where there was none.
+    fn slot(&mut self, i: usize, j: usize) -> usize {
+        let values = &mut self.values;
+        self.columns[j].insert(i);
+        *self.rows[i].entry(j).or_insert_with(|| {
+            values.push(0.0);
+            values.len() - 1
+        })
+    }
+
+    /// The entry of least Markowitz count among the large enough ones of the shortest rows.
+    pub fn choose(&self) -> Option<(usize, usize)> {
+        let mut best: Option<(usize, f64, usize, usize)> = None;
+        for &(length, i) in self.by_length.iter().take(CANDIDATES) {
+            let size = |slot: usize| self.values[slot].abs();
+            let row_largest = self.rows[i].values().map(|&slot| size(slot)).fold(0.0, f64::max);
+            for (&j, &slot) in &self.rows[i] {
+                let size = size(slot);
+                if size < THRESHOLD * row_largest || size <= 1e-13 * self.largest {
+                    continue;
+                }
+                let cost = (length - 1) * (self.columns[j].len() - 1);
+                if best.is_none_or(|(c, s, ..)| cost < c || (cost == c && size > s)) {
+                    best = Some((cost, size, i, j));
+                }
+            }
+        }
+        best.map(|(_, _, i, j)| (i, j))
+    }
+
+    /// Eliminates a column with a row and records how.
+    pub fn eliminate(&mut self, p: usize, q: usize) -> Pivot {
+        self.by_length.remove(&(self.rows[p].len(), p));
+        let mut upper: Vec<(usize, usize)> = std::mem::take(&mut self.rows[p]).into_iter().collect();
+        for (j, _) in &upper {
+            self.columns[*j].remove(&p);
+        }
+        let at = upper.iter().position(|(j, _)| *j == q).unwrap_or_default();
+        let (_, slot) = upper.remove(at);
+        let mut pivot = Pivot {
+            row: p,
+            column: q,
+            slot,
+            planned: self.values[slot].abs(),
+            lower: Vec::new(),
+            upper,
+            updates: Vec::new(),
+        };
+        for i in std::mem::take(&mut self.columns[q]) {
+            self.by_length.remove(&(self.rows[i].len(), i));
+            let Some(lower) = self.rows[i].remove(&q) else { continue };
+            self.values[lower] /= self.values[slot];
+            pivot.lower.push((i, lower));
+            for &(j, upper) in &pivot.upper {
+                let target = self.slot(i, j);
+                self.values[target] -= self.values[lower] * self.values[upper];
+                pivot.updates.push(Update { target, lower, upper });
+            }
+            self.by_length.insert((self.rows[i].len(), i));
+        }
+        pivot
+    }
+}

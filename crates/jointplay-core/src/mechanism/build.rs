@@ -1,0 +1,265 @@
+//! Building a mechanism from its specification, with every reference checked.
+
+use std::iter;
+use std::sync::OnceLock;
+
+use crate::clearance::Set;
+use crate::cone::springs::factor;
+use crate::math::space::{Component, Space};
+use crate::math::vector::{add, norm, scale, sub};
+use crate::mechanism::coupling::{Coupling, Pair, Play};
+use crate::mechanism::joint::Joint;
+use crate::mechanism::spec::{SourceSpec, Spec, Target};
+use crate::mechanism::{Driven, Elastic, Mechanism, Point, Row, Source};
+
+/// A mistake in a specification: an index out of range or a set that does not fit its joint.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("inconsistent mechanism: {0}")]
+pub struct SpecError(String);
+
+fn fail<T>(message: impl Into<String>) -> Result<T, SpecError> {
+    Err(SpecError(message.into()))
+}
+
+impl Mechanism {
+    /// Builds a mechanism.
+    ///
+    /// # Errors
+    /// An index out of range, a set that does not fit what it belongs to, a degenerate axis.
+    pub fn new(spec: &Spec) -> Result<Self, SpecError> {
+        if spec.guess.len() != spec.n_bodies || spec.guess.iter().any(|g| g.len() != spec.space.n_coordinates()) {
+            return fail("one guess of the right size per body is needed");
+        }
+        if spec.space == Space::Spatial && spec.guess.iter().any(|g| norm(&g[3..]) < 0.5) {
+            return fail("a guess has no attitude: its quaternion must have unit size");
+        }
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        if !positive(spec.length) || !positive(spec.singular_value) {
+            return fail("length and singular_value must be positive");
+        }
+        let mut points = points(spec)?;
+        if spec.output.point >= points.len() || spec.loads.iter().any(|l| l.point >= points.len()) {
+            return fail("the output or a load refers to a point that does not exist");
+        }
+        let joints = joints(spec, &points)?;
+        let mut rows: Vec<Row> = Vec::new();
+        for (joint, j) in joints.iter().enumerate() {
+            rows.extend(j.locked.iter().map(|&component| {
+                let is_coupled = j.coupling.is_some() && component == Component::Along(0);
+                Row { is_coupled, ..Row::of(joint, component) }
+            }));
+        }
+        let elastic = elastic(spec, &rows)?;
+        let mut driven_rows = Vec::with_capacity(spec.drives.len());
+        let of_joints = rows.len();
+        for (d, drive) in spec.drives.iter().enumerate() {
+            driven_rows.push(rows.len());
+            let first = (drive.joint, drive.component, drive.coefficient);
+            let others = drive.also.iter().map(|driven| (driven.joint, driven.component, driven.coefficient));
+            for (joint, component, coefficient) in iter::once(first).chain(others) {
+                let coordinate =
+                    joints.get(joint).and_then(|j| component.map_or(j.coordinate, |named| j.component_of(named)));
+                let Some(component) = coordinate else { return fail(format!("drive {d} has no coordinate to drive")) };
+                if !coefficient.is_finite() || coefficient == 0.0 {
+                    return fail(format!("drive {d} moves a joint by nothing"));
+                }
+                let command = rows.len() - of_joints;
+                rows.push(Row { drive: Some(Driven { drive: d, coefficient, command }), ..Row::of(joint, component) });
+            }
+        }
+        let mut sources = Vec::with_capacity(spec.sources.len());
+        let mut centre = Vec::new();
+        for (i, s) in spec.sources.iter().enumerate() {
+            let set = s.set;
+            set.check().map_err(|e| SpecError(format!("source {i}: {e}")))?;
+            let first = centre.len();
+            let components = attach(s, first, &mut points, &joints, &mut rows)
+                .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;
+            if components.len() != set.size() || s.centre.len() != set.size() {
+                return fail(format!("source {i}: its set or centre has the wrong size"));
+            }
+            centre.extend_from_slice(&s.centre);
+            let is_clearance = matches!(s.target, Target::Clearance { .. });
+            let is_angle = match s.target {
+                Target::Angle { .. } => true,
+                Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
+                Target::Clearance { .. } | Target::Dimension { .. } | Target::Ratio { .. } | Target::Centre { .. } => {
+                    false
+                }
+            };
+            sources.push(Source { set, law: s.law, first, is_clearance, is_angle, components });
+        }
+        let largest_move = |joint: &Joint| joint.coupling.as_ref().map_or(f64::INFINITY, Coupling::largest_move);
+        let mut built = Self {
+            space: spec.space,
+            guess: spec.guess.clone(),
+            length: spec.length,
+            singular_value: spec.singular_value,
+            points,
+            n_drives: spec.drives.len(),
+            driven_rows,
+            n_driven: rows.len() - of_joints,
+            largest_move: joints.iter().map(largest_move).fold(f64::INFINITY, f64::min),
+            output: spec.output.point,
+            loads: spec.loads.clone(),
+            sources,
+            elastic,
+            centre,
+            chosen: OnceLock::new(),
+            joints,
+            rows,
+        };
+        for (number, joint) in spec.joints.iter().enumerate() {
+            let pair = built.pair_at_guess(number);
+            if let Some(coupling) = &mut built.joints[number].coupling {
+                coupling.begin(&pair, joint.coupling.as_ref().and_then(|told| told.marks));
+            }
+        }
+        Ok(built)
+    }
+}
+
+impl Mechanism {
+    /// The two bodies of a joint where they are guessed to be.
+    fn pair_at_guess(&self, joint: usize) -> Pair<f64> {
+        let joint = &self.joints[joint];
+        let side = |point: usize, axes: &[[f64; 3]; 3]| {
+            let Point { body, at, .. } = self.points[point];
+            let axes = joint.plane().map(|axis| axes[axis]);
+            let pose = body.map(|b| self.space.pose(&self.guess[b]));
+            pose.map_or((at, axes), |pose| (add(pose.position, pose.turn(at)), axes.map(|axis| pose.turn(axis))))
+        };
+        let (first, second) = (side(joint.first, &joint.axes_first), side(joint.second, &joint.axes_second));
+        Pair { apart: sub(second.0, first.0), axes: [first.1, second.1] }
+    }
+}
+
+fn points(spec: &Spec) -> Result<Vec<Point>, SpecError> {
+    let place = |(i, p): (usize, &crate::mechanism::spec::PointSpec)| {
+        let body = match usize::try_from(p.body) {
+            Err(_) => None,
+            Ok(b) if b < spec.n_bodies => Some(b),
+            Ok(b) => return fail(format!("point {i} is on body {b}, which does not exist")),
+        };
+        Ok(Point { body, at: p.at, moved_by: Vec::new() })
+    };
+    spec.points.iter().enumerate().map(place).collect()
+}
+
+fn joints(spec: &Spec, points: &[Point]) -> Result<Vec<Joint>, SpecError> {
+    let connect = |(i, j): (usize, &crate::mechanism::spec::JointSpec)| {
+        let (Some(first), Some(second)) = (points.get(j.first), points.get(j.second)) else {
+            return fail(format!("joint {i} refers to a point that does not exist"));
+        };
+        if first.body == second.body {
+            return fail(format!("joint {i} connects a body to itself"));
+        }
+        Joint::new(spec.space, j).map_err(|problem| SpecError(format!("joint {i} {problem}")))
+    };
+    spec.joints.iter().enumerate().map(connect).collect()
+}
+
+/// The joints that give way, with their rows; a compliance of zero is that of a rigid joint.
+fn elastic(spec: &Spec, rows: &[Row]) -> Result<Vec<Elastic>, SpecError> {
+    let mut elastic = Vec::new();
+    for (joint, j) in spec.joints.iter().enumerate() {
+        let Some(compliance) = &j.compliance else { continue };
+        let first = rows.iter().position(|r| r.joint == joint).unwrap_or_default();
+        let size = rows.iter().filter(|r| r.joint == joint).count();
+        if compliance.len() != size * size {
+            return fail(format!("joint {joint}: its compliance needs {size} x {size} numbers"));
+        }
+        let unlike = |i: usize, j: usize| {
+            let (a, b) = (compliance[i * size + j], compliance[j * size + i]);
+            (a - b).abs() > 1e-9 * a.abs().max(b.abs())
+        };
+        let symmetric = (0..size).all(|i| (0..i).all(|j| !unlike(i, j)));
+        if !symmetric || factor(compliance, size).is_none() {
+            return fail(format!("joint {joint}: its compliance is not symmetric and positive semidefinite"));
+        }
+        if compliance.iter().any(|c| *c != 0.0) {
+            elastic.push(Elastic { joint, rows: first..first + size, compliance: compliance.clone() });
+        }
+    }
+    Ok(elastic)
+}
+
+/// Lets the parameters from `first` on displace what the target names; gives their names.
+fn attach(
+    source: &SourceSpec,
+    first: usize,
+    points: &mut [Point],
+    joints: &[Joint],
+    rows: &mut [Row],
+) -> Result<Vec<&'static str>, SpecError> {
+    match source.target {
+        Target::Clearance { joint } => {
+            let Some(j) = joints.get(joint) else { return fail("there is no such joint") };
+            if j.loosened == 0 {
+                return fail("a joint of this kind has no clearance");
+            }
+            let start = rows.iter().position(|r| r.joint == joint).unwrap_or(0);
+            for k in 0..j.loosened {
+                rows[start + k].parameter = Some(first + k);
+            }
+            if let (Some(coupling), Set::Interval { low, high }) = (&j.coupling, source.set) {
+                let centre = source.centre.first().copied().unwrap_or_default() + 0.5 * (low + high);
+                let half = 0.5 * (high - low);
+                // Within a quarter of the period the nearer flank is the one that is meant.
+                if half >= 0.5 * std::f64::consts::PI * coupling.radian {
+                    return fail("its play is as wide as the gap between two teeth");
+                }
+                rows[start].play = (half > 0.0).then_some(Play { centre, half });
+            }
+            Ok(j.locked[..j.loosened].iter().map(|&component| j.name_of(component)).collect())
+        }
+        Target::Angle { joint } => {
+            let roll = joints.get(joint).filter(|j| j.coordinate.is_none()).map(Joint::roll);
+            let is_angle = |r: &&mut Row| r.joint == joint && Some(r.component) == roll;
+            let Some(row) = rows.iter_mut().find(is_angle) else {
+                return fail("an angle error needs a fixed joint");
+            };
+            row.parameter = Some(first);
+            Ok(vec!["angle"])
+        }
+        Target::Dimension { from, to } => {
+            let (Some(a), Some(b)) = (points.get(from), points.get(to)) else { return fail("there is no such point") };
+            let between = sub(b.at, a.at);
+            let distance = norm(&between);
+            if a.body != b.body || distance == 0.0 {
+                return fail("a dimension needs two points of one body, apart from each other");
+            }
+            points[to].moved_by.push((first, scale(between, 1.0 / distance)));
+            Ok(vec!["length"])
+        }
+        Target::Drive { drive } => {
+            let mut driven: Vec<&mut Row> =
+                rows.iter_mut().filter(|row| row.drive.is_some_and(|by| by.drive == drive)).collect();
+            match driven.as_mut_slice() {
+                [] => return fail("there is no such drive"),
+                [row] if row.drive.is_some_and(|by| by.coefficient == 1.0) => row.parameter = Some(first),
+                _ => driven.iter_mut().for_each(|row| row.shift = row.drive.map(|by| (first, by.coefficient))),
+            }
+            Ok(vec!["value"])
+        }
+        Target::Ratio { joint } => {
+            let Some(row) = rows.iter_mut().find(|row| row.joint == joint && row.is_coupled) else {
+                return fail("only a coupling has a ratio error");
+            };
+            row.shift = Some((first, 1.0));
+            Ok(vec!["ratio"])
+        }
+        Target::Centre { joint, second } => {
+            let Some(j) = joints.get(joint).filter(|j| j.coupling.is_some()) else {
+                return fail("only a coupling has a centre that runs out");
+            };
+            let (point, axes) = if second { (j.second, &j.axes_second) } else { (j.first, &j.axes_first) };
+            let (plane, names) = match j.space {
+                Space::Planar => ([axes[0], axes[1]], ["x", "y"]),
+                Space::Spatial => ([axes[1], axes[2]], ["side", "normal"]),
+            };
+            points[point].moved_by.extend((first..).zip(plane));
+            Ok(names.to_vec())
+        }
+    }
+}

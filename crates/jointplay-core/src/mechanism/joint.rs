@@ -1,0 +1,198 @@
+//! Joint kinds as locked and free components of the relative displacement of two bodies.
+//!
+//! | joint | axes | locked in the plane | locked in space | coordinate |
+//! |---|---|---|---|---|
+//! | revolute | ground; first body's in space | x, y | along, side, normal, tilts | angle |
+//! | prismatic | first body's | normal, angle | side, normal, roll, tilts | along |
+//! | pin in slot | first body's | normal | | along |
+//! | cylindrical | first body's | | side, normal, tilts | along |
+//! | spherical | ground | | x, y, z | none |
+//! | planar | first body's | | along, tilts | none |
+//! | fixed | first body's | along, normal, angle | along, side, normal, roll, tilts | none |
+//! | target | ground | nothing | nothing | none of its own |
+//! | orientation | first body's | | roll, tilts | none |
+//! | gear, rack, belt | first body's | coupling | coupling | none |
+//! | screw | first body's | | coupling, side, normal, tilts | angle |
+//!
+//! A coupling (see [`crate::mechanism::coupling`]) is told as a displacement along axis 0.
+//!
+//! Axis 0 of the joint's axes is the joint's direction. In the plane axis 1 is its normal (90 degrees
+//! on) and axis 2 completes them; a revolute joint in the plane has no direction of its own, so that its
+//! offsets are told in ground axes. In space axis 1 is the side and axis 2 the normal.
+
+use crate::math::space::{Component, Space};
+use crate::math::vector::{Mat3, Vec3, cross, dot, norm, scale, sub};
+use crate::mechanism::coupling::Coupling;
+use crate::mechanism::spec::{Coordinate, JointKind, JointSpec};
+
+/// The axes in which a joint's displacement is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Frame {
+    /// Ground axes.
+    Ground,
+    /// The joint axes that the first body carries.
+    First,
+}
+
+/// A joint as the closure equations see it.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// The space it works in.
+    pub space: Space,
+    /// Point on the first body.
+    pub first: usize,
+    /// Point on the second body.
+    pub second: usize,
+    /// Axes of the displacement.
+    pub frame: Frame,
+    /// Joint axes on the first body, rows in body axes.
+    pub axes_first: Mat3<f64>,
+    /// Joint axes on the second body, rows in body axes.
+    pub axes_second: Mat3<f64>,
+    /// Components that the joint holds.
+    pub locked: Vec<Component>,
+    /// How many of them, from the first on, a clearance can loosen.
+    pub loosened: usize,
+    /// The component that a drive commands.
+    pub coordinate: Option<Component>,
+    /// What its first row couples.
+    pub(crate) coupling: Option<Coupling>,
+}
+
+const IDENTITY: Mat3<f64> = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+impl Joint {
+    /// Builds a joint.
+    pub(crate) fn new(space: Space, spec: &JointSpec) -> Result<Self, &'static str> {
+        use Component::{About, Along};
+        use JointKind as Kind;
+        let (locked, coordinate) = match (space, spec.kind) {
+            (Space::Planar, Kind::Revolute) => (vec![Along(0), Along(1)], Some(About(2))),
+            (Space::Planar, Kind::Prismatic) => (vec![Along(1), About(2)], Some(Along(0))),
+            (Space::Planar, Kind::PinInSlot) => (vec![Along(1)], Some(Along(0))),
+            (Space::Planar, Kind::Fixed) => (vec![Along(0), Along(1), About(2)], None),
+            (_, Kind::Target) => (vec![], None),
+            (Space::Spatial, Kind::Revolute) => {
+                (vec![Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0)))
+            }
+            (Space::Spatial, Kind::Cylindrical) => (vec![Along(1), Along(2), About(1), About(2)], Some(Along(0))),
+            (Space::Spatial, Kind::Prismatic) => {
+                (vec![Along(1), Along(2), About(0), About(1), About(2)], Some(Along(0)))
+            }
+            (Space::Spatial, Kind::Spherical) => (vec![Along(0), Along(1), Along(2)], None),
+            (Space::Spatial, Kind::Planar) => (vec![Along(0), About(1), About(2)], None),
+            (Space::Spatial, Kind::Fixed) => (vec![Along(0), Along(1), Along(2), About(0), About(1), About(2)], None),
+            (Space::Spatial, Kind::Orientation) => (vec![About(0), About(1), About(2)], None),
+            (_, Kind::Gear | Kind::Rack | Kind::Belt) => (vec![Along(0)], None),
+            // The order of a revolute's, whose pin set fits it.
+            (Space::Spatial, Kind::Screw) => (vec![Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0))),
+            (Space::Planar, Kind::Cylindrical | Kind::Spherical | Kind::Planar | Kind::Orientation | Kind::Screw)
+            | (Space::Spatial, Kind::PinInSlot) => return Err("is of a kind that does not exist in this space"),
+        };
+        let ground = match spec.kind {
+            Kind::Target | Kind::Spherical => true,
+            // The joint's angle is the second body's relative to the first's, whatever its axes.
+            Kind::Revolute => space == Space::Planar,
+            _ => false,
+        };
+        let axes = |axis, side| {
+            if ground {
+                return Ok(IDENTITY);
+            }
+            let axes = match space {
+                Space::Planar => planar_axes(axis),
+                Space::Spatial => spatial_axes(axis, side),
+            };
+            axes.ok_or("has no direction, or its side lies along its axis")
+        };
+        let (axes_first, axes_second) =
+            (axes(spec.axis_first, spec.side_first)?, axes(spec.axis_second, spec.side_second)?);
+        let loosened = match (space, spec.kind) {
+            // The pin of a locked hinge keeps its play, its angle is held.
+            (Space::Planar, Kind::Fixed) => 2,
+            (_, Kind::Fixed | Kind::Target | Kind::Orientation) => 0,
+            _ => locked.len(),
+        };
+        let coupling = match (spec.kind, &spec.coupling) {
+            (Kind::Gear | Kind::Rack | Kind::Belt | Kind::Screw, Some(coupling)) => {
+                Some(Coupling::new(spec.kind, coupling)?)
+            }
+            (Kind::Gear | Kind::Rack | Kind::Belt | Kind::Screw, None) => return Err("needs to be told its coupling"),
+            _ => None,
+        };
+        Ok(Self {
+            space,
+            first: spec.first,
+            second: spec.second,
+            frame: if ground { Frame::Ground } else { Frame::First },
+            axes_first,
+            axes_second,
+            locked,
+            loosened,
+            coordinate,
+            coupling,
+        })
+    }
+
+    /// The component of a name; `None` where the joint cannot be driven along it.
+    pub(crate) fn component_of(&self, coordinate: Coordinate) -> Option<Component> {
+        let ground = self.frame == Frame::Ground;
+        let component = match (coordinate, self.space) {
+            (Coordinate::X, _) if ground => Component::Along(0),
+            (Coordinate::Y, _) if ground => Component::Along(1),
+            (Coordinate::Z, Space::Spatial) if ground => Component::Along(2),
+            (Coordinate::Angle, Space::Planar) => Component::About(2),
+            (Coordinate::Angle, Space::Spatial) if !ground => Component::About(0),
+            (Coordinate::Along, _) if !ground => Component::Along(0),
+            _ => return None,
+        };
+        (!self.locked.contains(&component)).then_some(component)
+    }
+
+    /// Name of a component in the joint's axes.
+    #[must_use]
+    pub fn name_of(&self, component: Component) -> &'static str {
+        match (self.space, &self.frame, component) {
+            (Space::Planar, _, Component::About(_)) => "angle",
+            (Space::Planar, Frame::First, Component::Along(1)) => "normal",
+            (_, Frame::Ground, Component::Along(i)) => ["x", "y", "z"][i],
+            (_, Frame::First, Component::Along(i)) => ["along", "side", "normal"][i],
+            (Space::Spatial, _, Component::About(0)) if self.coordinate == Some(component) => "angle",
+            (Space::Spatial, _, Component::About(i)) => ["roll", "tilt_side", "tilt_normal"][i],
+        }
+    }
+
+    /// The rotation component about the joint's axis.
+    pub(crate) const fn roll(&self) -> Component {
+        Component::About(self.plane()[2])
+    }
+
+    /// The axes of the plane that it turns in, and the one that it turns about.
+    pub(crate) const fn plane(&self) -> [usize; 3] {
+        match self.space {
+            Space::Planar => [0, 1, 2],
+            Space::Spatial => [1, 2, 0],
+        }
+    }
+}
+
+/// Axis, normal and the direction out of the plane.
+fn planar_axes(axis: Vec3<f64>) -> Option<Mat3<f64>> {
+    let along = unit(axis).filter(|_| axis[2] == 0.0)?;
+    let out = [0.0, 0.0, 1.0];
+    Some([along, cross(out, along), out])
+}
+
+/// Axis, side at right angles to it, normal.
+fn spatial_axes(axis: Vec3<f64>, side: Vec3<f64>) -> Option<Mat3<f64>> {
+    let along = unit(axis)?;
+    let across = sub(unit(side)?, scale(along, dot(along, unit(side)?)));
+    // A side within a thousandth of a radian of the axis is a slip of the keyboard.
+    let side = unit(across).filter(|_| norm(&across) > 1e-3)?;
+    Some([along, side, cross(along, side)])
+}
+
+fn unit(v: Vec3<f64>) -> Option<Vec3<f64>> {
+    let size = norm(&v);
+    (size.is_finite() && size > 0.0).then(|| scale(v, 1.0 / size))
+}

@@ -1,0 +1,293 @@
+//! A mechanism: bodies, points, joints as locked components, sources of error. Checked once, then
+//! immutable.
+
+mod build;
+pub(crate) mod case;
+pub(crate) mod coupling;
+pub(crate) mod joint;
+mod spec;
+pub(crate) mod status;
+
+pub use build::SpecError;
+pub use case::Case;
+pub use spec::Spec;
+pub use status::Status;
+
+use std::sync::{Arc, OnceLock};
+
+use crate::clearance::Set;
+use crate::clearance::law::Law;
+use crate::math::real::Real;
+use crate::math::space::{Component, Space};
+use crate::math::vector::Vec3;
+use crate::mechanism::coupling::Play;
+use crate::mechanism::joint::Joint;
+use crate::mechanism::spec::LoadSpec;
+
+/// A body by its index among the moving bodies; `None` is the ground.
+pub type Body = Option<usize>;
+
+/// A point fixed to a body, which dimensions may move.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// The body that carries it.
+    pub body: Body,
+    /// Nominal position in body axes.
+    pub at: Vec3<f64>,
+    /// Parameters that move it, each with its direction in body axes.
+    pub moved_by: Vec<(usize, Vec3<f64>)>,
+}
+
+/// A drive as a row takes it.
+#[derive(Clone, Copy, Debug)]
+pub struct Driven {
+    /// The drive.
+    pub drive: usize,
+    /// What its value counts.
+    pub coefficient: f64,
+    /// Its place among the commands of all driven rows.
+    pub command: usize,
+}
+
+/// One scalar closure equation: a component of a joint's relative displacement, or the residual of its coupling,
+/// equals the sum of a drive's value and a parameter.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// The joint it belongs to.
+    pub joint: usize,
+    /// The component, in the joint's axes.
+    pub component: Component,
+    /// Whether it is the coupling of the joint, told as a displacement along this component.
+    pub is_coupled: bool,
+    /// The drive that commands it.
+    pub drive: Option<Driven>,
+    /// The parameter that displaces it.
+    pub parameter: Option<usize>,
+    /// A parameter that displaces it beside, with what it counts; it may displace other rows, too.
+    pub shift: Option<(usize, f64)>,
+    /// The play of a coupling whose flanks move apart.
+    pub play: Option<Play>,
+}
+
+impl Row {
+    /// A row that nothing displaces.
+    pub(crate) const fn of(joint: usize, component: Component) -> Self {
+        Self { joint, component, is_coupled: false, drive: None, parameter: None, shift: None, play: None }
+    }
+
+    /// What its own parameter displaces it by.
+    pub(crate) fn displaced<S: Real>(&self, parameters: &[S]) -> S {
+        self.parameter.map_or(S::from_f64(0.0), |p| parameters[p])
+    }
+
+    /// A displacement and what shifts the row beside.
+    pub(crate) fn shifted<S: Real>(&self, displacement: S, parameters: &[S]) -> S {
+        let by = |(p, coefficient): (usize, f64)| displacement + S::from_f64(coefficient) * parameters[p];
+        self.shift.map_or(displacement, by)
+    }
+}
+
+/// One thing that can be off, and the run of parameters that it owns.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// Where its offset can be, relative to the centre.
+    pub set: Set,
+    /// How it scatters.
+    pub law: Law,
+    /// Its first parameter; it owns `set.size()` of them.
+    pub first: usize,
+    /// Whether the load decides where it goes (clearances) or not (tolerances, drive errors).
+    pub is_clearance: bool,
+    /// Whether its first component is an angle.
+    pub is_angle: bool,
+    /// The kind of parameter, by name, one per component.
+    pub components: Vec<&'static str>,
+}
+
+impl Source {
+    /// Its run of parameters.
+    #[must_use]
+    pub fn range(&self) -> std::ops::Range<usize> {
+        self.first..self.first + self.set.size()
+    }
+}
+
+/// A joint that gives way elastically.
+#[derive(Clone, Debug)]
+pub struct Elastic {
+    /// The joint.
+    pub joint: usize,
+    /// Its rows: those of its locked components.
+    pub rows: std::ops::Range<usize>,
+    /// Displacement of the locked components per force and moment on them, row-major.
+    pub compliance: Vec<f64>,
+}
+
+impl Elastic {
+    /// The rows that are not rigid.
+    pub(crate) fn yielding(&self) -> impl Iterator<Item = usize> + '_ {
+        let size = self.rows.len();
+        (0..size).filter(move |k| self.compliance[k * (size + 1)] > 0.0).map(|k| self.rows.start + k)
+    }
+}
+
+/// A mechanism of any graph.
+#[derive(Clone, Debug)]
+pub struct Mechanism {
+    pub(crate) space: Space,
+    pub(crate) guess: Vec<Vec<f64>>,
+    pub(crate) length: f64,
+    pub(crate) singular_value: f64,
+    pub(crate) points: Vec<Point>,
+    pub(crate) joints: Vec<Joint>,
+    pub(crate) rows: Vec<Row>,
+    pub(crate) n_drives: usize,
+    /// The row of each drive, the first where it commands several.
+    pub(crate) driven_rows: Vec<usize>,
+    /// Number of rows that drives command, the last ones.
+    pub(crate) n_driven: usize,
+    /// The largest move of the bodies (length-scaled; radians) in which no tooth of a coupling is skipped.
+    pub(crate) largest_move: f64,
+    pub(crate) output: usize,
+    pub(crate) loads: Vec<LoadSpec>,
+    pub(crate) sources: Vec<Source>,
+    pub(crate) elastic: Vec<Elastic>,
+    pub(crate) centre: Vec<f64>,
+    /// The basis of an over-constrained or elastic mechanism, chosen when first needed.
+    pub(crate) chosen: OnceLock<Result<Arc<Basis>, Status>>,
+}
+
+/// A basis. Its mechanisms are displaced row by row: parameter k is the displacement of row k of the whole
+/// mechanism, clearance offset, deviation and deformation together, and parameter N + p its parameter p, as
+/// far as that moves points or shifts rows beside their own.
+#[derive(Clone, Debug)]
+pub struct Basis {
+    /// All rows.
+    pub(crate) all: Mechanism,
+    /// The independent rows.
+    pub(crate) kept: Mechanism,
+    /// Which rows those are.
+    pub(crate) rows: Vec<usize>,
+    /// The other rows, and what they are by themselves.
+    pub(crate) redundant: Vec<usize>,
+    pub(crate) rest: Mechanism,
+}
+
+impl Mechanism {
+    /// Where a basis keeps a parameter.
+    pub(crate) fn place_of(&self, parameter: usize) -> usize {
+        let row = self.rows.iter().position(|row| row.parameter == Some(parameter));
+        row.unwrap_or(self.n_rows() + parameter)
+    }
+
+    /// Number of components of a position.
+    #[must_use]
+    pub fn n_translations(&self) -> usize {
+        self.space.components().iter().filter(|c| matches!(c, Component::Along(_))).count()
+    }
+
+    /// Number of moving bodies.
+    #[must_use]
+    pub const fn n_bodies(&self) -> usize {
+        self.guess.len()
+    }
+
+    /// Number of components of a twist.
+    #[must_use]
+    pub const fn size(&self) -> usize {
+        self.space.size()
+    }
+
+    /// Number of unknowns: the twist components of all bodies.
+    #[must_use]
+    pub const fn n_unknowns(&self) -> usize {
+        self.n_bodies() * self.size()
+    }
+
+    /// Number of coordinates of all bodies.
+    #[must_use]
+    pub const fn n_coordinates(&self) -> usize {
+        self.n_bodies() * self.space.n_coordinates()
+    }
+
+    /// Number of coordinates of one body.
+    #[must_use]
+    pub const fn n_body_coordinates(&self) -> usize {
+        self.space.n_coordinates()
+    }
+
+    /// Number of closure rows, drive rows (the last ones) included.
+    #[must_use]
+    pub const fn n_rows(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Number of joints.
+    #[must_use]
+    pub const fn n_joints(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// The parameters that are plays between flanks.
+    pub(crate) fn plays(&self) -> impl Iterator<Item = usize> + '_ {
+        self.rows.iter().filter(|row| row.play.is_some()).filter_map(|row| row.parameter)
+    }
+
+    /// The rows that drives command, each with the drive.
+    pub(crate) fn driven(&self) -> impl Iterator<Item = (&Row, Driven)> {
+        self.rows[self.rows.len() - self.n_driven..].iter().filter_map(|row| Some((row, row.drive?)))
+    }
+
+    /// Number of drives.
+    #[must_use]
+    pub const fn n_drives(&self) -> usize {
+        self.n_drives
+    }
+
+    /// The sources of error.
+    #[must_use]
+    pub fn sources(&self) -> &[Source] {
+        &self.sources
+    }
+
+    /// Number of parameters: the components of all sources.
+    #[must_use]
+    pub const fn n_parameters(&self) -> usize {
+        self.centre.len()
+    }
+
+    /// Source and component name of every parameter.
+    pub fn parameters(&self) -> impl Iterator<Item = (usize, &'static str)> + '_ {
+        self.sources.iter().enumerate().flat_map(|(s, source)| source.components.iter().map(move |&c| (s, c)))
+    }
+
+    /// Joint and component name of every row.
+    pub fn row_names(&self) -> impl Iterator<Item = (usize, &'static str)> + '_ {
+        self.rows.iter().map(|r| (r.joint, self.joints[r.joint].name_of(r.component)))
+    }
+
+    /// Joint and component name of every component that gives way elastically, joint after joint.
+    pub fn deformations(&self) -> impl Iterator<Item = (usize, &'static str)> + '_ {
+        self.elastic.iter().flat_map(Elastic::yielding).map(|k| {
+            let row = &self.rows[k];
+            (row.joint, self.joints[row.joint].name_of(row.component))
+        })
+    }
+
+    /// The largest angle among the parameters, twice the sets' own to leave room for untruncated laws.
+    pub(crate) fn largest_angle(&self) -> f64 {
+        let turning = self.rows.iter().filter(|row| matches!(row.component, Component::About(_)));
+        let by = |row: &Row| row.parameter.map(|p| (p, 1.0)).into_iter().chain(row.shift);
+        turning.flat_map(by).fold(0.0, |largest: f64, (p, coefficient)| {
+            let source = self.sources.iter().find(|s| s.range().contains(&p));
+            let half_width = source.map_or(0.0, |s| s.set.half_width(p - s.first));
+            largest.max(coefficient.abs() * (self.centre[p].abs() + 2.0 * half_width))
+        })
+    }
+
+    /// Coordinates of all bodies at the guess.
+    #[must_use]
+    pub fn guess(&self) -> Vec<f64> {
+        self.guess.concat()
+    }
+}

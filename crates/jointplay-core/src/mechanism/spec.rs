@@ -1,0 +1,249 @@
+//! The mechanism as it arrives: plain data in SI units and radians, not yet checked.
+
+use serde::Deserialize;
+
+use crate::clearance::Set;
+use crate::clearance::law::Law;
+use crate::math::space::Space;
+
+/// A whole mechanism.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Spec {
+    /// Plane or space.
+    pub space: Space,
+    /// Number of moving bodies (the ground is not counted).
+    pub n_bodies: usize,
+    /// Rough coordinates of every body; they choose the assembly branch.
+    pub guess: Vec<Vec<f64>>,
+    /// Characteristic length, by which lengths are compared with angles.
+    pub length: f64,
+    /// Smallest acceptable singular value of the length-scaled closure Jacobian.
+    pub singular_value: f64,
+    /// Points fixed to bodies; everything else refers to them by index.
+    pub points: Vec<PointSpec>,
+    /// Joints between two points.
+    pub joints: Vec<JointSpec>,
+    /// Driven joints.
+    pub drives: Vec<DriveSpec>,
+    /// The point whose pose error is asked.
+    pub output: OutputSpec,
+    /// Dead loads in ground axes.
+    #[serde(default)]
+    pub loads: Vec<LoadSpec>,
+    /// What can be off.
+    #[serde(default)]
+    pub sources: Vec<SourceSpec>,
+}
+
+/// A point fixed to a body.
+#[derive(Clone, Debug, Deserialize)]
+pub struct PointSpec {
+    /// Index of the body; -1 is the ground.
+    pub body: i64,
+    /// Position in body axes.
+    pub at: [f64; 3],
+}
+
+/// The kinds of joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JointKind {
+    /// A pin in a hole.
+    Revolute,
+    /// A slider in a guide.
+    Prismatic,
+    /// A pin in a slot carried by the first body; in the plane only.
+    PinInSlot,
+    /// Two bodies locked together.
+    Fixed,
+    /// A pin that turns and slides in a hole; in space only.
+    Cylindrical,
+    /// A ball in a socket; in space only.
+    Spherical,
+    /// Two faces on each other, the axis their normal; in space only.
+    Planar,
+    /// Nothing held: a point whose ground coordinates can be commanded.
+    Target,
+    /// The attitude held; in space only.
+    Orientation,
+    /// Two toothed wheels that mesh, of parallel axes.
+    Gear,
+    /// A rack on the first body, along the joint's axis (in space: its side), and a pinion on the second.
+    Rack,
+    /// A belt or chain around two pulleys of parallel axes.
+    Belt,
+    /// A screw in a nut; in space only.
+    Screw,
+}
+
+/// What a coupling needs beside its points and axes; every kind reads its own part.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CouplingSpec {
+    /// Pitch radii on the first and the second body; a rack's pinion has the first.
+    pub radii: [f64; 2],
+    /// Tooth counts, or whole numbers in the ratio of the radii.
+    pub teeth: [u32; 2],
+    /// Pressure angle where the pitch circles touch.
+    pub pressure_angle: f64,
+    /// Whether the second wheel of a gear pair is a ring around the first.
+    pub internal: bool,
+    /// Whether a belt is crossed.
+    pub crossed: bool,
+    /// Travel of a screw's second body along the axis for a turn about it.
+    pub lead: f64,
+    /// Distance of the pulleys at which a belt has its slack; that of the guess if left out.
+    pub distance: Option<f64>,
+    /// Angles at which the two bodies see the line of centres when the wheels mesh; those of the guess if left out.
+    pub marks: Option<[f64; 2]>,
+}
+
+/// A joint between two points.
+#[derive(Clone, Debug, Deserialize)]
+pub struct JointSpec {
+    /// What it lets free.
+    pub kind: JointKind,
+    /// Point on the first body.
+    pub first: usize,
+    /// Point on the second body.
+    pub second: usize,
+    /// Direction of the joint in the axes of the first body.
+    pub axis_first: [f64; 3],
+    /// The same direction in the axes of the second body.
+    pub axis_second: [f64; 3],
+    /// In space: a direction off the axis, in the axes of the first body.
+    #[serde(default)]
+    pub side_first: [f64; 3],
+    /// The same direction in the axes of the second body, where the joint's angle is zero.
+    #[serde(default)]
+    pub side_second: [f64; 3],
+    /// Displacement of the locked components, in their order, per force and moment on them: row-major,
+    /// symmetric, positive semidefinite. It adds to what the clearance allows; rigid if left out.
+    #[serde(default)]
+    pub compliance: Option<Vec<f64>>,
+    /// What a coupling needs more.
+    #[serde(default)]
+    pub coupling: Option<CouplingSpec>,
+}
+
+/// A driven joint coordinate.
+#[derive(Clone, Debug, Deserialize)]
+pub struct DriveSpec {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Which of its components; the joint's own coordinate if left out.
+    #[serde(default)]
+    pub component: Option<Coordinate>,
+    /// The coordinate is this times the drive's value with its error.
+    #[serde(default = "one")]
+    pub coefficient: f64,
+    /// Further coordinates that the same drive commands.
+    #[serde(default)]
+    pub also: Vec<DrivenSpec>,
+}
+
+/// A further coordinate that a drive commands.
+#[derive(Clone, Debug, Deserialize)]
+pub struct DrivenSpec {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Which of its components; the joint's own coordinate if left out.
+    #[serde(default)]
+    pub component: Option<Coordinate>,
+    /// The coordinate is this times the drive's value with its error.
+    #[serde(default = "one")]
+    pub coefficient: f64,
+}
+
+const fn one() -> f64 {
+    1.0
+}
+
+/// Joint components that can be commanded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Coordinate {
+    /// Distance along the joint's axis.
+    Along,
+    /// Angle about the joint's axis.
+    Angle,
+    /// Distance along the ground's x axis.
+    X,
+    /// Distance along the ground's y axis.
+    Y,
+    /// Distance along the ground's z axis.
+    Z,
+}
+
+/// The output point.
+#[derive(Clone, Debug, Deserialize)]
+pub struct OutputSpec {
+    /// Index of the point.
+    pub point: usize,
+}
+
+/// A dead load in ground axes.
+#[derive(Clone, Debug, Deserialize)]
+pub struct LoadSpec {
+    /// Point where the force acts.
+    pub point: usize,
+    /// Force.
+    pub force: [f64; 3],
+    /// Moment.
+    pub moment: [f64; 3],
+}
+
+/// What a source moves.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Target {
+    /// The clearance of a joint.
+    Clearance {
+        /// Index of the joint.
+        joint: usize,
+    },
+    /// The distance between two points of one body; the second point moves.
+    Dimension {
+        /// The point that stays.
+        from: usize,
+        /// The point that moves.
+        to: usize,
+    },
+    /// The value of a drive.
+    Drive {
+        /// Index of the drive.
+        drive: usize,
+    },
+    /// The angle of a fixed joint.
+    Angle {
+        /// Index of the joint.
+        joint: usize,
+    },
+    /// The transmission error of a coupling, a length at the pitch circle or along the axis.
+    Ratio {
+        /// Index of the joint.
+        joint: usize,
+    },
+    /// The centre of a wheel in its body (eccentricity, run-out): the coupling's point on that body moves in
+    /// the plane of the wheel.
+    Centre {
+        /// Index of the joint.
+        joint: usize,
+        /// Whether it is the wheel on the second body.
+        second: bool,
+    },
+}
+
+/// One thing that can be off.
+#[derive(Clone, Debug, Deserialize)]
+pub struct SourceSpec {
+    /// What it moves.
+    #[serde(flatten)]
+    pub target: Target,
+    /// Where its offset can be, relative to the centre.
+    pub set: Set,
+    /// Known deviation of the built unit.
+    pub centre: Vec<f64>,
+    /// How it scatters.
+    pub law: Law,
+}

@@ -1,0 +1,11 @@
+//! The nominal mechanism along a path, over a grid, and its inverse kinematics.
+
+mod grid;
+mod inverse;
+mod on_lanes;
+mod over_constrained;
+mod path;
+pub(crate) mod trace;
+
+pub use path::Configuration;
+pub use trace::Trace;

@@ -1,0 +1,157 @@
+//! Nominal poses of a block of configurations near a state.
+//!
+//! Every lane starts from an assembled state and takes Newton steps to drive values of its own. A lane
+//! counts when its first move is small, the following ones shrink, and the determinant keeps its sign:
+//! it is then on the branch of the state it came from. The others are followed plainly.
+
+use crate::closure::newton::{Solver, State};
+use crate::closure::recorded::SMALL_ANGLE;
+use crate::closure::recorded::elimination::Linear;
+use crate::closure::recorded::layout::Layout;
+use crate::closure::recorded::statics::poses_of;
+use crate::closure::recorded::step::{evaluate, record_step, step_by};
+use crate::closure::tree::on_lanes::OnTree;
+use crate::math::lanes::block::{Block, LANES};
+use crate::math::space::Component;
+use crate::mechanism::Mechanism;
+use crate::program::symbol::{Recorder, Symbol};
+use crate::program::tape::Program;
+
+/// Steps that a block takes at most.
+const STEPS: usize = 10;
+/// Largest turn of a drive, radians: the step knows an angle by its sine, which has another root half a turn on.
+const LARGEST_TURN: f64 = 1.0;
+/// A step below this (length-scaled) is the last: the next would be its square, times what the inverse of
+/// the Jacobian magnifies, which is bounded where a row is not in doubt.
+const LAST: f64 = 1e-8;
+
+/// A state that a lane starts from.
+#[derive(Clone, Copy, Debug)]
+pub struct Start<'s> {
+    /// Coordinates of all bodies.
+    pub coordinates: &'s [f64],
+    /// Drive values.
+    pub drives: &'s [f64],
+    /// Whether the determinant of its Jacobian is negative.
+    pub negative: bool,
+}
+
+impl<'s> Start<'s> {
+    /// From a state.
+    #[must_use]
+    pub fn of(state: &'s State) -> Self {
+        Self { coordinates: &state.coordinates, drives: &state.inputs.drives, negative: state.negative }
+    }
+}
+
+/// The recorded step of one mechanism with perfect joints.
+#[derive(Clone, Debug)]
+pub struct Follow<'m> {
+    mechanism: &'m Mechanism,
+    layout: Layout,
+    step: Program,
+}
+
+impl<'m> Follow<'m> {
+    /// Records the step; `None` when the mechanism has no plan.
+    #[must_use]
+    pub fn record(solver: &Solver<'m>) -> Option<Self> {
+        let m = solver.mechanism;
+        let layout = Layout::new(m);
+        let recorder = Recorder::new(SMALL_ANGLE);
+        let mut symbolic = layout.varying(m, &recorder);
+        symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
+        let turn = layout.turn(m, &recorder);
+        // With perfect joints the rows are those of a tree and its loops.
+        let outputs = if let Some(linear) = OnTree::new(solver, &poses_of(m, &symbolic)) {
+            let [residual, _] = evaluate(m, &symbolic);
+            let (mut outputs, _, size) = step_by(m, &symbolic, &residual, &linear, &turn);
+            outputs.extend([size, linear.pivot_product(), linear.singular_estimate(m)]);
+            outputs
+        } else {
+            let step = record_step(solver, &symbolic, &turn)?;
+            let mut outputs = step.numbers;
+            outputs.extend([step.size, step.pivots, step.linear.singular_estimate(m)]);
+            outputs
+        };
+        let pose = m.n_parameters()..m.n_parameters() + layout.n_pose();
+        let step = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs).replacing(pose);
+        Some(Self { mechanism: m, layout, step })
+    }
+
+    /// Registers to work in.
+    #[must_use]
+    pub fn workspace(&self) -> Vec<Block> {
+        self.step.registers(&[])
+    }
+
+    /// Solves up to a block of rows of drive values, each from a start of its own; as many rows of drive
+    /// values and of coordinates to be found, one after the other. Gives an estimate of the smallest
+    /// singular value of the length-scaled Jacobian for every row, not a number where the row is in doubt:
+    /// its coordinates are then left as they were.
+    #[inline(always)]
+    pub fn solve(
+        &self,
+        registers: &mut [Block],
+        from: &[Start<'_>],
+        drives: &[f64],
+        found: &mut [f64],
+    ) -> [f64; LANES] {
+        let m = self.mechanism;
+        let rows = from.len();
+        let drives_of = |row: usize| &drives[row * m.n_drives()..(row + 1) * m.n_drives()];
+        // Idle lanes repeat the last row.
+        let given = |lane: usize| (from[lane.min(rows - 1)].coordinates, drives_of(lane.min(rows - 1)));
+        self.layout.load_all(m, given, registers);
+        let n_pose = m.n_bodies() * m.space.n_pose_numbers();
+        let (size, pivots, clear) = (n_pose, n_pose + 1, n_pose + 2);
+        let mut good = [true; LANES];
+        for (row, start) in from.iter().enumerate() {
+            good[row] = self.turns_little(start, drives_of(row));
+        }
+        let mut done = [false; LANES];
+        let mut last = Block::splat(m.small_step() * m.small_step());
+        let signs: [f64; LANES] = std::array::from_fn(|i| if from[i.min(rows - 1)].negative { -1.0 } else { 1.0 });
+        let mut parity = 0.0;
+        for step in 0..STEPS {
+            self.step.run(registers);
+            let now = *self.step.output(registers, size);
+            let product = *self.step.output(registers, pivots);
+            if step == 0 {
+                // The pivots' product has the determinant's sign up to the parity of their order.
+                parity = if product.0[0] * signs[0] > 0.0 { 1.0 } else { -1.0 };
+            }
+            let mut all = true;
+            for i in 0..LANES {
+                let shrinks = now.0[i] <= if step == 0 { last.0[i] } else { 0.25 * last.0[i] };
+                good[i] &= (shrinks || now.0[i] <= LAST * LAST) && product.0[i] * parity * signs[i] > 0.0;
+                done[i] = now.0[i] <= LAST * LAST;
+                all &= done[i] || !good[i];
+            }
+            if all {
+                break;
+            }
+            last = now;
+        }
+        let mut clear = self.step.output(registers, clear).0;
+        for i in 0..LANES {
+            clear[i] = if good[i] && done[i] { clear[i] } else { f64::NAN };
+        }
+        let (numbers, width) = (&mut registers[m.n_parameters()..][..n_pose], m.space.n_pose_numbers());
+        let (size, n) = (m.n_body_coordinates(), m.n_coordinates());
+        for (b, numbers) in numbers.chunks_exact_mut(width).enumerate() {
+            let near = |row: usize| &from[row].coordinates[b * size..(b + 1) * size];
+            let taken = (0..rows).filter(|&row| clear[row].is_finite());
+            m.space.put_coordinates(numbers, taken, near, &mut found[b * size..], n);
+        }
+        clear
+    }
+
+    fn turns_little(&self, from: &Start<'_>, drives: &[f64]) -> bool {
+        let m = self.mechanism;
+        m.driven().all(|(row, by)| {
+            let turn = by.coefficient * (drives[by.drive] - from.drives[by.drive]);
+            matches!(row.component, Component::Along(_)) || turn.abs() <= LARGEST_TURN
+        })
+    }
+}

@@ -1,0 +1,277 @@
+//! The nominal path over many rows of drive values: each row is reached on the assembly branch of the
+//! rows before it, a block of rows at a time where they lie close together.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::closure::equations::Inputs;
+use crate::closure::newton::{CLEAR, Solver, State};
+use crate::interrupt;
+use crate::math::lanes::block::{Block as Numbers, LANES};
+use crate::math::lanes::simd::{Kernel, dispatch};
+use crate::math::memory::filled;
+use crate::mechanism::Mechanism;
+use crate::mechanism::status::Status;
+use crate::nominal::on_lanes::{Follow, Start};
+
+/// Rows of one task.
+pub(crate) const RUN: usize = 32 * LANES;
+/// Every so many rows one is traced beforehand; tasks begin from these.
+const STRIDE: usize = LANES;
+/// Rows before a block among which the nearest one is looked for, ...
+const WINDOW: usize = 256;
+/// ... for one of so many lanes; the others go on from its choice.
+const LOOK: usize = 16;
+
+/// Nominal coordinates of many configurations; NaN where there are none.
+#[derive(Clone, Debug, Default)]
+pub struct Trace {
+    /// Coordinates of all bodies, configuration after configuration.
+    pub coordinates: Vec<f64>,
+    /// Outcomes.
+    pub status: Vec<Status>,
+}
+
+/// Rows that are traced one after the other.
+struct Run<'t, 'm> {
+    solver: &'t Solver<'m>,
+    follow: Option<&'t Follow<'m>>,
+    from: &'t State,
+    n: usize,
+    drives: &'t [f64],
+    done: &'t mut Traced,
+}
+
+/// What has been traced of a run, and the memory for it, which the next run takes over.
+#[derive(Default)]
+struct Traced {
+    trace: Trace,
+    /// Whether the determinant of the Jacobian is negative, row by row.
+    negative: Vec<bool>,
+    registers: Vec<Numbers>,
+}
+
+impl Kernel for Run<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Run { solver, follow, from, n, drives, done } = self;
+        let m = solver.mechanism;
+        let width = m.n_coordinates();
+        // Status and determinant of a row tell that it is done; its coordinates are what they were before.
+        done.trace.coordinates.resize(n * width, f64::NAN);
+        done.trace.status.clear();
+        done.negative.clear();
+        let rows = Rows { solver, from, drives };
+        let Some(follow) = follow else {
+            (0..n).for_each(|_| rows.add_plainly(done));
+            return;
+        };
+        let mut registers = std::mem::take(&mut done.registers);
+        if registers.is_empty() {
+            registers = follow.workspace();
+        }
+        for first in (0..n).step_by(LANES) {
+            interrupt::check();
+            let block = first..n.min(first + LANES);
+            let nearest = rows.nearest(done, block.clone());
+            let (before, found) = done.trace.coordinates.split_at_mut(first * width);
+            let starts: Vec<Start<'_>> = nearest.iter().map(|&row| rows.start(before, &done.negative, row)).collect();
+            let clear = follow.solve(&mut registers, &starts, rows.drives(block.clone()), found);
+            for k in 0..block.len() {
+                if clear[k] >= CLEAR * m.singular_value {
+                    done.trace.status.push(Status::Ok);
+                    done.negative.push(nearest[k].map_or(from.negative, |row| done.negative[row]));
+                } else {
+                    rows.add_plainly(done);
+                }
+            }
+        }
+        done.registers = registers;
+    }
+}
+
+/// The rows of a run, and where it begins.
+#[derive(Clone, Copy)]
+struct Rows<'t, 'm> {
+    solver: &'t Solver<'m>,
+    from: &'t State,
+    drives: &'t [f64],
+}
+
+impl Rows<'_, '_> {
+    fn drives(&self, rows: Range<usize>) -> &[f64] {
+        let width = self.solver.mechanism.n_drives();
+        &self.drives[rows.start * width..rows.end * width]
+    }
+
+    /// A row that is done, or where the run begins.
+    fn start<'s>(&'s self, coordinates: &'s [f64], negative: &[bool], row: Option<usize>) -> Start<'s> {
+        let Some(row) = row else { return Start::of(self.from) };
+        let width = self.solver.mechanism.n_coordinates();
+        Start {
+            coordinates: &coordinates[row * width..(row + 1) * width],
+            drives: self.drives(row..row + 1),
+            negative: negative[row],
+        }
+    }
+
+    /// The last row that is done and regular: at a singular state the path may fork.
+    fn last(done: &Traced) -> Option<usize> {
+        done.trace.status.iter().rposition(|s| *s == Status::Ok)
+    }
+
+    /// For each of the next rows the regular one that is nearest to it, as far as they have been looked at.
+    fn nearest(&self, done: &Traced, rows: Range<usize>) -> Vec<Option<usize>> {
+        let m = self.solver.mechanism;
+        let Some(last) = Self::last(done) else { return vec![None; rows.len()] };
+        let unit = |d: usize| 1.0 / m.unit(m.rows[m.driven_rows[d]].component);
+        let units: Vec<f64> = (0..m.n_drives()).map(|d| unit(d) * unit(d)).collect();
+        let distance = |from: usize, to: usize| -> f64 {
+            if done.trace.status[from] != Status::Ok {
+                return f64::INFINITY;
+            }
+            let (mut sum, n) = (0.0, units.len());
+            for (d, unit) in units.iter().enumerate() {
+                let apart = self.drives[from * n + d] - self.drives[to * n + d];
+                sum += apart * apart * unit;
+            }
+            sum
+        };
+        let mut near = last;
+        let nearest = rows.enumerate().map(|(k, to)| {
+            let mut least = f64::INFINITY;
+            if k % LOOK == 0 {
+                // Of equal ones the oldest: a line of a grid goes on beside the line before it.
+                for from in last.saturating_sub(WINDOW)..=last {
+                    let d = distance(from, to);
+                    if d < least * (1.0 - 1e-9) {
+                        (near, least) = (from, d);
+                    }
+                }
+            } else {
+                least = distance(near, to);
+            }
+            for step in [usize::MAX, 1] {
+                loop {
+                    let from = near.wrapping_add(step);
+                    if from > last || distance(from, to) >= least {
+                        break;
+                    }
+                    (near, least) = (from, distance(from, to));
+                }
+            }
+            Some(near)
+        });
+        nearest.collect()
+    }
+
+    /// Adds the next row, followed plainly from the last one.
+    fn add_plainly(&self, done: &mut Traced) {
+        let m = self.solver.mechanism;
+        let row = done.trace.status.len();
+        let Start { coordinates, drives, negative } =
+            self.start(&done.trace.coordinates, &done.negative, Self::last(done));
+        let inputs = Inputs::nominal(m, drives);
+        let last = State { coordinates: coordinates.to_vec(), inputs, negative };
+        let drives = self.drives(row..row + 1);
+        let followed = self.solver.follow(&last, &Inputs::nominal(m, drives)).or_else(|status| {
+            let other = match status {
+                // No branch leads on from a singular state: the guess chooses one anew.
+                Status::Singular => m.first_state(drives).map(|(_, state)| state),
+                _ => m.dead_centre(&last, drives),
+            };
+            other.ok_or(status)
+        });
+        let (trace, status) = (&mut done.trace, followed.as_ref().map_or_else(|s| *s, |next| m.nominal_status(next)));
+        let own = row * m.n_coordinates()..(row + 1) * m.n_coordinates();
+        match &followed {
+            Ok(next) => trace.coordinates[own].copy_from_slice(&next.coordinates),
+            Err(_) => trace.coordinates[own].fill(f64::NAN),
+        }
+        trace.status.push(status);
+        done.negative.push(followed.is_ok_and(|next| next.negative));
+    }
+}
+
+impl Mechanism {
+    /// Nominal coordinates for `n` rows of drive values, given one after the other.
+    #[must_use]
+    pub fn trace(&self, n: usize, drives: &[f64]) -> Trace {
+        if self.n_rows() != self.n_unknowns() {
+            return self.trace_on_bases(n, drives);
+        }
+        let coordinates = filled(n * self.n_coordinates(), f64::NAN);
+        let mut trace = Trace { coordinates, status: Vec::new() };
+        let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
+        let Some((solver, from)) = first else {
+            trace.status.resize(n, Status::NotAssembled);
+            return trace;
+        };
+        let rows = trace.coordinates.chunks_mut(RUN * self.n_coordinates()).collect();
+        let status = trace_runs(
+            &solver,
+            &from,
+            n,
+            drives,
+            rows,
+            || (),
+            |(), rows: &mut [f64], _, part| {
+                rows.copy_from_slice(&part.coordinates);
+                part.status.clone()
+            },
+        );
+        trace.status = status.concat();
+        trace
+    }
+}
+
+/// Traces runs of [`RUN`] rows of drive values on all cores, from a state near the first, and does something
+/// with each: in a workspace, with what is given for it, its drive values and its nominal coordinates.
+pub(crate) fn trace_runs<W: Send, G: Send, T: Send>(
+    solver: &Solver<'_>,
+    from: &State,
+    n: usize,
+    drives: &[f64],
+    given: Vec<G>,
+    workspace: impl Fn() -> W + Sync,
+    each: impl Fn(&mut W, G, &[f64], &Trace) -> T + Sync,
+) -> Vec<T> {
+    let m = solver.mechanism;
+    let width = m.n_drives();
+    // A handful of rows is solved before the program is recorded; a structure has nothing to follow.
+    let follow = if n >= LANES && width > 0 { Follow::record(solver) } else { None };
+    let run = |from: &State, n: usize, drives: &[f64], done: &mut Traced| {
+        dispatch(Run { solver, follow: follow.as_ref(), from, n, drives, done });
+    };
+    let drives_of = |rows: Range<usize>| &drives[rows.start * width..rows.end * width];
+    let mut ahead = Traced::default();
+    if n <= RUN {
+        run(from, n, drives, &mut ahead);
+        return given.into_iter().map(|given| each(&mut workspace(), given, drives, &ahead.trace)).collect();
+    }
+    let sparse: Vec<f64> = (0..n).step_by(STRIDE).flat_map(|row| drives_of(row..row + 1)).copied().collect();
+    run(from, n.div_ceil(STRIDE), &sparse, &mut ahead);
+    let begin = |task: usize| {
+        let row = ahead.trace.status[..=task * RUN / STRIDE].iter().rposition(|s| *s == Status::Ok);
+        let Some(row) = row else { return from.clone() };
+        let size = m.n_coordinates();
+        State {
+            coordinates: ahead.trace.coordinates[row * size..(row + 1) * size].to_vec(),
+            inputs: Inputs::nominal(m, &sparse[row * width..(row + 1) * width]),
+            negative: ahead.negative[row],
+        }
+    };
+    let tasks = given.into_par_iter().enumerate();
+    // Memory of a run is as large as the caches: it is taken over from run to run.
+    let init = || (Traced::default(), workspace());
+    let task = |(done, workspace): &mut (Traced, W), (task, given)| {
+        let rows = task * RUN..n.min((task + 1) * RUN);
+        let drives = drives_of(rows.clone());
+        run(&begin(task), rows.len(), drives, done);
+        each(workspace, given, drives, &done.trace)
+    };
+    tasks.map_init(init, task).collect()
+}

@@ -1,0 +1,304 @@
+//! Symbols that stand for numbers while the equations are run once to be recorded.
+//!
+//! Constants are folded, equal sub-expressions are shared and multiplications by 0 and 1 vanish, so
+//! that the plane costs no more than plane geometry.
+
+use std::cell::RefCell;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use rustc_hash::FxHashMap;
+
+use crate::math::real::Real;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Binary {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Max,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Node {
+    /// The bits of a constant.
+    Constant(u64),
+    /// A quantity common to all samples.
+    Common(u32),
+    /// A quantity of its own for every sample.
+    Varying(u32),
+    Neg(u32),
+    Abs(u32),
+    Binary(Binary, u32, u32),
+}
+
+/// Terms of the power series of the arc tangent.
+const ARC_TERMS: usize = 16;
+/// Halvings of an angle of up to a turn, for the power series of small ones.
+const HALVINGS: i32 = 5;
+/// Steps of Heron's method for a square root.
+const ROOT_STEPS: usize = 7;
+
+/// Records operations on symbols.
+pub struct Recorder {
+    pub(crate) nodes: RefCell<Vec<Node>>,
+    known: RefCell<FxHashMap<Node, u32>>,
+    /// Terms of the power series of sine and cosine.
+    terms: usize,
+}
+
+/// A number of a recorded program.
+#[derive(Clone, Copy)]
+pub enum Symbol<'r> {
+    /// Known while recording.
+    Constant(f64),
+    /// A node of the graph.
+    Node(u32, &'r Recorder),
+}
+
+impl Recorder {
+    /// A recorder whose angles stay below `largest_angle` (rad).
+    #[must_use]
+    pub fn new(largest_angle: f64) -> Self {
+        let (mut terms, mut next) = (1, 1.0);
+        // The first term left out of the cosine is below half of the last place.
+        while next > 1e-17 {
+            let n = 2.0 * terms as f64;
+            next *= largest_angle * largest_angle / (n * (n - 1.0));
+            terms += 1;
+        }
+        Self { nodes: RefCell::default(), known: RefCell::default(), terms: terms - 1 }
+    }
+
+    fn node(&self, node: Node) -> u32 {
+        *self.known.borrow_mut().entry(node).or_insert_with(|| {
+            let mut nodes = self.nodes.borrow_mut();
+            nodes.push(node);
+            nodes.len() as u32 - 1
+        })
+    }
+
+    pub(crate) fn id(&self, symbol: Symbol<'_>) -> u32 {
+        match symbol {
+            Symbol::Constant(value) => self.node(Node::Constant(value.to_bits())),
+            Symbol::Node(id, _) => id,
+        }
+    }
+
+    /// A quantity common to all samples of a configuration.
+    pub fn common(&self, index: usize) -> Symbol<'_> {
+        Symbol::Node(self.node(Node::Common(index as u32)), self)
+    }
+
+    /// A quantity of its own for every sample.
+    pub fn varying(&self, index: usize) -> Symbol<'_> {
+        Symbol::Node(self.node(Node::Varying(index as u32)), self)
+    }
+
+    fn binary(&self, kind: Binary, a: Symbol<'_>, b: Symbol<'_>) -> Symbol<'_> {
+        let (a, b) = (self.id(a), self.id(b));
+        // One order for what commutes, so that equal expressions meet.
+        let ordered = matches!(kind, Binary::Add | Binary::Mul | Binary::Max) && a > b;
+        let (a, b) = if ordered { (b, a) } else { (a, b) };
+        Symbol::Node(self.node(Node::Binary(kind, a, b)), self)
+    }
+}
+
+impl<'r> Symbol<'r> {
+    /// Orders symbols as they became known.
+    pub(crate) const fn recorded(self) -> u32 {
+        match self {
+            Self::Constant(_) => 0,
+            Self::Node(id, _) => id,
+        }
+    }
+
+    fn recorder(a: Self, b: Self) -> Option<&'r Recorder> {
+        match (a, b) {
+            (Self::Node(_, r), _) | (_, Self::Node(_, r)) => Some(r),
+            _ => None,
+        }
+    }
+
+    fn same(a: Self, b: Self) -> bool {
+        matches!((a, b), (Self::Node(i, _), Self::Node(j, _)) if i == j)
+    }
+
+    #[allow(clippy::float_cmp)] // exact: only these very constants fold away; both zeros count as zero
+    fn is(self, value: f64) -> bool {
+        matches!(self, Self::Constant(c) if c == value)
+    }
+
+    /// Absolute value.
+    #[must_use]
+    pub fn abs(self) -> Self {
+        match self {
+            Self::Constant(c) => Self::Constant(c.abs()),
+            Self::Node(id, r) => Self::Node(r.node(Node::Abs(id)), r),
+        }
+    }
+
+    /// Whether it is plainly a number without sign.
+    fn is_unsigned(self) -> bool {
+        let Self::Node(id, r) = self else { return false };
+        match r.nodes.borrow()[id as usize] {
+            Node::Abs(_) => true,
+            Node::Binary(Binary::Mul, a, b) => a == b,
+            _ => false,
+        }
+    }
+
+    /// The larger of two numbers; not a number when either is not.
+    #[must_use]
+    pub fn max(self, other: Self) -> Self {
+        if self.is(0.0) && other.is_unsigned() {
+            return other;
+        }
+        match (Self::recorder(self, other), self, other) {
+            (None, Self::Constant(a), Self::Constant(b)) => Self::Constant(a.max(b)),
+            (Some(r), ..) => r.binary(Binary::Max, self, other),
+            _ => self,
+        }
+    }
+}
+
+impl Add for Symbol<'_> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a + b),
+            _ if self.is(0.0) => other,
+            _ if other.is(0.0) => self,
+            (Self::Node(_, r), _) | (_, Self::Node(_, r)) => r.binary(Binary::Add, self, other),
+        }
+    }
+}
+
+impl Sub for Symbol<'_> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a - b),
+            _ if other.is(0.0) => self,
+            _ if self.is(0.0) => -other,
+            _ if Self::same(self, other) => Self::Constant(0.0),
+            (Self::Node(_, r), _) | (_, Self::Node(_, r)) => r.binary(Binary::Sub, self, other),
+        }
+    }
+}
+
+impl Mul for Symbol<'_> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a * b),
+            _ if self.is(0.0) || other.is(0.0) => Self::Constant(0.0),
+            _ if self.is(1.0) => other,
+            _ if other.is(1.0) => self,
+            _ if self.is(-1.0) => -other,
+            _ if other.is(-1.0) => -self,
+            (Self::Node(_, r), _) | (_, Self::Node(_, r)) => r.binary(Binary::Mul, self, other),
+        }
+    }
+}
+
+impl Div for Symbol<'_> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a / b),
+            (_, Self::Constant(b)) => self * Self::Constant(1.0 / b),
+            _ if self.is(0.0) => Self::Constant(0.0),
+            (_, Self::Node(_, r)) => r.binary(Binary::Div, self, other),
+        }
+    }
+}
+
+impl Neg for Symbol<'_> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        match self {
+            Self::Constant(c) => Self::Constant(-c),
+            Self::Node(id, r) => {
+                let inner = r.nodes.borrow()[id as usize];
+                match inner {
+                    Node::Neg(of) => Self::Node(of, r),
+                    Node::Binary(Binary::Sub, a, b) => Self::Node(r.node(Node::Binary(Binary::Sub, b, a)), r),
+                    _ => Self::Node(r.node(Node::Neg(id)), r),
+                }
+            }
+        }
+    }
+}
+
+impl Real for Symbol<'_> {
+    fn from_f64(value: f64) -> Self {
+        Self::Constant(value)
+    }
+
+    /// Power series, to rounding for the recorder's largest angle.
+    fn sin_cos(self) -> (Self, Self) {
+        let (terms, square) = match self {
+            Self::Constant(c) => {
+                let (s, c) = c.sin_cos();
+                return (Self::Constant(s), Self::Constant(c));
+            }
+            Self::Node(_, r) => (r.terms, self * self),
+        };
+        let series = |first: usize| {
+            // Coefficients of x^first, x^(first+2), ... with alternating signs.
+            let mut coefficients = vec![1.0];
+            for k in 1..terms {
+                let n = (first + 2 * k) as f64;
+                coefficients.push(-coefficients[k - 1] / (n * (n - 1.0)));
+            }
+            let last = Self::Constant(coefficients[terms - 1]);
+            coefficients[..terms - 1].iter().rev().fold(last, |sum, &c| sum * square + Self::Constant(c))
+        };
+        (self * series(1), series(0))
+    }
+
+    // Close to the solution the sine serves as well as the angle, without an arc tangent.
+    fn angle_residual(sine: Self, cosine: Self) -> (Self, Self) {
+        (sine, cosine)
+    }
+
+    // Close to the solution the tangent serves as well as the angle.
+    fn small_angle(sine: Self, cosine: Self) -> Self {
+        sine / cosine
+    }
+
+    // Recorded programs start near the solution.
+    fn tilt(sine: Self, _: Self) -> Self {
+        sine
+    }
+
+    /// Power series, to rounding for `square` up to 0.1 (a rotation by 0.6 rad).
+    fn double_arc(square: Self) -> Self {
+        (0..ARC_TERMS).rev().fold(Self::Constant(0.0), |sum, k| {
+            let sign = if k % 2 == 0 { 2.0 } else { -2.0 };
+            sum * square + Self::Constant(sign / (2 * k + 1) as f64)
+        })
+    }
+
+    /// The power series of a part of the angle, doubled again and again.
+    fn wide_sin_cos(self) -> (Self, Self) {
+        if let Self::Constant(c) = self {
+            let (s, c) = c.sin_cos();
+            return (Self::Constant(s), Self::Constant(c));
+        }
+        let part = (self * Self::Constant(0.5_f64.powi(HALVINGS))).sin_cos();
+        (0..HALVINGS).fold(part, |(s, c), _| {
+            let double = s + s;
+            (double * c, Self::Constant(1.0) - double * s)
+        })
+    }
+
+    /// Heron's method.
+    fn root(self, near: f64) -> Self {
+        if let Self::Constant(c) = self {
+            return Self::Constant(c.sqrt());
+        }
+        (0..ROOT_STEPS).fold(Self::Constant(near), |root, _| Self::Constant(0.5) * (root + self / root))
+    }
+}

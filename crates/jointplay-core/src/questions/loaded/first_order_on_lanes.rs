@@ -1,0 +1,236 @@
+//! Load-determined errors of a block of configurations to first order, at their nominal poses.
+
+use crate::clearance::faces_on_lanes::Faces;
+use crate::clearance::mute::UNDECIDED;
+use crate::clearance::offset::MAX_SIZE;
+use crate::closure::newton::{CLEAR, Solver};
+use crate::closure::recorded::SMALL_ANGLE;
+use crate::closure::recorded::layout::Layout;
+use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, poses_of, record_statics, statics_outputs};
+use crate::closure::recorded::step::evaluate;
+use crate::closure::sensitivity::UNFELT;
+use crate::closure::tree::on_lanes::OnTree;
+use crate::contact::flanks::run_at_flanks;
+use crate::math::lanes::block::{Block, LANES};
+use crate::mechanism::case::Case;
+use crate::mechanism::status::Status;
+use crate::mechanism::{Mechanism, Source};
+use crate::program::symbol::{Recorder, Symbol};
+use crate::program::tape::Program;
+use crate::questions::loaded::columns::Rows;
+
+/// The recorded statics of one mechanism under its loads.
+#[derive(Clone, Debug)]
+pub struct FirstOrder<'m> {
+    mechanism: &'m Mechanism,
+    layout: Layout,
+    statics: Program,
+}
+
+/// What the load leaves open of a source, and the half-width of that in every component of the output.
+struct Opening {
+    source: usize,
+    open: Block,
+    widths: [Block; 6],
+}
+
+impl<'m> FirstOrder<'m> {
+    /// Records the program; `None` when the mechanism has no plan.
+    #[must_use]
+    pub fn record(solver: &Solver<'m>) -> Option<Self> {
+        let m = solver.mechanism;
+        if m.largest_angle() > SMALL_ANGLE {
+            return None;
+        }
+        let layout = Layout::new(m);
+        let statics = record_on_tree(solver, &layout).or_else(|| record_statics(solver, &layout))?;
+        Some(Self { mechanism: m, statics, layout })
+    }
+
+    /// Registers to work in.
+    #[must_use]
+    pub fn workspace(&self) -> Vec<Block> {
+        self.statics.registers(&[])
+    }
+
+    /// Solves up to a block of cases and puts their rows, from row `first` on; tells which lanes are in
+    /// doubt: their rows are without meaning.
+    #[inline(always)]
+    pub(crate) fn solve(
+        &self,
+        registers: &mut [Block],
+        cases: &[Case<'_>],
+        rows: &mut Rows<'_>,
+        first: usize,
+    ) -> [bool; LANES] {
+        let m = self.mechanism;
+        let size = m.size();
+        // Idle lanes repeat the last case.
+        let given =
+            |lane: usize| (cases[lane.min(cases.len() - 1)].coordinates, cases[lane.min(cases.len() - 1)].drives);
+        self.layout.load_all(m, given, registers);
+        run_at_flanks(m, &self.statics, registers);
+        let at = StaticsOutputs::new(m);
+        let out = |k: usize| self.statics.output(registers, k);
+        let mut good = [false; LANES];
+        for i in 0..LANES {
+            // Coordinates that are no numbers leave none here.
+            good[i] = out(at.clear).0[i] >= CLEAR * m.singular_value;
+            for d in 0..m.n_drives() {
+                good[i] &= out(at.drives + d).0[i].abs() <= SAME_DRIVES;
+            }
+        }
+
+        let tolerance = out(at.scale).mul(&Block::splat(UNDECIDED));
+        let mut error = [Block::splat(0.0); 6];
+        let mut reaches = [Block::splat(0.0); 6];
+        let mut openings: Vec<Opening> = Vec::new();
+        for (s, source) in m.sources().iter().enumerate() {
+            let n = source.set.size();
+            let mut offsets: [Block; MAX_SIZE] =
+                std::array::from_fn(|k| Block::splat(if k < n { m.centre[source.first + k] } else { 0.0 }));
+            let mut row = [[out(0); MAX_SIZE]; 6];
+            for k in 0..size {
+                for p in 0..n {
+                    row[k][p] = out(at.map + k * m.n_parameters() + source.first + p);
+                }
+            }
+            if source.is_clearance && !source.set.is_zero() {
+                let forces: [&Block; MAX_SIZE] =
+                    std::array::from_fn(|p| out(at.gradient + source.first + p.min(n - 1)));
+                let faces = Faces::new(&source.set, &forces[..n], &lever(m, source, &tolerance));
+                for p in 0..n {
+                    offsets[p] = offsets[p].add(&faces.nearest[p]);
+                }
+                let mut any = 0.0;
+                for i in 0..LANES {
+                    any += faces.open.0[i];
+                }
+                if any != 0.0 {
+                    let mut widths = [Block::splat(0.0); 6];
+                    for k in 0..size {
+                        widths[k] = faces.half_width(&row[k][..n]);
+                    }
+                    openings.push(Opening { source: s, open: faces.open, widths });
+                }
+            }
+            for k in 0..size {
+                let (share, reach) = match n {
+                    1 => share_and_reach::<1>(source, &row[k], &offsets),
+                    2 => share_and_reach::<2>(source, &row[k], &offsets),
+                    3 => share_and_reach::<3>(source, &row[k], &offsets),
+                    4 => share_and_reach::<4>(source, &row[k], &offsets),
+                    _ => share_and_reach::<MAX_SIZE>(source, &row[k], &offsets),
+                };
+                if source.is_clearance {
+                    reaches[k] = reaches[k].add(&reach);
+                }
+                error[k] = error[k].add(&share);
+                if rows.contribution.is_kept() {
+                    for i in 0..cases.len() {
+                        rows.contribution.row(first + i)[s * size + k] = share.0[i];
+                    }
+                }
+            }
+            if rows.offset.is_kept() {
+                for p in 0..n {
+                    for i in 0..cases.len() {
+                        rows.offset.row(first + i)[source.first + p] = offsets[p].0[i];
+                    }
+                }
+            }
+        }
+        self.put_openings(&openings, &reaches, cases.len(), rows, first);
+        for i in 0..cases.len() {
+            for k in 0..size {
+                rows.error.row(first + i)[k] = error[k].0[i];
+            }
+        }
+        if rows.reaction.is_kept() {
+            for i in 0..cases.len() {
+                for k in 0..size {
+                    rows.error_first_order.row(first + i)[k] = error[k].0[i];
+                }
+                for k in 0..m.n_joints() * size {
+                    rows.reaction.row(first + i)[k] = out(at.reactions + k).0[i];
+                }
+            }
+        }
+        good
+    }
+
+    /// As [`Mechanism::leave_open`].
+    #[inline(always)]
+    fn put_openings(&self, openings: &[Opening], reaches: &[Block; 6], n: usize, rows: &mut Rows<'_>, first: usize) {
+        let size = self.mechanism.size();
+        for opening in openings {
+            let mut felt = Block::splat(0.0);
+            for k in 0..size {
+                for i in 0..LANES {
+                    let feels = opening.open.0[i] != 0.0 && opening.widths[k].0[i] > UNFELT * reaches[k].0[i];
+                    felt.0[i] += if feels { 1.0 } else { 0.0 };
+                }
+            }
+            for i in 0..n {
+                if rows.decided.is_kept() {
+                    rows.decided.row(first + i)[opening.source] = opening.open.0[i] == 0.0;
+                }
+                if felt.0[i] != 0.0 {
+                    rows.status.row(first + i)[0] = Status::Undetermined;
+                    for k in 0..size {
+                        let width = opening.widths[k].0[i];
+                        rows.undetermined.row(first + i)[k] += width;
+                        if rows.open.is_kept() {
+                            rows.open.row(first + i)[opening.source * size + k] = width;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// As [`record_statics`], along a spanning tree.
+fn record_on_tree(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
+    let m = solver.mechanism;
+    let recorder = Recorder::new(SMALL_ANGLE);
+    let mut symbolic = layout.varying(m, &recorder);
+    symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
+    let [residual, _] = evaluate(m, &symbolic);
+    let linear = OnTree::new(solver, &poses_of(m, &symbolic))?;
+    let outputs = statics_outputs(m, layout, &recorder, &symbolic, &residual, &linear);
+    Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs))
+}
+
+/// As [`Mechanism::undecided`].
+#[inline(always)]
+fn lever(m: &Mechanism, source: &Source, tolerance: &Block) -> Block {
+    if source.is_angle { tolerance.mul(&Block::splat(m.length)) } else { *tolerance }
+}
+
+/// What the offsets of a source make of one component of the output, and how far they could reach there, as
+/// [`crate::clearance::Set::reach`] has it; `N` is the number of its parameters.
+#[inline(always)]
+fn share_and_reach<const N: usize>(
+    source: &Source,
+    row: &[&Block; MAX_SIZE],
+    offsets: &[Block; MAX_SIZE],
+) -> (Block, Block) {
+    let (mut share, mut reach) = (Block::splat(0.0), Block::splat(0.0));
+    let mut sizes = [0.0; N];
+    for p in 0..N {
+        sizes[p] = source.set.half_width(p);
+    }
+    for i in 0..LANES {
+        let (mut sum, mut far) = (0.0, 0.0);
+        for p in 0..N {
+            let w = row[p].0[i];
+            sum += w * offsets[p].0[i];
+            let alone = w.abs() * sizes[p];
+            far = if alone > far { alone } else { far };
+        }
+        share.0[i] = sum;
+        reach.0[i] = far;
+    }
+    (share, reach)
+}

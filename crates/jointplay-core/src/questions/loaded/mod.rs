@@ -1,0 +1,359 @@
+//! Where the load pushes every joint.
+//!
+//! Without friction a joint's offset lies where its set supports the transmitted wrench. To first order the
+//! error is `E = A u` with u those support points; on the exact closure contact and reactions are brought to
+//! agree by [`crate::contact`]. Where a reaction vanishes, or two corners of a guide compete, the load
+//! does not decide: the offset is put in the middle of the exposed face, and the half-width of the
+//! output's error over all exposed faces that it feels is given beside it.
+
+mod columns;
+mod first_order_on_lanes;
+mod on_lanes;
+mod over_constrained;
+mod pressing;
+
+pub use columns::{Keep, Table};
+pub use over_constrained::StrainTable;
+
+use rayon::prelude::*;
+
+use crate::clearance::mute::{Mute, UNDECIDED};
+use crate::clearance::offset::MAX_SIZE;
+use crate::closure::newton::{Solver, State};
+use crate::closure::sensitivity::{Gradient, Output, UNFELT};
+use crate::interrupt;
+use crate::math::lanes::block::{Block, LANES};
+use crate::math::lanes::simd::{Kernel, dispatch};
+use crate::mechanism::case::Case;
+use crate::mechanism::status::Status;
+use crate::mechanism::{Mechanism, Source};
+use crate::nominal::trace::{self, trace_runs};
+use crate::questions::loaded::columns::{Loaded, Rows};
+use crate::questions::loaded::first_order_on_lanes::FirstOrder;
+use crate::questions::loaded::on_lanes::Contact;
+use crate::questions::loaded::pressing::Pressing;
+
+/// Configurations that one task solves.
+const RUN: usize = 16 * LANES;
+
+/// The recorded programs of a question.
+enum Programs<'m> {
+    /// A handful of configurations is solved without.
+    None,
+    Exact(Box<Contact<'m>>),
+    FirstOrder(Box<FirstOrder<'m>>),
+}
+
+impl<'m> Programs<'m> {
+    fn record(solver: &Solver<'m>, exact: bool) -> Self {
+        if exact {
+            Contact::record(solver).map_or(Self::None, |programs| Self::Exact(Box::new(programs)))
+        } else {
+            FirstOrder::record(solver).map_or(Self::None, |program| Self::FirstOrder(Box::new(program)))
+        }
+    }
+}
+
+/// A run of cases solved block by block into their rows; gives the number of those that were solved plainly.
+struct Run<'r, 'm> {
+    solver: &'r Solver<'m>,
+    programs: &'r Programs<'m>,
+    cases: &'r [Case<'r>],
+    exact: bool,
+    rows: Rows<'r>,
+    workspace: &'r mut Vec<Block>,
+}
+
+impl<'r> Kernel for Run<'r, '_> {
+    /// With the rows.
+    type Output = (u64, Rows<'r>);
+
+    #[inline(always)]
+    fn run(mut self) -> (u64, Rows<'r>) {
+        let m = self.solver.mechanism;
+        let mut fallbacks = 0;
+        match self.programs {
+            Programs::None => {
+                for (row, case) in self.cases.iter().enumerate() {
+                    self.rows.put(row, &m.loaded_plainly(self.solver, case, self.exact));
+                }
+                fallbacks = self.cases.len() as u64;
+            }
+            Programs::Exact(contact) => {
+                let plainly = |case: &Case<'_>, table: &mut Table| {
+                    table.fallbacks += 1;
+                    table.push(m.loaded_plainly(self.solver, case, true));
+                };
+                let (mut workspace, mut table) = (contact.workspace(), Table::default());
+                for block in self.cases.chunks(LANES) {
+                    interrupt::check();
+                    contact.solve(&mut workspace, block, &mut table, plainly);
+                }
+                self.rows.put_table(&table);
+                fallbacks = table.fallbacks;
+            }
+            Programs::FirstOrder(program) => {
+                if self.workspace.is_empty() {
+                    *self.workspace = program.workspace();
+                }
+                for (number, block) in self.cases.chunks(LANES).enumerate() {
+                    interrupt::check();
+                    let first = number * LANES;
+                    let good = program.solve(self.workspace, block, &mut self.rows, first);
+                    for (i, case) in block.iter().enumerate().filter(|(i, _)| !good[*i]) {
+                        fallbacks += 1;
+                        self.rows.put(first + i, &m.loaded_plainly(self.solver, case, false));
+                    }
+                }
+            }
+        }
+        (fallbacks, self.rows)
+    }
+}
+
+impl Mechanism {
+    /// Runs an analysis on every case that is assembled, on all cores; the others get `missing`.
+    pub(crate) fn each<T: Send>(
+        &self,
+        cases: &[Case<'_>],
+        analysis: impl Fn(&Solver<'_>, usize, &Case<'_>, State) -> T + Sync,
+        missing: impl Fn() -> T + Sync,
+    ) -> Vec<T> {
+        let solver = self.solver(cases);
+        let found = cases
+            .par_iter()
+            .enumerate()
+            .map(|(number, case)| {
+                let state = solver.as_ref().and_then(|s| Some((s, self.restore(s, case.coordinates, case.drives)?)));
+                let found = || state.map_or_else(&missing, |(s, state)| analysis(s, number, case, state));
+                interrupt::until_stopped(found).map(|found| [found])
+            })
+            .collect();
+        interrupt::before_the_stop(found)
+    }
+
+    /// Where the load pushes the output, for every case, in blocks on all cores; if not `exact`, everything
+    /// is told to first order at the nominal pose, and the closure is not solved again.
+    #[must_use]
+    pub fn loaded(&self, cases: &[Case<'_>], exact: bool, keep: Keep) -> Table {
+        let mut table = Table::sized(self, cases.len(), keep);
+        let Some(solver) = self.solver(cases) else { return self.none_assembled(table) };
+        let programs = if cases.len() >= LANES { Programs::record(&solver, exact) } else { Programs::None };
+        let runs = table.rows().runs(RUN).into_par_iter().zip(cases.par_chunks(RUN));
+        let run = |workspace: &mut Vec<Block>, (rows, cases)| {
+            let run = Run { solver: &solver, programs: &programs, cases, exact, rows, workspace };
+            interrupt::until_stopped(|| [dispatch(run).0])
+        };
+        let fallbacks = interrupt::before_the_stop(runs.map_init(Vec::new, run).collect());
+        table.keep_first(RUN * fallbacks.len());
+        table.fallbacks = fallbacks.into_iter().sum();
+        table
+    }
+
+    /// The same for `n` rows of drive values, each on the assembly branch of those before it, as
+    /// [`Self::trace`] finds them, without the memory that the nominal coordinates of all rows would take.
+    #[must_use]
+    pub fn loaded_along(&self, n: usize, drives: &[f64], exact: bool, keep: Keep) -> Table {
+        let mut table = Table::sized(self, n, keep);
+        let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
+        let Some((solver, from)) = first else { return self.none_assembled(table) };
+        let programs = if n >= LANES { Programs::record(&solver, exact) } else { Programs::None };
+        let runs = table.rows().runs(trace::RUN);
+        let fallbacks = trace_runs(&solver, &from, n, drives, runs, Vec::new, |workspace, rows, drives, trace| {
+            let width = self.n_drives();
+            let case = |(row, coordinates)| Case { drives: &drives[row * width..(row + 1) * width], coordinates };
+            let coordinates = trace.coordinates.chunks_exact(self.n_coordinates());
+            let cases: Vec<Case<'_>> = coordinates.enumerate().map(case).collect();
+            let run = Run { solver: &solver, programs: &programs, cases: &cases, exact, rows, workspace };
+            let (fallbacks, mut rows) = dispatch(run);
+            for (row, status) in trace.status.iter().enumerate().filter(|(_, status)| **status != Status::Ok) {
+                rows.status.row(row)[0] = *status;
+            }
+            fallbacks
+        });
+        table.fallbacks = fallbacks.into_iter().sum();
+        table
+    }
+
+    fn none_assembled(&self, mut table: Table) -> Table {
+        let missing = self.no_load_result(Status::NotAssembled);
+        let mut rows = table.rows();
+        (0..rows.n).for_each(|row| rows.put(row, &missing));
+        table
+    }
+
+    fn loaded_plainly(&self, solver: &Solver<'_>, case: &Case<'_>, exact: bool) -> Loaded {
+        self.restore(solver, case.coordinates, case.drives).map_or_else(
+            || self.no_load_result(Status::NotAssembled),
+            |nominal| self.loaded_at(solver, case, &nominal, exact),
+        )
+    }
+
+    pub(crate) fn no_load_result(&self, status: Status) -> Loaded {
+        let nan = |n: usize| vec![f64::NAN; n];
+        Loaded {
+            error: nan(self.size()),
+            error_first_order: nan(self.size()),
+            undetermined: nan(self.size()),
+            open: nan(self.sources.len() * self.size()),
+            decided: vec![false; self.sources.len()],
+            reaction: nan(self.n_joints() * self.size()),
+            offset: nan(self.n_parameters()),
+            contribution: nan(self.sources.len() * self.size()),
+            steps: 0,
+            status,
+        }
+    }
+
+    fn loaded_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State, exact: bool) -> Loaded {
+        let size = self.size();
+        let Some((at_nominal, flanks, gradient)) = self.at_flanks(solver, case, nominal) else {
+            return self.no_load_result(Status::Singular);
+        };
+        let status = self.status_of(&at_nominal, nominal);
+        // First order, at the nominal pose. Drive values that differ from the nominal ones count too.
+        let mutes = self.mutes(&gradient);
+        let offsets = self.pressed(&gradient, &self.built(case.drives), &mutes);
+        let map = self.output_sensitivity(&at_nominal, &flanks);
+        let mut contribution = vec![0.0; self.sources.len() * size];
+        let mut error_first_order = self.drive_shift(&map, case, nominal);
+        for i in 0..size {
+            for (s, source) in self.sources.iter().enumerate() {
+                contribution[s * size + i] =
+                    source.range().map(|p| map.parameters[(i, p)] * offsets.parameters[p]).sum();
+                error_first_order[i] += contribution[s * size + i];
+            }
+        }
+
+        // What is undecided at the nominal pose is so at any size of the play, even where the exact pose then
+        // falls to one side.
+        let mut open = vec![0.0; self.sources.len() * size];
+        let mut decided = vec![true; self.sources.len()];
+        let first_order = &map;
+        let leave_open = |gradient: &Gradient, map: &Output, open: &mut [f64], decided: &mut [bool]| {
+            let load = Pressing {
+                force: |p: usize| gradient.inputs.parameters[p],
+                scale: self.force_scale(gradient),
+                mute: |s: usize| mutes[s],
+            };
+            let first_order = |k: usize, p: usize| first_order.parameters[(k, p)];
+            self.leave_open(&load, first_order, |k, p| map.parameters[(k, p)], open, decided)
+        };
+        let mut felt = leave_open(&gradient, &map, &mut open, &mut decided);
+        let sum = |open: &[f64]| (0..size).map(|i| open.iter().skip(i).step_by(size).sum()).collect();
+        if !exact {
+            return Loaded {
+                error: error_first_order.clone(),
+                error_first_order,
+                undetermined: sum(&open),
+                open,
+                decided,
+                reaction: self.reactions(&at_nominal.poses, &at_nominal.parameters, &gradient.multipliers),
+                offset: offsets.parameters,
+                contribution,
+                steps: 0,
+                status: if felt && status == Status::Ok { Status::Undetermined } else { status },
+            };
+        }
+        let start = match solver.follow(nominal, &self.built(case.drives)) {
+            Ok(state) => state,
+            Err(status) => return self.no_load_result(status),
+        };
+        let Some(mut contact) = solver.settle(start, &mutes) else {
+            return self.no_load_result(Status::Singular);
+        };
+        let Some(mut displaced) = solver.linearise(&contact.state) else {
+            return self.no_load_result(Status::Singular);
+        };
+        let map = self.output_sensitivity(&displaced, &contact.state);
+        felt |= leave_open(&contact.gradient, &map, &mut open, &mut decided);
+        let mut around = None;
+        if felt {
+            // What the output feels is listened to: the closure may decide it.
+            let unheard = |(mute, open): (&Mute, &[f64])| {
+                if open.iter().any(|o| *o > 0.0) { Mute::default() } else { *mute }
+            };
+            let listened: Vec<Mute> = mutes.iter().zip(open.chunks_exact(size)).map(unheard).collect();
+            let rest = solver.rest(&contact, &mutes, &listened);
+            let rest = rest.and_then(|rest| Some((solver.linearise(&rest.contact.state)?, rest)));
+            if let Some((at, rest)) = rest {
+                let map = self.output_sensitivity(&at, &rest.contact.state);
+                let left = self.left_open(&rest, &listened, &first_order.parameters, &map.parameters);
+                (open, decided, felt) = (left.open, left.decided, left.felt);
+                (contact, displaced) = (rest.contact.clone(), at);
+                around = felt.then_some(rest);
+            } else {
+                around = solver.as_it_is(contact.clone(), &mutes);
+            }
+        }
+        let error = self.error(&contact.state, nominal);
+        let mut reached = true;
+        if let Some(rest) = around {
+            reached = solver.spread(&rest, nominal, &error, &mut open);
+        }
+        Loaded {
+            error,
+            error_first_order,
+            undetermined: sum(&open),
+            open,
+            decided,
+            reaction: self.reactions(&displaced.poses, &displaced.parameters, &contact.gradient.multipliers),
+            offset: contact.state.inputs.parameters,
+            contribution,
+            steps: contact.steps,
+            status: match status {
+                Status::Ok if !reached || contact.blocked && !contact.settled => Status::Singular,
+                Status::Ok if felt || !contact.settled => Status::Undetermined,
+                other => other,
+            },
+        }
+    }
+
+    /// Widens what every source leaves open in the output, tells which sources the load does not decide, and
+    /// whether the output feels it.
+    ///
+    /// What is left open is felt where it moves the output to first order, both at the nominal pose, by the
+    /// map `first_order`, and at the pose in question, by `map`, which tells the half-width; where one of
+    /// them is zero the output moves in proportion to the square of the play. The maps take a component of
+    /// the output and a parameter.
+    pub(crate) fn leave_open<F: Fn(usize) -> f64, M: Fn(usize) -> Mute>(
+        &self,
+        load: &Pressing<F, M>,
+        first_order: impl Fn(usize, usize) -> f64,
+        map: impl Fn(usize, usize) -> f64,
+        open: &mut [f64],
+        decided: &mut [bool],
+    ) -> bool {
+        let size = self.size();
+        let row = |source: &Source, map: &dyn Fn(usize) -> f64| {
+            let mut row = [0.0; MAX_SIZE];
+            row.iter_mut().zip(source.range()).for_each(|(r, p)| *r = map(p));
+            row
+        };
+        let mut reaches = [0.0; 6];
+        for source in self.sources.iter().filter(|s| s.is_clearance) {
+            for k in 0..size {
+                reaches[k] += source.set.reach(&row(source, &|p| first_order(k, p))[..source.set.size()]);
+            }
+        }
+        let mut felt = false;
+        for (s, source) in self.sources.iter().enumerate().filter(|(_, s)| s.is_clearance) {
+            let n = source.set.size();
+            let force = source.set.heard(&row(source, &|p| (load.force)(p))[..n], (load.mute)(s));
+            let face = source.set.face(&force[..n], self.undecided(source, UNDECIDED * load.scale));
+            decided[s] &= face.is_point();
+            if face.is_point() {
+                continue;
+            }
+            let width = |map: &dyn Fn(usize) -> f64| face.half_width(&row(source, map)[..n]);
+            let widths: [f64; 6] = std::array::from_fn(|k| if k < size { width(&|p| map(k, p)) } else { 0.0 });
+            let moves = |k: usize| widths[k].min(width(&|p| first_order(k, p))) > UNFELT * reaches[k];
+            for k in (0..size).filter(|&k| moves(k)) {
+                felt = true;
+                let share = &mut open[s * size + k];
+                *share = share.max(widths[k]);
+            }
+        }
+        felt
+    }
+}

@@ -1,0 +1,367 @@
+//! Where the load pushes an over-constrained or elastic mechanism.
+
+use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use nalgebra::DVector;
+
+use crate::closure::equations::Inputs;
+use crate::closure::newton::State;
+use crate::cone::scheduler::Rounds;
+use crate::contact::flanks::FLANKS;
+use crate::mechanism::case::Case;
+use crate::mechanism::status::Status;
+use crate::mechanism::{Basis, Elastic, Mechanism, Row, Source};
+use crate::questions::loaded::columns::{Loaded, Table};
+use crate::redundancy::balance::Balance;
+use crate::redundancy::compatibility::Compatibility;
+use crate::redundancy::equilibrium::Ask;
+use crate::redundancy::placed::{CHUNK, Placed};
+use crate::redundancy::sequence::{Failure, Rest, is_apart};
+use crate::redundancy::system::{System, UNDECIDED_TOGETHER};
+
+/// What is left open is felt by the output when it moves it by more than this part of what all play together
+/// could. Below is rounding: cone programs give offsets in round sets to about 1e-7 of the clearance.
+const FELT: f64 = 1e-6;
+/// What an over-constrained or elastic mechanism tells of one configuration.
+#[derive(Clone, Debug)]
+pub struct Strain {
+    /// What every mechanism tells.
+    pub loaded: Loaded,
+    /// The smallest factor on the clearances with which the rigid mechanism goes together.
+    pub clearance_factor: f64,
+    /// Reactions without any load.
+    pub prestress: Vec<f64>,
+    /// Force or moment on the displacement of every row, in the joint's axes: what pulls its second body along.
+    pub force: Vec<f64>,
+    /// Deformation of every elastic component.
+    pub deformation: Vec<f64>,
+    /// Part of every joint's compliance in the first-order error, joint by joint, per component.
+    pub elastic: Vec<f64>,
+    /// Relative duality gap of the last program.
+    pub gap: f64,
+    /// The largest misfit of a redundant row at the nominal pose; angles at the characteristic length.
+    pub lack_of_fit: f64,
+}
+
+/// Strained configurations, column by column, row after row.
+#[derive(Clone, Debug, Default)]
+#[allow(missing_docs)] // the columns are the fields of [`Strain`]
+pub struct StrainTable {
+    pub loaded: Table,
+    pub clearance_factor: Vec<f64>,
+    pub prestress: Vec<f64>,
+    pub force: Vec<f64>,
+    pub deformation: Vec<f64>,
+    pub elastic: Vec<f64>,
+    pub gap: Vec<f64>,
+    pub lack_of_fit: Vec<f64>,
+}
+
+impl StrainTable {
+    fn push(&mut self, row: Strain) {
+        self.loaded.push(row.loaded);
+        self.clearance_factor.push(row.clearance_factor);
+        self.prestress.extend(row.prestress);
+        self.force.extend(row.force);
+        self.deformation.extend(row.deformation);
+        self.elastic.extend(row.elastic);
+        self.gap.push(row.gap);
+        self.lack_of_fit.push(row.lack_of_fit);
+    }
+}
+
+/// What is known at the nominal pose to first order.
+struct FirstOrder {
+    factor: Option<Balance>,
+    stress: Option<Balance>,
+    load: Balance,
+}
+
+impl Mechanism {
+    /// Where the load pushes the output of an over-constrained or elastic mechanism, for every case; if not
+    /// `exact`, told to first order at the nominal pose; without `details` the parts of the first-order error are left
+    /// out. A determinate rigid one is welcome, too.
+    #[must_use]
+    pub fn strained(&self, cases: &[Case<'_>], exact: bool, details: bool) -> StrainTable {
+        let fallbacks = AtomicU64::new(0);
+        let found: Vec<Strain> = self.chunks_on_basis(
+            cases,
+            CHUNK,
+            |placed| {
+                let alone = Cell::new(0);
+                let rows = Rounds::each(placed.iter(), async |rounds, at| {
+                    let found = self.strain_at(rounds, at, exact, details).await;
+                    // All share the rounds, so that the last one to end knows of all.
+                    alone.set(rounds.alone_so_far());
+                    found
+                });
+                fallbacks.fetch_add(alone.get(), Ordering::Relaxed);
+                rows
+            },
+            |status| self.no_strain(status),
+        );
+        let mut table = StrainTable::default();
+        for row in found {
+            table.push(row);
+        }
+        table.loaded.fallbacks = fallbacks.into_inner();
+        table
+    }
+
+    fn no_strain(&self, status: Status) -> Strain {
+        Strain {
+            loaded: self.no_load_result(status),
+            clearance_factor: f64::NAN,
+            prestress: nan(self.n_joints() * self.size()),
+            force: nan(self.n_rows()),
+            deformation: nan(self.deformations().count()),
+            elastic: nan(self.n_joints() * self.size()),
+            gap: f64::NAN,
+            lack_of_fit: f64::NAN,
+        }
+    }
+
+    async fn strain_at(&self, rounds: &Rounds, at: &Placed<'_>, exact: bool, details: bool) -> Strain {
+        let Placed { system, solver, case, nominal, .. } = at;
+        let basis = system.basis;
+        let known = self.displacements(&self.centre);
+        let Some((c, flanks)) = self.tied_at_flanks(rounds, at, &known).await else {
+            return self.no_strain(Status::Singular);
+        };
+        let status = at.nominal_status();
+        let lack_of_fit = self.length * basis.scaled_misfit(&c.misfit);
+        let right = self.first_order_right(&c, &known, case, nominal);
+        let loosest = system.balance_in(rounds, &c, &right, &Ask::Factor, None).await;
+        let factor = loosest.as_ref().map_or(f64::INFINITY, |balance| balance.factor);
+        let apart = |status, clearance_factor| Strain { clearance_factor, lack_of_fit, ..self.no_strain(status) };
+        if is_apart(factor) && system.is_rigid() {
+            return apart(Status::NotAssemblable, factor);
+        }
+        let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Load, None).await else {
+            return apart(Status::NotAssemblable, factor);
+        };
+        let unknown = system.unknown_reactions(&c);
+        let (contribution, elastic) = if details {
+            let map = system.derivatives(&c, &c.output.parameters, &balance, UNDECIDED_TOGETHER);
+            system.parts(&map, &self.centre, &balance)
+        } else {
+            (nan(self.sources.len() * self.size()), nan(self.n_joints() * self.size()))
+        };
+        let error_first_order = self.first_order_error(system, &c, &known, case, nominal, &balance);
+        let mut open = vec![0.0; self.sources.len() * self.size()];
+        let mut decided = vec![true; self.sources.len()];
+        let widths = system.leave_open(rounds, &c, &right, &balance, &mut open, &mut decided).await;
+        let mut widths = self.felt(&c, widths);
+        let mut found = Strain {
+            loaded: Loaded {
+                error: error_first_order.clone(),
+                error_first_order,
+                undetermined: Vec::new(),
+                open: Vec::new(),
+                decided: Vec::new(),
+                reaction: self.bearable(basis, &flanks, &balance.forces, &unknown),
+                offset: self.offsets(system, &balance),
+                contribution,
+                steps: 0,
+                status,
+            },
+            clearance_factor: factor,
+            prestress: vec![0.0; self.n_joints() * self.size()],
+            force: self.known(&balance.forces, &unknown),
+            deformation: self.deformation(system, &balance),
+            elastic,
+            gap: balance.gap,
+            lack_of_fit,
+        };
+        let mut settled_all = balance.solved;
+        let stress =
+            if is_apart(factor) { system.balance_in(rounds, &c, &right, &Ask::Stress, None).await } else { None };
+        if exact {
+            let first = FirstOrder { factor: loosest, stress, load: balance };
+            let (rest, stress) = match self.rest_exactly(rounds, at, &first, &mut found.clearance_factor).await {
+                Ok(found) => found,
+                Err(failure) => return apart(failure.status(), found.clearance_factor),
+            };
+            let Rest { state, balance, .. } = &rest;
+            if system.leaves_open(&c, &balance.forces) {
+                let Some(c) = Compatibility::at(basis, solver, state) else {
+                    return apart(Status::Singular, found.clearance_factor);
+                };
+                let right = c.right(&state.inputs.parameters, &known);
+                let wider = system.leave_open(rounds, &c, &right, balance, &mut open, &mut decided).await;
+                let wider = self.felt(&c, wider);
+                widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
+            }
+            found.loaded.error = basis.kept.error(state, nominal);
+            found.loaded.reaction = self.bearable(basis, state, &balance.forces, &unknown);
+            found.loaded.offset = self.offsets(system, balance);
+            found.loaded.steps = rest.steps;
+            found.force = self.known(&balance.forces, &unknown);
+            found.deformation = self.deformation(system, balance);
+            found.gap = balance.gap;
+            settled_all = rest.still && balance.solved;
+            if let Some(stress) = stress {
+                found.prestress = self.bearable(basis, &stress.state, &stress.balance.forces, &unknown);
+            }
+        } else if let Some(stress) = stress {
+            found.prestress = self.bearable(basis, &flanks, &stress.forces, &unknown);
+        }
+        let felt = widths.iter().any(|width| *width > 0.0);
+        found.loaded.undetermined = widths;
+        (found.loaded.open, found.loaded.decided) = (open, decided);
+        found.loaded.status = match status {
+            Status::Ok if is_apart(found.clearance_factor) => Status::Strained,
+            Status::Ok if felt || !settled_all => Status::Undetermined,
+            other => other,
+        };
+        found
+    }
+
+    /// The linearisation at the nominal pose, for the flanks of couplings that the load closes, and the displacements
+    /// that tell these; `None` where the basis is singular.
+    async fn tied_at_flanks(&self, rounds: &Rounds, at: &Placed<'_>, known: &[f64]) -> Option<(Compatibility, State)> {
+        let Placed { system, solver, case, nominal, .. } = at;
+        let mut flanks = State::clone(nominal);
+        let mut c = Compatibility::at(system.basis, solver, nominal)?;
+        let rows: Vec<usize> = (0..self.n_rows()).filter(|&k| self.rows[k].play.is_some()).collect();
+        for _ in 0..if rows.is_empty() { 0 } else { FLANKS } {
+            let right = self.first_order_right(&c, known, case, nominal);
+            let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Load, None).await else { break };
+            let given = system.displacements(&balance);
+            let before = flanks.inputs.parameters.clone();
+            rows.iter().for_each(|&k| flanks.inputs.parameters[k] = known[k] + given[k]);
+            if system.difference(&before, &flanks.inputs.parameters) <= self.still() {
+                break;
+            }
+            // The pose is the nominal one all the same, and so is what the rows lack there.
+            let misfit = c.ties.misfit;
+            c = Compatibility::at(system.basis, solver, &flanks)?;
+            c.ties.misfit = misfit;
+        }
+        Some((c, flanks))
+    }
+
+    /// The exact pose, and the prestress where members have to be strained; puts the factor on the clearances.
+    async fn rest_exactly(
+        &self,
+        rounds: &Rounds,
+        at: &Placed<'_>,
+        first: &FirstOrder,
+        factor: &mut f64,
+    ) -> Result<(Rest, Option<Rest>), Failure> {
+        let Placed { system, solver, case, nominal, .. } = at;
+        let known = self.displacements(&self.centre);
+        let built = Inputs { drives: case.drives.to_vec(), parameters: known.clone() };
+        let start = solver.follow(nominal, &built).map_err(|_| Failure::Unreachable)?;
+        *factor = system.assembly_factor_in(rounds, solver, start.clone(), &known, first.factor.as_ref()).await?;
+        let mut stress = None;
+        if is_apart(*factor) {
+            let first = first.stress.as_ref();
+            stress = Some(system.rest_in(rounds, solver, start.clone(), &known, first, Ask::Stress).await?);
+        }
+        let load = system.rest_in(rounds, solver, start, &known, Some(&first.load), Ask::Load).await?;
+        Ok((load, stress))
+    }
+
+    /// What displacements must add up to at the nominal pose beside the known ones, with drive values near the
+    /// nominal ones.
+    pub(crate) fn first_order_right(
+        &self,
+        c: &Compatibility,
+        known: &[f64],
+        case: &Case<'_>,
+        nominal: &State,
+    ) -> DVector<f64> {
+        let drives = case.drives.iter().zip(&nominal.inputs.drives).map(|(q, q0)| q - q0);
+        &c.misfit
+            - &c.equations * DVector::from_column_slice(known)
+            - &c.drives * DVector::from_iterator(self.n_drives, drives)
+    }
+
+    /// The error to first order at the nominal pose, for known displacements and those that the balance gives.
+    pub(crate) fn first_order_error(
+        &self,
+        system: &System<'_>,
+        c: &Compatibility,
+        known: &[f64],
+        case: &Case<'_>,
+        nominal: &State,
+        balance: &Balance,
+    ) -> Vec<f64> {
+        let mut displacements = DVector::from_column_slice(known);
+        displacements += DVector::from_vec(system.displacements(balance));
+        let moved = &c.output.parameters * displacements - &c.shared * &c.misfit;
+        self.drive_shift(&c.output, case, nominal).iter().zip(moved.iter()).map(|(a, b)| a + b).collect()
+    }
+
+    /// The half-widths of what the load leaves open, zero where the output does not feel them.
+    fn felt(&self, c: &Compatibility, mut widths: Vec<f64>) -> Vec<f64> {
+        for (i, width) in widths.iter_mut().enumerate() {
+            if !(*width > FELT * self.play(c, i)) {
+                *width = 0.0;
+            }
+        }
+        widths
+    }
+
+    /// What is felt of what is left open, component by component.
+    pub(crate) fn feels(&self, c: &Compatibility) -> Vec<f64> {
+        (0..self.size()).map(|component| FELT * self.play(c, component)).collect()
+    }
+
+    /// What all play together can do to a component of the output.
+    pub(crate) fn play(&self, c: &Compatibility, component: usize) -> f64 {
+        let reach = |source: &Source| {
+            let row: Vec<f64> = source.range().map(|p| c.output.parameters[(component, self.place_of(p))]).collect();
+            source.set.reach(&row)
+        };
+        self.sources.iter().filter(|source| source.is_clearance).map(reach).sum()
+    }
+
+    /// Reactions of forces on the rows' displacements at a state of the basis, unknown where nothing decides them.
+    pub(crate) fn bearable(&self, basis: &Basis, at: &State, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
+        let (poses, displacements) = (self.poses(&at.coordinates), &at.inputs.parameters);
+        let mut multipliers = forces.rows(0, self.n_rows()).into_owned();
+        for (l, row) in multipliers.iter_mut().zip(&basis.all.rows).filter(|(_, row)| row.play.is_some()) {
+            *l /= basis.all.slope(row, &poses, displacements);
+        }
+        let mut reactions = basis.all.reactions(&poses, displacements, multipliers.as_slice());
+        for (wrench, unknown) in reactions.chunks_exact_mut(self.size()).zip(unknown) {
+            if *unknown {
+                wrench.fill(f64::NAN);
+            }
+        }
+        reactions
+    }
+
+    /// Forces on the rows, unknown where nothing decides them.
+    pub(crate) fn known(&self, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
+        let known = |(row, force): (&Row, &f64)| if unknown[row.joint] { f64::NAN } else { *force };
+        self.rows.iter().zip(forces.iter()).map(known).collect()
+    }
+
+    /// The values of all parameters.
+    pub(crate) fn offsets(&self, system: &System<'_>, balance: &Balance) -> Vec<f64> {
+        let mut offsets = self.centre.clone();
+        for (give, given) in system.gives.iter().zip(&balance.given) {
+            let Some(source) = give.source else { continue };
+            self.sources[source].range().zip(given).for_each(|(p, d)| offsets[p] += d);
+        }
+        offsets
+    }
+
+    /// Deformation of every component that is elastic.
+    pub(crate) fn deformation(&self, system: &System<'_>, balance: &Balance) -> Vec<f64> {
+        let mut by_row = vec![0.0; self.n_rows()];
+        for (give, given) in system.gives.iter().zip(&balance.given).filter(|(give, _)| give.source.is_none()) {
+            give.columns.iter().zip(given).for_each(|(&row, v)| by_row[row] = *v);
+        }
+        self.elastic.iter().flat_map(Elastic::yielding).map(|row| by_row[row]).collect()
+    }
+}
+
+/// As many numbers that are unknown.
+fn nan(n: usize) -> Vec<f64> {
+    vec![f64::NAN; n]
+}

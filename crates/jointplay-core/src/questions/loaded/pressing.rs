@@ -1,0 +1,13 @@
+//! The forces that decide where a load leaves the offsets.
+
+use crate::clearance::mute::Mute;
+
+/// The forces along all parameters at a pose.
+pub(crate) struct Pressing<F: Fn(usize) -> f64, M: Fn(usize) -> Mute> {
+    /// The force along a parameter.
+    pub force: F,
+    /// The size of all forces.
+    pub scale: f64,
+    /// What of a source the load does not push at the nominal pose.
+    pub mute: M,
+}

@@ -1,0 +1,158 @@
+//! One chunk of samples: drawn, solved and counted block by block.
+
+use crate::clearance::draw::Stream;
+use crate::closure::equations::Inputs;
+use crate::closure::newton::{Solver, State};
+use crate::closure::recorded::program::Bound;
+use crate::interrupt;
+use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
+use crate::math::lanes::simd::{Kernel, dispatch};
+use crate::math::vector::norm;
+use crate::mechanism::Mechanism;
+use crate::mechanism::status::Status;
+use crate::questions::random::request::Request;
+use crate::questions::random::tally::{Kept, Ranges, Tally};
+
+/// What all chunks of one configuration share.
+pub struct Job<'a> {
+    pub solver: &'a Solver<'a>,
+    /// The recorded programs at this configuration; without them every sample is solved plainly.
+    pub bound: Option<Bound<'a>>,
+    pub built: &'a State,
+    pub nominal: &'a State,
+    pub request: &'a Request,
+    pub ranges: &'a Ranges,
+    /// A value near the mean, about which products are summed.
+    pub shift: &'a [f64],
+}
+
+impl Job<'_> {
+    /// Draws and solves a chunk; when stopped, part of it.
+    pub fn draw(&self, chunk: u64, count: usize) -> Tally {
+        dispatch(Chunk { job: self, number: chunk, count })
+    }
+
+    const fn mechanism(&self) -> &Mechanism {
+        self.solver.mechanism
+    }
+
+    /// One sample by the plain solver; gives its error and status.
+    #[inline(never)]
+    fn solve_plainly(&self, tally: &mut Tally, parameters: &[Block], lane: usize) -> (Vec<f64>, Status) {
+        let m = self.mechanism();
+        let inputs = Inputs {
+            drives: self.built.inputs.drives.clone(),
+            parameters: parameters.iter().map(|b| b.0[lane]).collect(),
+        };
+        tally.fallbacks += 1;
+        let solver = self.solver;
+        let solved = solver.close(self.built, &inputs).map_or_else(|| solver.follow(self.built, &inputs), Ok);
+        let status = match solved {
+            Ok(state) if state.negative == self.built.negative => {
+                let error = m.error(&state, self.nominal);
+                let (translations, rotations) = error.split_at(m.n_translations());
+                let sizes = [norm(translations), norm(rotations)];
+                let mut quantities = error.clone();
+                quantities.extend(sizes);
+                tally.add(self.ranges, self.shift, &quantities, self.outside(sizes[0], sizes[1]));
+                return (error, Status::Ok);
+            }
+            Ok(_) => Status::Singular,
+            Err(status) => status,
+        };
+        tally.statuses[status as usize] += 1;
+        (vec![f64::NAN; m.size()], status)
+    }
+
+    #[inline(always)]
+    fn outside(&self, position: f64, rotation: f64) -> bool {
+        position > self.request.limit_position || rotation > self.request.limit_rotation
+    }
+}
+
+struct Chunk<'j, 'a> {
+    job: &'j Job<'a>,
+    number: u64,
+    count: usize,
+}
+
+impl Kernel for Chunk<'_, '_> {
+    type Output = Tally;
+
+    #[inline(always)]
+    fn run(self) -> Tally {
+        let job = self.job;
+        let m = job.mechanism();
+        let n = m.size();
+        let translations = m.n_translations();
+        let mut tally = Tally::new(n, job.ranges);
+        tally.kept = job.request.keep.then(Kept::default);
+        let mut sums = crate::questions::random::tally::Sums::new(n, n + 2);
+        let mut stream = Stream::new(job.request.seed, self.number);
+        let mut bound = job.bound.clone();
+        let mut unsolved = vec![Block::splat(0.0); m.n_parameters()];
+        let mut quantities = vec![Block::splat(0.0); n + 2];
+        let mut left = self.count;
+        'blocks: while left > 0 && !interrupt::is_asked() {
+            let lanes = left.min(LANES);
+            left -= lanes;
+            let parameters = bound.as_mut().map_or(&mut unsolved[..], Bound::parameters);
+            for source in m.sources() {
+                let law = Mechanism::law(source, job.request);
+                stream.draw(&source.set, law, &mut parameters[source.range()]);
+                for p in source.range() {
+                    parameters[p] = parameters[p].add(&Block::splat(m.centre[p]));
+                }
+            }
+            let mut good = Mask::NONE;
+            if let Some(bound) = &mut bound {
+                good = bound.solve();
+                let (mut position, mut rotation) = (Block::splat(0.0), Block::splat(0.0));
+                for k in 0..n {
+                    let error = bound.error(k);
+                    quantities[k] = *error;
+                    let size = if k < translations { &mut position } else { &mut rotation };
+                    *size = error.mul_add(error, size);
+                }
+                quantities[n] = position.sqrt();
+                quantities[n + 1] = rotation.sqrt();
+            }
+            good.limit(lanes);
+            let used = good.count();
+            let parameters = bound.as_mut().map_or(&unsolved[..], |b| b.parameters());
+            for i in if used == lanes as u64 && tally.kept.is_none() { 0..0 } else { 0..lanes } {
+                let mut plainly = || job.solve_plainly(&mut tally, parameters, i);
+                let plain = if good.has(i) {
+                    None
+                } else if let Some(solved) = interrupt::until_stopped(&mut plainly) {
+                    Some(solved)
+                } else {
+                    break 'blocks;
+                };
+                if let Some(kept) = &mut tally.kept {
+                    kept.parameters.extend(parameters.iter().map(|b| b.0[i]));
+                    if let Some((error, status)) = plain {
+                        kept.errors.extend(error);
+                        kept.statuses.push(status);
+                    } else {
+                        kept.errors.extend(quantities[..n].iter().map(|b| b.0[i]));
+                        kept.statuses.push(Status::Ok);
+                    }
+                }
+            }
+            sums.add(&quantities, &good, job.shift);
+            tally.count_block(job.ranges, &quantities, &good);
+            tally.statuses[Status::Ok as usize] += used;
+            let (position, rotation) = (&quantities[n], &quantities[n + 1]);
+            let [most_position, most_rotation] = [job.request.limit_position, job.request.limit_rotation];
+            let mut outside = 0;
+            for i in 0..LANES {
+                let out = bits_if(position.0[i] > most_position) | bits_if(rotation.0[i] > most_rotation);
+                outside += good.0[i] & out & 1;
+            }
+            tally.outside += outside;
+        }
+        tally.absorb(&sums, job.shift);
+        tally
+    }
+}

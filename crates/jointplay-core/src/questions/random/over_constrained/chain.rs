@@ -1,0 +1,58 @@
+//! Hit-and-run: a chain of steps, each along a random line to a random point of what the sets leave of it.
+//!
+//! Its law is that of the section in the limit of many steps (Smith, Oper. Res. 32, 1984, 1296).
+
+use crate::questions::random::over_constrained::dice::Dice;
+use crate::questions::random::over_constrained::section::Section;
+
+/// Steps of a chain, for every dimension of the section.
+const STEPS_PER_DIMENSION: usize = 40;
+
+impl Section {
+    /// A chain of hit-and-run steps from offsets within the section.
+    pub(crate) fn walk(&self, start: &[Vec<f64>], dice: &mut Dice) -> Option<Vec<f64>> {
+        let units: Vec<_> = self.members.iter().zip(start).map(|(member, d)| member.set.to_unit(d)).collect();
+        let mut u: Vec<f64> = self.places.iter().map(|place| units[place.member][place.k]).collect();
+        let dimensions = self.directions.ncols();
+        for _ in 0..STEPS_PER_DIMENSION * dimensions {
+            let mut along = vec![0.0; u.len()];
+            for column in self.directions.column_iter() {
+                let part = dice.next_normal();
+                along.iter_mut().zip(column.iter()).for_each(|(a, d)| *a += part * d);
+            }
+            let mut chord = [f64::NEG_INFINITY, f64::INFINITY];
+            for ((m, at), (_, by)) in self.each_member(&u).zip(self.each_member(&along)) {
+                let set = &self.members[m].set;
+                let [low, high] = set.chord(&at[..set.size()], &by[..set.size()]);
+                chord = [chord[0].max(low), chord[1].min(high)];
+            }
+            // Rounding may leave a point on the boundary just outside of it.
+            let [low, high] = [chord[0].min(0.0), chord[1].max(0.0)];
+            if !(high - low).is_finite() {
+                return None;
+            }
+            let step = self.along_chord(&u, &along, low, high, dice);
+            u.iter_mut().zip(&along).for_each(|(u, a)| *u += step * a);
+        }
+        Some(u)
+    }
+
+    /// How far a step goes: the law's density along the line is normal, or uniform.
+    fn along_chord(&self, u: &[f64], along: &[f64], low: f64, high: f64, dice: &mut Dice) -> f64 {
+        let (mut curve, mut slope) = (0.0, 0.0);
+        for ((place, u), a) in self.places.iter().zip(u).zip(along) {
+            curve += place.precision * a * a;
+            slope += place.precision * a * u;
+        }
+        let exponent = |t: f64| -t * (slope + 0.5 * curve * t);
+        let top = exponent(if curve > 0.0 { (-slope / curve).clamp(low, high) } else { 0.0 });
+        loop {
+            let step = low + (high - low) * dice.next_unit();
+            // Within the sets the exponent varies by a few dozen at most, and most chords are short.
+            // Written so that NaN ends it.
+            if !(dice.next_unit() >= (exponent(step) - top).exp()) {
+                return step;
+            }
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! One chunk of units: drawn block by block, solved group by group, counted.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::clearance::draw::Stream;
+use crate::interrupt;
+use crate::math::lanes::block::{Block, LANES, Mask};
+use crate::math::stats::moments::Moments;
+use crate::math::stats::sketch::Sketch;
+use crate::math::vector::norm;
+use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
+use crate::questions::random::CHUNK;
+use crate::questions::random::over_constrained::group::Group;
+use crate::questions::random::over_constrained::unit::{Job, Unit, least_displacements};
+use crate::questions::random::tally::{Kept, Ranges, Sums, Tally};
+use crate::redundancy::compatibility::Compatibility;
+use crate::redundancy::specimen_batch::Together;
+
+/// Units that are solved together.
+const UNITS: usize = 1024;
+/// A sum of terms below this part of their sizes is zero.
+const ROUNDING: f64 = 1e-13;
+
+/// What is kept of a set of units.
+#[derive(Clone)]
+pub struct Count {
+    pub tally: Tally,
+    /// First-order error, then the parts of the sources and of the joints' deformations in it.
+    pub first_order: Moments,
+    pub factor: Sketch,
+    /// By row of the elastic joints.
+    pub forces: Vec<Sketch>,
+}
+
+impl Count {
+    pub fn new(m: &Mechanism, ranges: &Ranges) -> Self {
+        let n = m.size();
+        Self {
+            tally: Tally::new(n, ranges),
+            first_order: Moments::new(n * (1 + m.sources.len() + m.n_joints()), n),
+            factor: Sketch::default(),
+            forces: vec![Sketch::default(); m.elastic_rows().count()],
+        }
+    }
+
+    pub fn merge(&mut self, other: &Self) {
+        self.tally.merge(&other.tally);
+        self.first_order.merge(&other.first_order);
+        self.factor.merge(&other.factor);
+        self.forces.iter_mut().zip(&other.forces).for_each(|(a, b)| a.merge(b));
+    }
+}
+
+/// The error to first order at the nominal pose, and whose part of it is how large.
+pub struct Linear<'a> {
+    mechanism: &'a Mechanism,
+    compatibility: &'a Compatibility,
+    /// What drive values and the nominal misfit do to the output.
+    constant: Vec<f64>,
+    /// What displacements must add up to.
+    right: &'a DVector<f64>,
+    /// What makes displacements that are compatible elsewhere so at the nominal pose.
+    correction: DMatrix<f64>,
+    /// What displacements do to the output where no force holds the clearances.
+    loose: DMatrix<f64>,
+    /// Place of every parameter among the displacements.
+    places: Vec<usize>,
+}
+
+impl<'a> Linear<'a> {
+    pub fn new(job: &'a Job<'a>, case: &Case<'_>) -> Self {
+        let c = job.nominal.compatibility;
+        let m = job.system.mechanism;
+        let misfit = &c.shared * &c.misfit;
+        let shift = m.drive_shift(&c.output, case, job.nominal.state);
+        Self {
+            mechanism: m,
+            compatibility: c,
+            constant: shift.iter().zip(misfit.iter()).map(|(d, m)| d - m).collect(),
+            right: &job.nominal.right,
+            correction: least_displacements(&job.system, c, &job.tied),
+            loose: job.system.derivatives_loose(c, |give| job.spread(give)),
+            places: (0..m.n_parameters()).map(|p| m.place_of(p)).collect(),
+        }
+    }
+
+    /// For compatible displacements.
+    pub fn error(&self, displacements: &[f64]) -> Vec<f64> {
+        let map = &self.compatibility.output.parameters;
+        let of = |(i, constant): (usize, &f64)| {
+            let (mut sum, mut size) = (*constant, constant.abs());
+            for (m, d) in map.row(i).iter().zip(displacements) {
+                sum += m * d;
+                size += (m * d).abs();
+            }
+            // What rounding leaves of terms that cancel each other is no error.
+            if sum.abs() <= ROUNDING * size { 0.0 } else { sum }
+        };
+        self.constant.iter().enumerate().map(of).collect()
+    }
+
+    /// The error of a unit, the parts of the sources, and what is left of every joint's.
+    fn parts(&self, unit: &Unit) -> Vec<f64> {
+        let Unit { displacements, held, .. } = unit;
+        let m = self.mechanism;
+        let n = m.size();
+        let mut own = displacements.clone();
+        let mut offsets = unit.before.as_ref().unwrap_or(&unit.parameters).clone();
+        let off = self.right - &self.compatibility.equations * DVector::from_column_slice(&displacements[..]);
+        for (row, d) in (&self.correction * off).iter().enumerate() {
+            own[row] += d;
+        }
+        for source in m.sources().iter().filter(|source| source.is_clearance) {
+            source.range().for_each(|p| offsets[p] += own[self.places[p]] - displacements[self.places[p]]);
+        }
+        let map = held.as_ref().unwrap_or(&self.loose);
+        let mut parts = self.error(&own);
+        let add = |parts: &mut [f64], place: usize, d: f64| {
+            (0..n).for_each(|i| parts[i] += map[(i, place)] * d);
+        };
+        for source in m.sources() {
+            let mut part = vec![0.0; n];
+            source.range().for_each(|p| add(&mut part, self.places[p], offsets[p]));
+            parts.extend(part);
+        }
+        let first = parts.len();
+        parts.resize(first + n * m.n_joints(), 0.0);
+        for row in m.elastic_rows() {
+            let offset = m.rows[row].parameter.map_or(0.0, |p| offsets[p]);
+            let joint = first + n * m.rows[row].joint;
+            add(&mut parts[joint..joint + n], row, own[row] - offset);
+        }
+        parts
+    }
+}
+
+/// Draws, solves and counts a chunk; when stopped, part of it.
+///
+/// Products are summed about `shift`, an error near the mean.
+pub fn draw(
+    job: &Job<'_>,
+    mut together: Together<'_>,
+    linear: &Linear<'_>,
+    ranges: &Ranges,
+    shift: &[f64],
+    number: u64,
+    samples: usize,
+) -> Count {
+    let m = job.system.mechanism;
+    let n = m.size();
+    let mut count = Count::new(m, ranges);
+    count.tally.kept = job.request.keep.then(Kept::default);
+    let mut sums = Sums::new(n, n + 2);
+    let mut stream = Stream::new(job.request.seed, number);
+    let mut drawn = vec![Block::splat(0.0); m.n_parameters()];
+    let mut quantities = vec![Block::splat(0.0); n + 2];
+    for first in (0..samples).step_by(UNITS) {
+        let n_units = UNITS.min(samples - first);
+        let mut units_drawn = Vec::with_capacity(n_units);
+        for at in (0..n_units).step_by(LANES) {
+            for source in m.sources() {
+                stream.draw(&source.set, Mechanism::law(source, job.request), &mut drawn[source.range()]);
+                for p in source.range() {
+                    drawn[p] = drawn[p].add(&Block::splat(m.centre[p]));
+                }
+            }
+            let lanes = 0..LANES.min(n_units - at);
+            units_drawn.extend(lanes.map(|lane| drawn.iter().map(|block| block.0[lane]).collect::<Vec<f64>>()));
+        }
+        let group = Group::new(job, &mut together, &units_drawn, number * CHUNK as u64 + first as u64);
+        let Some(solved) = interrupt::until_stopped(|| group.solve()) else { break };
+        let mut units = solved.into_iter();
+        for _ in (0..n_units).step_by(LANES) {
+            let mut good = Mask::NONE;
+            for (lane, unit) in units.by_ref().take(LANES).enumerate() {
+                if let Some(error) = count.unit(m, linear, unit) {
+                    good.0[lane] = u64::MAX;
+                    quantities.iter_mut().zip(&error).for_each(|(block, e)| block.0[lane] = *e);
+                    let (translations, rotations) = error.split_at(m.n_translations());
+                    let (position, rotation) = (norm(translations), norm(rotations));
+                    (quantities[n].0[lane], quantities[n + 1].0[lane]) = (position, rotation);
+                    let out = position > job.request.limit_position || rotation > job.request.limit_rotation;
+                    count.tally.outside += u64::from(out);
+                }
+            }
+            sums.add(&quantities, &good, shift);
+            count.tally.count_block(ranges, &quantities, &good);
+        }
+    }
+    count.tally.absorb(&sums, shift);
+    count
+}
+
+impl Count {
+    /// Counts a unit; gives its error where it has one.
+    fn unit(&mut self, m: &Mechanism, linear: &Linear<'_>, unit: Unit) -> Option<Vec<f64>> {
+        self.tally.statuses[unit.status as usize] += 1;
+        self.tally.fallbacks += u64::from(unit.plainly);
+        if !unit.factor.is_nan() {
+            self.factor.add(unit.factor);
+        }
+        if let Some(kept) = &mut self.tally.kept {
+            kept.parameters.extend(&unit.parameters);
+            kept.errors.extend(unit.error.clone().unwrap_or_else(|| vec![f64::NAN; m.size()]));
+            kept.statuses.push(unit.status);
+        }
+        if unit.error.is_some() {
+            self.first_order.add(&linear.parts(&unit));
+            for (sketch, row) in self.forces.iter_mut().zip(m.elastic_rows()) {
+                sketch.add(unit.forces[row]);
+            }
+        }
+        unit.error
+    }
+}

@@ -1,0 +1,73 @@
+//! Random numbers of one unit.
+
+use crate::clearance::Set;
+use crate::clearance::draw::Stream;
+use crate::clearance::law::Law;
+use crate::math::lanes::block::{Block, LANES};
+use crate::math::lanes::simd::{Kernel, dispatch};
+
+/// Keeps the numbers of single units apart from those of chunks.
+const APART: u64 = 0x5851_F42D_4C95_7F2D;
+
+/// A stream of its own for every unit: how many numbers one needs does not matter to the others.
+pub struct Dice {
+    stream: Stream,
+    uniform: (Block, usize),
+    normal: (Block, usize),
+}
+
+struct Draw<'a> {
+    stream: &'a mut Stream,
+    set: &'a Set,
+    law: Law,
+    out: &'a mut [Block],
+}
+
+impl Kernel for Draw<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.stream.draw(self.set, self.law, self.out);
+    }
+}
+
+impl Dice {
+    pub fn new(seed: u64, unit: u64) -> Self {
+        let none = || (Block::splat(0.0), LANES);
+        Self { stream: Stream::new(seed ^ APART, unit), uniform: none(), normal: none() }
+    }
+
+    /// Offsets of a set by its law, one per lane.
+    pub fn draw(&mut self, set: &Set, law: Law, out: &mut [Block]) {
+        dispatch(Draw { stream: &mut self.stream, set, law, out });
+    }
+
+    /// Uniform from 0 to 1.
+    pub fn unit(&mut self) -> Block {
+        self.stream.unit()
+    }
+
+    /// Uniform from -1 to 1.
+    pub fn symmetric(&mut self) -> Block {
+        self.stream.symmetric()
+    }
+
+    /// One number, uniform from 0 to 1.
+    pub fn next_unit(&mut self) -> f64 {
+        if self.uniform.1 == LANES {
+            self.uniform = (self.stream.unit(), 0);
+        }
+        self.uniform.1 += 1;
+        self.uniform.0.0[self.uniform.1 - 1]
+    }
+
+    /// One standard normal number.
+    pub fn next_normal(&mut self) -> f64 {
+        if self.normal.1 == LANES {
+            self.normal = (self.stream.normal(), 0);
+        }
+        self.normal.1 += 1;
+        self.normal.0.0[self.normal.1 - 1]
+    }
+}

@@ -1,0 +1,192 @@
+//! Scatter from unit to unit of over-constrained and elastic mechanisms.
+//!
+//! Deviations are drawn by their laws. Where the clearances take up the misfit that they cause, offsets scatter
+//! by their laws as far as compatibility allows ([`section`]); where they do not, rigid bodies do not go
+//! together, and elastic ones go to the pose of least energy. If the load is asked for, it decides every
+//! clearance. The pose is exact; first order is the linear map of the nominal pose on the same displacements.
+
+mod chain;
+mod chunk;
+mod dice;
+mod group;
+mod ranges;
+mod section;
+mod unit;
+
+use rayon::prelude::*;
+
+use crate::closure::equations::Inputs;
+use crate::closure::newton::{Solver, State};
+use crate::closure::recorded::program::Newton;
+use crate::closure::recorded::self_stress::Beside;
+use crate::interrupt;
+use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
+use crate::mechanism::status::Status;
+use crate::questions::random::over_constrained::chunk::{Count, Linear};
+use crate::questions::random::over_constrained::group::Group;
+use crate::questions::random::over_constrained::ranges::Reach;
+use crate::questions::random::over_constrained::unit::Job;
+use crate::questions::random::request::Request;
+use crate::questions::random::tally::Ranges;
+use crate::questions::random::{BLOCK, CHUNK, Scatter};
+use crate::redundancy::compatibility::Compatibility;
+use crate::redundancy::specimen_batch::{Nominal, Together};
+use crate::redundancy::system::System;
+
+/// Scatter of an over-constrained or elastic mechanism.
+#[derive(Clone, Debug)]
+pub struct UnitScatter {
+    /// What every mechanism tells.
+    pub scatter: Scatter,
+    /// Quantiles of the smallest factor on the clearances with which a unit goes together rigidly.
+    pub clearance_factor: Vec<f64>,
+    /// Quantiles of the force on every row of the elastic joints, probability by probability.
+    pub force: Vec<f64>,
+    /// Part of every joint's compliance in the first-order variance, joint by joint, per component.
+    pub elastic: Vec<f64>,
+}
+
+impl Mechanism {
+    /// The rows of all elastic joints.
+    pub fn elastic_rows(&self) -> impl Iterator<Item = usize> + '_ {
+        self.elastic.iter().flat_map(|e| e.rows.clone())
+    }
+
+    /// The clearances that compatibility ties to others in any case.
+    #[must_use]
+    pub fn tied(&self, cases: &[Case<'_>]) -> Vec<usize> {
+        let tied = self.each_on_basis(
+            cases,
+            |system, solver, _, _, nominal| {
+                let Some(c) = Compatibility::at(system.basis, solver, &nominal) else { return Vec::new() };
+                let tied = system.gives.iter().filter(|give| System::is_tied(give, &c));
+                tied.filter_map(|give| give.source).collect()
+            },
+            |_| Vec::new(),
+        );
+        (0..self.sources.len()).filter(|s| tied.iter().any(|tied| tied.contains(s))).collect()
+    }
+
+    /// Scatter of every case, whatever ties the displacements of its joints or pushes them; when stopped, that of the
+    /// units until then.
+    #[must_use]
+    pub fn random_units(&self, cases: &[Case<'_>], request: &Request) -> Vec<UnitScatter> {
+        self.each_on_basis(
+            cases,
+            |system, solver, _, case, nominal| {
+                self.scatter_units(system, solver, case, &nominal, request)
+                    .unwrap_or_else(|status| self.no_units(request, status))
+            },
+            |status| self.no_units(request, status),
+        )
+    }
+
+    fn no_units(&self, request: &Request, status: Status) -> UnitScatter {
+        let nan = |n: usize| vec![f64::NAN; n];
+        let probabilities = request.probabilities.len();
+        UnitScatter {
+            scatter: self.no_scatter(request, status),
+            clearance_factor: nan(probabilities),
+            force: nan(probabilities * self.elastic_rows().count()),
+            elastic: nan(self.n_joints() * self.size()),
+        }
+    }
+
+    fn scatter_units(
+        &self,
+        system: &System<'_>,
+        solver: &Solver<'_>,
+        case: &Case<'_>,
+        nominal: &State,
+        request: &Request,
+    ) -> Result<UnitScatter, Status> {
+        let at_nominal = Compatibility::at(system.basis, solver, nominal).ok_or(Status::Singular)?;
+        let known = Inputs { drives: case.drives.to_vec(), parameters: self.displacements(&self.centre) };
+        let built = solver.follow(nominal, &known)?;
+        let at_built = Compatibility::at(system.basis, solver, &built).ok_or(Status::Singular)?;
+        let right = self.first_order_right(&at_nominal, &vec![0.0; at_nominal.load.len()], case, nominal);
+        let nominal = Nominal { state: nominal, compatibility: &at_nominal, right };
+        let job = Job::new(system, request, &nominal, &at_built);
+        let linear = Linear::new(&job, case);
+        let beside = Beside { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
+        let newton = Newton::record_beside(solver, self.largest_angle(), Some(&beside));
+        let bound = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal.state, case.drives));
+        let together =
+            || Together { system: &job.system, solver, nominal: &nominal, built: &built, bound: bound.clone() };
+        // The unit with nothing but known deviations.
+        let middle = Group::new(&job, &mut together(), std::slice::from_ref(&self.centre), u64::MAX).solve().remove(0);
+        let shift = middle.error.unwrap_or_else(|| linear.error(&known.parameters));
+
+        let ranges = Reach { system, c: &at_nominal, request }.ranges(&linear.error(&known.parameters));
+        let mut count = Count::new(self, &ranges);
+        let chunks = request.samples.div_ceil(CHUNK);
+        for block in 0..chunks.div_ceil(BLOCK) {
+            let parts: Vec<Count> = (block * BLOCK..((block + 1) * BLOCK).min(chunks))
+                .into_par_iter()
+                .map(|chunk| {
+                    let samples = CHUNK.min(request.samples - chunk * CHUNK);
+                    crate::questions::random::over_constrained::chunk::draw(
+                        &job,
+                        together(),
+                        &linear,
+                        &ranges,
+                        &shift,
+                        chunk as u64,
+                        samples,
+                    )
+                })
+                .collect();
+            for part in &parts {
+                count.merge(part);
+            }
+            if interrupt::is_asked() {
+                break;
+            }
+        }
+        if count.tally.statuses.iter().all(|n| *n == 0) {
+            interrupt::check();
+        }
+        Ok(self.table(&count, &ranges, request, self.nominal_status(nominal.state)))
+    }
+
+    fn table(&self, count: &Count, ranges: &Ranges, request: &Request, status: Status) -> UnitScatter {
+        let (n, sources) = (self.size(), self.sources.len());
+        let (tally, moments) = (&count.tally, &count.first_order);
+        let covariances = |range: std::ops::Range<usize>| range.map(|k| moments.covariance(k));
+        // Every part varies with the component that it is a part of.
+        let parts = |range: std::ops::Range<usize>| range.map(|k| moments.covariance(k)[(k - n) % n]).collect();
+        let first = n + sources * n;
+        let quantiles = |sketch: &crate::math::stats::sketch::Sketch| -> Vec<f64> {
+            request.probabilities.iter().map(|&p| sketch.quantile(p)).collect()
+        };
+        let solved = tally.count > 0;
+        let or_nan = |values: Vec<f64>| if solved { values } else { vec![f64::NAN; values.len()] };
+        let limits = !(request.limit_position.is_nan() && request.limit_rotation.is_nan());
+        UnitScatter {
+            scatter: Scatter {
+                mean: or_nan(tally.mean.clone()),
+                covariance: tally.covariance(),
+                mean_first_order: moments.mean()[..n].to_vec(),
+                covariance_first_order: covariances(0..n).flatten().collect(),
+                contribution: parts(n..first),
+                quantile: request.probabilities.iter().flat_map(|&p| tally.quantiles(ranges, p)).collect(),
+                quantile_resolution: ranges.resolution(),
+                histogram: tally.histogram(),
+                edges: ranges.edges(),
+                outside: if limits { tally.outside as f64 / tally.count as f64 } else { f64::NAN },
+                largest: or_nan(tally.largest.clone()),
+                failures: tally.statuses,
+                fallbacks: tally.fallbacks,
+                kept: tally.kept.clone(),
+                status,
+            },
+            clearance_factor: quantiles(&count.factor),
+            force: {
+                let by_row: Vec<Vec<f64>> = count.forces.iter().map(quantiles).collect();
+                (0..request.probabilities.len()).flat_map(|p| by_row.iter().map(move |row| row[p])).collect()
+            },
+            elastic: parts(first..first + self.n_joints() * n),
+        }
+    }
+}

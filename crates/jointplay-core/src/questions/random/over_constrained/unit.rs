@@ -1,0 +1,351 @@
+//! One unit: whether it goes together, and where.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::clearance::offset::MAX_SIZE;
+use crate::cone::Kind;
+use crate::cone::bodies::Form;
+use crate::interrupt;
+use crate::math::decomposition::pseudo_inverse;
+use crate::mechanism::Mechanism;
+use crate::mechanism::status::Status;
+use crate::questions::random::over_constrained::dice::Dice;
+use crate::questions::random::over_constrained::section::{Member, Section};
+use crate::questions::random::request::Request;
+use crate::redundancy::balance::Balance;
+use crate::redundancy::compatibility::{Compatibility, FITS, Ties};
+use crate::redundancy::equilibrium::Ask;
+use crate::redundancy::sequence::is_apart;
+use crate::redundancy::specimen_batch::Nominal;
+use crate::redundancy::specimen_batch::sequence::Rested;
+use crate::redundancy::system::{Give, System, UNDECIDED_TOGETHER};
+
+/// A clearance is loose when its force does less than this part of the largest one.
+const LOOSE: f64 = 1e-7;
+/// What is elastic takes part in a correction by the square of this, beside clearances.
+const DEFORMS: f64 = 1e-3;
+
+/// What all units of one configuration share.
+pub struct Job<'a> {
+    /// What gives way together: clearances that scatter by themselves are left out, unless the load decides.
+    pub system: System<'a>,
+    pub request: &'a Request,
+    pub nominal: &'a Nominal<'a>,
+    /// How far the output moves where that is felt.
+    feels: Vec<f64>,
+    /// The linearisation where the basis is closed for the known deviations.
+    pub compatibility: &'a Compatibility,
+    /// What changes a misfit with the least displacements: length-scaled, of everything that gives way.
+    pub correction: DMatrix<f64>,
+    /// The clearances that compatibility ties, by the numbers of their gives.
+    pub tied: Vec<usize>,
+    pub section: Section,
+    /// Whether nothing is elastic.
+    rigid: bool,
+}
+
+/// With how little clearance a unit goes together rigidly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loosest {
+    /// The smallest factor on all clearances.
+    pub factor: f64,
+    /// Offsets of the tied clearances at it, where they are known.
+    offsets: Option<Vec<Vec<f64>>>,
+    /// The factor as a part of the linearised one.
+    part: f64,
+}
+
+impl Loosest {
+    /// By the linearisation.
+    pub const fn new(factor: f64, offsets: Option<Vec<Vec<f64>>>) -> Self {
+        Self { factor, offsets, part: 1.0 }
+    }
+
+    /// On the exact closure.
+    pub fn settle_at(&mut self, factor: f64) {
+        self.part = factor / self.factor;
+        self.factor = factor;
+    }
+}
+
+/// How a unit goes together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fit {
+    /// Rigidly, within the clearances.
+    Loose,
+    /// By what is elastic, or where the load pushes it.
+    Forced,
+    /// Not at all.
+    Apart,
+}
+
+/// What became of a unit.
+pub struct Unit {
+    pub status: Status,
+    /// The smallest factor on the clearances with which it goes together rigidly.
+    pub factor: f64,
+    /// Offsets and deviations, corrected to keep the closed mechanism compatible.
+    pub parameters: Vec<f64>,
+    /// The same before they are corrected, where they are.
+    pub before: Option<Vec<f64>>,
+    /// Displacements of the rows and values of the parameters before they are corrected, as the basis takes them.
+    pub displacements: Vec<f64>,
+    /// Error of the output, where there is one.
+    pub error: Option<Vec<f64>>,
+    /// Whether it took the plain solver.
+    pub plainly: bool,
+    /// Forces on the rows.
+    pub forces: DVector<f64>,
+    /// What displacements do to the output where forces hold them.
+    pub held: Option<DMatrix<f64>>,
+}
+
+impl<'a> Job<'a> {
+    pub fn new(
+        whole: &System<'a>,
+        request: &'a Request,
+        nominal: &'a Nominal<'a>,
+        compatibility: &'a Compatibility,
+    ) -> Self {
+        let takes_part = |give: &&Give| request.loaded || give.source.is_none() || System::is_tied(give, compatibility);
+        let gives = whole.gives.iter().filter(takes_part).cloned().collect();
+        let system = System { gives, ..whole.clone() };
+        let is_tied =
+            |g: &usize| system.gives[*g].source.is_some() && System::is_tied(&system.gives[*g], compatibility);
+        let tied: Vec<usize> = (0..system.gives.len()).filter(is_tied).collect();
+        let section = section(&system, compatibility, &tied, request);
+        let correction = least_displacements(&system, compatibility, &tied);
+        let rigid = system.gives.iter().all(|give| give.source.is_some());
+        Self {
+            feels: system.mechanism.feels(nominal.compatibility),
+            system,
+            request,
+            nominal,
+            compatibility,
+            correction,
+            tied,
+            section,
+            rigid,
+        }
+    }
+
+    const fn mechanism(&self) -> &Mechanism {
+        self.system.mechanism
+    }
+
+    /// A unit with what has been drawn for it, as far as its parts scatter one by one.
+    pub fn drawn(&self, drawn: &[f64]) -> Unit {
+        let m = self.mechanism();
+        let mut parameters = drawn.to_vec();
+        for source in self.system.gives.iter().filter_map(|give| give.source) {
+            m.sources[source].range().for_each(|p| parameters[p] = m.centre[p]);
+        }
+        Unit {
+            status: Status::Ok,
+            factor: f64::NAN,
+            displacements: m.displacements(&parameters),
+            parameters,
+            before: None,
+            error: None,
+            plainly: false,
+            forces: DVector::zeros(self.compatibility.load.len()),
+            held: None,
+        }
+    }
+
+    /// How far an offset goes that nothing holds, as a multiple of its clearance.
+    pub fn spread(&self, give: &Give) -> Form {
+        let by_law = |source: usize| give.kind.spread(Mechanism::law(&self.mechanism().sources[source], self.request));
+        let scatters = !self.request.loaded;
+        give.source.filter(|_| scatters).map_or([1.0; MAX_SIZE], by_law)
+    }
+
+    /// Notes the offset of a clearance.
+    fn put(&self, give: usize, offset: &[f64], unit: &mut Unit) {
+        let m = self.mechanism();
+        let Some(source) = self.system.gives[give].source else { return };
+        m.sources[source].range().zip(offset).for_each(|(p, d)| unit.parameters[p] = m.centre[p] + d);
+    }
+
+    /// The smallest factor on the clearances.
+    pub fn factor(&self, misfit: &DVector<f64>) -> Loosest {
+        let none = |factor| Loosest::new(factor, None);
+        if self.fits(misfit) {
+            return none(0.0);
+        }
+        let [b] = misfit.as_slice() else { return self.loosest(misfit) };
+        // The only self-stress, and what it does on the misfit and in the clearances.
+        let support = |&g: &usize| {
+            let Give { kind, columns, .. } = &self.system.gives[g];
+            let stress: Vec<f64> = columns.iter().map(|&c| b.signum() * self.compatibility.equations[(0, c)]).collect();
+            if let Kind::Clearance(set) = kind { set.support(&stress) } else { 0.0 }
+        };
+        let reach: f64 = self.tied.iter().map(support).sum();
+        none(if reach > 0.0 { b.abs() / reach } else { f64::INFINITY })
+    }
+
+    /// Whether a misfit is none.
+    pub fn fits(&self, misfit: &DVector<f64>) -> bool {
+        let basis = self.system.basis;
+        misfit.iter().zip(&basis.redundant).all(|(b, &row)| b.abs() <= FITS * basis.unit(row))
+    }
+
+    /// The factor by a program, with the offsets at it.
+    fn loosest(&self, misfit: &DVector<f64>) -> Loosest {
+        let balance = self.system.balance(self.compatibility, misfit, &Ask::Factor);
+        balance.map_or(Loosest::new(f64::INFINITY, None), |balance| {
+            Loosest::new(balance.factor, Some(self.tied.iter().map(|&g| balance.given[g].clone()).collect()))
+        })
+    }
+
+    /// How the unit fits; where the clearances take up the misfit, offsets are drawn that do.
+    pub fn fit(&self, misfit: &DVector<f64>, loosest: Loosest, unit: &mut Unit, dice: &mut Dice) -> Fit {
+        interrupt::check();
+        unit.factor = loosest.factor;
+        let apart = is_apart(loosest.factor);
+        if apart && self.rigid {
+            return Fit::Apart;
+        }
+        if apart || self.request.loaded {
+            return Fit::Forced;
+        }
+        // With the part of the misfit that leaves as much room as there is on the exact closure.
+        let misfit = misfit * loosest.part;
+        let interior = || {
+            let Some(mut offsets) = loosest.offsets else { return self.loosest(&misfit).offsets };
+            offsets.iter_mut().flatten().for_each(|d| *d *= loosest.part);
+            Some(offsets)
+        };
+        let Some(offsets) = self.section.draw(&misfit, dice, interior) else { return Fit::Apart };
+        for (&g, offset) in self.tied.iter().zip(&offsets) {
+            self.put(g, offset, unit);
+            self.system.gives[g].columns.iter().zip(offset).for_each(|(&row, d)| unit.displacements[row] += d);
+        }
+        Fit::Loose
+    }
+
+    /// What decides where units are that do not go together by themselves.
+    pub const fn ask(&self) -> Ask {
+        if self.request.loaded { Ask::Load } else { Ask::Stress }
+    }
+
+    /// Notes where a unit has settled. Clearances that carry nothing are drawn where they scatter, which leaves a
+    /// misfit of the second order: then gives what corrects it.
+    pub fn take(&self, rested: Rested, unit: &mut Unit, dice: &mut Dice) -> Option<DMatrix<f64>> {
+        let known = std::mem::take(&mut unit.displacements);
+        let Rested { displacements, error, first, balance, ties, output, still, plainly } = rested;
+        unit.plainly |= plainly;
+        unit.error = Some(error);
+        unit.forces.clone_from(&balance.forces);
+        let c = self.nominal.compatibility;
+        let forces = first.as_ref().unwrap_or(&balance);
+        let spread = |give: &Give| self.spread(give);
+        unit.held = Some(self.system.derivatives_by(c, &c.output.parameters, forces, UNDECIDED_TOGETHER, spread));
+        balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, unit));
+        let right = ties.right(&displacements, &known);
+        unit.displacements = displacements;
+        unit.status = if is_apart(unit.factor) {
+            Status::Strained
+        } else if self.request.loaded
+            && (!still
+                || first.is_some_and(|first| self.is_felt_first(&known, &first))
+                || self.system.is_felt(&ties, &output, &right, &balance, &self.feels))
+        {
+            Status::Undetermined
+        } else {
+            Status::Ok
+        };
+        let loose = self.loose(&balance);
+        if loose.is_empty() {
+            return None;
+        }
+        let mut rest = right;
+        for (g, (give, given)) in self.system.gives.iter().zip(&balance.given).enumerate() {
+            if !loose.contains(&g) {
+                give.columns.iter().zip(given).for_each(|(&row, d)| rest -= ties.equations.column(row) * *d);
+            }
+        }
+        let section = section(&self.system, &ties, &loose, self.request);
+        let interior = || Some(loose.iter().map(|&g| balance.given[g].clone()).collect());
+        let offsets = section.draw(&rest, dice, interior)?;
+        for (&g, offset) in loose.iter().zip(&offsets) {
+            let give = &self.system.gives[g];
+            self.put(g, offset, unit);
+            for ((&row, d), before) in give.columns.iter().zip(offset).zip(&balance.given[g]) {
+                unit.displacements[row] += d - before;
+            }
+        }
+        Some(least_displacements(&self.system, &ties, &loose))
+    }
+
+    /// Whether the output feels what the load leaves open at the nominal pose: that is so at any size of the
+    /// play, even where the exact pose then falls to one side.
+    fn is_felt_first(&self, known: &[f64], first: &Balance) -> bool {
+        let c = self.nominal.compatibility;
+        self.system.is_felt(c, &c.output.parameters, &self.nominal.right_beside(known), first, &self.feels)
+    }
+
+    /// The tied clearances that no force holds and that scatter, therefore.
+    fn loose(&self, balance: &Balance) -> Vec<usize> {
+        if self.request.loaded {
+            return Vec::new();
+        }
+        let reach = |&g: &usize| {
+            let give = &self.system.gives[g];
+            let force: Vec<f64> = give.columns.iter().map(|&row| balance.forces[row]).collect();
+            if let Kind::Clearance(set) = &give.kind { set.reach(&force) } else { 0.0 }
+        };
+        let most = self.tied.iter().map(reach).fold(0.0, f64::max);
+        self.tied.iter().copied().filter(|g| reach(g) <= LOOSE * most).collect()
+    }
+
+    /// Notes a change of the rows' displacements in the offsets of the clearances.
+    pub fn move_offsets(&self, unit: &mut Unit, change: &DVector<f64>) {
+        for give in &self.system.gives {
+            let Some(source) = give.source else { continue };
+            let places = self.mechanism().sources[source].range().zip(&give.columns);
+            places.for_each(|(p, &row)| unit.parameters[p] += change[row]);
+        }
+    }
+}
+
+/// The section of some clearances.
+fn section(system: &System<'_>, c: &Ties, numbers: &[usize], request: &Request) -> Section {
+    let member = |&g: &usize| {
+        let give = &system.gives[g];
+        let (Kind::Clearance(set), Some(source)) = (&give.kind, give.source) else { return None };
+        let law = Mechanism::law(&system.mechanism.sources[source], request);
+        Some(Member { set: *set, law, map: System::map(give, c) })
+    };
+    Section::new(numbers.iter().filter_map(member).collect(), c.equations.nrows())
+}
+
+/// Displacements of all rows, of least length-scaled size, that make up for a misfit: offsets of the given
+/// clearances, and deformations where these cannot.
+pub fn least_displacements(system: &System<'_>, c: &Ties, clearances: &[usize]) -> DMatrix<f64> {
+    let rows = system.mechanism.n_rows();
+    if c.equations.nrows() == 0 {
+        return DMatrix::zeros(rows, 0);
+    }
+    let mut weights = vec![0.0; rows];
+    for (g, give) in system.gives.iter().enumerate() {
+        for (k, &row) in give.columns.iter().enumerate() {
+            let (moves, weight) = match &give.kind {
+                Kind::Clearance(set) | Kind::Fixed(set) => (clearances.contains(&g) && set.half_width(k) > 0.0, 1.0),
+                Kind::Spring(compliance) => (compliance[k * (give.columns.len() + 1)] > 0.0, DEFORMS),
+            };
+            if moves {
+                weights[row] = weight * system.basis.unit(row);
+            }
+        }
+    }
+    let mut scaled = c.equations.columns(0, rows).into_owned();
+    for (row, weight) in weights.iter().enumerate() {
+        scaled.column_mut(row).scale_mut(*weight);
+    }
+    let mut inverse = pseudo_inverse(&scaled, LOOSE * scaled.norm()).unwrap_or_else(|| scaled.transpose());
+    for row in 0..rows {
+        inverse.row_mut(row).scale_mut(weights[row]);
+    }
+    inverse
+}

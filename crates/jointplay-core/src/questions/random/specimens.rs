@@ -1,0 +1,149 @@
+//! Many units of one over-constrained or elastic mechanism: the same case, each with deviations of its own.
+
+use rayon::prelude::*;
+
+use crate::closure::equations::Inputs;
+use crate::closure::newton::{Solver, State};
+use crate::closure::recorded::program::Newton;
+use crate::closure::recorded::self_stress::Beside;
+use crate::math::lanes::block::LANES;
+use crate::mechanism::Mechanism;
+use crate::mechanism::case::Case;
+use crate::mechanism::status::Status;
+use crate::redundancy::compatibility::Compatibility;
+use crate::redundancy::equilibrium::Ask;
+use crate::redundancy::sequence::is_apart;
+use crate::redundancy::specimen_batch::sequence::Rested;
+use crate::redundancy::specimen_batch::{Nominal, Together};
+use crate::redundancy::system::System;
+
+/// Units that one task solves together.
+const CHUNK: usize = 256;
+
+/// What is asked of every unit, column by column, row after row.
+#[derive(Clone, Debug, Default)]
+pub struct UnitTable {
+    /// The smallest factor on the clearances with which the rigid unit goes together.
+    pub clearance_factor: Vec<f64>,
+    /// Coordinates of all bodies.
+    pub coordinates: Vec<f64>,
+    /// Force on every row.
+    pub force: Vec<f64>,
+    /// Force and moment on the second body of every joint at its joint point, ground axes.
+    pub reaction: Vec<f64>,
+    /// The values of all parameters.
+    pub offset: Vec<f64>,
+    /// Outcome.
+    pub status: Vec<Status>,
+}
+
+struct Unit {
+    clearance_factor: f64,
+    coordinates: Vec<f64>,
+    force: Vec<f64>,
+    reaction: Vec<f64>,
+    offset: Vec<f64>,
+    status: Status,
+}
+
+impl Mechanism {
+    /// The exact pose under load, and what it strains, of units whose parameters have their own values in the
+    /// middle of their sets. What the load leaves open is in its middle.
+    #[must_use]
+    pub fn strained_units(&self, case: Case<'_>, centres: &[Vec<f64>]) -> UnitTable {
+        let none = |status| centres.iter().map(|_| self.no_unit(status, f64::NAN)).collect();
+        let found: Vec<Vec<Unit>> = self.each_on_basis(
+            &[case],
+            |system, solver, _, case, nominal| {
+                self.units_at(system, solver, case, &nominal, centres).unwrap_or_else(none)
+            },
+            none,
+        );
+        let mut table = UnitTable::default();
+        for unit in found.into_iter().flatten() {
+            table.clearance_factor.push(unit.clearance_factor);
+            table.coordinates.extend(unit.coordinates);
+            table.force.extend(unit.force);
+            table.reaction.extend(unit.reaction);
+            table.offset.extend(unit.offset);
+            table.status.push(unit.status);
+        }
+        table
+    }
+
+    fn no_unit(&self, status: Status, clearance_factor: f64) -> Unit {
+        let nan = |n: usize| vec![f64::NAN; n];
+        Unit {
+            clearance_factor,
+            coordinates: nan(self.n_coordinates()),
+            force: nan(self.n_rows()),
+            reaction: nan(self.n_joints() * self.size()),
+            offset: nan(self.n_parameters()),
+            status,
+        }
+    }
+
+    fn units_at(
+        &self,
+        system: &System<'_>,
+        solver: &Solver<'_>,
+        case: &Case<'_>,
+        nominal: &State,
+        centres: &[Vec<f64>],
+    ) -> Result<Vec<Unit>, Status> {
+        let c = Compatibility::at(system.basis, solver, nominal).ok_or(Status::Singular)?;
+        let right = self.first_order_right(&c, &vec![0.0; c.load.len()], case, nominal);
+        let at_drives = Inputs { drives: case.drives.to_vec(), parameters: nominal.inputs.parameters.clone() };
+        let built = solver.follow(nominal, &at_drives)?;
+        let nominal = Nominal { state: nominal, compatibility: &c, right };
+        let beside = Beside { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
+        // A few units are solved before an iteration is recorded.
+        let record = || Newton::record_beside(solver, self.largest_angle(), Some(&beside));
+        let newton = (centres.len() >= LANES).then(record).flatten();
+        let bound = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal.state, case.drives));
+        let chunk = |centres: &[Vec<f64>]| {
+            let together = Together { system, solver, nominal: &nominal, built: &built, bound: bound.clone() };
+            self.units_together(together, centres)
+        };
+        Ok(centres.par_chunks(CHUNK).map(chunk).collect::<Vec<_>>().into_iter().flatten().collect())
+    }
+
+    fn units_together(&self, mut together: Together<'_>, centres: &[Vec<f64>]) -> Vec<Unit> {
+        let known: Vec<Vec<f64>> = centres.iter().map(|centre| self.displacements(centre)).collect();
+        let assembled = together.settle(&known, &Ask::Factor);
+        let rested = together.settle(&known, &Ask::Load);
+        let mut units = Vec::with_capacity(centres.len());
+        for (centre, (assembled, rested)) in centres.iter().zip(assembled.into_iter().zip(rested)) {
+            let factor = match assembled {
+                Ok(assembled) => assembled.balance.factor,
+                Err(Status::NotAssemblable | Status::NotAssembled) => f64::INFINITY,
+                Err(status) => {
+                    units.push(self.no_unit(status, f64::NAN));
+                    continue;
+                }
+            };
+            let found = rested.and_then(|rested| self.unit_of(&together, centre, factor, &rested));
+            units.push(found.unwrap_or_else(|status| self.no_unit(status, factor)));
+        }
+        units
+    }
+
+    fn unit_of(&self, at: &Together<'_>, centre: &[f64], factor: f64, rested: &Rested) -> Result<Unit, Status> {
+        let state = at.close_plainly(&rested.displacements)?;
+        let forces = &rested.balance.forces;
+        let unknown = at.system.unknown_reactions(&rested.ties);
+        let mut offset = centre.to_vec();
+        for (give, given) in at.system.gives.iter().zip(&rested.balance.given) {
+            let Some(source) = give.source else { continue };
+            self.sources[source].range().zip(given).for_each(|(p, d)| offset[p] += d);
+        }
+        Ok(Unit {
+            clearance_factor: factor,
+            force: self.known(forces, &unknown),
+            reaction: self.bearable(at.system.basis, &state, forces, &unknown),
+            offset,
+            status: if is_apart(factor) { Status::Strained } else { Status::Ok },
+            coordinates: state.coordinates,
+        })
+    }
+}

@@ -1,0 +1,303 @@
+//! Moments, histograms and counts of samples, mergeable without loss.
+
+use crate::math::lanes::block::{Block, LANES, Mask};
+use crate::mechanism::status::Status;
+
+/// Bins of the histograms that are handed out.
+pub const BINS: usize = 128;
+/// Fine bins per handed-out bin; quantiles are read from the fine ones.
+const FINE: usize = 8;
+/// Room beyond the first-order range, for what the exact closure adds.
+const ROOM: f64 = 1.25;
+
+/// The range of every quantity's histogram.
+pub struct Ranges {
+    low: Vec<f64>,
+    width: Vec<f64>,
+    /// Fine bins per unit of each quantity.
+    density: Vec<f64>,
+}
+
+impl Ranges {
+    /// From the mean and half-range of every component.
+    pub fn new(mean: &[f64], half: &[f64], translations: usize) -> Self {
+        // A quantity that cannot vary still needs a bin to fall in.
+        let reach: Vec<f64> =
+            mean.iter().zip(half).map(|(m, h)| (ROOM * h).max(1e-12 * m.abs()).max(f64::MIN_POSITIVE.sqrt())).collect();
+        let mut low: Vec<f64> = mean.iter().zip(&reach).map(|(m, r)| m - r).collect();
+        let mut width: Vec<f64> = reach.iter().map(|r| 2.0 * r).collect();
+        let size =
+            |range: std::ops::Range<usize>| range.map(|i| (mean[i].abs() + reach[i]).powi(2)).sum::<f64>().sqrt();
+        low.extend([0.0, 0.0]);
+        width.extend([size(0..translations), size(translations..mean.len())]);
+        let density = width.iter().map(|w| (BINS * FINE) as f64 / w).collect();
+        Self { low, width, density }
+    }
+
+    fn len(&self) -> usize {
+        self.low.len()
+    }
+
+    /// Width of the fine bins.
+    pub fn resolution(&self) -> Vec<f64> {
+        self.width.iter().map(|w| w / (BINS * FINE) as f64).collect()
+    }
+
+    /// Edges of the handed-out bins.
+    pub fn edges(&self) -> Vec<f64> {
+        let of = |q: usize| (0..=BINS).map(move |b| self.low[q] + self.width[q] * b as f64 / BINS as f64);
+        (0..self.len()).flat_map(of).collect()
+    }
+}
+
+/// Single samples, kept only when asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Kept {
+    /// Parameter values, sample by sample.
+    pub parameters: Vec<f64>,
+    /// Errors, sample by sample.
+    pub errors: Vec<f64>,
+    /// Outcomes.
+    pub statuses: Vec<Status>,
+}
+
+/// What is kept of a set of samples.
+#[derive(Clone)]
+pub struct Tally {
+    /// Solved samples.
+    pub count: u64,
+    /// Mean of every component.
+    pub mean: Vec<f64>,
+    /// Sums of products of deviations from the mean, row by row.
+    products: Vec<f64>,
+    bins: Vec<u64>,
+    /// Largest size of every quantity.
+    pub largest: Vec<f64>,
+    /// Samples beyond an acceptance limit.
+    pub outside: u64,
+    /// Samples by status.
+    pub statuses: [u64; Status::ALL.len()],
+    /// Samples solved plainly.
+    pub fallbacks: u64,
+    /// The samples themselves.
+    pub kept: Option<Kept>,
+}
+
+/// Sums of the components and of their products about a common shift, and the largest size of every
+/// quantity, lane by lane.
+pub struct Sums {
+    count: u64,
+    values: Vec<Block>,
+    /// Lower triangle, row by row.
+    products: Vec<Block>,
+    largest: Vec<Block>,
+}
+
+impl Sums {
+    pub fn new(components: usize, quantities: usize) -> Self {
+        let zeros = |n: usize| vec![Block::splat(0.0); n];
+        Self {
+            count: 0,
+            values: zeros(components),
+            products: zeros(components * (components + 1) / 2),
+            largest: zeros(quantities),
+        }
+    }
+
+    /// Adds the good lanes of a block; the others may hold anything.
+    #[inline(always)]
+    pub fn add(&mut self, quantities: &[Block], good: &Mask, shift: &[f64]) {
+        self.count += good.count();
+        // One loop over the lanes for each number of components, so that nothing goes through memory.
+        match self.values.len() {
+            3 => self.add_components::<3, 6>(quantities, good, shift),
+            6 => self.add_components::<6, 21>(quantities, good, shift),
+            n => unreachable!("errors have 3 or 6 components, not {n}"),
+        }
+    }
+
+    #[inline(always)]
+    fn add_components<const N: usize, const P: usize>(&mut self, quantities: &[Block], good: &Mask, shift: &[f64]) {
+        let (values, quantities_of_error) = (&mut self.values[..N], &quantities[..N]);
+        let (products, shift) = (&mut self.products[..P], &shift[..N]);
+        let mut l = 0;
+        while l < LANES {
+            let mut about = [0.0; N];
+            let mut k = 0;
+            let mut i = 0;
+            while i < N {
+                let value = quantities_of_error[i].0[l] - shift[i];
+                about[i] = f64::from_bits(value.to_bits() & good.0[l]);
+                values[i].0[l] += about[i];
+                let mut j = 0;
+                while j <= i {
+                    products[k].0[l] = about[i].mul_add(about[j], products[k].0[l]);
+                    k += 1;
+                    j += 1;
+                }
+                i += 1;
+            }
+            l += 1;
+        }
+        for (largest, quantity) in self.largest.iter_mut().zip(quantities) {
+            let mut l = 0;
+            while l < LANES {
+                let size = f64::from_bits(quantity.0[l].abs().to_bits() & good.0[l]);
+                largest.0[l] = if size > largest.0[l] { size } else { largest.0[l] };
+                l += 1;
+            }
+        }
+    }
+}
+
+impl Tally {
+    pub fn new(components: usize, ranges: &Ranges) -> Self {
+        Self {
+            count: 0,
+            mean: vec![0.0; components],
+            products: vec![0.0; components * components],
+            bins: vec![0; ranges.len() * BINS * FINE],
+            largest: vec![0.0; ranges.len()],
+            outside: 0,
+            statuses: [0; Status::ALL.len()],
+            fallbacks: 0,
+            kept: None,
+        }
+    }
+
+    /// Adds one solved sample.
+    pub fn add(&mut self, ranges: &Ranges, shift: &[f64], quantities: &[f64], outside: bool) {
+        let mut sums = Sums::new(self.mean.len(), quantities.len());
+        let blocks: Vec<Block> = quantities.iter().map(|&q| Block::splat(q)).collect();
+        let mut first = Mask::NONE;
+        first.0[0] = u64::MAX;
+        sums.add(&blocks, &first, shift);
+        self.count_block(ranges, &blocks, &first);
+        self.statuses[Status::Ok as usize] += 1;
+        self.outside += u64::from(outside);
+        self.absorb(&sums, shift);
+    }
+
+    /// Counts the good lanes of a block of quantities into the histograms.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub fn count_block(&mut self, ranges: &Ranges, quantities: &[Block], good: &Mask) {
+        const ALL: usize = BINS * FINE;
+        const { assert!(ALL.is_power_of_two()) };
+        for (q, values) in quantities.iter().enumerate() {
+            let (low, density) = (ranges.low[q], ranges.density[q]);
+            // Beyond the range the end bins serve.
+            let mut bin = [0_u32; LANES];
+            let mut i = 0;
+            while i < LANES {
+                let inside = ((values.0[i] - low) * density).max(0.0).min((ALL - 1) as f64);
+                // SAFETY: between 0 and the last bin; `max` has turned a NaN into 0.
+                bin[i] = unsafe { inside.to_int_unchecked::<i32>() } as u32;
+                i += 1;
+            }
+            let bins = &mut self.bins[q * ALL..][..ALL];
+            for i in 0..LANES {
+                // The last bin as a mask changes nothing but spares a check.
+                bins[bin[i] as usize & (ALL - 1)] += good.0[i] & 1;
+            }
+        }
+    }
+
+    /// Adds the moments of the samples summed about `shift`.
+    pub fn absorb(&mut self, sums: &Sums, shift: &[f64]) {
+        let n = self.mean.len();
+        for (largest, block) in self.largest.iter_mut().zip(&sums.largest) {
+            *largest = block.0.iter().fold(*largest, |a, &b| a.max(b));
+        }
+        let total = |b: &Block| b.0.iter().sum::<f64>();
+        if sums.count == 0 {
+            return;
+        }
+        let count = sums.count as f64;
+        let offset: Vec<f64> = sums.values.iter().map(|b| total(b) / count).collect();
+        let mean: Vec<f64> = offset.iter().zip(shift).map(|(o, s)| o + s).collect();
+        let mut products = vec![0.0; n * n];
+        let mut k = 0;
+        for i in 0..n {
+            for j in 0..=i {
+                let about_mean = total(&sums.products[k]) - count * offset[i] * offset[j];
+                products[i * n + j] = about_mean;
+                products[j * n + i] = about_mean;
+                k += 1;
+            }
+        }
+        self.merge_moments(sums.count, &mean, &products);
+    }
+
+    /// Chan's update.
+    fn merge_moments(&mut self, count: u64, mean: &[f64], products: &[f64]) {
+        let n = self.mean.len();
+        if count == 0 {
+            return;
+        }
+        let (a, b) = (self.count as f64, count as f64);
+        let between: Vec<f64> = (0..n).map(|i| mean[i] - self.mean[i]).collect();
+        for i in 0..n {
+            for j in 0..n {
+                self.products[i * n + j] += products[i * n + j] + between[i] * between[j] * (a * b / (a + b));
+            }
+        }
+        for i in 0..n {
+            self.mean[i] += between[i] * (b / (a + b));
+        }
+        self.count += count;
+    }
+
+    /// Adds all samples of another tally.
+    pub fn merge(&mut self, other: &Self) {
+        self.merge_moments(other.count, &other.mean, &other.products);
+        self.outside += other.outside;
+        self.fallbacks += other.fallbacks;
+        if let Some(more) = &other.kept {
+            let kept = self.kept.get_or_insert_default();
+            kept.parameters.extend(&more.parameters);
+            kept.errors.extend(&more.errors);
+            kept.statuses.extend(&more.statuses);
+        }
+        self.bins.iter_mut().zip(&other.bins).for_each(|(a, b)| *a += b);
+        self.statuses.iter_mut().zip(&other.statuses).for_each(|(a, b)| *a += b);
+        self.largest.iter_mut().zip(&other.largest).for_each(|(a, b)| *a = a.max(*b));
+    }
+
+    /// Unbiased covariance.
+    pub fn covariance(&self) -> Vec<f64> {
+        let n = self.mean.len();
+        let of = |(k, p): (usize, &f64)| {
+            // Rounding may leave a component that does not vary slightly below zero.
+            let p = if k % (n + 1) == 0 { p.max(0.0) } else { *p };
+            p / (self.count as f64 - 1.0)
+        };
+        self.products.iter().enumerate().map(of).collect()
+    }
+
+    /// A quantile of every quantity, interpolated within its fine bin; no further out than any sample.
+    pub fn quantiles(&self, ranges: &Ranges, probability: f64) -> Vec<f64> {
+        (0..ranges.len())
+            .map(|q| {
+                let bins = &self.bins[q * BINS * FINE..(q + 1) * BINS * FINE];
+                let rank = probability * self.count as f64;
+                let mut below = 0.0;
+                for (b, &count) in bins.iter().enumerate() {
+                    let here = count as f64;
+                    if here > 0.0 && below + here >= rank {
+                        let place = b as f64 + ((rank - below) / here).clamp(0.0, 1.0);
+                        let value = ranges.low[q] + ranges.width[q] * place / (BINS * FINE) as f64;
+                        return value.clamp(-self.largest[q], self.largest[q]);
+                    }
+                    below += here;
+                }
+                f64::NAN
+            })
+            .collect()
+    }
+
+    /// Counts in the handed-out bins.
+    pub fn histogram(&self) -> Vec<u64> {
+        self.bins.chunks_exact(FINE).map(|fine| fine.iter().sum()).collect()
+    }
+}

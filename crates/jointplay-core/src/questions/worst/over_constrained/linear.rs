@@ -1,0 +1,199 @@
+//! First-order extremes of one configuration.
+//!
+//! The reach along a direction is the value of a cone program. Programs along many directions differ in their
+//! forces only and are solved together; of those that count in the end each is solved by itself.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::closure::newton::State;
+use crate::math::mesh::{cosine_of_radius, mesh, spread};
+use crate::math::vector::{Vec3, dot, norm, scale};
+use crate::mechanism::case::Case;
+use crate::questions::worst::ascent::Measure;
+use crate::redundancy::balance::Balance;
+use crate::redundancy::compatibility::Compatibility;
+use crate::redundancy::equilibrium::Ask;
+use crate::redundancy::equilibrium_batch::Pull;
+use crate::redundancy::system::System;
+
+/// Directions of the plane: the bound is within a thousandth of the largest reach.
+const FAN: usize = 72;
+/// Alternations between direction and support point.
+const ALTERNATIONS: usize = 40;
+/// A climb is over when it gains less than this part: programs that are solved together are good to that.
+const GAIN: f64 = 1e-9;
+
+/// The linearised extreme along a direction of the output's components.
+#[derive(Clone, Debug)]
+pub(super) struct Farthest {
+    pub value: f64,
+    /// All displacements as the basis keeps them.
+    pub displacements: Vec<f64>,
+    /// Share of every source in the value.
+    pub contribution: Vec<f64>,
+}
+
+/// An extreme: first order, what that certainly does not exceed, and where to start from.
+pub(super) struct Extreme {
+    pub measure: Measure,
+    pub linear: Farthest,
+    pub bound: f64,
+    pub starts: Vec<Vec<f64>>,
+}
+
+/// A configuration with everything known about its linearisation.
+pub(super) struct Site<'a> {
+    pub system: &'a System<'a>,
+    pub compatibility: Compatibility,
+    pub right: DVector<f64>,
+    pub known: Vec<f64>,
+    pub case: &'a Case<'a>,
+    pub nominal: &'a State,
+}
+
+/// A direction and how far the error reaches along it.
+#[derive(Clone, Copy)]
+struct Reached {
+    direction: Vec3<f64>,
+    value: f64,
+    /// The components of its support point.
+    error: Vec3<f64>,
+}
+
+impl Site<'_> {
+    /// The error of a balance to first order.
+    fn error(&self, balance: &Balance) -> Vec<f64> {
+        let m = self.system.mechanism;
+        m.first_order_error(self.system, &self.compatibility, &self.known, self.case, self.nominal, balance)
+    }
+
+    /// The farthest error along a direction; `None` where no offsets are compatible.
+    pub fn along(&self, direction: &[f64]) -> Option<Farthest> {
+        let (m, c) = (self.system.mechanism, &self.compatibility);
+        let balance = self.system.balance(c, &self.right, &Ask::Along(direction.to_vec()))?;
+        let error = self.error(&balance);
+        let own = self.system.displacements(&balance);
+        let displacements: Vec<f64> = self.known.iter().zip(own).map(|(known, own)| known + own).collect();
+        // The multipliers are the derivatives along the displacements.
+        let forces = self.system.least_forces(c, &balance.forces);
+        let map = DMatrix::from_row_slice(1, forces.len(), forces.as_slice());
+        let (contribution, _) = self.system.parts(&map, &m.centre, &balance);
+        let value = direction.iter().zip(&error).map(|(u, e)| u * e).sum();
+        Some(Farthest { value, displacements, contribution })
+    }
+
+    /// A direction of some components of one unit among all.
+    fn whole(&self, range: &Range<usize>, u: Vec3<f64>) -> Vec<f64> {
+        let mut direction = vec![0.0; self.system.mechanism.size()];
+        direction[range.clone()].iter_mut().zip(u).for_each(|(d, u)| *d = u);
+        direction
+    }
+
+    /// How far the error reaches along directions of some components.
+    fn reaches(&self, range: &Range<usize>, directions: &[Vec3<f64>]) -> Option<Vec<Reached>> {
+        let c = &self.compatibility;
+        let pull = |&u: &Vec3<f64>| Pull {
+            compatibility: c,
+            right: &self.right,
+            forces: Ask::Along(self.whole(range, u)).forces(c, &c.output.parameters),
+        };
+        let balances = self.system.pulled(&directions.iter().map(pull).collect::<Vec<_>>());
+        let reached = |(balance, &direction): (Option<Balance>, &Vec3<f64>)| {
+            let mut error = [0.0; 3];
+            error.iter_mut().zip(&self.error(&balance?)[range.clone()]).for_each(|(a, b)| *a = *b);
+            Some(Reached { direction, value: dot(direction, error), error })
+        };
+        balances.into_iter().zip(directions).map(reached).collect()
+    }
+
+    /// Goes from directions to those of their support points, until nothing is gained.
+    fn climb(&self, range: &Range<usize>, mut at: Vec<Reached>) -> Option<Vec<Reached>> {
+        let mut open: Vec<usize> = (0..at.len()).filter(|&k| norm(&at[k].error) > 0.0).collect();
+        for _ in 0..ALTERNATIONS {
+            if open.is_empty() {
+                break;
+            }
+            let directions: Vec<Vec3<f64>> =
+                open.iter().map(|&k| scale(at[k].error, 1.0 / norm(&at[k].error))).collect();
+            let next = self.reaches(range, &directions)?;
+            for (&k, next) in open.iter().zip(&next) {
+                // Where only rounding is gained the direction before is as good.
+                if next.value > at[k].value * (1.0 + GAIN) {
+                    at[k] = *next;
+                } else {
+                    at[k].error = [0.0; 3];
+                }
+            }
+            open.retain(|&k| norm(&at[k].error) > 0.0);
+        }
+        Some(at)
+    }
+
+    /// The largest size of some components: position or rotation.
+    fn largest(&self, measure: Measure, range: Range<usize>, starts: usize) -> Option<Extreme> {
+        let corners = directions(range.len());
+        let reached = self.reaches(&range, &corners)?;
+        let value = |k: usize| reached[k].value;
+        let n = corners.len();
+        let is_maximum = |k: &usize| {
+            let lower = |other: usize| value(other) <= value(*k);
+            if range.len() == 2 {
+                lower((k + n - 1) % n) && lower((k + 1) % n)
+            } else {
+                mesh().neighbours[*k].iter().all(|&other| lower(other))
+            }
+        };
+        let mut maxima = self.climb(&range, (0..n).filter(is_maximum).map(|k| reached[k]).collect())?;
+        maxima.sort_by(|a, b| b.value.total_cmp(&a.value));
+        let bound = covered(range.len(), &value);
+        let found = maxima.iter().take(starts).map(|at| self.along(&self.whole(&range, at.direction)));
+        let mut found: Vec<Farthest> = found.collect::<Option<_>>()?;
+        found.sort_by(|a, b| b.value.total_cmp(&a.value));
+        let linear = found.first()?.clone();
+        let starts = found.into_iter().map(|found| found.displacements).collect();
+        Some(Extreme { measure, bound: bound.max(linear.value), linear, starts })
+    }
+
+    /// One end of a component.
+    fn end(&self, index: usize, lowest: bool) -> Option<Extreme> {
+        let mut direction = vec![0.0; self.system.mechanism.size()];
+        direction[index] = if lowest { -1.0 } else { 1.0 };
+        let linear = self.along(&direction)?;
+        let starts = vec![linear.displacements.clone(), self.known.clone()];
+        Some(Extreme { measure: Measure::Component { index, lowest }, bound: linear.value, linear, starts })
+    }
+
+    /// All extremes, in the order of the measures.
+    pub fn extremes(&self, starts: usize) -> Option<Vec<Extreme>> {
+        let m = self.system.mechanism;
+        let (size, translations) = (m.size(), m.n_translations());
+        // Where nothing is compatible one program tells it as well as all of them.
+        self.along(&vec![0.0; size])?;
+        let extreme = |measure| match measure {
+            Measure::Position => self.largest(measure, 0..translations, starts),
+            Measure::Rotation => self.largest(measure, translations..size, starts),
+            Measure::Component { index, lowest } => self.end(index, lowest),
+        };
+        m.measures().into_iter().map(extreme).collect()
+    }
+}
+
+/// Directions all around the plane or space.
+pub(super) fn directions(dimensions: usize) -> Vec<Vec3<f64>> {
+    if dimensions == 2 { (0..FAN).map(|k| spread(2, k, FAN)).collect() } else { mesh().corners.clone() }
+}
+
+/// What the largest reach over all directions does not exceed, when along those it is at most so much.
+pub(super) fn covered(dimensions: usize, reach: &dyn Fn(usize) -> f64) -> f64 {
+    if dimensions == 2 {
+        return (0..FAN).map(reach).fold(0.0, f64::max) / (PI / FAN as f64).cos();
+    }
+    let bound = |cell: &[usize; 3]| {
+        let corners = cell.map(|k| mesh().corners[k]);
+        cell.iter().map(|&k| reach(k)).fold(0.0, f64::max) / cosine_of_radius(corners)
+    };
+    mesh().cells.iter().map(bound).fold(0.0, f64::max)
+}

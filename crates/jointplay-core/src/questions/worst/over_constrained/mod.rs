@@ -1,0 +1,174 @@
+//! The worst that the error of an over-constrained mechanism can ever be.
+//!
+//! Offsets of all sources count that are compatible with each other. To first order the reach along a
+//! direction is the value of a cone program, and the largest error the largest reach over all directions
+//! ([`crate::questions::worst::first_order`] tells how much a mesh of them can miss). On the exact closure every
+//! extreme is a sequence of such programs, along the gradient of what is measured, from the first-order optima. Units
+//! that have to be strained are searched besides ([`strained`]).
+
+mod bound;
+mod deviations;
+mod linear;
+mod model;
+mod search;
+mod strained;
+mod summit;
+
+use crate::closure::equations::Inputs;
+use crate::closure::newton::{Solver, State};
+use crate::cone::Kind;
+use crate::math::space::Component;
+use crate::mechanism::case::Case;
+use crate::mechanism::status::Status;
+use crate::mechanism::{Mechanism, Source};
+use crate::questions::worst::ascent::Measure;
+use crate::questions::worst::over_constrained::deviations::Deviations;
+use crate::questions::worst::over_constrained::linear::Site;
+use crate::questions::worst::over_constrained::strained::{Elastic, Found};
+use crate::questions::worst::worker::Height;
+use crate::questions::worst::{Told, Worst};
+use crate::redundancy::compatibility::Compatibility;
+use crate::redundancy::system::{Give, System};
+
+/// Of this many starts of `worst` one is made: a sequence of programs sees all offsets at once, where an ascent
+/// looks along one slope.
+const STARTS_PER_CLIMB: usize = 6;
+
+impl Mechanism {
+    /// The worst errors of every case of an over-constrained mechanism, whatever the load: over all units that go
+    /// together without force, which deforms nothing, and over those that have to be strained. Fewer sequences of
+    /// programs than `starts` are begun, for each of them sees all offsets at once.
+    #[must_use]
+    pub fn worst_together(&self, cases: &[Case<'_>], starts: usize) -> Vec<Worst> {
+        let climbs = starts.div_ceil(STARTS_PER_CLIMB).max(1);
+        self.each_on_basis(
+            cases,
+            |system, solver, _, case, nominal| match self.worst_at(system, solver, case, &nominal, climbs) {
+                Ok(worst) => worst,
+                Err(status) => self.no_worst(status),
+            },
+            |status| self.no_worst(status),
+        )
+    }
+
+    /// What the extremes are of: position, both ends of every component, in space rotation.
+    fn measures(&self) -> Vec<Measure> {
+        let ends = (0..self.size()).flat_map(|index| [true, false].map(|lowest| Measure::Component { index, lowest }));
+        let rotation = self.turns_freely().then_some(Measure::Rotation);
+        std::iter::once(Measure::Position).chain(ends).chain(rotation).collect()
+    }
+
+    /// The weights of the output's components in a measure's slope.
+    fn weights(&self, measure: Measure, error: &[f64]) -> Vec<f64> {
+        let [force, moment] = measure.wrench(self.space, error);
+        let weight = |component: &Component| match component {
+            Component::Along(i) => force[*i],
+            Component::About(i) => moment[*i],
+        };
+        self.space.components().iter().map(weight).collect()
+    }
+
+    fn worst_at(
+        &self,
+        system: &System<'_>,
+        solver: &Solver<'_>,
+        case: &Case<'_>,
+        nominal: &State,
+        climbs: usize,
+    ) -> Result<Worst, Status> {
+        let rigid = self.rigid_extremes(system, solver, case, nominal, climbs)?;
+        let strained = if self.elastic.is_empty() {
+            None
+        } else {
+            let deviations = Deviations::of(self);
+            let elastic = Elastic { mechanism: self, system: system.clone(), deviations, solver, case, nominal };
+            elastic.extremes(&self.measures(), climbs)
+        };
+        let is_strained = strained.is_some();
+        let told = match (rigid, strained) {
+            (None, None) => return Err(Status::NotAssemblable),
+            (Some(rigid), None) => rigid,
+            (None, Some(found)) => {
+                found.into_iter().zip(self.measures()).map(|(f, m)| self.told_strained(f, m)).collect()
+            }
+            (Some(rigid), Some(found)) => {
+                let found = found.into_iter().zip(self.measures()).map(|(f, m)| self.told_strained(f, m));
+                rigid.into_iter().zip(found).map(|(rigid, strained)| farther(rigid, strained)).collect()
+            }
+        };
+        let blocked = told.iter().any(|told: &Told| told.height.value.is_nan());
+        let status = match self.nominal_status(nominal) {
+            Status::Ok if blocked => Status::Singular,
+            Status::Ok if is_strained => Status::Strained,
+            status => status,
+        };
+        Ok(self.in_order(told, status))
+    }
+
+    pub(crate) fn no_height(&self) -> Height {
+        let nan = |n: usize| vec![f64::NAN; n];
+        Height { value: f64::NAN, error: nan(self.size()), parameters: nan(self.n_parameters()) }
+    }
+
+    fn told_strained(&self, found: Option<Found>, measure: Measure) -> Told {
+        let nan = |n: usize| vec![f64::NAN; n];
+        let nothing = || Found {
+            value: f64::NAN,
+            bound: f64::NAN,
+            contribution: nan(self.sources.len()),
+            elastic: nan(self.n_joints()),
+            height: None,
+        };
+        let Found { value, bound, contribution, elastic, height } = found.unwrap_or_else(nothing);
+        let height = height.unwrap_or_else(|| self.no_height());
+        Told { measure, first_order: value, bound, contribution, elastic, height }
+    }
+
+    /// The extremes of all units that go together without strain; `None` where there are none.
+    fn rigid_extremes(
+        &self,
+        system: &System<'_>,
+        solver: &Solver<'_>,
+        case: &Case<'_>,
+        nominal: &State,
+        climbs: usize,
+    ) -> Result<Option<Vec<Told>>, Status> {
+        let gives = self.sources.iter().enumerate().filter(|(_, source)| !source.set.is_zero());
+        let give = |(number, source): (usize, &Source)| Give {
+            kind: Kind::Fixed(source.set),
+            columns: source.range().map(|p| self.place_of(p)).collect(),
+            source: Some(number),
+        };
+        let system = System { gives: gives.map(give).collect(), ..system.clone() };
+        let compatibility = Compatibility::at(system.basis, solver, nominal).ok_or(Status::Singular)?;
+        let known = self.displacements(&self.centre);
+        let right = self.first_order_right(&compatibility, &known, case, nominal);
+        let site = Site { system: &system, compatibility, right, known, case, nominal };
+        let Some(extremes) = site.extremes(climbs) else { return Ok(None) };
+        let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };
+        let built = solver.follow(nominal, &built)?;
+        let summits = site.summits(solver, &built, &extremes);
+        let told = extremes.into_iter().zip(summits).map(|(extreme, height)| Told {
+            measure: extreme.measure,
+            first_order: extreme.linear.value,
+            bound: extreme.bound,
+            contribution: extreme.linear.contribution,
+            elastic: vec![0.0; self.n_joints()],
+            height: height.unwrap_or_else(|| self.no_height()),
+        });
+        Ok(Some(told.collect()))
+    }
+}
+
+/// The farther one of two extremes, to first order and exactly; the bound of the second holds for both.
+fn farther(a: Told, b: Told) -> Told {
+    let bound = b.bound;
+    let is_higher = b.height.value.is_finite() && !(a.height.value >= b.height.value);
+    let height = if is_higher { b.height } else { a.height };
+    let Told { measure, first_order, contribution, elastic, .. } = if b.first_order > a.first_order {
+        Told { height: height.clone(), ..b }
+    } else {
+        Told { height: height.clone(), ..a }
+    };
+    Told { measure, first_order, bound, contribution, elastic, height }
+}

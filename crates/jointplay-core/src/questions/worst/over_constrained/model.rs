@@ -1,0 +1,136 @@
+//! The linearised pose of a strained unit.
+//!
+//! Of the offsets and deformations that a unit's deviations allow those with the least energy are taken, and
+//! of these, where there are several, the farthest along a direction: both in one program under a load along the
+//! direction that is small beside the forces that strain a unit, and deforms nothing by more than a small part of the
+//! displacements.
+
+use nalgebra::DVector;
+
+use crate::cone::Kind;
+use crate::questions::worst::over_constrained::deviations::Deviations;
+use crate::redundancy::balance::Balance;
+use crate::redundancy::compatibility::Compatibility;
+use crate::redundancy::equilibrium::Ask;
+use crate::redundancy::equilibrium_batch::Pull;
+use crate::redundancy::system::System;
+
+/// What part of those the load of a direction is.
+const SMALL: f64 = 1e-5;
+
+/// A linearisation with everything that does not depend on the deviations.
+pub(super) struct Model<'a> {
+    /// Clearances and what is elastic.
+    pub system: &'a System<'a>,
+    pub deviations: &'a Deviations<'a>,
+    pub compatibility: &'a Compatibility,
+    /// What displacements must add up to, and the error, without deviations and displacements.
+    pub right: DVector<f64>,
+    pub base: Vec<f64>,
+    /// The strongest force that strains a unit ([`Self::strongest`]).
+    pub strain: f64,
+}
+
+/// A unit and where it is pulled.
+#[derive(Clone, Debug)]
+pub(super) struct Tried {
+    pub unit: Vec<f64>,
+    /// Weights of the output's components, or none.
+    pub weights: Vec<f64>,
+}
+
+/// Where a unit is.
+#[derive(Clone, Debug)]
+pub(super) struct Strained {
+    pub error: Vec<f64>,
+    pub balance: Balance,
+}
+
+impl Model<'_> {
+    /// The strength of a load along weights: such a part of the strongest forces that strain a unit, and of the
+    /// displacements where what is elastic deforms by it alone.
+    pub fn strength(&self, weights: &[f64], part: f64) -> f64 {
+        let system = self.system;
+        let forces = Ask::Along(weights.to_vec()).forces(self.compatibility, &self.compatibility.output.parameters);
+        let unit = |column: usize| system.basis.unit(column);
+        let (mut deforms, mut moves, mut size) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for give in &system.gives {
+            for (k, &column) in give.columns.iter().enumerate() {
+                size = size.max(forces[column].abs() * unit(column));
+                match &give.kind {
+                    Kind::Spring(compliance) => {
+                        let row = &compliance[k * give.columns.len()..(k + 1) * give.columns.len()];
+                        let deformation: f64 = row.iter().zip(&give.columns).map(|(f, &c)| f * forces[c]).sum();
+                        deforms = deforms.max(deformation.abs() / unit(column));
+                    }
+                    Kind::Clearance(set) | Kind::Fixed(set) => moves = moves.max(set.half_width(k) / unit(column)),
+                }
+            }
+        }
+        let widths = self.deviations.columns().into_iter().zip(self.deviations.half_widths());
+        moves = widths.fold(moves, |moves, (column, width)| moves.max(width / unit(column)));
+        let redundant = system.basis.redundant.iter().zip(self.right.iter());
+        moves = redundant.fold(moves, |moves, (&row, b)| moves.max(b.abs() / unit(row)));
+        let ratio = |a: f64, b: f64| if b > 0.0 { part * a / b } else { f64::INFINITY };
+        let strength = ratio(self.strain, size).min(ratio(moves, deforms));
+        if strength.is_finite() { strength } else { 1.0 }
+    }
+
+    /// The strongest force on what is elastic where some units are, moments at the characteristic length.
+    pub fn strongest<'s>(&self, units: impl Iterator<Item = &'s Strained>) -> f64 {
+        let system = self.system;
+        let springs = || system.gives.iter().filter(|give| give.source.is_none()).flat_map(|give| &give.columns);
+        let of = |strained: &Strained| {
+            springs().fold(0.0, |most: f64, &c| most.max(strained.balance.forces[c].abs() * system.basis.unit(c)))
+        };
+        units.map(of).fold(0.0, f64::max)
+    }
+
+    /// A unit without any pull.
+    pub fn unpulled(&self, unit: Vec<f64>) -> Tried {
+        Tried { unit, weights: vec![0.0; self.base.len()] }
+    }
+
+    /// What the displacements of a unit must add up to.
+    pub fn right_of(&self, unit: &[f64]) -> DVector<f64> {
+        let columns = self.deviations.columns();
+        let mut right = self.right.clone();
+        columns.iter().zip(unit).for_each(|(&column, d)| right -= self.compatibility.equations.column(column) * *d);
+        right
+    }
+
+    /// Where some units are, each pulled along its weights; `None` where it does not go together at all.
+    pub fn poses(&self, asks: &[Tried]) -> Vec<Option<Strained>> {
+        let c = self.compatibility;
+        let rights: Vec<DVector<f64>> = asks.iter().map(|ask| self.right_of(&ask.unit)).collect();
+        let pull = |(ask, right)| {
+            let (ask, right): (&Tried, &DVector<f64>) = (ask, right);
+            let forces =
+                Ask::Along(ask.weights.clone()).forces(c, &c.output.parameters) * self.strength(&ask.weights, SMALL);
+            (right, forces)
+        };
+        let pulls: Vec<(&DVector<f64>, DVector<f64>)> = asks.iter().zip(&rights).map(pull).collect();
+        let pulls: Vec<Pull<'_>> =
+            pulls.into_iter().map(|(right, forces)| Pull { compatibility: c, right, forces }).collect();
+        let strained = |(balance, ask): (Option<Balance>, &Tried)| Some(self.strained(&ask.unit, balance?));
+        self.system.pulled(&pulls).into_iter().zip(asks).map(strained).collect()
+    }
+
+    /// The same of one unit by itself, under a load as small as is told.
+    pub fn pose_alone(&self, unit: &[f64], weights: &[f64], small: f64) -> Option<Strained> {
+        let forces = Ask::Along(weights.to_vec()).forces(self.compatibility, &self.compatibility.output.parameters);
+        let pull = Pull {
+            compatibility: self.compatibility,
+            right: &self.right_of(unit),
+            forces: forces * self.strength(weights, small),
+        };
+        Some(self.strained(unit, self.system.balance_alone(&pull)?))
+    }
+
+    fn strained(&self, unit: &[f64], balance: Balance) -> Strained {
+        let mut displacements = DVector::from_vec(self.system.displacements(&balance));
+        self.deviations.columns().iter().zip(unit).for_each(|(&column, d)| displacements[column] += d);
+        let moved = &self.compatibility.output.parameters * displacements;
+        Strained { error: self.base.iter().zip(&moved).map(|(a, b)| a + b).collect(), balance }
+    }
+}

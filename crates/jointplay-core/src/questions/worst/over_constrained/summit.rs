@@ -1,0 +1,183 @@
+//! Extremes on the exact closure: from first-order optima by sequences of programs, those of all extremes side by
+//! side.
+//!
+//! A step is made when it keeps enough of what its program promised, misfits counted at the largest self-stress met.
+//! Otherwise springs hold the offsets where they are (proximal points, [`crate::redundancy::sequence`]), the stiffer
+//! the more often that happens, and the softer the more steps are made.
+
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use crate::closure::equations::Inputs;
+use crate::closure::newton::{Solver, State};
+use crate::questions::worst::ascent::Measure;
+use crate::questions::worst::over_constrained::linear::{Extreme, Site};
+use crate::questions::worst::worker::Height;
+use crate::redundancy::balance::Balance;
+use crate::redundancy::compatibility::{Compatibility, FITS};
+use crate::redundancy::equilibrium::Ask;
+use crate::redundancy::equilibrium_batch::{Near, Pull};
+use crate::redundancy::sequence::step;
+
+/// Programs in a row.
+const MOST_STEPS: usize = 24;
+/// A sequence is at its end when the next program promises less than this part: programs that are solved together
+/// are good to that.
+const GAIN: f64 = 1e-10;
+/// A step counts when it keeps this part of what its program promised.
+const KEPT: f64 = 0.1;
+/// The factor by which springs become stiffer where it does not, and softer where it does; how stiff they are first.
+const STIFFER: f64 = 8.0;
+const SOFTER: f64 = 4.0;
+const FIRST: f64 = 1.0 / 16.0;
+
+/// A sequence of programs on its way to an extreme.
+struct Sequence {
+    extreme: usize,
+    state: State,
+    place: Place,
+    /// Stiffness of the springs that hold the offsets, zero for none.
+    stiffness: f64,
+    /// The largest self-stresses met: what a misfit costs.
+    stresses: Vec<f64>,
+}
+
+/// What is known of a state.
+struct Place {
+    compatibility: Compatibility,
+    right: DVector<f64>,
+    forces: DVector<f64>,
+    height: Height,
+    /// Whether all joints close.
+    closed: bool,
+    /// The offsets there.
+    at: Vec<Vec<f64>>,
+}
+
+impl Site<'_> {
+    /// The weights of the output's components in a measure at a state, with the pose and its value.
+    fn measured(&self, measure: Measure, state: &State) -> (Vec<f64>, Height) {
+        let m = self.system.mechanism;
+        let error = self.system.basis.kept.error(state, self.nominal);
+        let weights = m.weights(measure, &error);
+        let value = measure.value(&error, m.n_translations());
+        let of = |p: usize| state.inputs.parameters[m.place_of(p)];
+        let parameters = (0..m.n_parameters()).map(of).collect();
+        (weights, Height { value, parameters, error })
+    }
+
+    fn place(&self, solver: &Solver<'_>, measure: Measure, state: &State) -> Option<Place> {
+        let compatibility = Compatibility::at(self.system.basis, solver, state)?;
+        let (direction, height) = self.measured(measure, state);
+        Some(Place {
+            right: compatibility.right(&state.inputs.parameters, &self.known),
+            forces: Ask::Along(direction).forces(&compatibility, &compatibility.output.parameters),
+            closed: self.system.basis.scaled_misfit(&compatibility.misfit) <= FITS,
+            at: self.system.offsets_at(state, &self.known),
+            compatibility,
+            height,
+        })
+    }
+
+    /// Goes on to what the program of a sequence asks for, where that promises a gain. A step that does not keep
+    /// the promise is not made, and springs hold the offsets more tightly.
+    fn next(&self, solver: &Solver<'_>, measure: Measure, mut to: Sequence, balance: &Balance) -> Option<Sequence> {
+        let (system, own) = (self.system, &to.state.inputs.parameters);
+        let mut target = self.known.clone();
+        target.iter_mut().zip(system.displacements(balance)).for_each(|(t, d)| *t += d);
+        let moves = target.iter().zip(own).map(|(to, from)| to - from);
+        let gain: f64 = to.place.forces.iter().zip(moves).map(|(force, moved)| force * moved).sum();
+        if to.place.closed && gain <= GAIN * to.place.height.value.abs() {
+            return None;
+        }
+        if let Some(answer) = &balance.answer {
+            to.stresses.iter_mut().zip(&answer.multipliers).for_each(|(s, y)| *s = s.max(2.0 * y.abs()));
+        }
+        let cost = |place: &Place| -> f64 {
+            to.stresses.iter().zip(&place.compatibility.misfit).map(|(stress, gap)| stress * gap.abs()).sum()
+        };
+        let trial = step(solver, &to.state, &target).ok().and_then(|(state, _)| {
+            let place = self.place(solver, measure, &state)?;
+            Some((state, place))
+        });
+        let promised = gain + cost(&to.place);
+        let gained = |place: &Place| place.height.value - cost(place) - to.place.height.value + cost(&to.place);
+        match trial {
+            Some((state, place)) if gained(&place) >= KEPT * promised => {
+                (to.state, to.place) = (state, place);
+                to.stiffness /= SOFTER;
+            }
+            _ => {
+                // The largest force stretches a spring as far as the largest displacement.
+                let pull = system.force_scale(&balance.forces) * system.mechanism.length
+                    / system.difference(&self.known, &target);
+                to.stiffness = if to.stiffness == 0.0 { FIRST * pull } else { STIFFER * to.stiffness };
+                if !to.stiffness.is_finite() {
+                    return None;
+                }
+            }
+        }
+        Some(to)
+    }
+
+    /// The next programs of sequences that are all held by springs, or all free.
+    fn balances(&self, sequences: &[Sequence]) -> Vec<Option<Balance>> {
+        let pulls: Vec<Pull<'_>> = sequences.iter().map(|sequence| sequence.place.pull()).collect();
+        if sequences.first().is_none_or(|sequence| sequence.stiffness == 0.0) {
+            return self.system.pulled(&pulls);
+        }
+        let near = |sequence| {
+            let Sequence { place, stiffness, .. }: &Sequence = sequence;
+            Near { at: &place.at, stiffness: *stiffness }
+        };
+        self.system.pulled_near(&pulls, &sequences.iter().map(near).collect::<Vec<_>>())
+    }
+
+    /// The highest exact poses that the sequences of programs from the starts of every extreme meet. All of them
+    /// are admissible, and those that close count.
+    pub fn summits(&self, solver: &Solver<'_>, built: &State, extremes: &[Extreme]) -> Vec<Option<Height>> {
+        let mut best: Vec<Option<Height>> = vec![None; extremes.len()];
+        let starts = extremes.iter().enumerate().flat_map(|(number, e)| e.starts.iter().map(move |s| (number, s)));
+        let starts: Vec<(usize, &Vec<f64>)> = starts.collect();
+        let begin = |(extreme, start): (usize, &Vec<f64>)| {
+            let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: start.clone() };
+            let state = solver.follow(built, &inputs).unwrap_or_else(|_| built.clone());
+            let place = self.place(solver, extremes[extreme].measure, &state)?;
+            let stresses = vec![0.0; self.system.basis.redundancy()];
+            Some(Sequence { extreme, state, place, stiffness: 0.0, stresses })
+        };
+        let mut sequences: Vec<Sequence> = starts.into_par_iter().filter_map(begin).collect();
+        for _ in 0..MOST_STEPS {
+            if sequences.is_empty() {
+                break;
+            }
+            keep(&mut best, &sequences);
+            let (held, free): (Vec<_>, Vec<_>) = sequences.into_iter().partition(|at| at.stiffness > 0.0);
+            let balances = [&free, &held].map(|sequences| self.balances(sequences)).concat();
+            // Where a sequence breaks off, what it met before counts all the same.
+            let next = |(at, balance): (Sequence, Option<Balance>)| {
+                self.next(solver, extremes[at.extreme].measure, at, &balance?)
+            };
+            let all: Vec<Sequence> = free.into_iter().chain(held).collect();
+            sequences = all.into_par_iter().zip(balances).filter_map(next).collect();
+        }
+        keep(&mut best, &sequences);
+        best
+    }
+}
+
+impl Place {
+    fn pull(&self) -> Pull<'_> {
+        Pull { compatibility: &self.compatibility, right: &self.right, forces: self.forces.clone() }
+    }
+}
+
+/// Keeps the highest poses where all joints close.
+fn keep(best: &mut [Option<Height>], sequences: &[Sequence]) {
+    for Sequence { extreme, place, .. } in sequences.iter().filter(|sequence| sequence.place.closed) {
+        let slot = &mut best[*extreme];
+        if slot.as_ref().is_none_or(|best| place.height.value > best.value) {
+            *slot = Some(place.height.clone());
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! Where load, prestress or clearances bring what gives way.
+//!
+//! Blocks that no equation of compatibility ties to others are decided by statics alone: an offset is the
+//! support point of the reaction, a deformation the compliance times it. The others are decided together by
+//! a cone program, whose multipliers are the self-stresses. Programs of many configurations are solved together
+//! ([`Rounds`]).
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::clearance::mute::UNDECIDED;
+use crate::cone::answer::{Answer, Outcome};
+use crate::cone::lanes::layout::Question;
+use crate::cone::scheduler::Rounds;
+use crate::cone::{Block, Kind, Program};
+use crate::redundancy::balance::Balance;
+use crate::redundancy::compatibility::{Compatibility, Ties};
+use crate::redundancy::system::{Give, System, UNDECIDED_TOGETHER};
+
+/// What is asked of the displacements.
+#[derive(Clone, Debug)]
+pub(crate) enum Ask {
+    /// Where the load holds them.
+    Load,
+    /// Where they are without any load, by least energy.
+    Stress,
+    /// The smallest factor on the clearances with which rigid bodies go together.
+    Factor,
+    /// Where they take the output farthest along a direction of its components.
+    Along(Vec<f64>),
+}
+
+impl Ask {
+    /// The program that answers it.
+    pub(crate) const fn question(&self) -> Question {
+        match self {
+            Self::Factor => Question::Assembly,
+            Self::Load | Self::Stress | Self::Along(_) => Question::Pose,
+        }
+    }
+
+    /// Whether no load is in it.
+    pub(crate) const fn is_unloaded(&self) -> bool {
+        matches!(self, Self::Stress | Self::Factor)
+    }
+
+    /// What is asked, as forces on all displacements that the basis alone bears; `output` is what these do to it.
+    pub(crate) fn forces(&self, c: &Ties, output: &DMatrix<f64>) -> DVector<f64> {
+        match self {
+            Self::Load => c.load.clone(),
+            Self::Stress | Self::Factor => DVector::zeros(c.load.len()),
+            Self::Along(direction) => output.tr_mul(&DVector::from_column_slice(direction)),
+        }
+    }
+}
+
+impl System<'_> {
+    /// Answers what is asked of one configuration; `None` where no displacements are compatible.
+    pub fn balance(&self, c: &Compatibility, right: &DVector<f64>, ask: &Ask) -> Option<Balance> {
+        Rounds::alone(async |rounds| self.balance_in(rounds, c, right, ask, None).await)
+    }
+
+    /// The same beside others, perhaps from an answer nearby.
+    pub async fn balance_in(
+        &self,
+        rounds: &Rounds,
+        c: &Compatibility,
+        right: &DVector<f64>,
+        ask: &Ask,
+        near: Option<&Answer>,
+    ) -> Option<Balance> {
+        self.balance_under(rounds, c, right, ask, ask.forces(c, &c.output.parameters), near).await
+    }
+
+    /// The same for the forces that are what is asked.
+    pub(crate) async fn balance_under(
+        &self,
+        rounds: &Rounds,
+        c: &Ties,
+        right: &DVector<f64>,
+        ask: &Ask,
+        forces: DVector<f64>,
+        near: Option<&Answer>,
+    ) -> Option<Balance> {
+        let program = self.program(c, right, &forces);
+        let unloaded = ask.is_unloaded();
+        if unloaded && program.right.iter().all(|b| *b == 0.0) {
+            return Some(Balance { factor: 0.0, ..self.nothing(&forces) });
+        }
+        if program.n_equations() == 0 {
+            return Some(self.free(c, &forces));
+        }
+        let known = if unloaded { program.on_a_line(ask.question()) } else { None };
+        let mut answer = match known {
+            Some(answer) => answer,
+            None => rounds.solve(ask.question(), &program, near).await,
+        };
+        if answer.outcome == Outcome::Infeasible {
+            return None;
+        }
+        if ask.question() == Question::Pose && Self::is_slack(rounds, &program).await {
+            // What a program has for these forces is rounding, which would decide where every clearance goes.
+            answer.multipliers.fill(0.0);
+        }
+        Some(self.answered(c, &program, &forces, ask, answer))
+    }
+
+    /// No displacement, whatever the forces.
+    fn nothing(&self, forces: &DVector<f64>) -> Balance {
+        Balance {
+            given: self.gives.iter().map(|give| vec![0.0; give.columns.len()]).collect(),
+            forces: forces.clone(),
+            factor: 1.0,
+            gap: 0.0,
+            solved: true,
+            answer: None,
+        }
+    }
+
+    /// Where nothing ties displacements to each other, forces alone decide them.
+    pub(crate) fn free(&self, c: &Ties, forces: &DVector<f64>) -> Balance {
+        let mut balance = self.nothing(forces);
+        self.fill(&mut balance, &[], |give| Self::is_tied(give, c));
+        balance
+    }
+
+    /// What the answer of the program of the tied gives tells of all of them.
+    pub(crate) fn answered(
+        &self,
+        c: &Ties,
+        program: &Program,
+        forces: &DVector<f64>,
+        ask: &Ask,
+        answer: Answer,
+    ) -> Balance {
+        let mut balance = Balance {
+            factor: answer.factor,
+            gap: answer.gap,
+            solved: answer.outcome == Outcome::Solved,
+            ..self.nothing(&c.with_stress(forces, &answer.multipliers))
+        };
+        // What the forces leave open is put in the middle.
+        let middle = if ask.is_unloaded() { None } else { self.middle(c, program, &balance.forces, &answer) };
+        let tied = middle.as_ref().unwrap_or(&answer.displacements);
+        self.fill(&mut balance, tied, |give| Self::is_tied(give, c));
+        balance.answer = Some(answer);
+        balance
+    }
+
+    /// Whether nothing pushes and the clearances take up all of the misfit, so that no joint transmits anything.
+    async fn is_slack(rounds: &Rounds, program: &Program) -> bool {
+        let pushed = program.blocks.iter().flat_map(|block| &block.force).any(|force| *force != 0.0);
+        let loose = program.blocks.iter().any(|block| block.kind.set().is_some());
+        if pushed || !loose {
+            return false;
+        }
+        let assembled = match program.on_a_line(Question::Assembly) {
+            Some(answer) => answer,
+            None => rounds.solve(Question::Assembly, program, None).await,
+        };
+        assembled.outcome == Outcome::Solved && assembled.factor <= 1.0
+    }
+
+    /// The same with every offset drawn to where it is by a spring of the given stiffness, in energy per
+    /// characteristic length and radian squared: a step that is long only where much is gained.
+    pub async fn balance_near(
+        &self,
+        rounds: &Rounds,
+        c: &Ties,
+        right: &DVector<f64>,
+        forces: &DVector<f64>,
+        at: &[Vec<f64>],
+        stiffness: f64,
+    ) -> Option<Balance> {
+        let program = self.program_near(c, right, forces, at, stiffness);
+        self.balance_of_near(c, forces, rounds.solve(Question::Pose, &program, None).await)
+    }
+
+    /// The program of all gives, tied or not, and of their springs.
+    pub(crate) fn program_near(
+        &self,
+        c: &Ties,
+        right: &DVector<f64>,
+        forces: &DVector<f64>,
+        at: &[Vec<f64>],
+        stiffness: f64,
+    ) -> Program {
+        let offsets = || self.gives.iter().zip(at).filter(|(give, _)| give.source.is_some());
+        let ties: usize = offsets().map(|(give, _)| give.columns.len()).sum();
+        let n = c.equations.nrows();
+        let mut right: Vec<f64> = self.cleaned(right);
+        let (mut blocks, mut springs) = (Vec::new(), Vec::new());
+        for (give, at) in self.gives.iter().zip(at) {
+            let (size, first) = (give.columns.len(), right.len() - n);
+            let mut map = Self::map(give, c);
+            map.resize(size * (n + ties), 0.0);
+            if give.source.is_some() {
+                // Offset minus elongation of its spring: where it is.
+                let mut elongation = vec![0.0; map.len()];
+                let mut compliance = vec![0.0; size * size];
+                for (k, &column) in give.columns.iter().enumerate() {
+                    let entry = size * (n + first + k) + k;
+                    (map[entry], elongation[entry]) = (1.0, -1.0);
+                    compliance[k * (size + 1)] = self.basis.unit(column).powi(2) / stiffness;
+                }
+                right.extend(at);
+                springs.push(Block { kind: Kind::Spring(compliance), map: elongation, force: vec![0.0; size] });
+            }
+            blocks.push(Block { kind: give.kind.clone(), map, force: Self::along(give, forces) });
+        }
+        blocks.extend(springs);
+        Program { right, blocks }
+    }
+
+    /// What the answer to [`Self::program_near`] says of the gives and the forces on them.
+    pub(crate) fn balance_of_near(&self, c: &Ties, forces: &DVector<f64>, mut answer: Answer) -> Option<Balance> {
+        if answer.outcome == Outcome::Infeasible {
+            return None;
+        }
+        answer.multipliers.truncate(c.equations.nrows());
+        let given = answer.displacements[..self.gives.len()].to_vec();
+        let tied = given.iter().zip(&self.gives).filter(|(_, give)| Self::is_tied(give, c));
+        answer.displacements = tied.map(|(given, _)| given.clone()).collect();
+        Some(Balance {
+            given,
+            forces: c.with_stress(forces, &answer.multipliers),
+            factor: 1.0,
+            gap: answer.gap,
+            solved: answer.outcome == Outcome::Solved,
+            answer: Some(answer),
+        })
+    }
+
+    /// The middle of what is open among the tied gives; `None` where nothing is.
+    fn middle(&self, c: &Ties, program: &Program, forces: &DVector<f64>, answer: &Answer) -> Option<Vec<Vec<f64>>> {
+        let open = |give: &Give| self.face(give, c, forces).is_some_and(|face| !face.is_point());
+        let any = self.gives.iter().any(|give| Self::is_tied(give, c) && open(give));
+        if any { program.middle(answer, UNDECIDED_TOGETHER) } else { None }
+    }
+
+    /// Puts the displacements: of what is tied as the program says, of the others by the forces.
+    pub(crate) fn fill(&self, balance: &mut Balance, tied: &[Vec<f64>], is_tied: impl Fn(&Give) -> bool) {
+        let mut tied = tied.iter();
+        let tolerance = UNDECIDED * self.force_scale(&balance.forces);
+        for (give, slot) in self.gives.iter().zip(&mut balance.given) {
+            if is_tied(give) {
+                *slot = tied.next().cloned().unwrap_or_default();
+                continue;
+            }
+            let force: Vec<f64> = give.columns.iter().map(|&column| balance.forces[column]).collect();
+            *slot = match &give.kind {
+                Kind::Clearance(set) | Kind::Fixed(set) => set.face(&force, tolerance).centre[..force.len()].to_vec(),
+                Kind::Spring(compliance) => compliance
+                    .chunks_exact(force.len())
+                    .map(|row| row.iter().zip(&force).map(|(c, f)| c * f).sum())
+                    .collect(),
+            };
+        }
+    }
+}

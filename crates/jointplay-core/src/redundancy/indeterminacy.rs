@@ -1,0 +1,181 @@
+//! What the load leaves open: offsets that nothing pushes, and reactions that nothing decides.
+
+use std::cell::OnceCell;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::clearance::face::Face;
+use crate::clearance::mute::UNDECIDED;
+use crate::closure::sensitivity::UNFELT;
+use crate::cone::Kind;
+use crate::cone::answer::Outcome;
+use crate::cone::scheduler::Rounds;
+use crate::math::decomposition::singular_values;
+use crate::redundancy::balance::Balance;
+use crate::redundancy::compatibility::{Compatibility, Ties};
+use crate::redundancy::system::{Give, System, UNDECIDED_TOGETHER};
+
+/// Pivots that differ by less are no matter of rounding.
+const CLEARLY: f64 = 1e-4;
+
+impl System<'_> {
+    /// Whether forces leave anything open.
+    pub fn leaves_open(&self, c: &Ties, forces: &DVector<f64>) -> bool {
+        self.gives.iter().any(|give| self.face(give, c, forces).is_some_and(|face| !face.is_point()))
+    }
+
+    /// Widens what every source leaves open in the output, source by source, tells which sources the load does
+    /// not decide, and gives how far all together reach from where they are; `map` is the output by displacements.
+    pub async fn leave_open(
+        &self,
+        rounds: &Rounds,
+        c: &Compatibility,
+        right: &DVector<f64>,
+        balance: &Balance,
+        open: &mut [f64],
+        decided: &mut [bool],
+    ) -> Vec<f64> {
+        let size = self.mechanism.size();
+        let map = &c.output.parameters;
+        let mut widths = vec![0.0; size];
+        let mut together = false;
+        for give in &self.gives {
+            let (Some(face), Some(source)) = (self.face(give, c, &balance.forces), give.source) else { continue };
+            decided[source] &= face.is_point();
+            if Self::is_tied(give, c) {
+                together |= !face.is_point();
+                continue;
+            }
+            for k in 0..size {
+                let width = face.half_width(&row_of(give, map, k));
+                open[source * size + k] = width.max(open[source * size + k]);
+                widths[k] += width;
+            }
+        }
+        if together {
+            self.widen(rounds, c, right, balance, open, &mut widths).await;
+        }
+        widths
+    }
+
+    /// What the tied clearances leave open: how far they reach from where they are, together in `widths`, each
+    /// by itself in `open`.
+    async fn widen(
+        &self,
+        rounds: &Rounds,
+        c: &Compatibility,
+        right: &DVector<f64>,
+        balance: &Balance,
+        open: &mut [f64],
+        widths: &mut [f64],
+    ) {
+        let Some(answer) = &balance.answer else { return };
+        let size = widths.len();
+        let program = self.program(c, right, &c.load);
+        let all = self.gives.iter().zip(&balance.given);
+        let tied: Vec<(&Give, &Vec<f64>)> = all.filter(|(give, _)| Self::is_tied(give, c)).collect();
+        let open_faces: Vec<Option<Face>> =
+            tied.iter().map(|(give, _)| self.face(give, c, &balance.forces).filter(|face| !face.is_point())).collect();
+        let optimal = OnceCell::new();
+        for k in 0..size {
+            let row = |give: &Give| row_of(give, &c.output.parameters, k);
+            let felt = UNFELT * self.mechanism.play(c, k);
+            // How far the output moves from where it is when only some of them count, the others giving way.
+            let reach = async |counts: &dyn Fn(usize) -> bool| {
+                // Each face by itself leaves at least half as much open, to both sides.
+                let alone = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| match &open_faces[g] {
+                    Some(face) if counts(g) => 2.0 * face.half_width(&row(give)),
+                    _ => 0.0,
+                };
+                let most: f64 = tied.iter().enumerate().map(alone).sum();
+                if most <= felt {
+                    return 0.0;
+                }
+                let optimal = optimal.get_or_init(|| program.optimal_face(answer, UNDECIDED_TOGETHER));
+                let along = |sign: f64| -> Vec<Vec<f64>> {
+                    let of = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| {
+                        row(give).iter().map(|m| if counts(g) { sign * m } else { 0.0 }).collect()
+                    };
+                    tied.iter().enumerate().map(of).collect()
+                };
+                let high = optimal.extreme_in(rounds, &along(1.0)).await;
+                let low = optimal.extreme_in(rounds, &along(-1.0)).await;
+                if high.outcome == Outcome::Solved && low.outcome == Outcome::Solved {
+                    let given: Vec<Vec<f64>> = tied.iter().map(|(_, given)| (*given).clone()).collect();
+                    let at = optimal.value(&along(1.0), &given);
+                    return (high.value - at).max(low.value + at).max(0.0);
+                }
+                most
+            };
+            widths[k] += reach(&|_| true).await;
+            for (g, (give, _)) in tied.iter().enumerate() {
+                let (Some(source), Some(_)) = (give.source, &open_faces[g]) else { continue };
+                let slot = &mut open[source * size + k];
+                *slot = slot.max(reach(&|other| other == g).await);
+            }
+        }
+    }
+
+    /// The joints whose reactions nothing decides: they take part in a self-stress that no clearance and no
+    /// compliance feels.
+    pub fn unknown_reactions(&self, c: &Ties) -> Vec<bool> {
+        let m = self.mechanism;
+        let mut unknown = vec![false; m.n_joints()];
+        let s = c.equations.nrows();
+        if s == 0 {
+            return unknown;
+        }
+        // What every give can do in the equations, both in units of the redundant rows.
+        let mut felt = DMatrix::<f64>::zeros(s, m.n_rows());
+        for give in &self.gives {
+            for (k, &row) in give.columns.iter().enumerate() {
+                let moves = match &give.kind {
+                    Kind::Clearance(set) | Kind::Fixed(set) => set.half_width(k) > 0.0,
+                    Kind::Spring(compliance) => compliance[k * (give.columns.len() + 1)] > 0.0,
+                };
+                if moves {
+                    for equation in 0..s {
+                        let unit = self.basis.unit(self.basis.redundant[equation]);
+                        felt[(equation, row)] = c.equations[(equation, row)] * self.basis.unit(row) / unit;
+                    }
+                }
+            }
+        }
+        // Mostly every equation is felt by itself.
+        if (&felt * felt.transpose()).cholesky().is_some_and(|factors| is_clear(factors.l_dirty())) {
+            return unknown;
+        }
+        let Some(svd) = singular_values(felt, true, false) else { return unknown };
+        let Some(directions) = svd.u else { return unknown };
+        let smallest = UNDECIDED * svd.singular_values.max();
+        // The left null space: what is orthogonal to every direction that is felt.
+        let mut null = DMatrix::<f64>::identity(s, s);
+        for (k, value) in svd.singular_values.iter().enumerate() {
+            if *value > smallest {
+                let direction = directions.column(k);
+                null -= direction * direction.transpose();
+            }
+        }
+        for (number, row) in m.rows.iter().enumerate() {
+            let stress = (0..s).map(|k| {
+                let along: f64 = (0..s)
+                    .map(|e| null[(k, e)] * c.equations[(e, number)] / self.basis.unit(self.basis.redundant[e]))
+                    .sum();
+                (along * self.basis.unit(number)).abs()
+            });
+            unknown[row.joint] |= stress.fold(0.0, f64::max) > UNDECIDED;
+        }
+        unknown
+    }
+}
+
+/// What the displacements of a give do to one component of the output.
+fn row_of(give: &Give, map: &DMatrix<f64>, component: usize) -> Vec<f64> {
+    give.columns.iter().map(|&row| map[(component, row)]).collect()
+}
+
+/// Whether the least pivot of a factored matrix is not small beside the largest one.
+fn is_clear(factors: &DMatrix<f64>) -> bool {
+    let pivots = factors.diagonal();
+    pivots.min() > CLEARLY * pivots.max()
+}

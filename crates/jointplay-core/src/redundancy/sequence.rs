@@ -1,0 +1,295 @@
+//! From the linearised answer to the exact one: sequential cone programs.
+//!
+//! The basis is closed for the displacements that a program asks of its rows, everything is linearised
+//! there, and the next program corrects them, until they stand still. Where they do not, because a reaction
+//! passes through zero on the way and the program jumps from one side of a clearance to the other, every
+//! offset is drawn to where it is by a spring, the stiffer the less it comes to rest (proximal points,
+//! Rockafellar, SIAM J. Control Optim. 14, 1976, 877): the spring does not move the point of rest.
+
+use nalgebra::DVector;
+
+use crate::closure::equations::Inputs;
+use crate::closure::newton::{Solver, State};
+use crate::cone::answer::Answer;
+use crate::cone::scheduler::Rounds;
+use crate::mechanism::Basis;
+use crate::redundancy::balance::Balance;
+use crate::redundancy::compatibility::{Compatibility, Ties};
+use crate::redundancy::equilibrium::Ask;
+use crate::redundancy::system::{Give, System};
+
+/// Programs in a row.
+const MOST_STEPS: usize = 60;
+/// A change should be below this part of the one before.
+const SHRINKS: f64 = 0.7;
+/// Changes that are not, until springs are drawn in or become stiffer.
+const PATIENCE: usize = 2;
+/// The factor by which they become so, and how stiff they are at most.
+const STIFFER: f64 = 4.0;
+const STIFFEST: f64 = 256.0;
+/// The shortest part of a step.
+const SHORTEST: f64 = 1.0 / 256.0;
+/// Changes below this part of all displacements that do not shrink any more are the programs' rounding.
+pub(crate) const NOISE: f64 = 1e-6;
+
+/// Where displacements, reactions and pose agree.
+#[derive(Clone, Debug)]
+pub(crate) struct Settled {
+    /// The basis, closed for the displacements.
+    pub state: State,
+    /// The linearisation there.
+    pub compatibility: Compatibility,
+    /// What the last program gave.
+    pub balance: Balance,
+    /// Whether displacements and pose stand still.
+    pub still: bool,
+}
+
+/// The same without the linearisation.
+#[derive(Clone, Debug)]
+pub(crate) struct Rest {
+    pub state: State,
+    pub balance: Balance,
+    /// Steps that led there.
+    pub steps: usize,
+    pub still: bool,
+}
+
+/// Where a sequence begins.
+struct Start {
+    state: State,
+    /// An answer nearby.
+    near: Option<Answer>,
+    /// The change that led there, and the number of steps.
+    last: f64,
+    steps: usize,
+}
+
+/// Why there is no such place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Failure {
+    /// No displacements are compatible.
+    Incompatible,
+    /// The basis is singular.
+    Singular,
+    /// The basis cannot be closed for the displacements.
+    Unreachable,
+}
+
+/// Rounding of the factor on the clearances.
+const FACTOR: f64 = 1e-9;
+
+/// Whether rigid bodies that need this factor on their clearances do not go together.
+pub(crate) fn is_apart(factor: f64) -> bool {
+    factor > 1.0 + FACTOR
+}
+
+impl System<'_> {
+    /// The smallest factor on the clearances with which rigid bodies go together, from a state closed for the known
+    /// displacements.
+    pub async fn assembly_factor_in(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        start: State,
+        known: &[f64],
+        first: Option<&Balance>,
+    ) -> Result<f64, Failure> {
+        match self.rest_in(rounds, solver, start, known, first, Ask::Factor).await {
+            Ok(assembled) => Ok(assembled.balance.factor),
+            Err(Failure::Incompatible | Failure::Unreachable) => Ok(f64::INFINITY),
+            Err(Failure::Singular) => Err(Failure::Singular),
+        }
+    }
+
+    /// Goes from a state closed for the known displacements to where what is asked at every state stands
+    /// still.
+    pub fn settle(
+        &self,
+        solver: &Solver<'_>,
+        start: State,
+        known: &[f64],
+        ask: impl FnMut(&State, &Compatibility) -> Ask,
+    ) -> Result<Settled, Failure> {
+        Rounds::alone(async |rounds| self.settle_in(rounds, solver, start, known, None, ask).await)
+    }
+
+    /// The same beside others, perhaps from an answer nearby.
+    pub async fn settle_in(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        start: State,
+        known: &[f64],
+        near: Option<Answer>,
+        ask: impl FnMut(&State, &Compatibility) -> Ask,
+    ) -> Result<Settled, Failure> {
+        let start = Start { state: start, near, last: f64::INFINITY, steps: 0 };
+        let rest = self.settle_by(rounds, solver, start, known, false, ask).await?;
+        let Rest { state, balance, still, .. } = rest;
+        let compatibility = Compatibility::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
+        Ok(Settled { state, compatibility, balance, still })
+    }
+
+    /// The same where one thing is asked at every state, which does not depend on the output, perhaps from what it
+    /// gives to first order.
+    pub async fn rest_in(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        start: State,
+        known: &[f64],
+        first: Option<&Balance>,
+        ask: Ask,
+    ) -> Result<Rest, Failure> {
+        let mut start = Start { state: start, near: None, last: f64::INFINITY, steps: 0 };
+        if let Some(first) = first {
+            start.near.clone_from(&first.answer);
+            let target = self.target(known, first);
+            if let Ok((state, 1.0)) = step(solver, &start.state, &target) {
+                (start.state, start.last, start.steps) = (state, self.difference(known, &target), 1);
+            }
+        }
+        self.settle_by(rounds, solver, start, known, true, |_: &State, _: &Ties| ask.clone()).await
+    }
+
+    /// Known displacements, and those that a balance gives.
+    fn target(&self, known: &[f64], balance: &Balance) -> Vec<f64> {
+        let mut target = known.to_vec();
+        target.iter_mut().zip(self.displacements(balance)).for_each(|(t, d)| *t += d);
+        target
+    }
+
+    /// Goes on from a start; `foresees` tells whether a step counts as the last one when the changes so far tell that
+    /// the next one would not be any more.
+    async fn settle_by<C: Linear>(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        Start { mut state, mut near, mut last, mut steps }: Start,
+        known: &[f64],
+        foresees: bool,
+        mut ask: impl FnMut(&State, &C) -> Ask,
+    ) -> Result<Rest, Failure> {
+        let mut at: Vec<Vec<f64>> = self.offsets_at(&state, known);
+        let (mut slowest, mut restless) = (0.0_f64, 0);
+        // Springs have the stiffness `stiffness * pull`.
+        let (mut stiffness, mut pull) = (0.0_f64, 0.0);
+        loop {
+            let c = C::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
+            let (right, asked) = (c.ties().right(&state.inputs.parameters, known), ask(&state, &c));
+            let forces = c.forces(&asked);
+            let balance = if pull > 0.0 {
+                self.balance_near(rounds, c.ties(), &right, &forces, &at, stiffness * pull).await
+            } else {
+                self.balance_under(rounds, c.ties(), &right, &asked, forces, near.as_ref()).await
+            };
+            let balance = balance.ok_or(Failure::Incompatible)?;
+            let target = self.target(known, &balance);
+            let own = &state.inputs.parameters;
+            let change = self.difference(own, &target);
+            let size = self.difference(known, &target).max(self.difference(known, own));
+            // Stiff springs make small changes of what would be larger ones.
+            let still = change * stiffness.max(1.0) <= self.mechanism.still() * size
+                || change * stiffness.max(1.0) <= NOISE * size && change > 0.5 * last;
+            if still || steps >= MOST_STEPS {
+                return Ok(Rest { state, balance, steps, still });
+            }
+            // Changes shrink by as much as the displacements are beside the dimensions, one like the other.
+            slowest = slowest.max(change / last).max(size);
+            let next = if slowest < SHRINKS { change * slowest } else { change };
+            if foresees && pull == 0.0 && next <= self.mechanism.still() * size {
+                let (state, part) = step(solver, &state, &target)?;
+                return Ok(Rest { state, balance, steps: steps + 1, still: part >= 1.0 });
+            }
+            restless += usize::from(change > SHRINKS * last);
+            last = change;
+            if restless > PATIENCE {
+                if pull == 0.0 && !matches!(asked, Ask::Factor) {
+                    // The largest force stretches a spring as far as the largest displacement.
+                    pull = self.force_scale(&balance.forces) * self.mechanism.length / size;
+                    stiffness = 1.0;
+                } else {
+                    stiffness = (STIFFER * stiffness).min(STIFFEST);
+                }
+                restless = 0;
+            }
+            let part;
+            (state, part) = step(solver, &state, &target)?;
+            for (at, given) in at.iter_mut().zip(&balance.given) {
+                at.iter_mut().zip(given).for_each(|(a, g)| *a += part * (g - *a));
+            }
+            near = balance.answer;
+            steps += 1;
+        }
+    }
+
+    /// The offsets at which a state is closed; of what is elastic none is known.
+    pub(crate) fn offsets_at(&self, state: &State, known: &[f64]) -> Vec<Vec<f64>> {
+        let own = |&column: &usize| state.inputs.parameters[column] - known[column];
+        let of = |give: &Give| match give.source {
+            Some(_) => give.columns.iter().map(own).collect(),
+            None => vec![0.0; give.columns.len()],
+        };
+        self.gives.iter().map(of).collect()
+    }
+
+    /// The largest difference of two sets of displacements, in characteristic lengths and radians.
+    pub(crate) fn difference(&self, a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).enumerate().map(|(k, (a, b))| (a - b).abs() / self.basis.unit(k)).fold(0.0, f64::max)
+    }
+}
+
+/// A linearisation, as much of it as is needed.
+trait Linear: Sized {
+    /// The one at a state of the basis; `None` where the basis is singular.
+    fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self>;
+
+    fn ties(&self) -> &Ties;
+
+    /// What is asked, as forces.
+    fn forces(&self, ask: &Ask) -> DVector<f64>;
+}
+
+impl Linear for Compatibility {
+    fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
+        Self::at(basis, solver, state)
+    }
+
+    fn ties(&self) -> &Ties {
+        self
+    }
+
+    fn forces(&self, ask: &Ask) -> DVector<f64> {
+        ask.forces(self, &self.output.parameters)
+    }
+}
+
+impl Linear for Ties {
+    fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
+        Self::at(basis, solver, state)
+    }
+
+    fn ties(&self) -> &Ties {
+        self
+    }
+
+    fn forces(&self, ask: &Ask) -> DVector<f64> {
+        if matches!(ask, Ask::Load) { self.load.clone() } else { DVector::zeros(self.load.len()) }
+    }
+}
+
+/// Closes the basis for the target, or a part of the way where it cannot be reached; tells which part.
+pub(crate) fn step(solver: &Solver<'_>, from: &State, target: &[f64]) -> Result<(State, f64), Failure> {
+    let mut part = 1.0;
+    while part >= SHORTEST {
+        let mix = |(a, b): (&f64, &f64)| if part >= 1.0 { *b } else { a + part * (b - a) };
+        let parameters = from.inputs.parameters.iter().zip(target).map(mix).collect();
+        let inputs = Inputs { drives: from.inputs.drives.clone(), parameters };
+        if let Ok(state) = solver.follow(from, &inputs) {
+            return Ok((state, part));
+        }
+        part *= 0.5;
+    }
+    Err(Failure::Unreachable)
+}
