@@ -21,6 +21,10 @@ pub trait Real:
     fn tilt(sine: Self, cosine: Self) -> Self;
     /// `2 atan(t) / t` of the square of t.
     fn double_arc(square: Self) -> Self;
+    /// Sine and cosine of an angle that may be as large as a turn.
+    fn wide_sin_cos(self) -> (Self, Self);
+    /// The square root, by way of a number within a factor of three of it; zero of a rough start's negative number.
+    fn root(self, near: f64) -> Self;
 }
 
 impl Real for f64 {
@@ -51,5 +55,11 @@ impl Real for f64 {
         let t = square.sqrt();
         // Below this the cubic term is lost beside 1.
         if t < 1e-8 { 2.0 } else { 2.0 * t.atan() / t }
+    }
+    fn wide_sin_cos(self) -> (Self, Self) {
+        Self::sin_cos(self)
+    }
+    fn root(self, _: f64) -> Self {
+        self.max(0.0).sqrt()
     }
 }

@@ -34,6 +34,10 @@ pub(crate) enum Node {
 
 /// Terms of the power series of the arc tangent.
 const ARC_TERMS: usize = 16;
+/// Halvings of an angle of up to a turn, for the power series of small ones.
+const HALVINGS: i32 = 5;
+/// Steps of Heron's method for a square root.
+const ROOT_STEPS: usize = 7;
 
 /// Records operations on symbols.
 pub struct Recorder {
@@ -275,5 +279,26 @@ impl Real for Symbol<'_> {
             let sign = if k % 2 == 0 { 2.0 } else { -2.0 };
             sum * square + Self::Constant(sign / (2 * k + 1) as f64)
         })
+    }
+
+    /// The power series of a part of the angle, doubled again and again.
+    fn wide_sin_cos(self) -> (Self, Self) {
+        if let Self::Constant(c) = self {
+            let (s, c) = c.sin_cos();
+            return (Self::Constant(s), Self::Constant(c));
+        }
+        let part = (self * Self::Constant(0.5_f64.powi(HALVINGS))).sin_cos();
+        (0..HALVINGS).fold(part, |(s, c), _| {
+            let double = s + s;
+            (double * c, Self::Constant(1.0) - double * s)
+        })
+    }
+
+    /// Heron's method.
+    fn root(self, near: f64) -> Self {
+        if let Self::Constant(c) = self {
+            return Self::Constant(c.sqrt());
+        }
+        (0..ROOT_STEPS).fold(Self::Constant(near), |root, _| Self::Constant(0.5) * (root + self / root))
     }
 }
