@@ -221,8 +221,8 @@ class _Wheels:
             a, b = entry.names
             where = " at the start" if given is None else ""
             problem = (
-                f"the centres of '{a}' and '{b}' are {distance / unit:.6g} {name} apart{where}; a belt around both needs"
-                f" more than {least / unit:.6g} {name}"
+                f"the centres of '{a}' and '{b}' are {distance / unit:.6g} {name} apart{where}; a belt around both"
+                f" needs more than {least / unit:.6g} {name}"
             )
             raise self.refuse(problem, "" if given is None else ".distance")
         return distance

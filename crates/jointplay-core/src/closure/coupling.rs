@@ -75,6 +75,17 @@ impl Mechanism {
             .row(&pair, reference.as_ref(), row.play, row.displaced(parameters), |taken| row.shifted(taken, parameters))
     }
 
+    /// Whether the flanks of a coupling in whose play an offset is told would have to pass through each other.
+    pub(crate) fn jams(&self, coordinates: &[f64], parameters: &[f64]) -> bool {
+        let mut taken =
+            self.rows.iter().filter(|row| row.play.is_some() && row.displaced(parameters) != 0.0).peekable();
+        if taken.peek().is_none() {
+            return false;
+        }
+        let poses = self.poses(coordinates);
+        taken.any(|row| self.slope(row, &poses, parameters) < 0.0)
+    }
+
     /// What the terms of all coupled rows measure, one after the other; angles up to full turns.
     fn through(&self, coordinates: &[f64], parameters: &[f64]) -> Vec<f64> {
         if self.coupled_rows().next().is_none() {

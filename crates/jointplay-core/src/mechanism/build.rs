@@ -235,9 +235,11 @@ fn attach(
         Target::Drive { drive } => {
             let mut driven: Vec<&mut Row> =
                 rows.iter_mut().filter(|row| row.drive.is_some_and(|by| by.drive == drive)).collect();
+            #[allow(clippy::float_cmp)] // exact: the coefficient that is left out
+            let is_plain = |row: &Row| row.drive.is_some_and(|by| by.coefficient == 1.0);
             match driven.as_mut_slice() {
                 [] => return fail("there is no such drive"),
-                [row] if row.drive.is_some_and(|by| by.coefficient == 1.0) => row.parameter = Some(first),
+                [row] if is_plain(row) => row.parameter = Some(first),
                 _ => driven.iter_mut().for_each(|row| row.shift = row.drive.map(|by| (first, by.coefficient))),
             }
             Ok(vec!["value"])

@@ -25,7 +25,8 @@
 //! R - ratio error - [centre + (u - centre) (1 + E / h)] = 0
 //! ```
 //!
-//! At either end of the play the derivative along the twists is the line of action of the flank that carries,
+//! Where `1 + E / h` is below zero the flanks would pass through each other: the mechanism cannot be assembled. At
+//! either end of the play the derivative along the twists is the line of action of the flank that carries,
 //! since `d(R -+ E)` is what its force works on.
 
 use crate::math::real::Real;
@@ -222,16 +223,16 @@ impl Coupling {
             }
             _ => {}
         }
-        self.start = match marks {
-            Some(marks) => {
-                let phase: f64 = self.terms.iter().zip(marks).map(|(term, mark)| term.1 * mark).sum();
-                (phase / self.radian).sin_cos()
-            }
-            None => {
+        let marked =
+            |marks: [f64; 2]| self.terms.iter().zip(marks).map(|(term, mark)| term.1 * mark / self.radian).sum();
+        let phase: f64 = marks.map_or_else(
+            || {
                 let (sine, cosine) = self.phase(pair, None).0;
-                sine.atan2(cosine).sin_cos()
-            }
-        };
+                sine.atan2(cosine)
+            },
+            marked,
+        );
+        self.start = phase.sin_cos();
     }
 
     /// Sine and cosine of its phase, and the rate of that as a length.
