@@ -100,7 +100,7 @@ class _Wheels:
             told = {"radii": [first, second], "teeth": counts, "internal": entry.internal}
         else:
             self._check_rack()
-            told = {"radii": [first, first]}
+            told = {"radii": [first, first], "teeth": counts}
         if not isinstance(entry, BeltKeys):
             told["pressure_angle"] = self._pressure_angle()
         if entry.directions is not None:
