@@ -25,7 +25,7 @@
 //! R - ratio error - [centre + (u - centre) (1 + E / h)] = 0
 //! ```
 //!
-//! Where `1 + E / h` is below zero the flanks would pass through each other: the mechanism cannot be assembled. At
+//! An elastic deformation adds to u, and what is beyond the play counts as it is. Where `1 + E / h` is below zero the flanks would pass through each other: the mechanism cannot be assembled. At
 //! either end of the play the derivative along the twists is the line of action of the flank that carries,
 //! since `d(R -+ E)` is what its force works on.
 
@@ -273,16 +273,19 @@ impl Coupling {
     ) -> Coupled<S> {
         let radian = S::from_f64(self.radian);
         let (phase, mut rate) = self.phase(pair, reference);
-        let (mut slope, mut taken) = (S::from_f64(1.0), play);
+        let (mut slope, mut gap, mut taken) = (S::from_f64(1.0), S::from_f64(1.0), play);
         if let (Some(between), Some(opening)) = (between, &self.opening) {
             let (centre, part) = (S::from_f64(between.centre), S::from_f64(1.0 / between.half));
             let (opened, of_opening) = opening.at(pair);
-            slope = slope + opened * part;
-            taken = centre + (play - centre) * slope;
-            rate = rate.plus(-((play - centre) * part), of_opening);
+            // What gives way elastically beyond the play is on the flank.
+            let (side, inside) = ((play - centre) * part).within_one();
+            gap = slope + opened * part;
+            slope = slope + inside * opened * part;
+            taken = play + side * opened;
+            rate = rate.plus(-side, of_opening);
         }
         let (sine, cosine) = turn_back(phase, (shifted(taken) / radian).wide_sin_cos());
-        Coupled { residual: radian * S::small_angle(sine, cosine), rate, slope }
+        Coupled { residual: radian * S::small_angle(sine, cosine), rate, slope, gap }
     }
 }
 
@@ -291,8 +294,10 @@ pub(crate) struct Coupled<S> {
     pub residual: S,
     /// Its rate at the flank where the play is.
     pub rate: Rate<S>,
-    /// What its play is multiplied by.
+    /// What its own parameter counts.
     pub slope: S,
+    /// The play as a part of what it is between wheels in their places; below zero they cannot be there.
+    pub gap: S,
 }
 
 impl<S: Real> Pair<S> {
