@@ -92,7 +92,7 @@ class TestError:
         assert "status" not in say("error four-bar.toml -q worst")
         said = say("error four-bar.toml -q worst", "--set", "drives.theta1.values=[22.7, 180]")
         assert said.code == 1
-        assert "not assembled: the drives ask for what the links cannot reach" in said
+        assert "not assembled: the links cannot reach the commanded pose" in said
         assert re.search(r"1 +180\.0 +– .*not assembled", said)
 
     def test_given_offsets_are_those_on_the_line(self, say) -> None:
@@ -107,7 +107,7 @@ class TestError:
         one, same, other = (say(line) for line in lines)
         assert one == same
         assert one != other
-        assert "500 units per configuration, seed 1" in one
+        assert "500 specimens per configuration, seed 1" in one
         assert "clearances boundary" in say(lines[0] + " --law boundary")
 
     def test_what_does_not_apply_is_left_out_or_refused(self, say) -> None:

@@ -95,7 +95,7 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     "drive value as text": ("four-bar", "values = [22.7", 'values = ["a"', "drives.theta1.values.0", 'a number is needed, not "a"'),
     "drive value NaN": ("four-bar", "28.16", "nan", "drives.theta1.values.1", "a finite number is needed, not nan"),
     "drive with count and values": ("p3r", "count = 11", "count = 11\nvalues = [1]", "drives.v", "either values, or from, to and count"),
-    "drive without count": ("p3r", "count = 11", "", "drives.v", "from, to and count go together; missing: count"),
+    "drive without count": ("p3r", "count = 11", "", "drives.v", "from, to and count belong together; missing: count"),
     "fractional count": ("p3r", "count = 11", "count = 11.0", "drives.v.count", "a whole number is needed, not 11.0"),
     "count of one": ("p3r", "count = 11", "count = 1", "drives.v.count", "must be at least 2: 1"),
     "count beyond reason": ("p3r", "count = 11", "count = 99999999999", "drives.v.count", "must be at most 1000000: 99999999999"),

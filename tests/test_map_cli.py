@@ -72,7 +72,7 @@ class TestSummary:
     def test_every_question(self, say) -> None:
         for question, figure in (
             ("worst", "largest position error"),
-            ("random --samples 200 --law boundary", "position, 95 % of the units below"),
+            ("random --samples 200 --law boundary", "position, 95 % of the specimens below"),
             ("given --offset A=0.02,0", "position error"),
             ("solve", "smallest singular value"),
         ):

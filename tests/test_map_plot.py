@@ -107,7 +107,7 @@ class TestQuantities:
         found = quantity(result, "position")
         expected = result.error_quantile.sel(probability=0.9, quantity="position")
         np.testing.assert_array_equal(found.values, expected)
-        assert found.long_name == "position, 90 % of the units below"
+        assert found.long_name == "position, 90 % of the specimens below"
 
     @pytest.mark.parametrize(
         ("name", "said"),

@@ -188,7 +188,7 @@ def test_a_map_that_is_not_complete_can_be_read_and_says_so() -> None:
         if step == 20:
             raise KeyboardInterrupt
 
-    with pytest.raises(Stopped, match="interrupted after 20 of 49 chunks, which are kept; the same command goes on"):
+    with pytest.raises(Stopped, match="interrupted after 20 of 49 chunks, which are kept; the same command continues"):
         compute(m, grid=GRID, path="map.zarr", chunk=16, progress=interrupt)
     with open_map("map.zarr") as part:
         assert part.attrs["incomplete"]
@@ -203,7 +203,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_it_goes_on() -> None:
         stopped.send_signal(signal.SIGINT)
         _, said = stopped.communicate(timeout=60)
     assert stopped.returncode == 130
-    assert "of 49 chunks, which are kept; the same command goes on from there" in said
+    assert "of 49 chunks, which are kept; the same command continues from there" in said
     assert run(["map", "3-rrr.toml", *AXES, "--chunk", "16", "-o", "map.zarr"]) == 1
     with open_map("map.zarr") as resumed:
         same(jp.map(jp.load("3-rrr.toml"), grid=GRID, chunk=16), resumed)

@@ -55,7 +55,7 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     # -- drives, paths, starts
     "driving a ball": ("rssr", 'joint = "crank"\nfrom', 'joint = "ball"\nfrom', "drives.theta.joint", "'ball' is a spherical joint and has no coordinate to drive; joints that have one: crank, hook.first, hook.second, rocker"),
     "driving a universal joint": ("rssr", 'joint = "crank"\nfrom', 'joint = "hook"\nfrom', "drives.theta.joint", "'hook' consists of several joints; name one of hook.first, hook.second"),
-    "half a rotation": ("3-upu", "[path]\n", "[path]\nrx = [0, 0]\n", "path", "rx, ry and rz are one rotation and go together; here: rx"),
+    "half a rotation": ("3-upu", "[path]\n", "[path]\nrx = [0, 0]\n", "path", "rx, ry and rz are one rotation and belong together; here: rx"),
     "uneven path": ("3-upu", "x = [0, 50]", "x = [0]", "path", "need as many values each; here: x 1, y 2, z 2"),
 }  # fmt: skip
 

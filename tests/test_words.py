@@ -1,4 +1,4 @@
-"""What the README and the documentation say is done: commands run, code runs, every key and option is named.
+"""What the README and the documentation say is done: commands run, code runs; and they say it in the field's words.
 
 The blocks of one page share a directory and run in their order:
 
@@ -10,12 +10,14 @@ The blocks of one page share a directory and run in their order:
 
 from __future__ import annotations
 
+import ast
 import doctest
 import os
 import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,6 +31,22 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md")
 SET_UP = ("make", "git", "pip", "cd", "python -m pip", "python -m venv", "source", "cargo", "maturin", ".venv/bin/")
 FENCE = re.compile(r"^(?P<indent> *)```(?P<info>[^\n`]*)\n(?P<body>.*?)^(?P=indent)```\s*$", re.MULTILINE | re.DOTALL)
 EXIT_CODE = re.compile(r"\s+# exit code (\d)$")
+#: phrases that readers had to guess at, and the field's terms for them; names of variables, options and keys stay
+TERMS = {
+    r"\bgo(?:es|ing)? together\b|\bwent together\b": "can be assembled; of keys: belong together",
+    r"\b(?:are|was|were|be|been) told\b|\bis told (?:as|at|by|from|in|where|with)\b": "is reported, is given",
+    r"\btold apart\b|\btells? (?:\w+ )?apart\b": "distinguishes",
+    r"\bst(?:and|ands|anding|ood) still\b": "has converged; of bodies: does not move",
+    r"\bunits? (?:that|which) (?:fits?|has|have|go|goes|can|cannot|stays?)\b": "specimen",
+    r"\b(?:built|random|strained) units?\b|\bunit to unit\b|\b(?:share|%) of (?:all |the )?units\b": "specimen",
+    r"\bfactor on (?:all |the )?clearances\b": "clearance scale factor required for assembly",
+    r"\b(?:held|holds?) (?:\w+ ){0,3}more than once\b": "over-constrained, redundant constraint",
+    r"\black of fit\b": "misfit",
+    r"\bwhat (?:\w+ ){0,2}loads? bends?\b": "deformation under the load",
+    r"\bbounds? of work\b": "limit of steps; of a value: upper bound",
+    r"\blos(?:e|es|t) hold\b": "no longer constrains",
+    r"\blargest work of the loads?\b": "the offsets are support points along the reactions",
+}
 OUTPUT = doctest.OutputChecker()
 LENIENT = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
@@ -136,3 +154,58 @@ def test_make_targets_that_a_page_names_exist(page: Path) -> None:
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
     named = set(re.findall(r"(?:`|\$ )make ([a-z-]+)", page.read_text(encoding="utf-8")))
     assert named <= targets
+
+
+def texts() -> Iterator[tuple[str, str]]:
+    """What users read, with where it is: pages, changes to come, comments of examples, docstrings and messages."""
+    for page in [*PAGES, *sorted((DOCS / "papers").glob("*.md"))]:
+        yield page.name, page.read_text(encoding="utf-8")
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    yield "CHANGELOG.md", changes.partition("## [Unreleased]")[2].partition("\n## [")[0]
+    package = ROOT / "python" / "jointplay"
+    for path in sorted(package.rglob("*.toml")):
+        yield path.name, path.read_text(encoding="utf-8").replace("#", " ")
+    for path in sorted(package.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                yield f"{path.relative_to(package)}:{node.lineno}", node.value
+
+
+def private_words(text: str) -> list[str]:
+    """Phrases of a text that the field has other terms for, each with these. They may run over the end of a line."""
+    plain = " ".join(text.split())
+    found = ((match[0], use) for term, use in TERMS.items() for match in re.finditer(term, plain, re.IGNORECASE))
+    return [f"'{phrase}': {use}" for phrase, use in found]
+
+
+def test_users_read_the_words_of_the_field() -> None:
+    found = [f"{where}: {problem}" for where, text in texts() for problem in private_words(text)]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "It goes together near its start.",
+        "Offsets are told in the axes of the joint.",
+        "The outcomes cannot be told\n    apart.",
+        "The output stands still.",
+        "Units that fit without strain are counted.",
+        "The share of the units beyond the limits.",
+        "It scatters from unit to unit.",
+        "The smallest factor on all clearances.",
+        "Where joints hold the bodies more than once.",
+        "The lack of fit is largest there.",
+        "What the loads bend is added.",
+        "It ended at its bound of work.",
+        "The joints lose hold.",
+        "It is the pose of largest work of the loads.",
+    ],
+)
+def test_private_words_are_found(sentence: str) -> None:
+    assert private_words(sentence)
+
+
+@pytest.mark.parametrize("sentence", ["Values in units of the file.", "The bodies move together.", "`lack_of_fit`"])
+def test_other_words_are_not(sentence: str) -> None:
+    assert not private_words(sentence)

@@ -28,14 +28,14 @@ LARGEST_FILE = 8_000_000
 class Mechanism(Compiled):
     """A mechanism of any graph, immutable. Read one with `load` or `loads`, change a copy with `with_`.
 
-    Two mechanisms are equal when their files say the same.
+    Two mechanisms are equal when their files have the same content.
 
     Parameters
     ----------
     raw : mapping
         The data of a mechanism file.
     file : str
-        What messages call it.
+        Its name in messages.
 
     Attributes
     ----------
@@ -214,7 +214,7 @@ def loads(text: str, name: str = "<text>") -> Mechanism:
     text : str
         TOML.
     name : str
-        What messages call it.
+        Its name in messages.
 
     Raises
     ------

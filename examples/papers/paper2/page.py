@@ -145,7 +145,7 @@ def steps(study: Study) -> str:
             ]
         )
     header = ["step", "adds", "kind", "clearance factor", "clearance needed [mm]", "largest force without play [kN]"]
-    return table([*header, "worst factor", "units that fit [%]"], body)
+    return table([*header, "worst factor", "specimens that fit [%]"], body)
 
 
 def single(study: Study) -> str:

@@ -191,7 +191,7 @@ def scatter(study: Study) -> str:
             ["standard deviations, exact", vector(found.std[place], 4), vector(found.std[turn], 4)],
             ["first order", vector(found.std_first_order[place], 4), vector(found.std_first_order[turn], 4)],
             *(
-                [f"{100 * p:g} % of the units stay below", *(fixed(value, 3) for value in found.quantiles[p])]
+                [f"{100 * p:g} % of the specimens stay below", *(fixed(value, 3) for value in found.quantiles[p])]
                 for p in sorted(found.quantiles)
             ),
             ["largest of them", *(fixed(value, 3) for value in found.largest)],

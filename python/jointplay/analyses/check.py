@@ -1,4 +1,4 @@
-"""`check`: what a mechanism is made of, how it can move, and whether it goes together."""
+"""`check`: what a mechanism is made of, how it can move, and whether it can be assembled."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 #: which numbers of a set bound a displacement
 SIZES = ("radius", "axial", "gap")
-#: changes of a length that are told
+#: changes of a length that are reported
 MOST_CURES = 3
 
 
@@ -44,8 +44,8 @@ def check(m: Mechanism) -> xr.Dataset:
         run through). Where parts are not drawn to fit, `gap` over `joint` (how far it stays open in nominal poses) and
         the attribute `misfit` (a sentence: what would close it). Attributes: `degrees_of_freedom`, `redundancy` (how
         many constraints are redundant), `mobility` (a sentence), `determinate` (whether the drives decide every pose
-        just once), `decided` (once or more, with no drive too many), `assembled` (whether the joints go together near
-        the start), as 0 or 1.
+        just once), `decided` (once or more, with no drive too many), `assembled` (whether the mechanism can be
+        assembled near the start), as 0 or 1.
 
     Examples
     --------
@@ -97,18 +97,18 @@ def compute(m: Mechanism) -> Result:
 
 def _open(m: Mechanism, found: Misfit) -> str:
     """What does not close, and what would close it, in units of the file."""
-    units, told = m.units, []
+    units, gaps = m.units, []
     for joint, (gap, turn) in found.gaps.items():
         sizes = [f"{gap / units.length:.4g} {units.length_name}"] if gap > 0.0 else []
         sizes += [f"{turn / units.angle:.4g} {units.angle_name}"] if turn > 0.0 else []
-        told.append(f"'{joint}' by {' and '.join(sizes)}")
+        gaps.append(f"'{joint}' by {' and '.join(sizes)}")
     cures = [
         f"'{body}' {abs(length) / units.length:.4g} {units.length_name} {'longer' if length > 0 else 'shorter'}"
         f" from {first} to {second}"
         for body, first, second, length in found.cures[:MOST_CURES]
     ]
     would = f"it closes with {' or '.join(cures)}" if cures else "no single length closes it"
-    return f"as drawn, joints stay open where all others are closed: {', '.join(told)}; {would}"
+    return f"as drawn, joints stay open where all others are closed: {', '.join(gaps)}; {would}"
 
 
 def _members(m: Mechanism, builder: Builder) -> None:

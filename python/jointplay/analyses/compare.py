@@ -141,7 +141,7 @@ def _components(b: Mechanism, components: Sequence[str] | None) -> tuple[str, ..
         raise InputError(f"name at least one of {', '.join(b.components)}", key="components")
     _, angles = split(list(b.components))
     if 0 < sum(name in angles for name in chosen) < len(angles):
-        raise InputError(f"{', '.join(angles)} are one rotation and go together", key="components")
+        raise InputError(f"{', '.join(angles)} are one rotation and belong together", key="components")
     return chosen
 
 

@@ -53,7 +53,7 @@ def compensate(
     weights: tuple[float, float] | None = None,
     target: Sequence[float] | NDArray[np.float64] | None = None,
 ) -> xr.Dataset:
-    """Correct the drives so that the output returns as near as it can to its nominal pose.
+    """Correct the drives so that the output returns as near as possible to its nominal pose.
 
     Parameters
     ----------
@@ -76,8 +76,8 @@ def compensate(
     xarray.Dataset
         Over `configuration`: `drive_nominal`, `drive_corrected` and `correction` (along `drive`), `error` (before),
         `residual` (after: what no drive can remove), `residual_position`, `residual_rotation` (sizes), `at_limit`
-        (drives held by their range in the file), `settled` (no further step made it smaller because none was left;
-        elsewhere contact flips, and the best drives met are given), `iterations`, `nominal`, `status` (of the
+        (drives held by their range in the file), `settled` (whether the correction has converged; elsewhere contact
+        alternates between two sides, and the best drives found are given), `iterations`, `nominal`, `status` (of the
         corrected mechanism).
 
     Examples
@@ -277,7 +277,7 @@ def _report(m: Mechanism, at: Nominal, question: str, before: Floats, found: Cor
     builder.add("residual_rotation", "configuration", rotation, "rotation with the drives corrected", "angle")
     low, high = _ranges(m)
     builder.add("at_limit", drive, (corrected <= low) | (corrected >= high), "whether the range holds the drive")
-    builder.add("settled", "configuration", found.settled, "whether no step was left to make")
+    builder.add("settled", "configuration", found.settled, "whether the correction has converged")
     builder.add("iterations", "configuration", found.iterations, "steps made")
     builder.status(found.status)
     return builder.result()

@@ -28,7 +28,7 @@ def given(
     offsets: Offsets | xr.DataArray | xr.Dataset | None = None,
     deviations: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
-    """Find the error for given clearance offsets and deviations.
+    """Find the pose error for given clearance offsets and deviations.
 
     Parameters
     ----------
@@ -47,10 +47,10 @@ def given(
     xarray.Dataset
         Over `configuration`: `error`, `error_first_order`, `contribution` (per source; they add up to the first-order
         error), `offset` (all parameters), `admissible` (whether the offset of a source lies within its clearance or
-        tolerance; outside it counts all the same), `pose` of every body, `nominal`, `status`.
+        tolerance; an offset outside is used as given), `pose` of every body, `nominal`, `status`.
 
-        Of an over-constrained or elastic mechanism as well: `lack_of_fit` (by how much redundant constraints miss each
-        other with these offsets; rigid bodies that do not fit are ``not_assemblable``), `prestress` and `deformation`
+        Of an over-constrained or elastic mechanism as well: `lack_of_fit` (misfit of the redundant constraints
+        with these offsets; rigid bodies with a misfit are ``not_assemblable``), `prestress` and `deformation`
         (elastic ones take up the misfit with the least energy and are ``strained``).
 
     Raises

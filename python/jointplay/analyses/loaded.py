@@ -1,7 +1,12 @@
 """`loaded`: where the load pushes every joint.
 
-Each joint's offset lies where its clearance supports the reaction it transmits; the pose is the one of largest work of
-the loads over all admissible offsets.
+Without friction every offset is the support point of its clearance along the reaction that the joint transmits. On the
+exact closure this is a condition on the offsets y and the forces s(y) along them, with P the projection onto the sets:
+
+    y = P(y + t s(y)),   t > 0
+
+The work of the loads is not maximised: for a moment with a fixed direction in space it has no maximum. Over-constrained
+and elastic mechanisms need a cone program; its multipliers of compatibility are the coefficients of the self-stresses.
 """
 
 from __future__ import annotations
@@ -24,35 +29,36 @@ if TYPE_CHECKING:
 
 @typed
 def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Dataset:
-    """Find the error that the loads cause by taking up the clearances.
+    """Find the pose error where the loads take up the clearances.
 
     Parameters
     ----------
     m : Mechanism
         With loads or gravity.
     exact : bool
-        Whether the closure is solved again with contact and reactions in agreement. If not, everything is told to
-        first order at the nominal pose, several times faster: `error` then is `error_first_order`, and reactions are
-        the nominal ones.
+        Whether offsets and reactions are found on the exact closure. If not, everything is given to first order at the
+        nominal pose, several times faster: `error` then is `error_first_order`, and reactions are those at the nominal
+        pose.
     details : bool
-        Whether more is told than `error`, `undetermined`, `iterations`, `status` and, of an over-constrained mechanism,
-        `clearance_factor`. Of very many configurations the rest takes most of the time and the memory.
+        Whether more is returned than `error`, `undetermined`, `iterations`, `status` and, of an over-constrained
+        mechanism, `clearance_factor`. For very many configurations the rest takes most of the time and the memory.
 
     Returns
     -------
     xarray.Dataset
-        Over `configuration`: `error`, `error_first_order`, `undetermined` (half-width of what the load does not
-        decide), `undetermined_contribution` (per source), `decided` (whether the load decides where a clearance goes),
-        `reaction` (force and moment on the second body of every joint, at the joint, ground axes), `offset`
-        (where every clearance is), `contribution` (per source; they add up to the first-order error), `iterations`
-        (until contact and reactions agreed), `nominal`, `status`.
+        Over `configuration`: `error`, `error_first_order`, `undetermined` (half-width of the indeterminacy that the
+        load leaves), `undetermined_contribution` (per source), `decided` (whether the load determines the offset of the
+        source), `reaction` (force and moment on the second body of every joint, at the joint, ground axes), `offset`
+        (value of every parameter), `contribution` (per source; they add up to the first-order error), `iterations`
+        (until offsets and reactions agreed), `nominal`, `status`.
 
-        An over-constrained or elastic mechanism has as well: `clearance_factor` (the smallest factor on all clearances
-        with which rigid bodies go together), `prestress` (reactions without any load), `lack_of_fit` (largest misfit of
-        the nominal mechanism), `duality_gap` (of the last cone program: how far it is from the optimum at most),
-        `deformation` (of every elastic joint), `contribution_elastic` (part of its compliance in the first-order error;
-        all of them together are the part of the load), and of elastic bodies `member_force` (tension positive) and
-        `member_elongation`. Reactions that rigid joints without clearance share in a way that nothing decides are nan.
+        An over-constrained or elastic mechanism has as well: `clearance_factor` (clearance scale factor
+        required for assembly of the rigid bodies), `prestress` (reactions without any load), `lack_of_fit` (largest
+        misfit of the nominal mechanism), `duality_gap` (upper bound of the distance from the optimum of the last cone
+        program), `deformation` (of every elastic joint), `contribution_elastic` (contribution of its compliance to the
+        first-order error; all of them together are the contribution of the load), and of elastic bodies `member_force`
+        (tension positive) and `member_elongation`. A reaction is nan where rigid joints without clearance share the
+        load and nothing determines the shares.
 
     Raises
     ------
@@ -82,14 +88,18 @@ def compute(
     builder = report(m, "loaded", at)
     words = "error of the output, actual - nominal" + ("" if exact else ", to first order")
     builder.add("error", pose, found["error"], words, "component")
-    builder.add("undetermined", pose, found["undetermined"], "half-width of what the load leaves open", "component")
+    builder.add(
+        "undetermined", pose, found["undetermined"], "half-width of the indeterminacy that the load leaves", "component"
+    )
     if offset or details:
         builder.add("offset", ("configuration", "parameter"), found["offset"], "offset of the parameter", "parameter")
     if details:
         _details(builder, found)
-    builder.add("iterations", "configuration", found["iterations"].astype(np.int64), "steps until contact was settled")
+    builder.add(
+        "iterations", "configuration", found["iterations"].astype(np.int64), "steps until contact had converged"
+    )
     if not m.core.isostatic:
-        words = "smallest factor on the clearances with which rigid bodies go together"
+        words = "clearance scale factor required for assembly of the rigid bodies"
         builder.add("clearance_factor", "configuration", found["clearance_factor"], words)
         if details:
             _strain(m, builder, found)
@@ -105,10 +115,10 @@ def _details(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
         "undetermined_contribution",
         ("configuration", "source", "component"),
         found["undetermined_contribution"],
-        "part of the source in what the load leaves open",
+        "contribution of the source to the indeterminacy",
         "component",
     )
-    words = "whether the load decides where the clearance goes"
+    words = "whether the load determines the offset"
     builder.add("decided", ("configuration", "source"), found["decided"], words)
     builder.add(
         "reaction",
@@ -121,13 +131,13 @@ def _details(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
         "contribution",
         ("configuration", "source", "component"),
         found["contribution"],
-        "part of the source in the first-order error",
+        "contribution of the source to the first-order error",
         "component",
     )
 
 
 def _strain(m: Mechanism, builder: Builder, found: dict[str, NDArray[Any]]) -> None:
-    """What over-constrained and elastic mechanisms tell beside."""
+    """The further results of over-constrained and elastic mechanisms."""
     words = "reaction without any load"
     builder.add("prestress", ("configuration", "joint", "wrench"), found["prestress"], words, "wrench")
     words = "largest misfit of the nominal mechanism, angles at its characteristic length"
@@ -138,7 +148,7 @@ def _strain(m: Mechanism, builder: Builder, found: dict[str, NDArray[Any]]) -> N
     words = "elastic deformation of the joint"
     builder.add("deformation", ("configuration", "elastic"), found["deformation"], words, "elastic")
     dims = ("configuration", "joint", "component")
-    words = "part of the joint's compliance in the first-order error"
+    words = "contribution of the joint's compliance to the first-order error"
     builder.add("contribution_elastic", dims, found["contribution_elastic"], words, "component")
     if m.members:
         forces, deformations = m.core.rows, m.core.deformations

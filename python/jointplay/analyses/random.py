@@ -1,8 +1,8 @@
-"""`random`: how the error scatters from unit to unit.
+"""`random`: how the error scatters from specimen to specimen.
 
 First order: covariance = sum over sources of A_s Sigma_s A_s'. Beside it a seeded Monte Carlo on the non-linear
-closure. Where joints hold the bodies more than once, offsets scatter as far as compatibility lets them, A delta = b of
-the unit; units whose clearances cannot fulfil that are strained, or do not go together.
+closure. In an over-constrained mechanism offsets scatter under the condition of compatibility, A delta = b of the
+specimen; specimens whose clearances cannot fulfil it are strained, or cannot be assembled.
 """
 
 from __future__ import annotations
@@ -44,22 +44,22 @@ def random(
     probabilities: Sequence[float] = PROBABILITIES,
     threads: int = 0,
 ) -> xr.Dataset:
-    """Find how the error scatters from unit to unit.
+    """Find how the error scatters from specimen to specimen.
 
     Parameters
     ----------
     m : Mechanism
     samples : int
-        Random units per configuration. Every configuration gets the same random numbers, so that what differs between
-        configurations is not noise.
+        Random specimens per configuration. Every configuration gets the same random numbers, so that a difference
+        between configurations is not noise.
     seed : int
         Of the random numbers; the result is bit-identical for any number of threads.
     law : {"uniform", "boundary", "normal"}, optional
         How every clearance scatters, in place of its own law in the file: uniform in its set, on its boundary, or
         normal with three sigma to the boundary.
     contact : {"scattered", "loaded"}
-        Whether clearances scatter by their laws, or are where the load of the file pushes them in every unit, so that
-        only tolerances and drive errors scatter.
+        Whether clearances scatter by their laws, or the load of the file decides where they are in every specimen, so
+        that only tolerances and drive errors scatter.
     probabilities : sequence of float
         Of the quantiles.
     threads : int
@@ -71,12 +71,12 @@ def random(
         Over `configuration`: `error_mean`, `error_std`, `error_covariance` (also with `_first_order`), `error_quantile`
         and `largest` (of every component, position, rotation; quantiles are known within `quantile_resolution`),
         `histogram` with `edge`, `outside` (share beyond the limits of the file), `failures` (samples by outcome; no
-        sample is dropped silently, and those that the load leaves `undetermined` are in the figures), `contribution`
+        sample is dropped silently, and those that the load leaves `undetermined` are included), `contribution`
         (variance per source; they add up to the first-order one), `nominal`, `status`.
 
         An over-constrained mechanism, or an elastic one under load, has as well: `clearance_factor_quantile` (of the
-        smallest factor on all clearances with which a unit goes together rigidly), `not_assemblable` (share of the
-        units that do not go together), `strained` (share of those that do so by force alone),
+        clearance scale factor required for assembly without strain), `not_assemblable` (share of the specimens that
+        cannot be assembled), `strained` (share of those that can only be assembled under strain),
         `contribution_elastic` (of the compliance of every joint), and of elastic bodies `member_force_quantile`
         (tension positive). A source may make the scatter smaller: then its contribution is negative.
 
@@ -84,7 +84,7 @@ def random(
     ------
     InputError
         When nothing loads a mechanism whose contact is to be loaded, or clearances that compatibility ties to others
-        shall be at their boundary, where they have no room to be compatible.
+        shall be at their boundary, where they cannot be compatible.
 
     Examples
     --------
@@ -185,8 +185,8 @@ def _require_room(m: Mechanism, law: str | None, at: Nominal) -> None:
     if tied:
         names = listed(m.sources[s] for s in tied)
         problem = (
-            f"law 'boundary' leaves the clearances of {names} no room to be compatible where they hold bodies more than"
-            " once; valid there: uniform, normal"
+            f"law 'boundary' is not possible for {names}: these clearances must fulfil compatibility in an"
+            " over-constrained mechanism; valid there: uniform, normal"
         )
         raise InputError(problem, file=m.file, key="law")
 
@@ -200,24 +200,24 @@ def _moments(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
         builder.add(f"error_std{suffix}", pose, std, f"standard deviation of the error{words}", "component")
         words = f"covariance of the error{words}"
         builder.add(f"error_covariance{suffix}", square, covariance, words, ("component", "component_other"))
-    words = "part of the source in the first-order variance"
+    words = "contribution of the source to the first-order variance"
     parts = ("configuration", "source", "component")
     builder.add("contribution", parts, found["contribution"], words, "component", power=2)
 
 
 def _distribution(builder: Builder, found: dict[str, NDArray[Any]], levels: NDArray[np.float64], m: Mechanism) -> None:
     per = ("configuration", "quantity")
-    builder.labels("probability", levels, "share of the units that is below the quantile")
+    builder.labels("probability", levels, "share of the specimens below the quantile")
     quantile = ("configuration", "probability", "quantity")
     builder.add("error_quantile", quantile, found["quantile"], "quantile of the error", "quantity")
     resolution = found["quantile_resolution"]
     builder.add("quantile_resolution", per, resolution, "width within which the quantile is known", "quantity")
     builder.add("largest", per, found["largest"], "largest size met", "quantity")
-    builder.add("histogram", (*per, "bin"), found["histogram"].astype(np.int64), "units in the bin")
+    builder.add("histogram", (*per, "bin"), found["histogram"].astype(np.int64), "specimens in the bin")
     builder.add("edge", (*per, "bin_edge"), found["edges"], "edges of the bins", "quantity")
-    builder.add("outside", "configuration", found["outside"], "share of the units beyond the limits")
+    builder.add("outside", "configuration", found["outside"], "share of the specimens beyond the limits")
     failures = found["failures"].astype(np.int64)
-    builder.add("failures", ("configuration", "outcome"), failures, "units by outcome")
+    builder.add("failures", ("configuration", "outcome"), failures, "specimens by outcome")
     if not np.isnan(m.limits.position):
         builder.attrs["limit_position"] = m.limits.position / builder.units.length
     if not np.isnan(m.limits.rotation):
@@ -225,15 +225,15 @@ def _distribution(builder: Builder, found: dict[str, NDArray[Any]], levels: NDAr
 
 
 def _assembly(builder: Builder, found: dict[str, NDArray[Any]], m: Mechanism) -> None:
-    """What over-constrained and elastic mechanisms tell beside."""
-    words = "smallest factor on the clearances with which a unit goes together rigidly, quantile"
+    """The further results of over-constrained and elastic mechanisms."""
+    words = "clearance scale factor required for assembly without strain, quantile"
     builder.add("clearance_factor_quantile", ("configuration", "probability"), found["clearance_factor"], words)
-    for outcome, words in (("not_assemblable", "do not go together"), ("strained", "are strained without any load")):
+    for outcome, words in (("not_assemblable", "cannot be assembled"), ("strained", "are strained without any load")):
         share = found["failures"][:, STATUSES.tolist().index(outcome)] / found["failures"].sum(axis=1)
-        builder.add(outcome, "configuration", share, f"share of the units that {words}")
+        builder.add(outcome, "configuration", share, f"share of the specimens that {words}")
     if not m.core.deformations:
         return
-    words = "part of the joint's compliance in the first-order variance"
+    words = "contribution of the joint's compliance to the first-order variance"
     parts = ("configuration", "joint", "component")
     builder.add("contribution_elastic", parts, found["contribution_elastic"], words, "component", power=2)
     if m.members:

@@ -338,7 +338,7 @@ class Path:
             if k != place or not np.isfinite(self.values[k]):
                 continue
             distances = np.abs(there - travel[step])
-            # Where the output point stands still, the drives decide.
+            # Where the output point does not move, the drives decide.
             nearest = min(range(len(places)), key=lambda p: (distances[p], abs(places[p].along - place)))
             found.distance[k] = distances[nearest]
             found.drives[k] = self.drives(np.array([places[nearest].along]))[0]

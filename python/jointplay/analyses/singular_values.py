@@ -3,9 +3,9 @@
 With J = [A; D] the length-scaled closure Jacobian, rows of the joints above rows of the drives, N an orthonormal basis
 of the motions that the joints allow (the null space of A), and E the twist of the output:
 
-    constraint   smallest singular value of A      zero where the joints lose hold, drives or no drives
-    actuation    smallest singular value of D N    zero where the joints allow a motion that no drive feels
-    output       smallest singular value of E N    zero where the mechanism moves and the output stands still
+    constraint   smallest singular value of A      zero where the joints no longer constrain a motion
+    actuation    smallest singular value of D N    zero where the joints allow a motion without the drives
+    output       smallest singular value of E N    zero where the mechanism moves and the output does not
     closure      smallest singular value of J      zero where one of the first two is, and never larger than either
 
 because |det J| = (product of the singular values of A) x |det D N|. In the words of Gosselin and Angeles (1990) the

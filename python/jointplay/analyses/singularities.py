@@ -53,15 +53,15 @@ def singularities(
     Returns
     -------
     xarray.Dataset
-        Over `configuration`: `constraint_singular_value` (zero where the joints lose hold of the bodies),
+        Over `configuration`: `constraint_singular_value` (zero where the joints no longer constrain a motion),
         `actuation_singular_value` (zero where the joints allow a motion that the drives do not hold),
-        `output_singular_value` (zero where the mechanism moves and the output stands still), `singular_value` (of the
+        `output_singular_value` (zero where the mechanism moves and the output does not), `singular_value` (of the
         whole closure, zero where one of the first two is); of the first three the motion of all bodies,
         `constraint_motion` and so on, and of the output, `constraint_twist` and so on; `kind` (the singularities that
-        the configuration is at, else the one that it is nearest to), `determinant_sign` (it tells apart the regions
-        between singularities), `singularity_distance` (travel of the output point to the nearest place of the path
-        where the closure is singular; inf where there is none), `singularity_at` (drive values there),
-        `singularity_kind`, `nominal` and `status`.
+        the configuration is at, else the one that it is nearest to), `determinant_sign` (configurations with
+        different signs are separated by a singularity), `singularity_distance` (travel of the output point to the
+        nearest place of the path where the closure is singular; inf where there is none), `singularity_at` (drive
+        values there), `singularity_kind`, `nominal` and `status`.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def singularities(
 
     Examples
     --------
-    A crank and its coupler in one line: the slider stands still while the crank turns.
+    A crank and its coupler in one line: the slider has no velocity while the crank turns.
 
     >>> import jointplay as jp
     >>> m = jp.loads(jp.examples.text("slider-crank")).with_({"drives.theta.values": [0, 60, 180]})

@@ -1,11 +1,11 @@
 """`worst`: the largest error that the clearances and tolerances allow, and the offsets that attain it.
 
 first order   max |A u| over u in C, by support functions
-exact         max g(output(closure(u)) - output(nominal)) over u in C, by ascent from many starts and, from the
-              best point, with one source at a time elsewhere in its set until nothing rises
+exact         max g(output(closure(u)) - output(nominal)) over u in C, by ascent from many starts; then from the
+              best point, with one source at a time moved within its set, until nothing increases
 
-In an over-constrained mechanism offsets count that are compatible; in an elastic one also those of units that have to
-be strained, where these have the least energy.
+In an over-constrained mechanism only compatible offsets count. In an elastic one specimens that have to be strained
+count as well, each at its pose of least energy.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MOST_STARTS = 10_000
 
 @typed
 def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
-    """Find the largest errors that clearances and tolerances allow.
+    """Find the largest pose errors that clearances and tolerances allow.
 
     Parameters
     ----------
@@ -47,13 +47,13 @@ def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
     xarray.Dataset
         Over `configuration`: `worst_position` (largest displacement of the output point), `worst_rotation` (largest
         turn), `worst_component` (lowest and highest error of each component), each also with `_first_order`;
-        `worst_direction` (unit vector of the largest displacement), `worst_offset` (where everything is at each
-        extreme; `given` reproduces the extreme from it), `contribution` (per source, of the first-order figure of
-        each extreme; they add up to it), `unsettled` (extremes whose ascent was ended by its bound of work: the highest
-        point met counts), `nominal`, `status`. Where members are elastic, units count that have to be
-        strained to go together (`strained`), each where its energy is least, and `contribution_elastic` (per joint)
-        is what its compliance adds; all of them together add nothing. Loads do not count: `loaded` tells what they
-        bend.
+        `worst_direction` (unit vector of the largest displacement), `worst_offset` (value of every parameter at each
+        extreme; `given` reproduces the extreme from it), `contribution` (per source, to the first-order value of each
+        extreme; they add up to it), `unsettled` (number of extremes whose ascent reached its limit of steps: the
+        largest value met is given), `nominal`, `status`. Where members are elastic, specimens that can only be
+        assembled under strain count as well (`strained`), each at its pose of least energy, and `contribution_elastic`
+        (per joint) is the contribution of its compliance; these add up to zero. Loads do not count: `loaded` gives the
+        deformation under a load.
 
     Examples
     --------
@@ -86,19 +86,19 @@ def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progre
         words = f"lowest and highest error of the component{words}"
         builder.add(f"worst_component{suffix}", sides, component, words, "component")
     for name, kind in (("position", "length"), ("rotation", "angle")):
-        words = f"what the largest {name} error to first order certainly does not exceed"
+        words = f"upper bound of the largest {name} error to first order"
         builder.add(f"worst_{name}_first_order_bound", "configuration", found[f"{name}_bound"], words, kind)
     words = "direction of the largest position error"
     builder.add("worst_direction", ("configuration", "axis"), found["direction"], words)
     words = "offset of the parameter at the extreme"
     builder.add("worst_offset", ("configuration", "extreme", "parameter"), found["offset"], words, "parameter")
-    words = "part of the source in the first-order extreme"
+    words = "contribution of the source to the first-order extreme"
     builder.add("contribution", ("configuration", "extreme", "source"), found["contribution"], words, "extreme")
     if m.core.deformations:
-        words = "part of the joint's compliance in the first-order extreme"
+        words = "contribution of the joint's compliance to the first-order extreme"
         dims = ("configuration", "extreme", "joint")
         builder.add("contribution_elastic", dims, found["contribution_elastic"], words, "extreme")
-    words = "extremes whose ascent was ended by its bound of work"
+    words = "extremes whose ascent reached its limit of steps"
     builder.add("unsettled", "configuration", found["unsettled"], words)
     builder.status(at.worse(found["status"]))
     return finished(builder, done, len(drives))

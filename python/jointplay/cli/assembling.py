@@ -18,13 +18,15 @@ if TYPE_CHECKING:
 def assemble(
     file: File,
     question: Annotated[
-        Assembled, typer.Option("--question", "-q", help="One built unit, the worst, or random units.")
+        Assembled,
+        typer.Option("--question", "-q", help="One built specimen (unit), the worst case, or random specimens."),
     ] = Assembled.unit,
     configuration: Annotated[
         int, typer.Option("--configuration", "-c", metavar="N", help="At which configuration, counted from 0.")
     ] = 0,
     best: Annotated[
-        Best | None, typer.Option("--best", help="Put the steps into the order that strains or errs least on its way.")
+        Best | None,
+        typer.Option("--best", help="Put the steps into the order with the smallest forces or errors on the way."),
     ] = None,
     samples: Samples = 2_000,
     seed: Seed = 0,

@@ -86,7 +86,7 @@ def new(
 
 @app.command()
 def check(file: File, settings: Settings = None, output: Output = None) -> int:
-    """Say what a mechanism is made of, how it can move, and whether it goes together."""
+    """Say what a mechanism is made of, how it can move, and whether it can be assembled."""
     from jointplay.analyses.check import compute
 
     answer.check_paths(output)
@@ -142,7 +142,7 @@ def error(
     file: File,
     question: Annotated[
         list[Question] | None,
-        typer.Option("--question", "-q", help="Which error; all that the file allows if left out."),
+        typer.Option("--question", "-q", help="Which question; if left out, all that the file allows."),
     ] = None,
     offset: Offset = None,
     samples: Samples = 100_000,
@@ -156,8 +156,8 @@ def error(
     """Say how far off the output is, and which joint is to blame.
 
     loaded: where the load pushes it. worst: the largest error that the clearances and tolerances allow. random: how it
-    scatters from unit to unit. given: the error for given offsets (--offset), else for those of the largest position
-    error.
+    scatters from specimen to specimen. given: the error for given offsets (--offset), else for those of the largest
+    position error.
     """
     from jointplay.analyses import given, loaded, random, worst
 
@@ -213,7 +213,7 @@ def compensate(
     output: Output = None,
     plot: Plot = None,
 ) -> int:
-    """Correct the drives so that the output returns as near as it can to its nominal pose."""
+    """Correct the drives so that the output returns as near as possible to its nominal pose."""
     from jointplay.analyses.compensate import compute
 
     m = answer.mechanism(file, settings)
@@ -249,7 +249,7 @@ def sweep(
     output: Output = None,
     plot: Plot = None,
 ) -> int:
-    """Ask for the error at every value of a clearance size, or of anything else in the file."""
+    """Compute the error for every value of a clearance size, or of anything else in the file."""
     from jointplay.analyses.sweep import compute
 
     keys, values, fixed = arguments.swept(arguments.assignments(settings or (), "--set"))
@@ -298,22 +298,24 @@ def map_(
     settings: Settings = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="PATH", help="Write it by chunks: .zarr or .nc; asked again, go on."),
+        typer.Option(
+            "--output", "-o", metavar="PATH", help="Write it in chunks, to .zarr or .nc; run again, it continues."
+        ),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace something else at the path.")] = False,
     chunk: Annotated[
-        int | None, typer.Option("--chunk", metavar="N", help="Nodes that are worked off at a time.")
+        int | None, typer.Option("--chunk", metavar="N", help="Nodes that are computed at a time.")
     ] = None,
     plot: Annotated[
         Path | None,
-        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg, .pdf, or .html to look around in."),
+        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg, .pdf, or .html for an interactive page."),
     ] = None,
     variable: Annotated[
         str | None,
         typer.Option("--variable", metavar="NAME", help="What is drawn: position, rotation, or such as undetermined.x"),
     ] = None,
 ) -> int:
-    """Ask for the error over a grid of drives or of positions of the output."""
+    """Compute the error over a grid of drives or of positions of the output."""
     from . import mapping
 
     options: dict[str, Any] = {}
@@ -339,7 +341,7 @@ def compare(
         typer.Option(
             "--components",
             metavar="x,y,angle",
-            help="What B follows; if left out the position, all with as many drives.",
+            help="What B follows; if left out, the position, or all components if B has as many drives.",
         ),
     ] = None,
     samples: Samples = 100_000,

@@ -53,7 +53,7 @@ class Law(StrEnum):
 
 
 class Contact(StrEnum):
-    """Where clearances are in every unit."""
+    """Where clearances are in every specimen."""
 
     scattered = "scattered"
     loaded = "loaded"
@@ -100,11 +100,11 @@ Offset = Annotated[
     list[str] | None,
     typer.Option("--offset", metavar="NAME=VALUE", help="Given offset or deviation: J1=0.5,0 or J1.x=0.5 or l2=0.02"),
 ]
-Samples = Annotated[int, typer.Option("--samples", metavar="N", help="Random units per configuration.")]
+Samples = Annotated[int, typer.Option("--samples", metavar="N", help="Random specimens per configuration.")]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the random numbers.")]
 Scatter = Annotated[
     Law | None, typer.Option("--law", help="How every clearance scatters, in place of the file's laws.")
 ]
 Touching = Annotated[
-    Contact, typer.Option("--contact", help="random: clearances scatter, or are where the load pushes them.")
+    Contact, typer.Option("--contact", help="random: clearances scatter, or the load decides where they are.")
 ]

@@ -1,4 +1,4 @@
-"""What the drives are told: their values, or the path of the output from which they are solved."""
+"""What the drives are commanded: their values, or the path of the output from which they are solved."""
 
 from __future__ import annotations
 

@@ -85,7 +85,7 @@ def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoin
     if play is not None:
         components, shape = _set(play, units, length)
         if joint.kind == "fixed":
-            # The pin of a locked hinge is told in the joint's own axes, as its angle is.
+            # The pin of a locked hinge is given in the joint's own axes, as its angle is.
             components = ("along", "normal")
         factors = tuple(units.angle if component in TURNS else units.length for component in components)
         spec = {"joint": index, "set": shape, "law": play.law}

@@ -1,6 +1,6 @@
 """The guess from which a mechanism in the plane is assembled.
 
-The file tells roughly where bodies are, often only their angles. The rest follows by walking the joints outwards
+The file says roughly where bodies are, often only their angles. The rest follows by walking the joints outwards
 from the ground: a pin joint puts the body's point on its neighbour's, a guide also lends its direction. Loops need not
 close.
 """

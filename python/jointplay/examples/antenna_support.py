@@ -56,7 +56,7 @@ units  = {{ length = "mm", angle = "deg", force = "N" }}
 {self._pin("F_DF", ("AF", "DF"), (212, 0))}
 {self._pin("D", riders, (212, 93))}
 {self._pin("I", ("FI", "DI"), (422, 0))}
-# The deviations of one built unit, as published.
+# The deviations of one built specimen, as published.
 
 {self._dimension("AB", "ground", ("A", "B"), 0.94)}
 {self._dimension("AE", "AF", ("A", "E"), -0.35)}
@@ -116,15 +116,15 @@ deviation = {number(deviation)}
     def _assembly(self) -> str:
         if self.locked:
             return """\
-# How it is put together on the cabin, as published: the inner panel is fixed, BD and ED are connected, DF is one link
-# too many and has to be inserted, then the same on the outer panel.
+# The order of assembly on the cabin, as published: the inner panel is fixed, BD and ED are connected, DF is redundant
+# and has to be inserted, then the same on the outer panel.
 
 [assembly]
 base  = "ground"
 steps = [["AF"], ["BD", "ED"], ["DF"], ["FI"], ["DI"]]
 """
         return """\
-# How it is put together on the inner panel, as published: DF and ED are connected over it and make a triangle, BD and
+# The order of assembly on the inner panel, as published: DF and ED are connected over it and make a triangle, BD and
 # the cabin are connected to that, and then DI and the outer panel.
 
 [assembly]

@@ -72,7 +72,7 @@ class Template:
         return value
 
     def refuse(self, key: str, problem: str) -> InputError:
-        """The error for sizes that do not go together."""
+        """The error for sizes that contradict each other."""
         return InputError(problem, file=self.name, key=key)
 
     def command(self) -> str:

@@ -52,8 +52,8 @@ class ThreeUpu(Template):
 # lies {lies} ({layout} layout).
 #
 # The coordinate of a leg is the distance between the centres of its two universal joints, because these are the points
-# of its prismatic joint. The play of the guide is told at the upper one. Where the guide itself sits along the leg
-# makes no difference to first order: the leg carries a force along its line and a couple, no force across it.
+# of its prismatic joint. The clearance of the guide is measured at the upper one. Where the guide itself sits along the
+# leg makes no difference to first order: the leg carries a force along its line and a couple, no force across it.
 
 format = 1
 title  = "3-UPU translational parallel robot, {layout} layout"

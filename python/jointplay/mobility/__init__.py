@@ -1,4 +1,4 @@
-"""How a mechanism can move, and what holds it more than once, by rank and by name.
+"""How a mechanism can move, and which of its constraints are redundant, by rank and by name.
 
 With A the closure Jacobian of the joints over the twists of all bodies, and C its drive rows (lengths divided by the
 characteristic one):
@@ -42,7 +42,7 @@ class Mobility:
     Parameters
     ----------
     assembled : bool
-        Whether the joints could be brought together; otherwise the figures are those of the nearest attempt.
+        Whether the mechanism could be assembled; otherwise the figures are those of the nearest attempt.
     degrees_of_freedom : int
         Independent motions with no drive held.
     drives : int
@@ -50,7 +50,7 @@ class Mobility:
     motions : tuple of Motion
         Independent motions that are left with all drives held.
     joint_redundancy : int
-        By how much the joints alone hold the bodies more than once.
+        Number of redundant constraints of the joints alone.
     drive_redundancy : int
         How many drives command what is decided already.
     redundant_constraints : tuple of str
@@ -81,7 +81,7 @@ class Mobility:
 
     @property
     def is_decided(self) -> bool:
-        """Whether the drives decide every body's pose; it may be held more than once."""
+        """Whether the drives determine every pose; the joints may be over-constrained."""
         return not (self.motions or self.drive_redundancy)
 
     @property
@@ -92,7 +92,7 @@ class Mobility:
 
 
 def examine(m: Mechanism) -> Mobility:
-    """Find how a mechanism can move and what holds it more than once.
+    """Find how a mechanism can move and which of its constraints are redundant.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def _as_drawn(probe: Probe, mobility: Mobility) -> Mobility:
 
 
 def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> None:
-    """Refuse a mechanism whose drives and joints do not decide every pose, or decide it more than once.
+    """Refuse a mechanism whose drives and joints do not determine every pose, or are redundant.
 
     A mechanism that does not assemble passes when the number of its drives is right: that is an outcome, no mistake.
 
@@ -157,7 +157,7 @@ def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> None
     m : Mechanism
         Any mechanism.
     over_constrained : bool
-        Whether joints may hold bodies more than once. Drives may not: two that command one motion are a mistake.
+        Whether the joints may be over-constrained. Drives may not: two that command one motion are a mistake.
 
     Raises
     ------

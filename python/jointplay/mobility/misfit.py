@@ -25,7 +25,7 @@ from .probe import Floats
 CLOSED = 1e-9
 #: gaps below this share of the largest are what closing others leaves to the second order
 SECOND_ORDER = 1e-3
-#: step of a length that tells a slope, as a share of the characteristic one
+#: step of a length for a derivative, as a share of the characteristic one
 STEP = 1e-6
 #: share of the misfit that a single length may leave open and still count as closing it: the second order
 LEFT = 0.02
@@ -78,10 +78,10 @@ def _cures(m: Mechanism, drives: Floats, placed: Floats, gaps: Floats) -> list[t
     """Single lengths that close everything everywhere."""
     stresses = [_self_stresses(m, poses_) for poses_ in placed]
 
-    def felt(gaps: Floats) -> Floats:
+    def observable(gaps: Floats) -> Floats:
         return np.concatenate([y.T @ gap for y, gap in zip(stresses, gaps, strict=True)])
 
-    missing, found = felt(gaps), []
+    missing, found = observable(gaps), []
     for body, first, second, moves in _lengths(m, placed[0]):
         spec = m.spec()
         for point, along in moves.items():
@@ -89,7 +89,7 @@ def _cures(m: Mechanism, drives: Floats, placed: Floats, gaps: Floats) -> list[t
             spec["points"][point]["at"] = at.tolist()
         core = _core.Mechanism(json.dumps(spec, allow_nan=False))
         moved = np.array([core.gaps(*at) for at in zip(drives, placed, strict=True)])
-        slope = felt(moved - gaps) / (STEP * m.length)
+        slope = observable(moved - gaps) / (STEP * m.length)
         if not slope @ slope > 0.0:
             continue
         length = -float(slope @ missing / (slope @ slope))
@@ -123,11 +123,11 @@ def _lengths(m: Mechanism, placed: Floats) -> Iterator[tuple[str, str, str, dict
     for owner, joints in on.items():
         places = {k: poses.place(placed[points[k]["body"]], points[k]["at"]) for k in joints}
         (start, first), *others = joints.items()
-        told = [places[start]]
+        taken = [places[start]]
         for point, name in others:
-            if min(float(np.linalg.norm(places[point] - at)) for at in told) <= CLOSED * m.length:
+            if min(float(np.linalg.norm(places[point] - at)) for at in taken) <= CLOSED * m.length:
                 continue
-            told.append(places[point])
+            taken.append(places[point])
             direction = (places[point] - places[start]) / np.linalg.norm(places[point] - places[start])
             there = [k for k in joints if np.linalg.norm(places[k] - places[point]) <= CLOSED * m.length]
             turned = {k: poses.matrix(placed[points[k]["body"]]).T @ direction for k in there}

@@ -1,4 +1,4 @@
-"""Motions that are left with all drives held, one joint each as far as joints tell them apart."""
+"""Motions that are left with all drives held, one joint each as far as joints distinguish them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Motion:
 
 
 def free_motions(probe: Probe, sample: Sample, null: Floats) -> list[Motion]:
-    """The null space as motions of one joint each, as far as joints tell them apart."""
+    """The null space as motions of one joint each, as far as joints distinguish them."""
     rates = sample.coordinates @ null
     done: list[int] = []
     for row in range(len(rates)):

@@ -33,7 +33,7 @@ class Sample:
     poses : ndarray
         Where the bodies are.
     assembled : bool
-        Whether the joints could be brought together.
+        Whether the mechanism could be assembled.
     tolerance : float
         Singular values below this share of the largest count as zero.
     """

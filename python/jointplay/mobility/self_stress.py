@@ -1,4 +1,4 @@
-"""Self-stresses: reactions that are in equilibrium without any load, told by the members that they run through.
+"""Self-stresses: reactions that are in equilibrium without any load, described by the members that they run through.
 
 They are the left null space of the joints' closure Jacobian, one dimension for every redundant constraint. Any basis
 would do; one that people can read is made of self-stresses through as few joints as can be. Each is found by asking
@@ -98,7 +98,7 @@ def _sparse(basis: Floats, members: Sequence[np.ndarray], found: Floats) -> Floa
         smaller = space @ _unseen(basis[rows] @ space)
         if smaller.shape[1] and rank(np.column_stack([found, smaller])) > found.shape[1]:
             space = smaller
-    # What is left has one dimension, or rounding could not tell more apart: then the part that is new.
+    # What is left has one dimension, or rounding does not distinguish more: then the part that is new.
     new = space - found @ np.linalg.lstsq(found, space, rcond=None)[0] if found.shape[1] else space
     vector: Floats = space[:, int(np.linalg.norm(new, axis=0).argmax())]
     return vector / np.linalg.norm(vector)

@@ -57,10 +57,10 @@ Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | None = None) -> Figure:
     """Draw an assembly, a panel for every step.
 
-    What is new is thick and has the names of its joints. Members under tension are red and whole, under compression
-    blue and dashed, with their force. Arrows are the errors of the joints' centres on their first bodies (on their
-    second, where only that is there), with what the loads leave open around them; or circles: the worst that they can
-    be, or what the largest probability keeps within.
+    New members are thick and have the names of their joints. Members under tension are red with solid lines, members
+    under compression blue with dashed lines, with their force. For one specimen, arrows are the errors of the joint
+    centres on the first bodies (on the second, if only that is assembled), with the indeterminacy around them. For the
+    worst case and random specimens, circles are the largest errors, or the quantiles of the largest probability.
 
     Parameters
     ----------
@@ -68,14 +68,14 @@ def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | N
     result : Dataset
         Of `assemble`.
     exaggerate : float, optional
-        How many times larger than they are errors are drawn; a round number that makes them visible if left out.
+        Factor on the drawn errors; if left out, a round number that makes them visible.
     """
     check_exaggeration(exaggerate)
     part = light(result)
     if part.attrs.get("question") != "assemble":
         raise InputError("is not the result of an assembly", key="result")
     if "kind" not in part.data:
-        raise InputError("does not go together even with perfect parts, so there is nothing to draw", file=m.file)
+        raise InputError("cannot be assembled even with perfect parts, so there is nothing to draw", file=m.file)
     steps = part.labels("step")
     drawing = _Drawing(m, part, exaggerate)
     columns = min(COLUMNS, len(steps))

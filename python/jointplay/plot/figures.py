@@ -1,4 +1,4 @@
-"""Results over configurations, sweeps and units."""
+"""Results over configurations, sweeps and specimens."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Results = Mapping[str, "Result | xr.Dataset"]
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 QUANTITIES = ("position", "rotation")
-#: more sources than this are not told apart by eye; the smaller ones become one
+#: more sources than this are not distinguished by eye; the smaller ones become one
 MOST_SOURCES = 7
 #: curves of a sweep beyond which a surface says more
 MOST_CURVES = 6
@@ -195,9 +195,10 @@ def histogram(
     if len(filled):
         axes.set_xlim(edges[max(0, filled[0] - 2)], edges[min(len(edges) - 1, filled[-1] + 3)])
     axes.set(
-        xlabel=labelled(f"{quantity} error" if quantity != "rotation" else "rotation", unit), ylabel="units per bin [%]"
+        xlabel=labelled(f"{quantity} error" if quantity != "rotation" else "rotation", unit),
+        ylabel="specimens per bin [%]",
     )
-    axes.set_title(f"random: configuration {configuration}, {part.attrs['samples']} units")
+    axes.set_title(f"random: configuration {configuration}, {part.attrs['samples']} specimens")
     return figure
 
 

@@ -1,4 +1,4 @@
-"""A map as a page to look around in: values under the pointer, a slider through slices, iso-surfaces in space.
+"""A map as an interactive page: values under the pointer, a slider through slices, iso-surfaces in space.
 
 The page carries all that it needs and works without a network.
 """
@@ -54,7 +54,7 @@ def page(value: xr.DataArray, status: Texts, contact_change: Flags, title: str, 
 def figure_of(value: xr.DataArray, status: Texts, contact_change: Flags, title: str, span: tuple[float, float]) -> Any:
     """The plotly figure of a page."""
     if find_spec("plotly") is None:
-        raise JointplayError("a page to look around in needs plotly: pip install 'jointplay[plot]'")
+        raise JointplayError("an interactive page needs plotly: pip install 'jointplay[plot]'")
     value, title = _escaped(value), escape(one_line(title))
     words = status.astype(object)
     words[contact_change.any(axis=-1)] += ", a contact changes sides next to it"

@@ -16,6 +16,7 @@ from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.typed import typed
 
+from . import couplings
 from .spatial import Sketch
 from .style import COLOURS, GREY, canvas, check_exaggeration, light
 
@@ -47,7 +48,7 @@ def mechanism(
     configuration : int
         Which, counted from 0.
     exaggerate : float
-        How many times larger than they are pin clearances (in the plane) and errors are drawn; 0: not at all.
+        Factor on the drawn pin clearances (in the plane) and errors; 0: they are not drawn.
     result : Dataset, optional
         Of `given` or `loaded`: the pins are drawn where they lie in their clearances, and the error of the output as an
         arrow.
@@ -144,6 +145,8 @@ class _Drawing:
                 self._guide(joint, first, second, kind)
             if kind in ("revolute", "pin_in_slot"):
                 self._pin(second)
+            elif "coupling" in joint:
+                self._coupling(joint, first, second)
             elif kind == "fixed":
                 self.axes.plot(*second, marker="x", color="black", markersize=6, zorder=6)
             if grounded and kind in ("revolute", "fixed"):
@@ -202,6 +205,12 @@ class _Drawing:
                 Polygon(np.array(box), closed=True, facecolor="white", edgecolor=colours[1], linewidth=1.6, zorder=4)
             )
 
+    def _coupling(self, joint: dict[str, Any], first: Points, second: Points) -> None:
+        bodies = [self.spec["points"][joint[end]]["body"] for end in ("first", "second")]
+        turns = (float(self.poses[bodies[0]][2]), float(self.poses[bodies[1]][2]))
+        colours = (self._colour(joint["first"]), self._colour(joint["second"]))
+        couplings.draw(self.axes, joint, (first, second), turns, colours, self.m.units.length)
+
     def _colour(self, point: int) -> str:
         body = self.spec["points"][point]["body"]
         return GREY if body == -1 else COLOURS[self.m.bodies.index(self.m.owners[body]) % len(COLOURS)]
@@ -241,7 +250,7 @@ class _Drawing:
             self.axes.update_datalim([head])
 
     def _offset(self, index: int, result: Result) -> Points:
-        """Where a pin lies in its disc, ground axes; a locked one is told in the axes of its joint."""
+        """Where a pin lies in its disc, ground axes; that of a locked one is given in the axes of its joint."""
         name, joint = self.m.joints[index], self.spec["joints"][index]
         along = ("x", "y") if joint["kind"] == "revolute" else ("along", "normal")
         offset = np.array([result.get("offset", parameter=f"{name}.{c}")[self.configuration] for c in along])

@@ -258,7 +258,7 @@ def draw(result: Result | xr.Dataset, path: Path, variable: str | None = None) -
     result : Result or xarray.Dataset
         Of `map`.
     path : Path
-        Ending in `.png`, `.svg` or `.pdf`, or in `.html` for a page to look around in.
+        Ending in `.png`, `.svg` or `.pdf`, or in `.html` for an interactive page.
     variable : str, optional
         As for `map`.
     """

@@ -1,4 +1,4 @@
-"""Which cause is to blame: its share in the first-order error of every configuration.
+"""The share of every cause in the first-order error of every configuration.
 
 Causes are the sources and, where it bends something, the load.
 
@@ -36,7 +36,7 @@ class Blame:
     def largest(self, which: str, configuration: int) -> tuple[list[str], float] | None:
         """The causes with the largest share and that share; None where nothing is off.
 
-        They are several when their shares cannot be told apart.
+        They are several when their shares are equal to rounding.
         """
         row = getattr(self, which)[configuration]
         if not len(row) or not np.isfinite(row).any():

@@ -27,7 +27,7 @@ BEHIND = {
     "random": {"position": "error_quantile", "rotation": "error_quantile"},
     "solve": {"singular_value": "singular_value"},
 }
-#: share of the units that keep below the figure that stands for the scatter
+#: share of the specimens below the value that stands for the scatter
 TYPICAL = 0.95
 WORDS = {"position": "position error", "rotation": "rotation", "singular_value": "smallest singular value"}
 
@@ -134,7 +134,7 @@ def _behind(result: Result, source: str, name: str) -> Variable:
     if source == "error_quantile":
         level = typical(result)
         values, unit = result.get(source, probability=level, quantity=name), result.unit(source, quantity=name)
-        words = f"{name}, {100 * level:g} % of the units below"
+        words = f"{name}, {100 * level:g} % of the specimens below"
         return _without(found, ("probability", "quantity"), values, unit, words)
     if "component" not in found.dims:
         return found

@@ -1,6 +1,6 @@
 """The mechanism file of format 1: its shape, its JSON Schema, and messages for what does not fit.
 
-Only what a table can tell by itself is checked here; names that must exist elsewhere in the file are checked where the
+Only what a table shows by itself is checked here; names that must exist elsewhere in the file are checked where the
 mechanism is compiled.
 """
 

@@ -77,7 +77,7 @@ class SpatialBody(BodyTable):
         None, description="torsion constant of the section (round: its polar moment): with G it can be twisted"
     )
     side: Direction | SkipJsonSchema[None] = Field(
-        None, description="direction across the member, in body axes, from which its two inertias are told apart"
+        None, description="direction across the member, in body axes, to which its two inertias refer"
     )
 
     @model_validator(mode="after")
@@ -89,7 +89,7 @@ class SpatialBody(BodyTable):
                 else "G alone makes nothing elastic; it needs torsion (torsion constant of the section)"
             )
         if self.side is not None and self.inertia is None:
-            raise problem("side tells two inertias apart; there is no inertia here")
+            raise problem("side is the direction to which two inertias refer; there is no inertia here")
         return self
 
     @property

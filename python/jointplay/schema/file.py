@@ -86,7 +86,7 @@ class Drive(Table):
             raise problem(f"give either values, or from, to and count; not values with {', '.join(spaced)}")
         if spaced and len(spaced) < 3:
             missing = [key for key in ("from", "to", "count") if key not in spaced]
-            raise problem(f"from, to and count go together; missing: {', '.join(missing)}")
+            raise problem(f"from, to and count belong together; missing: {', '.join(missing)}")
         return self
 
     @property

@@ -51,7 +51,7 @@ class SpatialPath(PathTable):
     def _whole_rotation(self) -> Self:
         asked = [key for key in TURNS if key in self.asked]
         if asked and len(asked) < len(TURNS):
-            raise problem(f"rx, ry and rz are one rotation and go together; here: {', '.join(asked)}")
+            raise problem(f"rx, ry and rz are one rotation and belong together; here: {', '.join(asked)}")
         return self
 
 
@@ -89,7 +89,9 @@ class SpatialFile(MechanismFile):
     gravity: Triple = Field((0.0, 0.0, 0.0), description="acceleration of gravity [gx, gy, gz] in m/s^2, ground axes")
     bodies: dict[Name, SpatialBody] = Field({}, description="masses of bodies, and what makes them elastic")
     joints: dict[Name, AnySpatialJoint] = Field(description="the joints; the bodies are named by them")
-    start: dict[Name, SpatialStart] = Field({}, description="roughly where the bodies are, where joints do not tell")
+    start: dict[Name, SpatialStart] = Field(
+        {}, description="roughly where the bodies are; needed where the joints do not determine it"
+    )
     path: SpatialPath | SkipJsonSchema[None] = Field(
         None, description="targets of the output, in place of drive values"
     )

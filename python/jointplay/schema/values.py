@@ -176,10 +176,10 @@ def check_law(tolerance: ToleranceTable | None, law: ToleranceLaw | None) -> Non
 
 
 class Deviating(Table):
-    """A length or an angle of a built unit: how far it may be off, and how far it is known to be."""
+    """A length or an angle: its tolerance, and its known error in a built specimen."""
 
     tolerance: Tolerance | SkipJsonSchema[None] = Field(None, description="how far it may be off")
-    deviation: Number = Field(0.0, description="the known error of one built unit")
+    deviation: Number = Field(0.0, description="the known error of one built specimen")
     law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="normal (three sigma, default) or uniform")
 
     @model_validator(mode="after")

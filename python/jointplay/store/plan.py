@@ -1,4 +1,4 @@
-"""What every store of a map is told, and what it can do."""
+"""What every store of a map is given, and what it can do."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Plan:
     shape, chunk : tuple of int
         Nodes along each axis, of the whole and of one chunk.
     fingerprint : str
-        Tells maps of other mechanisms, grids or questions apart.
+        Distinguishes maps of other mechanisms, grids or questions.
     """
 
     axes: tuple[str, ...]
@@ -70,7 +70,7 @@ class Store(Protocol):
         """The position from which the work goes on; the chunks before it, in this order, are as they were written."""
 
     def begin(self, first: Result) -> None:
-        """Make room for the whole map; the result on some chunk tells variables and coordinates."""
+        """Make room for the whole map; the result on some chunk has the variables and coordinates."""
 
     def put(self, number: int, region: Region, part: Result, entry: Entry) -> None:
         """Keep what has a value per node of a chunk, then what the journal says of it."""

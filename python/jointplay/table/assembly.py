@@ -28,17 +28,17 @@ VERDICTS = {
     "not_assembled": "cannot be closed",
 }
 ENDS = ("shaft", "bearing")
-#: lengths below this many millimetres are told in microns
+#: lengths below this many millimetres are given in microns
 SMALL = 0.1
 MICRONS = 1000.0
 #: share of the characteristic length, and force in its unit, that are rounding
 NOISE = 1e-10
 NO_FORCE = 1e-6
-#: decimals that tell two half-widths apart
+#: decimals to which half-widths are compared
 ROUNDED = 9
-#: members that carry something from which all are told
+#: members that carry something from which all are listed
 SEVERAL = 2
-#: share of the largest slope below which differences of built units are rounding
+#: share of the largest slope below which differences of specimens are rounding
 NO_SLOPE = 1e-6
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -78,7 +78,9 @@ def centres(result: Result, step: int) -> Table:
             columns.append(Column(f"{end}\n{name}", unit, cells[k * rows : (k + 1) * rows]))
             if is_open:
                 columns.append(Column("\n±", unit, cells[(count + k) * rows : (count + k + 1) * rows], spare=1))
-    note = "Shaft: centre on the first body of the joint; bearing: on the second. ±: what the loads leave open."
+    note = (
+        "Shaft: centre on the first body of the joint; bearing: on the second. ±: indeterminacy that the loads leave."
+    )
     return Table(f"Position errors after step {step}", tuple(columns), (note,))
 
 
@@ -120,8 +122,8 @@ def _random(result: Result) -> Table:
     columns += _factors(result, "quantile_clearance_factor", probability=level)
     shares = result.get("probability_of_fit")
     columns.append(Column("fits without\nstrain", "%", tuple(fixed(100.0 * float(share), 2) for share in shares)))
-    units = f"{result.attrs['samples']} units, seed {result.attrs['seed']}"
-    said = f"{units}; {100 * level:g} % of them are below the figures."
+    units = f"{result.attrs['samples']} specimens, seed {result.attrs['seed']}"
+    said = f"{units}; {100 * level:g} % of them are below these values."
     return Table(_title(result), tuple(columns), (said, *_notes(result)))
 
 
@@ -232,7 +234,7 @@ def _deviations(result: Result) -> list[int]:
 
 
 def _adjustment(result: Result) -> Table:
-    """What to adjust: by how much every deviation moves the output in the end, the most telling first."""
+    """What to adjust: by how much every deviation moves the output in the end, the largest effect first."""
     last, rows = result.labels("step")[-1], _deviations(result)
     lengths, _ = split(result.labels("component"))
     slopes = np.stack([result.get("sensitivity", step=last, component=c)[rows] for c in lengths])
@@ -257,11 +259,9 @@ def _notes(result: Result) -> list[str]:
             said.append(f"Step {step} leaves something free: held at its nominal place: {held}.")
     statuses = result.get("status").tolist()
     if {"undetermined", "underconstrained"} & set(statuses) and result.attrs["assemble"] == "unit":
-        said.append("±: what the play leaves open at most; nothing pushes the clearances to one side.")
+        said.append("±: largest indeterminacy; no force pushes these clearances to one side.")
     if (result.get("redundancy") > 0).any():
-        said.append(
-            "Clearances times: the smallest factor on all clearances with which it goes together without strain."
-        )
+        said.append("Clearances times: clearance scale factor required for assembly without strain.")
     return said
 
 

@@ -85,9 +85,9 @@ def _mobility(result: Result) -> Table:
         places = 3 if name in LENGTHS else 2
         unit = result.unit("guess", component=name)
         columns.append(Column(name, unit, tuple(fixed(float(v), places) for v in guess[rows, k])))
-    assembled = "It goes together near its start."
+    assembled = "It can be assembled near its start."
     if not result.attrs["assembled"]:
-        misfit = str(result.attrs.get("misfit", "it does not go together near its start"))
+        misfit = str(result.attrs.get("misfit", "it cannot be assembled near its start"))
         assembled = f"{misfit[0].upper()}{misfit[1:]}."
     words_ = str(result.attrs["mobility"])
     count = int(result.attrs["configurations"])
@@ -101,7 +101,7 @@ def _mobility(result: Result) -> Table:
 
 
 def _stresses(result: Result) -> Iterator[str]:
-    """What every self-stress runs through; those that run through the same are told together."""
+    """What every self-stress runs through; those that run through the same are listed together."""
     through = result.get("self_stress_members").tolist() if "number" in result.coords else []
     for members in dict.fromkeys(through):
         numbers = [str(k) for k, other in enumerate(through, 1) if other == members]

@@ -1,4 +1,4 @@
-"""A map in a few lines: what became of its nodes, how large the error is and where, and which source is to blame."""
+"""A map in a few lines: status of its nodes, size of the error and where it is largest, shares of the sources."""
 
 from __future__ import annotations
 

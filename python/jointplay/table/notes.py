@@ -13,14 +13,14 @@ from .layout import owners
 from .singularities import remarks
 
 OUTCOMES = {
-    "not_assembled": "the drives ask for what the links cannot reach",
-    "singular": "near a singularity: bodies can move although the drives are held, and the error says little",
+    "not_assembled": "the links cannot reach the commanded pose",
+    "singular": "near a singularity: bodies can move although the drives are held, and the error is not reliable",
     "underconstrained": "something can move although the drives are held",
-    "undetermined": "a joint carries no force, so that the load does not decide where its clearance goes",
-    "strained": "members must be strained to go together",
+    "undetermined": "a joint carries no force, so that the load does not determine its offset",
+    "strained": "it can only be assembled with strained members",
     "not_assemblable": "the clearances cannot absorb the deviations",
 }
-#: outcomes of units that have a pose
+#: outcomes of specimens that have a pose
 COUNTED = ("ok", "undetermined", "strained")
 #: parts of a motion below this share of its largest part do not take part in it
 TAKES_PART = 0.01
@@ -54,7 +54,7 @@ def _notes(result: Result) -> Iterable[str]:
         yield from _outside(result)
     if question == "worst" and "unsettled" in result.data and result.get("unsettled").any():
         which = _which(np.flatnonzero(result.get("unsettled")).tolist()) if status.ndim == 1 else "Some configurations"
-        yield f"{which}: the search ended at its bound of work; the largest errors it met are shown."
+        yield f"{which}: the search reached its limit of steps; the largest errors found are shown."
     if question == "compensate":
         yield from _correction(result)
     if question == "solve" and (status == "singular").any():
@@ -92,14 +92,14 @@ def _samples(result: Result) -> Iterable[str]:
     how = "" if law == "as in the file" else f", clearances {law}"
     if result.attrs.get("contact") == "loaded":
         how = ", clearances where the load pushes them"
-    yield f"{samples} units per configuration, seed {result.attrs['seed']}{how}; std: standard deviation."
+    yield f"{samples} specimens per configuration, seed {result.attrs['seed']}{how}; std: standard deviation."
     limits = [
         (key, f"{key} {result.attrs[f'limit_{key}']:g}")
         for key in ("position", "rotation")
         if f"limit_{key}" in result.attrs
     ]
     if limits:
-        yield f"Outside: share of the units with an error beyond {' or '.join(text for _, text in limits)}."
+        yield f"Outside: share of the specimens with an error beyond {' or '.join(text for _, text in limits)}."
     assembled = result.get("status") != "not_assembled"
     for outcome in result.labels("outcome"):
         counts = result.get("failures", outcome=outcome)[assembled]
@@ -107,7 +107,7 @@ def _samples(result: Result) -> Iterable[str]:
             share = 100 * counts.max() / samples
             most = f"{'up to ' * (len(assembled) > 1)}{share:.3g} %{' of a configuration' * (len(assembled) > 1)}"
             words = f"{int(counts.sum())} were {outcome.replace('_', ' ')}, {most}"
-            counted = "they are in the figures" if outcome in COUNTED else "they are not in the figures"
+            counted = "included in the results" if outcome in COUNTED else "not included in the results"
             yield f"{words}; {counted}."
     if "clearance_factor_quantile" in result.data:
         yield from _factor(result)
@@ -119,19 +119,23 @@ def _factor(result: Result) -> Iterable[str]:
     most = result.get("clearance_factor_quantile").max(axis=0)
     share = levels.index(max(levels))
     if np.isinf(most[share]):
-        yield "Some units do not go together rigidly with any clearance: what holds them more than once has none."
+        yield (
+            "Some specimens cannot be assembled without strain, however large the clearances: "
+            "their redundant constraints have none."
+        )
     elif most[share] > 0:
         words = (
-            f"{100 * levels[share]:g} % of the units go together with the clearances multiplied by {most[share]:.3g}"
+            f"{100 * levels[share]:g} % of the specimens can be assembled without strain"
+            f" with the clearances multiplied by {most[share]:.3g}"
         )
-        yield f"Rigid, {words}."
+        yield f"{words}."
 
 
 def _outside(result: Result) -> Iterable[str]:
     inside = result.get("admissible")
     for k, source in enumerate(result.labels("source")):
         if not inside[:, k].all():
-            yield f"{source}: the offset is larger than the file allows; the error is that of the offset as given."
+            yield f"{source}: the offset is larger than the file allows; the error is that of the given offset."
 
 
 def _correction(result: Result) -> Iterable[str]:
@@ -146,7 +150,7 @@ def _correction(result: Result) -> Iterable[str]:
     unsettled = ~result.get("settled") & np.isfinite(result.get("residual_position"))
     if unsettled.any():
         places = _which(np.flatnonzero(unsettled).tolist())
-        yield f"{places}: contact flips back and forth with the drives; the best values met are shown."
+        yield f"{places}: contact alternates between two sides as the drives change; the best values found are shown."
 
 
 def _mismatch(result: Result) -> Iterable[str]:

@@ -309,9 +309,9 @@ TITLES = {
     "given": "Given offsets: error of the output",
     "loaded": "Loaded: where the load pushes the output",
     "worst": "Worst case: the largest error that the clearances and tolerances allow",
-    "random": "Random: scatter of the error from unit to unit",
+    "random": "Random: scatter of the error from specimen to specimen",
     "compensate": "Compensation: drives corrected",
-    "singularities": "Singularities: what gives least, and how far away along the path",
+    "singularities": "Singularities: the smallest singular values, and how far away along the path",
 }
 COLUMNS: dict[str, Callable[[Result], list[Column]]] = {
     "solve": _solve,

@@ -70,7 +70,7 @@ def _motion(result: Result, name: str, configuration: int) -> str:
     moving = list(dict.fromkeys(owners(result)[k] for k in those))
     named = moving if len(moving) <= FEW else [*moving[: FEW - 1], f"{len(moving) - FEW + 1} more"]
     turns, shifts = _parts(result, result.get(f"{name}_twist")[configuration][None])[0][::-1]
-    does = {(False, False): "stands still", (True, False): "turns", (False, True): "moves"}
+    does = {(False, False): "does not move", (True, False): "turns", (False, True): "moves"}
     output = does.get((turns > NAMED * largest, shifts > NAMED * largest), "moves and turns")
     if len(moving) == 1:
         shift, turn = bodies[those[0]]

@@ -1,9 +1,9 @@
 """`assemble`: the precision of an assembly, step by step.
 
 After every step what is assembled is a mechanism of its own: the bodies that are there, on the base. It is solved with
-the deviations of the built unit, the clearances taken up as its loads push them, and what is left free held at its
-nominal place. Nothing is carried over from one step to the next: without friction what is assembled rests where its
-loads and its elasticity want it, whatever the order in which it came together.
+the deviations of the built specimen and with clearances taken up under its loads; freedoms that are left are held at
+their nominal values. Nothing is carried over from one step to the next: without friction loads and elasticity determine
+the pose, whatever the order of assembly.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["QUESTIONS", "SAMPLES", "assemble", "best_order", "compute"]
 
 QUESTIONS = ("unit", "worst", "random")
-#: units that a question about scatter draws
+#: specimens that a question about scatter draws
 SAMPLES = 2_000
 MOST_SAMPLES = 1_000_000
 
@@ -52,11 +52,12 @@ def assemble(
     m : Mechanism
         With an order of assembly.
     question : {"unit", "worst", "random"}
-        One built unit with its known deviations, the worst over all tolerances, or the scatter over random units.
+        One built specimen with its known deviations, the worst case over all tolerances, or the scatter over random
+        specimens.
     configuration : int
         At which of its configurations it is assembled.
     samples, seed, law, probabilities
-        Of random units, see `random`. The same units go through all steps.
+        Of random specimens, see `random`. The same specimens go through all steps.
 
     Returns
     -------
@@ -65,15 +66,16 @@ def assemble(
         `members`, `links`, `mobility` and `redundancy` of what is assembled, `held` (what is free and therefore held at
         its nominal place), `status`. What is not there yet is nan.
 
-        For the unit: `error_shaft` and `error_bearing` (of the centre on the first and on the second body of every
-        joint), `undetermined_shaft` and `undetermined_bearing` (half-width of what the loads do not decide of them),
+        For the specimen: `error_shaft` and `error_bearing` (of the centre on the first and on the second body of every
+        joint), `undetermined_shaft` and `undetermined_bearing` (half-width of the indeterminacy that the loads
+        leave),
         `error` and `undetermined` of the output, `sensitivity` of the output (per parameter), `clearance_offset`,
         `contact` (per source), `reaction`, `member_force` (tension positive), `member_elongation`, `clearance_factor`
-        (smallest factor on all clearances with which rigid bodies go together).
+        (clearance scale factor required for assembly of the rigid bodies).
 
         For the worst: `worst_shaft`, `worst_bearing`, `worst_position` of the output, `worst_force`,
-        `worst_clearance_factor`. For random units: quantiles of the same, `error_mean` and `error_std` of the output,
-        `probability_of_fit` (share of the units that go together without strain), `failures`.
+        `worst_clearance_factor`. For random specimens: quantiles of the same, `error_mean` and `error_std` of the
+        output, `probability_of_fit` (share of the specimens that can be assembled without strain), `failures`.
 
         Links that are locked to one another are one: `link_nominal`, `link_actual`, `link_shortest` and
         `link_longest` are its lengths between its joints.
@@ -110,7 +112,7 @@ def compute(
     if question not in QUESTIONS:
         raise InputError(not_known(str(question), "a question about an assembly", QUESTIONS), key="question")
     order(m)
-    # Units are solved all at once.
+    # Specimens are solved all at once.
     in_range(samples, "samples", "a number of samples", 2, MOST_SAMPLES)
     at = place(m, configuration)
     if not at.is_assembled:

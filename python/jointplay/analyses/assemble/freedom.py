@@ -29,7 +29,7 @@ TARGET |= {"side_first": [0.0, 1.0, 0.0], "side_second": [0.0, 1.0, 0.0]}
 
 @dataclass(frozen=True)
 class Freedom:
-    """How a part can move, and what holds it more than once.
+    """How a part can move, and its redundant constraints.
 
     Attributes
     ----------

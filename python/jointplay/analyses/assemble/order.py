@@ -1,8 +1,9 @@
 """The best order of the steps of an assembly.
 
-What is assembled does not depend on how it got there, so every set of steps has one state, and the best way to it comes
-over the best way to one step less: 2^n states tell the best of n! orders. An order is better the fewer freedoms have to
-be held on its way, all steps together; among equals, the smaller the largest value of the criterion on its way.
+What is assembled does not depend on the order of its steps, so every set of steps has one state, and the best way to it
+is the best way to a set with one step less, and that step: 2^n states decide which of n! orders is best. An order is
+better the fewer freedoms have to be held on its way, all steps together; among equals, the smaller the largest value of
+the criterion on its way.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ IMPASSABLE = ("not_assemblable", "singular", "not_assembled")
 def best_order(
     m: Mechanism, criterion: str = "force", *, configuration: int = 0, progress: Progress | None = None
 ) -> Mechanism:
-    """Find the order of the steps of an assembly that strains or errs least on its way.
+    """Find the order of the steps of an assembly with the smallest forces or errors on the way.
 
     Steps keep their members; without friction their order does not change the state in the end. The best order needs
     the fewest freedoms held on its way and, among those that need as few, has the smallest largest value of the
@@ -47,8 +48,8 @@ def best_order(
     m : Mechanism
         With an order of assembly of up to ten steps.
     criterion : {"force", "error"}
-        The largest force of any member, or the largest position error of any joint's centre with what the loads leave
-        open of it.
+        The largest force of any member, or the largest position error of any joint's centre with its
+        indeterminacy.
     configuration : int
         At which of its configurations it is assembled.
     progress : callable, optional
@@ -102,7 +103,7 @@ def _cost(
     criterion: str,
     members: Members,
 ) -> tuple[int, float]:
-    """Freedoms that are held in a state, and the value of the criterion; infinite where it does not go together."""
+    """Freedoms that are held in a state, and the value of the criterion; infinite where it cannot be assembled."""
     part = cut(m, nominal, base, bodies)
     freedom = examine(part)
     step = Step((), (), part, freedom, "")
@@ -118,5 +119,5 @@ def _cost(
         answer = held.loaded()
         value = float(np.max(np.abs(np.nan_to_num(members.forces(part, held.core(), answer))), initial=0.0))
         status = held.status(answer)
-    # Values that only rounding tells apart are equal, so that the order of the file counts.
+    # Values that differ by rounding alone are equal, so that the order of the file counts.
     return freedom.mobility, np.inf if status in IMPASSABLE else round(value, DIGITS)

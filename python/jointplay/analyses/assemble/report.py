@@ -45,7 +45,7 @@ class Place:
 
     @property
     def is_assembled(self) -> bool:
-        """Whether perfect parts go together there."""
+        """Whether perfect parts can be assembled there."""
         return bool(np.isfinite(self.poses).all())
 
 
@@ -102,7 +102,7 @@ def begun(m: Mechanism, at: Place, which: str, count: int | None = None) -> Buil
 
 
 def unassembled(m: Mechanism, at: Place, which: str) -> Result:
-    """The answer where not even perfect parts go together."""
+    """The answer where not even perfect parts can be assembled."""
     builder = begun(m, at, which)
     steps = len(builder.coords["step"].values)
     builder.add("status", "step", np.array(["not_assembled"] * steps), "outcome")

@@ -1,7 +1,7 @@
-"""How an assembly scatters from unit to unit: the same seeded units go through all of its steps.
+"""How an assembly scatters from specimen to specimen: the same seeded specimens go through all steps.
 
-Probability that a step goes together without strain = share of the units whose clearances, as they are, take up the
-misfit (clearance factor up to one).
+Probability that a step can be assembled without strain = share of the specimens whose clearances take up the misfit
+(clearance factor up to one).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def compute(
     probabilities: Sequence[float],
     progress: Progress | None = None,
 ) -> Result:
-    """Quantiles over random units after every step."""
+    """Quantiles over random specimens after every step."""
     levels = checked(samples, seed, law, probabilities)
     every, members = list(steps(m, at.poses)), Members(m)
     u = m.core.units(samples, seed, law)
@@ -43,7 +43,7 @@ def compute(
 
     builder = report(m, taken, at, "random")
     builder.attrs |= {"samples": samples, "seed": seed, "law": law or "as in the file"}
-    builder.labels("probability", levels, "share of the units that is below the quantile")
+    builder.labels("probability", levels, "share of the specimens below the quantile")
     centres = np.stack([_quantiles(units.centres, levels) for units in solved])
     for k, (end, body) in enumerate((("shaft", "first"), ("bearing", "second"))):
         words = f"quantile of the position error of the centre on the {body} body of the joint"
@@ -67,19 +67,19 @@ def compute(
         "quantile_force", ("step", "member", "probability"), forces, "quantile of the size of the force", "force"
     )
     factors = np.stack([_quantiles(units.clearance_factor, levels) for units in solved])
-    words = "quantile of the smallest factor on the clearances with which rigid bodies go together"
+    words = "quantile of the clearance scale factor required for assembly of the rigid bodies"
     builder.add("quantile_clearance_factor", ("step", "probability"), factors, words)
     fits = np.array([units.fits.mean() for units in solved])
-    builder.add("probability_of_fit", "step", fits, "share of the units that go together without strain")
+    builder.add("probability_of_fit", "step", fits, "share of the specimens that can be assembled without strain")
     outcomes = [[int((units.status == name).sum()) for name in _core.STATUSES] for units in solved]
-    builder.add("failures", ("step", "outcome"), np.array(outcomes, dtype=np.int64), "units by outcome")
+    builder.add("failures", ("step", "outcome"), np.array(outcomes, dtype=np.int64), "specimens by outcome")
     held = np.array(["underconstrained" if step.freedom.mobility else "ok" for step in taken], dtype=str)
     builder.add("status", "step", held, "outcome")
     return finished(builder, len(every))
 
 
 def _quantiles(values: Floats, levels: Floats) -> Floats:
-    """Quantiles along the last axis of the units that could be solved; nan where none could."""
+    """Quantiles along the last axis of the specimens that could be solved; nan where none could."""
     flat = values.reshape(-1, values.shape[-1])
     rows = [np.quantile(row[np.isfinite(row)], levels) if np.isfinite(row).any() else levels * np.nan for row in flat]
     return np.reshape(rows, (*values.shape[:-1], len(levels)))

@@ -88,7 +88,7 @@ class _Gauge:
         body = points[a]["body"]
         origin = poses.place(part.poses[body], points[a]["at"])
         self.poses = np.ascontiguousarray([_moved(pose, turn, origin) for pose in part.poses])[None]
-        # Off the x axis, so that it tells a turn about it.
+        # Off the x axis, so that it shows a turn about it.
         aside = points[a]["at"] + poses.matrix(self.poses[0, body]).T @ [0.0, part.m.length, 0.0]
         first, own = len(points), len(part.spec["joints"])
         held = {a: "xyz"[: part.lengths], b: "yz"[: part.lengths - 1], first + 1: "z" if part.lengths == 3 else ""}

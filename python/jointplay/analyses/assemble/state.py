@@ -1,7 +1,7 @@
 """The state of a part: where every joint's two centres are, where every clearance is, and what every joint transmits.
 
 Every centre is the output of the part once, so that the core says of it what it says of any output: the exact error
-under the loads, and the half-width of what the loads do not decide.
+under the loads, and the half-width of the indeterminacy that the loads leave.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class State:
         Error of the centre on the first and on the second body of every joint, with the rotation of that body; shape
         (joint, component).
     shaft_open, bearing_open : ndarray
-        Half-width of what the loads do not decide of it.
+        Half-width of its indeterminacy under the loads.
     error, error_open : ndarray
         The same of the output.
     offset : ndarray
@@ -50,7 +50,7 @@ class State:
     force, elongation : ndarray
         Of every member.
     clearance_factor : float
-        Smallest factor on the clearances with which rigid bodies go together.
+        Clearance scale factor required for assembly of the rigid bodies.
     status : str
     """
 

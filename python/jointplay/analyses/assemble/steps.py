@@ -1,7 +1,7 @@
 """The steps of an assembly: after each of them a part, how it can move, and what the step was.
 
-A step is told by how it changes mobility and redundancy of what is assembled, and by how many links it adds, where
-members that are locked to one another are one link:
+The kind of a step follows from how it changes mobility and redundancy of what is assembled, and from how many links it
+adds, where members that are locked to one another are one link:
 
     kind                  mobility    redundancy    links
     fixed                    same          same         1

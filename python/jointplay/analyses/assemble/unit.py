@@ -1,4 +1,4 @@
-"""One built unit, whose deviations are known."""
+"""One built specimen, whose deviations are known."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .state import Held, contact, state
 from .steps import Step, steps
 from .units import solve
 
-#: half the difference of two units that tell a slope, as a share of the characteristic length or in radians
+#: half the difference of two specimens for a derivative, as a share of the characteristic length or in radians
 DIFFERENCE = 1e-6
 CENTRES = ("step", "joint", "component")
 
 
 def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result:
-    """The state of the unit after every step."""
+    """The state of the specimen after every step."""
     every, members = list(steps(m, at.poses)), Members(m)
     states = each(every, lambda step: state(step, members), progress)
     taken = every[: len(states)]
@@ -33,11 +33,15 @@ def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result
     for end, body in (("shaft", "first"), ("bearing", "second")):
         words = f"of the centre on the {body} body of the joint"
         builder.add(f"error_{end}", CENTRES, over(end), f"error {words}, actual - nominal", "component")
-        open_words = f"half-width {words} that the loads leave open"
+        open_words = f"half-width {words} of the indeterminacy that the loads leave"
         builder.add(f"undetermined_{end}", CENTRES, over(f"{end}_open"), open_words, "component")
     builder.add("error", CENTRES[::2], over("error"), "error of the output, actual - nominal", "component")
     builder.add(
-        "undetermined", CENTRES[::2], over("error_open"), "half-width of what the loads leave open", "component"
+        "undetermined",
+        CENTRES[::2],
+        over("error_open"),
+        "half-width of the indeterminacy that the loads leave",
+        "component",
     )
     per = np.array([slopes(step, members) for step in taken]) * m.parameter_factors / m.component_factors[:, None]
     words = "error of the output per offset of the parameter, in their units"
@@ -50,7 +54,7 @@ def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result
     builder.labels("member", members.names, "link between two points")
     builder.add("member_force", ("step", "member"), over("force"), "force along the member, tension positive", "force")
     builder.add("member_elongation", ("step", "member"), over("elongation"), "elastic elongation", "length")
-    factor = "smallest factor on the clearances with which rigid bodies go together"
+    factor = "clearance scale factor required for assembly of the rigid bodies"
     builder.add("clearance_factor", "step", over("clearance_factor"), factor)
     builder.add("status", "step", np.array([found.status for found in states], dtype=str), "outcome")
     return finished(builder, len(every))
@@ -59,7 +63,7 @@ def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result
 def slopes(step: Step, members: Members) -> Floats:
     """Error of the output per offset of every parameter, SI; shape (component, parameter).
 
-    Where the part is over-constrained, deviations only have a slope, as differences between built units: clearances are
+    Where the part is over-constrained, deviations only have a slope, as differences between specimens: clearances are
     where these and the loads put them.
     """
     held = Held(step)

@@ -1,9 +1,9 @@
-"""Many units of one part: where the centres of its joints are, and what its members carry.
+"""Many specimens of one part: where the centres of its joints are, and what its members carry.
 
-centre of a unit = R(pose) (at + sum of the deviations that move it) + position(pose)
+centre of a specimen = R(pose) (at + sum of the deviations that move it) + position(pose)
 
-In a determinate part the forces are those of statics, whatever is off: what loads bend there is the same in all units,
-to first order, and is added to where the offsets put them.
+In a determinate part the forces are those of statics, whatever the deviations are. The deformation under the
+loads is the same in all specimens to first order, and is added to the displacement by the offsets.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FITS = 1.0 + 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Units:
-    """Units after a step; SI, indexed as in the whole mechanism, nan where nothing is yet or a unit failed.
+    """Specimens after a step; SI, indexed as in the whole mechanism, nan where nothing is yet or a specimen failed.
 
     Attributes
     ----------
@@ -54,16 +54,16 @@ class Units:
 
     @property
     def fits(self) -> NDArray[np.bool_]:
-        """Which units go together without strain."""
+        """Which specimens can be assembled without strain."""
         failed = np.isin(self.status, ["not_assembled", "singular", "not_assemblable"])
         return np.asarray(~failed & (self.clearance_factor <= FITS))
 
 
 def solve(held: Held, members: Members, u: Floats) -> Units:
-    """Solve units with offsets and deviations u of the whole mechanism; shape (unit, parameter).
+    """Solve specimens with offsets and deviations u of the whole mechanism; its shape is (specimen, parameter).
 
-    Where the part is over-constrained, deviations count and clearances are where these, elasticity and loads put them,
-    what is open in its middle. Elsewhere every offset counts, and what the loads bend.
+    In an over-constrained part only the deviations of u count. Offsets follow from deviations, elasticity and loads;
+    indeterminate offsets are in their middle. Otherwise all of u counts, and the deformation under the loads.
     """
     part = held.part
     m, count = part.m, len(u)
@@ -98,7 +98,7 @@ def solve(held: Held, members: Members, u: Floats) -> Units:
 
 
 def bent(held: Held, point: int) -> Floats:
-    """What loads bend of a determinate part: error of a point as it is, less that of a rigid one."""
+    """Deformation of a determinate part under loads: error of a point minus its error with rigid bodies."""
     if held.redundant or held.is_rigid:
         return np.zeros(len(held.part.m.components))
     elastic, rigid = held.loaded(point), held.loaded(point, joints=held.rigid_joints)
@@ -106,10 +106,10 @@ def bent(held: Held, point: int) -> Floats:
 
 
 def bent_at_most(held: Held, u: Floats) -> dict[int, float]:
-    """How far loads bend points from where units fit without strain, at most, by point.
+    """Largest displacement of every point by the deformation under loads, over specimens that fit without strain.
 
-    A determinate part bends alike in all units. In an over-constrained one each unit that fits is taken as it is and
-    with rigid bodies, both as the loads hold it.
+    In a determinate part it is the same for all specimens. In an over-constrained part each specimen that fits is
+    solved as it is and with rigid bodies, both under the loads.
     """
     part = held.part
     if not held.redundant:

@@ -1,10 +1,11 @@
 """The worst that an assembly can be, step by step, over all clearances and tolerances.
 
-In over-constrained steps every corner of the box of tolerances is a unit (corners in turn where there are too many).
-The factor on the clearances is a convex function of the deviations, so that its largest value is at a corner; forces
-are the largest met there. Errors are the exact extremes of `worst` for every centre, over units that are strained, too,
-and what loads bend of units that fit is added at its full size; where the unit of a corner is farther off than that,
-its error is taken.
+In over-constrained steps every corner of the box of tolerances is a specimen; where there are too many corners, a
+search chooses them.
+The clearance factor is a convex function of the deviations, so that its largest value is at a corner; forces
+are the largest met there. Errors are the exact extremes of `worst` for every centre, strained specimens included.
+The deformation of specimens that fit under the loads is added at its full size. Where the specimen of a corner has a
+larger error than this sum, its error is taken.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def compute(m: Mechanism, at: Place, progress: Progress | None = None) -> Result
     builder.labels("member", members.names, "link between two points")
     forces = np.stack([f.force for f in found])
     builder.add("worst_force", ("step", "member"), forces, "largest size of the force along the member", "force")
-    words = "largest factor on the clearances that rigid bodies can need to go together"
+    words = "largest clearance scale factor required for assembly of the rigid bodies"
     builder.add("worst_clearance_factor", "step", np.array([f.factor for f in found]), words)
     builder.add("status", "step", np.array([f.status for f in found], dtype=str), "outcome")
     return finished(builder, len(every))
@@ -78,9 +79,9 @@ class _Extremes:
         self.status = max([*self.statuses, "underconstrained" if self.held.free else "ok"], key=SERIOUS.index)
 
     def _largest(self, point: int) -> float:
-        """Largest position error of a point: over all offsets, with what loads bend at its full size."""
+        """Largest position error of a point: over all offsets, with the deformation under loads at its full size."""
         strained = self.factor > FITS
-        # As long as no unit is strained, nothing but loads deforms it.
+        # As long as no specimen is strained, nothing but loads deforms it.
         core = self.held.core(point) if strained else self.held.core(point, joints=self.held.rigid_joints)
         starts = STARTS if point == self.held.output else FEWER_STARTS
         worst = core.worst(self.held.drives, self.held.poses, starts)
@@ -92,7 +93,7 @@ class _Extremes:
 
 
 def corners(held: Held, members: Members) -> Floats:
-    """Corners of the box of tolerances of a part, as units of the whole mechanism; shape (unit, parameter)."""
+    """Corners of the box of tolerances of a part, as specimens of the whole mechanism; shape (specimen, parameter)."""
     m = held.part.m
     wide: dict[int, tuple[float, float]] = {}
     for s in held.part.sources:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 QUESTIONS = ("loaded", "worst", "random", "given", "solve")
 #: nodes of a chunk: some seconds of work, some ten megabytes
 CHUNKS = {"loaded": 2**14, "given": 2**13, "solve": 2**12, "worst": 2**9, "random": 2**6}
-#: questions that do not tell by themselves how near a node is to a singularity
+#: questions whose results do not say how near a node is to a singularity
 MEASURED = ("solve", "worst", "random")
 #: of the largest map: some ten gigabytes where only the error is kept
 MOST_NODES = 10**9
@@ -63,12 +63,12 @@ def map(
         In place of the file's ``[grid]``, in file units: by drive or by component of the output a table
         ``{"from": -100, "to": 100, "count": 201}``, a sequence of values, or a number that holds it. One to three axes.
     path : path-like, optional
-        A `.zarr` or `.nc` to which every chunk is written when it is done. Asked again, an unfinished map goes on where
-        it stopped. Without it the map is made in memory.
+        A `.zarr` or `.nc` to which every chunk is written when it is done. Run again, an unfinished map continues
+        where it stopped. Without it the map is made in memory.
     overwrite : bool
         Whether something else at the path is replaced.
     chunk : int, optional
-        Nodes that are worked off at a time; memory grows with it.
+        Nodes that are computed at a time; memory grows with it.
     **options
         Of the question, such as ``samples`` or ``offsets``; ``details=False`` of ``loaded`` makes large maps several
         times faster and smaller.
@@ -78,8 +78,8 @@ def map(
     xarray.Dataset
         The variables of the question over the axes of the grid, with `status` per node; on a grid of output poses the
         drives are coordinates. `contact_change` (for ``loaded``): whether a contact changes sides between the node and
-        the next one along the axis `across`. `within_limits`: with ranges of drives or joints in the file, whether they
-        are kept. With a path the dataset reads from there what is used of it.
+        the next one along the axis `across`. `within_limits`: with ranges of drives or joints in the file, whether the
+        node is inside. With a path the dataset is read from the file when it is used.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def compute(
         done = min(store.position[1], len(lattice)) if store.position[0] == 1 else len(lattice)
         words = f"interrupted after {done} of {len(lattice)} chunks"
         if path is not None:
-            raise Stopped(f"{words}, which are kept; the same command goes on from there") from None
+            raise Stopped(f"{words}, which are kept; the same command continues from there") from None
         if done == 0 or not isinstance(store, MemoryStore):
             raise KeyboardInterrupt from None
         part = store.result
@@ -173,7 +173,7 @@ def compute(
     except OSError as error:
         if path is None:
             raise
-        problem = f"cannot be written: {error.strerror or error}; the same command goes on with what is done"
+        problem = f"cannot be written: {error.strerror or error}; the same command continues with what is done"
         raise InputError(problem, file=os.fspath(path)) from None
     finally:
         store.close()

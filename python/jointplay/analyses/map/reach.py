@@ -140,7 +140,7 @@ def _start(m: Mechanism) -> Nominal:
         if np.isfinite(found["poses"]).all():
             break
     else:
-        problem = "the mechanism does not go together at its start, from which the grid is reached"
+        problem = "the mechanism cannot be assembled at its start, from which the grid is reached"
         raise InputError(problem, file=m.file, key="start")
     return Nominal(
         np.array([row]),
