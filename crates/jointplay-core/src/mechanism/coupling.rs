@@ -63,6 +63,8 @@ pub(crate) struct Coupling {
     pub radian: f64,
     /// The distance of the centres, which gives bearings about unit size.
     pub distance: f64,
+    /// The play on each side must be below this: half of the gap between two teeth, or a quarter of the period.
+    pub largest_play: f64,
     /// Sine and cosine of the phase at the start.
     pub start: (f64, f64),
     /// What play opens by.
@@ -138,6 +140,7 @@ impl Coupling {
                 terms: vec![(Measure::Along(2), 1.0), (Measure::Roll, -spec.lead / turns)],
                 radian: spec.lead.abs() / turns,
                 distance: 1.0,
+                largest_play: 0.25 * spec.lead.abs(),
                 start: (0.0, 1.0),
                 opening: None,
             });
@@ -151,6 +154,7 @@ impl Coupling {
                 terms: vec![(Measure::Along(0), 1.0), (Measure::Roll, r1)],
                 radian: r1,
                 distance: 1.0,
+                largest_play: 0.25 * turns * r1,
                 start: (0.0, 1.0),
                 opening: Some(Opening::Height { axis: 1, slope, start: slope * r1 }),
             });
@@ -176,10 +180,12 @@ impl Coupling {
         };
         // Gears have their pressure angle where the pitch circles touch; a belt its slack at the start.
         let distance = if is_belt { spec.distance.unwrap_or(f64::NAN) } else { apart };
+        let common = f64::from(gcd(z1, z2));
         Ok(Self {
             terms: vec![(Measure::Bearing { second: false }, -r1), (Measure::Bearing { second: true }, -r2)],
-            radian: r1 * f64::from(gcd(z1, z2)) / f64::from(z1),
+            radian: r1 * common / f64::from(z1),
             distance,
+            largest_play: 0.25 * turns * r1 / f64::from(z1) * if is_belt { common } else { 1.0 },
             start: (0.0, 1.0),
             opening: Some(Opening::Distance { factor, base, start: (distance * distance - base * base).sqrt() }),
         })
