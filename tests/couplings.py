@@ -96,7 +96,12 @@ def pair(teeth=(20, 40), module=1e-3, internal=False, apart=1.0, angle=0.0, pres
     m.body(*at)
     m.joint("revolute", (GROUND, (0.0, 0.0)), (0,))
     m.joint("revolute", (GROUND, at), (1,))
-    told = {"radii": [r1, r2], "teeth": list(teeth), "pressure_angle": float(np.radians(pressure)), "internal": internal}
+    told = {
+        "radii": [r1, r2],
+        "teeth": list(teeth),
+        "pressure_angle": float(np.radians(pressure)),
+        "internal": internal,
+    }
     m.joint("gear", (0,), (1,), **told, **more)
     m.drive(0)
     if torque:

@@ -16,6 +16,7 @@ from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.typed import typed
 
+from . import couplings
 from .spatial import Sketch
 from .style import COLOURS, GREY, canvas, check_exaggeration, light
 
@@ -144,6 +145,8 @@ class _Drawing:
                 self._guide(joint, first, second, kind)
             if kind in ("revolute", "pin_in_slot"):
                 self._pin(second)
+            elif "coupling" in joint:
+                self._coupling(joint, first, second)
             elif kind == "fixed":
                 self.axes.plot(*second, marker="x", color="black", markersize=6, zorder=6)
             if grounded and kind in ("revolute", "fixed"):
@@ -201,6 +204,12 @@ class _Drawing:
             self.axes.add_patch(
                 Polygon(np.array(box), closed=True, facecolor="white", edgecolor=colours[1], linewidth=1.6, zorder=4)
             )
+
+    def _coupling(self, joint: dict[str, Any], first: Points, second: Points) -> None:
+        bodies = [self.spec["points"][joint[end]]["body"] for end in ("first", "second")]
+        turns = (float(self.poses[bodies[0]][2]), float(self.poses[bodies[1]][2]))
+        colours = (self._colour(joint["first"]), self._colour(joint["second"]))
+        couplings.draw(self.axes, joint, (first, second), turns, colours, self.m.units.length)
 
     def _colour(self, point: int) -> str:
         body = self.spec["points"][point]["body"]

@@ -61,8 +61,9 @@ impl Mechanism {
         parameters: &[S],
         commands: &[Command<S>],
     ) -> Coupled<S> {
+        let one = S::from_f64(1.0);
         let Some(coupling) = &self.joints[row.joint].coupling else {
-            return Coupled { residual: S::from_f64(0.0), rate: Rate::zero(), slope: S::from_f64(1.0) };
+            return Coupled { residual: S::from_f64(0.0), rate: Rate::zero(), slope: one, gap: one };
         };
         let reference = self.sliding().position(|(joint, ..)| joint == row.joint).map(|k| self.n_driven + k);
         let reference = reference.and_then(|k| commands.get(k)).map(|c| Reference {
@@ -73,6 +74,17 @@ impl Mechanism {
         let pair = self.pair(row.joint, poses, parameters);
         coupling
             .row(&pair, reference.as_ref(), row.play, row.displaced(parameters), |taken| row.shifted(taken, parameters))
+    }
+
+    /// Whether the flanks of a coupling in whose play an offset is told would have to pass through each other.
+    pub(crate) fn jams(&self, coordinates: &[f64], parameters: &[f64]) -> bool {
+        let mut taken =
+            self.rows.iter().filter(|row| row.play.is_some() && row.displaced(parameters) != 0.0).peekable();
+        if taken.peek().is_none() {
+            return false;
+        }
+        let poses = self.poses(coordinates);
+        taken.any(|row| self.coupled_row(row, &poses, parameters, &[]).gap < 0.0)
     }
 
     /// What the terms of all coupled rows measure, one after the other; angles up to full turns.

@@ -237,6 +237,9 @@ impl<'m> Solver<'m> {
             mesh.moves(coordinates, &inputs.parameters);
             moves.push(size);
             if size < LAST_STEP {
+                if m.jams(coordinates, &inputs.parameters) {
+                    return None;
+                }
                 return Some(Converged {
                     first_move: moves[0],
                     later_moves: moves[1..].iter().sum(),

@@ -58,7 +58,8 @@ pub(crate) fn run_at_flanks(m: &Mechanism, statics: &Program, registers: &mut [B
         let mutes = mutes(m, |p| out(at.gradient + p), out(at.scale));
         let mut pushed: Vec<Block> = m.centre.iter().map(|centre| Block::splat(*centre)).collect();
         push(m, Some(&mutes), &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
-        if m.plays().all(|p| pushed[p].0 == registers[p].0) {
+        let moves = |p: usize| pushed[p].0.iter().zip(registers[p].0).any(|(to, from)| (to - from).abs() > 0.0);
+        if !m.plays().any(moves) {
             break;
         }
         m.plays().for_each(|p| registers[p] = pushed[p]);

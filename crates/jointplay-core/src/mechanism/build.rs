@@ -205,8 +205,7 @@ fn attach(
             if let (Some(coupling), Set::Interval { low, high }) = (&j.coupling, source.set) {
                 let centre = source.centre.first().copied().unwrap_or_default() + 0.5 * (low + high);
                 let half = 0.5 * (high - low);
-                // Within a quarter of the period the nearer flank is the one that is meant.
-                if half >= 0.5 * std::f64::consts::PI * coupling.radian {
+                if half >= coupling.largest_play {
                     return fail("its play is as wide as the gap between two teeth");
                 }
                 rows[start].play = (half > 0.0).then_some(Play { centre, half });
@@ -235,9 +234,11 @@ fn attach(
         Target::Drive { drive } => {
             let mut driven: Vec<&mut Row> =
                 rows.iter_mut().filter(|row| row.drive.is_some_and(|by| by.drive == drive)).collect();
+            #[allow(clippy::float_cmp)] // exact: the coefficient that is left out
+            let is_plain = |row: &Row| row.drive.is_some_and(|by| by.coefficient == 1.0);
             match driven.as_mut_slice() {
                 [] => return fail("there is no such drive"),
-                [row] if row.drive.is_some_and(|by| by.coefficient == 1.0) => row.parameter = Some(first),
+                [row] if is_plain(row) => row.parameter = Some(first),
                 _ => driven.iter_mut().for_each(|row| row.shift = row.drive.map(|by| (first, by.coefficient))),
             }
             Ok(vec!["value"])

@@ -230,7 +230,9 @@ impl Mechanism {
             let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Load, None).await else { break };
             let given = system.displacements(&balance);
             let before = flanks.inputs.parameters.clone();
-            rows.iter().for_each(|&k| flanks.inputs.parameters[k] = known[k] + given[k]);
+            for &k in &rows {
+                flanks.inputs.parameters[k] = known[k] + given[k];
+            }
             if system.difference(&before, &flanks.inputs.parameters) <= self.still() {
                 break;
             }
