@@ -324,6 +324,93 @@ def test_a_ball_screw_with_a_guided_nut_is_over_constrained():
     np.testing.assert_allclose(found["reaction"][:, 0, 5], -50.0 * 0.005 / TURN, rtol=1e-6)
 
 
+# errors, stiffness and jams
+
+
+def test_ratio_error_and_run_out_by_hand():
+    """A transmission error turns the wheel by itself over r; a centre off by e turns it by e / r across the line of
+    centres, and not at all along it while the teeth are in the middle of their play."""
+    m = pair()
+    backlash = m.source("clearance", 1e-6, joint=2)
+    ratio = m.source("ratio", 1e-5, joint=2)
+    runout = m.source("centre", {"disc": {"radius": 3e-5}}, joint=2, second=True)
+    core = m.core()
+    told = core.sensitivity(np.zeros((1, 1)), core.trace(np.zeros((1, 1)))["poses"])["source"][0]
+    np.testing.assert_allclose(told[:2], 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.abs(told[2, [backlash, ratio]]), 1 / 0.02, rtol=1e-9)
+    # The bearing holds the body: the centre of its teeth goes up with the run-out, and pinion and wheel roll on it.
+    np.testing.assert_allclose(np.abs(told[2, runout : runout + 2]), [0.0, 1 / 0.02], atol=1e-9)
+    # On a flank the centre distance counts, too: by the tangent of the pressure angle.
+    u = np.zeros((2, 4))
+    u[:, backlash] = 1e-6
+    u[1, runout] = 3e-7
+    turned = core.given(np.zeros((2, 1)), core.trace(np.zeros((2, 1)))["poses"], u)["error"][:, 2]
+    assert abs(turned[1] - turned[0]) == pytest.approx(3e-7 * np.tan(PRESSURE) / 0.02, rel=5e-3)
+
+
+@pytest.mark.parametrize("play", [0.0, 1e-5])
+def test_an_elastic_mesh_yields_beyond_its_play(play):
+    """A hundred newtons on 1e-8 m/N; the force stays on the line of action, however far the teeth bend."""
+    m = pair(torque=2.0)
+    m.joints[2]["compliance"] = [1e-8]
+    if play:
+        m.source("clearance", play, joint=2)
+    found = _loaded(m.core(), np.zeros((1, 1)))
+    assert found["error"][0, 2] == pytest.approx((play + 1e-6) / 0.02, rel=1e-9)
+    radial = 100.0 * np.tan(PRESSURE) if play else 0.0
+    np.testing.assert_allclose(found["reaction"][0][2], [radial, 100.0, -2.0], atol=1e-6)
+
+
+def test_teeth_that_jam_cannot_be_assembled():
+    """A bearing with more play than the backlash leaves room for: samples in which teeth would overlap are counted."""
+    radius, slack = 2e-4, 1e-5
+    m = pair(torque=1.0)
+    m.source("clearance", {"disc": {"radius": radius}}, joint=1)
+    m.source("clearance", slack, joint=2)
+    core = m.core()
+    drives, poses = np.zeros((1, 1)), core.trace(np.zeros((1, 1)))["poses"]
+    drawn = core.random(drives, poses, 2000, 3, np.array([0.5]), np.nan, np.nan, keep=True)
+    closer = -drawn["kept_parameters"][:, 0]
+    # To first order the room is backlash over the tangent of the pressure angle.
+    jams = closer > slack / np.tan(PRESSURE)
+    doubtful = np.abs(closer - slack / np.tan(PRESSURE)) < 1e-6
+    np.testing.assert_array_equal((drawn["kept_status"] != OK)[~doubtful], jams[~doubtful])
+    given = core.given(np.repeat(drives, 2000, 0), np.repeat(poses, 2000, 0), drawn["kept_parameters"])
+    np.testing.assert_array_equal(given["status"], drawn["kept_status"])
+
+
+def test_worst_case_to_first_order_knows_the_flank():
+    """Bearing play counts by one over the cosine of the pressure angle, in the linear figure as in the exact one."""
+    m = pair()
+    m.source("clearance", {"disc": {"radius": 1e-7}}, joint=1)
+    m.source("clearance", 2e-7, joint=2)
+    core = m.core()
+    worst = core.worst(np.zeros((1, 1)), core.trace(np.zeros((1, 1)))["poses"])
+    turned = (2e-7 + 1e-7 / np.cos(PRESSURE)) / 0.02
+    for name in ("rotation", "rotation_first_order"):
+        np.testing.assert_allclose(worst[name], turned, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"teeth": [20, 41]}, "ratio of its tooth counts"),
+        ({"radii": [0.01, -0.02]}, "positive pitch radii"),
+        ({"pressure_angle": 1.6}, "pressure angle"),
+        ({"module": 2}, "module"),
+    ],
+)
+def test_a_coupling_that_is_told_wrongly_is_refused(change, told):
+    m = pair()
+    m.joints[2]["coupling"] |= change
+    with pytest.raises(ValueError, match=told):
+        m.core()
+    m = pair()
+    m.source("clearance", 1e-2, joint=2)
+    with pytest.raises(ValueError, match="gap between two teeth"):
+        m.core()
+
+
 # lanes against plain
 
 

@@ -188,7 +188,7 @@ class Compiled:
     def offset_name(self, joint: int, component: str) -> str:
         """What a direction that a joint holds is called in results: that of a mesh is its flank or strand."""
         entry = self.data.joints.get(self.joints[joint])
-        return entry.offset if isinstance(entry, Mesh) else component
+        return entry.held[0] if isinstance(entry, Mesh) else component
 
 
 def compile_file(data: MechanismFile, file: str) -> Compiled:

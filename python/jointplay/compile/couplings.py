@@ -49,8 +49,20 @@ def compile_couplings(data: MechanismFile, graph: Graph, guess: Floats) -> dict[
         if isinstance(entry, Mesh):
             found[index] = _Wheels(graph, joint, entry, guess).spec()
         elif isinstance(entry, Screw):
+            _check_thread(graph, joint, entry)
             found[index] = {"lead": entry.lead * graph.units.length}
     return found
+
+
+def _check_thread(graph: Graph, joint: CompiledJoint, entry: Screw) -> None:
+    axial = 0.0 if entry.clearance is None else entry.clearance.axial
+    if axial >= 0.25 * abs(entry.lead):
+        name = graph.units.length_name
+        problem = (
+            f"an axial play of {axial:.6g} {name} to each side is a quarter of the lead of {abs(entry.lead):.6g} {name}"
+            " or more: it could not be said which thread is meant"
+        )
+        raise graph.refuse(problem, f"joints.{joint.pin}.clearance")
 
 
 def play_at_rim(entry: Mesh, units: Units) -> tuple[float, float]:
@@ -100,7 +112,7 @@ class _Wheels:
             told = {"radii": [first, second], "teeth": counts, "internal": entry.internal}
         else:
             self._check_rack()
-            told = {"radii": [first, first], "teeth": counts}
+            told = {"radii": [first, first], "teeth": [getattr(entry, "teeth", None) or 0, 0]}
         if not isinstance(entry, BeltKeys):
             told["pressure_angle"] = self._pressure_angle()
         if entry.directions is not None:

@@ -123,7 +123,7 @@ def _set(entry: object, play: object, units: Units, length: float) -> tuple[tupl
     unit = units.length
     if isinstance(entry, Mesh):
         low, high = play_at_rim(entry, units)
-        return (entry.offset,), {"interval": {"low": low, "high": high}}
+        return entry.held, {"interval": {"low": low, "high": high}}
     match play:
         case RevoluteClearance():
             return ("x", "y"), {"disc": {"radius": play.radius * unit}}

@@ -19,9 +19,10 @@ from pydantic.json_schema import SkipJsonSchema
 from jointplay.errors import not_known, shown
 
 from .clearances import Clearance, JournalClearance
-from .joints import JointTable, PlanarJoint
+from .joints import ELASTIC, JointTable, PlanarJoint
 from .placements import PlacementTable, SpatialPlacementTable
 from .spatial_joints import SpatialJoint
+from .stiffness import FlankStiffness, JournalStiffness, StrandStiffness
 from .values import (
     Axis,
     ClearanceLaw,
@@ -141,16 +142,6 @@ class Coupling(JointTable):
         None, description="transmission error, a length at the pitch circle (of a screw along its axis)"
     )
 
-    @model_validator(mode="before")
-    @classmethod
-    def _rigid(cls, data: object) -> object:
-        if isinstance(data, dict) and "stiffness" in data:
-            raise problem(
-                "teeth, belts and threads are rigid, their elasticity is not supported; take 'stiffness' away,"
-                " or give it to the joints that carry the two bodies"
-            )
-        return data
-
 
 class Mesh(Coupling):
     """A coupling at the rims of wheels."""
@@ -158,8 +149,6 @@ class Mesh(Coupling):
     places: ClassVar[bool] = False
     #: places of the wheels among its two bodies; a rack is none
     wheels: ClassVar[tuple[int, ...]] = (0, 1)
-    #: what its offset is called
-    offset: ClassVar[str] = "flank"
     drawn: ClassVar[str] = "a point for each of the two bodies, [{point}, {point}]"
 
     runout: dict[Name, Eccentric] = Field({}, description="eccentricity of its wheels, by the name of the body")
@@ -249,8 +238,11 @@ class GearKeys(Mesh):
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["module"]}, {"required": ["radii"]}]})
 
+    held: ClassVar[tuple[str, ...]] = ("flank",)
+
     type: Literal["gear"] = Field(description="kind of joint")
     clearance: FlankClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
+    stiffness: FlankStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     teeth: TwoTeeth = Field(description="tooth counts of the wheels on the first and on the second body")
     module: Positive | SkipJsonSchema[None] = Field(None, description="module: pitch diameter over tooth count")
     pitch_radii: TwoRadii | SkipJsonSchema[None] = Field(
@@ -299,8 +291,11 @@ class RackKeys(Mesh):
     wheels: ClassVar[tuple[int, ...]] = (1,)
     needs_axis: ClassVar[bool] = True
 
+    held: ClassVar[tuple[str, ...]] = ("flank",)
+
     type: Literal["rack"] = Field(description="kind of joint")
     clearance: FlankClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
+    stiffness: FlankStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     radius: Positive | SkipJsonSchema[None] = Field(None, description="pitch radius of the pinion")
     teeth: Teeth | SkipJsonSchema[None] = Field(None, description="tooth count of the pinion")
     module: Positive | SkipJsonSchema[None] = Field(
@@ -337,10 +332,11 @@ class BeltKeys(Mesh):
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["radii"]}, {"required": ["pitch", "teeth"]}]})
 
-    offset: ClassVar[str] = "strand"
+    held: ClassVar[tuple[str, ...]] = ("strand",)
 
     type: Literal["belt"] = Field(description="kind of joint")
     clearance: BeltClearance | SkipJsonSchema[None] = Field(None, description="slack of the belt or chain")
+    stiffness: StrandStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     pitch_radii: TwoRadii | SkipJsonSchema[None] = Field(
         None, alias="radii", description="pitch radii of the pulleys on the first and on the second body"
     )
@@ -443,9 +439,11 @@ class Screw(SpatialJoint, Coupling):
 
     needs_axis: ClassVar[bool] = True
     coordinate: ClassVar[str] = "angle"
+    held: ClassVar[tuple[str, ...]] = ("axial", "radial", "radial", "tilt", "tilt")
 
     type: Literal["screw"] = Field(description="kind of joint")
     clearance: ScrewClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
+    stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
     lead: Number = Field(
         description="travel of the second body along the axis for one turn; negative for a left-hand one"
     )

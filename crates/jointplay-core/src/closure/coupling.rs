@@ -61,8 +61,9 @@ impl Mechanism {
         parameters: &[S],
         commands: &[Command<S>],
     ) -> Coupled<S> {
+        let one = S::from_f64(1.0);
         let Some(coupling) = &self.joints[row.joint].coupling else {
-            return Coupled { residual: S::from_f64(0.0), rate: Rate::zero(), slope: S::from_f64(1.0) };
+            return Coupled { residual: S::from_f64(0.0), rate: Rate::zero(), slope: one, gap: one };
         };
         let reference = self.sliding().position(|(joint, ..)| joint == row.joint).map(|k| self.n_driven + k);
         let reference = reference.and_then(|k| commands.get(k)).map(|c| Reference {
@@ -83,7 +84,7 @@ impl Mechanism {
             return false;
         }
         let poses = self.poses(coordinates);
-        taken.any(|row| self.slope(row, &poses, parameters) < 0.0)
+        taken.any(|row| self.coupled_row(row, &poses, parameters, &[]).gap < 0.0)
     }
 
     /// What the terms of all coupled rows measure, one after the other; angles up to full turns.

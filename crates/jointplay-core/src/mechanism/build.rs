@@ -205,8 +205,7 @@ fn attach(
             if let (Some(coupling), Set::Interval { low, high }) = (&j.coupling, source.set) {
                 let centre = source.centre.first().copied().unwrap_or_default() + 0.5 * (low + high);
                 let half = 0.5 * (high - low);
-                // Within a quarter of the period the nearer flank is the one that is meant.
-                if half >= 0.5 * std::f64::consts::PI * coupling.radian {
+                if half >= coupling.largest_play {
                     return fail("its play is as wide as the gap between two teeth");
                 }
                 rows[start].play = (half > 0.0).then_some(Play { centre, half });

@@ -25,7 +25,7 @@
 //! R - ratio error - [centre + (u - centre) (1 + E / h)] = 0
 //! ```
 //!
-//! Where `1 + E / h` is below zero the flanks would pass through each other: the mechanism cannot be assembled. At
+//! An elastic deformation adds to u, and what is beyond the play counts as it is. Where `1 + E / h` is below zero the flanks would pass through each other: the mechanism cannot be assembled. At
 //! either end of the play the derivative along the twists is the line of action of the flank that carries,
 //! since `d(R -+ E)` is what its force works on.
 
@@ -63,6 +63,8 @@ pub(crate) struct Coupling {
     pub radian: f64,
     /// The distance of the centres, which gives bearings about unit size.
     pub distance: f64,
+    /// The play on each side must be below this: half of the gap between two teeth, or a quarter of the period.
+    pub largest_play: f64,
     /// Sine and cosine of the phase at the start.
     pub start: (f64, f64),
     /// What play opens by.
@@ -138,6 +140,7 @@ impl Coupling {
                 terms: vec![(Measure::Along(2), 1.0), (Measure::Roll, -spec.lead / turns)],
                 radian: spec.lead.abs() / turns,
                 distance: 1.0,
+                largest_play: 0.25 * spec.lead.abs(),
                 start: (0.0, 1.0),
                 opening: None,
             });
@@ -151,6 +154,7 @@ impl Coupling {
                 terms: vec![(Measure::Along(0), 1.0), (Measure::Roll, r1)],
                 radian: r1,
                 distance: 1.0,
+                largest_play: 0.25 * turns * r1,
                 start: (0.0, 1.0),
                 opening: Some(Opening::Height { axis: 1, slope, start: slope * r1 }),
             });
@@ -176,10 +180,12 @@ impl Coupling {
         };
         // Gears have their pressure angle where the pitch circles touch; a belt its slack at the start.
         let distance = if is_belt { spec.distance.unwrap_or(f64::NAN) } else { apart };
+        let common = f64::from(gcd(z1, z2));
         Ok(Self {
             terms: vec![(Measure::Bearing { second: false }, -r1), (Measure::Bearing { second: true }, -r2)],
-            radian: r1 * f64::from(gcd(z1, z2)) / f64::from(z1),
+            radian: r1 * common / f64::from(z1),
             distance,
+            largest_play: 0.25 * turns * r1 / f64::from(z1) * if is_belt { common } else { 1.0 },
             start: (0.0, 1.0),
             opening: Some(Opening::Distance { factor, base, start: (distance * distance - base * base).sqrt() }),
         })
@@ -273,16 +279,19 @@ impl Coupling {
     ) -> Coupled<S> {
         let radian = S::from_f64(self.radian);
         let (phase, mut rate) = self.phase(pair, reference);
-        let (mut slope, mut taken) = (S::from_f64(1.0), play);
+        let (mut slope, mut gap, mut taken) = (S::from_f64(1.0), S::from_f64(1.0), play);
         if let (Some(between), Some(opening)) = (between, &self.opening) {
             let (centre, part) = (S::from_f64(between.centre), S::from_f64(1.0 / between.half));
             let (opened, of_opening) = opening.at(pair);
-            slope = slope + opened * part;
-            taken = centre + (play - centre) * slope;
-            rate = rate.plus(-((play - centre) * part), of_opening);
+            // What gives way elastically beyond the play is on the flank.
+            let (side, inside) = ((play - centre) * part).within_one();
+            gap = slope + opened * part;
+            slope = slope + inside * opened * part;
+            taken = play + side * opened;
+            rate = rate.plus(-side, of_opening);
         }
         let (sine, cosine) = turn_back(phase, (shifted(taken) / radian).wide_sin_cos());
-        Coupled { residual: radian * S::small_angle(sine, cosine), rate, slope }
+        Coupled { residual: radian * S::small_angle(sine, cosine), rate, slope, gap }
     }
 }
 
@@ -291,8 +300,10 @@ pub(crate) struct Coupled<S> {
     pub residual: S,
     /// Its rate at the flank where the play is.
     pub rate: Rate<S>,
-    /// What its play is multiplied by.
+    /// What its own parameter counts.
     pub slope: S,
+    /// The play as a part of what it is between wheels in their places; below zero they cannot be there.
+    pub gap: S,
 }
 
 impl<S: Real> Pair<S> {

@@ -294,6 +294,13 @@ impl Real for Symbol<'_> {
         })
     }
 
+    // What is asked for the slope stays between.
+    fn within_one(self) -> (Self, Self) {
+        let one = Self::Constant(1.0);
+        let below = -(-self).max(-one);
+        (below.max(-one), one)
+    }
+
     /// Heron's method.
     fn root(self, near: f64) -> Self {
         if let Self::Constant(c) = self {

@@ -62,8 +62,8 @@ fn jams<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Symbol<'r>> {
     let taken = m.rows.iter().filter(|row| row.play.is_some());
     let taken = taken.filter(|row| matches!(row.displaced(parameters), Symbol::Node(..)));
     let jam = |row: &Row| {
-        let slope = m.slope(row, &poses, parameters);
-        let double = slope + slope.abs();
+        let gap = m.coupled_row(row, &poses, parameters, &[]).gap;
+        let double = gap + gap.abs();
         double / double - Symbol::Constant(1.0)
     };
     taken.map(jam).collect()
