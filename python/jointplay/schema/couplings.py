@@ -200,7 +200,10 @@ class RackKeys(Mesh):
     """What a rack and its pinion are in the plane and in space."""
 
     model_config = ConfigDict(
-        json_schema_extra={"oneOf": [{"required": ["radius"]}, {"required": ["module", "teeth"]}]}
+        json_schema_extra={
+            "oneOf": [{"required": ["radius"]}, {"required": ["module"]}],
+            "dependentRequired": {"module": ["teeth"]},
+        }
     )
     wheels: ClassVar[tuple[int, ...]] = (1,)
     needs_axis: ClassVar[bool] = True
@@ -244,7 +247,12 @@ class RackKeys(Mesh):
 class BeltKeys(Mesh):
     """What a belt or chain is in the plane and in space."""
 
-    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["radii"]}, {"required": ["pitch", "teeth"]}]})
+    model_config = ConfigDict(
+        json_schema_extra={
+            "oneOf": [{"required": ["radii"]}, {"required": ["pitch"]}],
+            "dependentRequired": {"pitch": ["teeth"]},
+        }
+    )
 
     held: ClassVar[tuple[str, ...]] = ("strand",)
 
