@@ -20,6 +20,10 @@
 //! roll:         (b_j x (C a_k - S a_j)) / (C^2 + S^2) . (w2 - w1)             S = a_k.b_j, C = a_j.b_j
 //! tilt:         (a_2 x b_0) . (w2 - w1)  and  (b_0 x a_1) . (w2 - w1)
 //! ```
+//!
+//! A row that couples (see [`crate::mechanism::coupling`]) tells its rate as a force on body 2 through P2, the
+//! opposite of it on body 1 through P1, and a moment on each. What a drive commands is its value times the row's
+//! coefficient.
 
 use crate::math::real::Real;
 use crate::math::rotation::turn_back;

@@ -21,7 +21,7 @@ pub trait Real:
     fn tilt(sine: Self, cosine: Self) -> Self;
     /// `2 atan(t) / t` of the square of t.
     fn double_arc(square: Self) -> Self;
-    /// Sine and cosine of an angle that may be as large as a turn.
+    /// Sine and cosine of an angle that may be as large as some turns.
     fn wide_sin_cos(self) -> (Self, Self);
     /// Itself between -1 and 1, else the nearer of these; and the slope of that, at least between them.
     fn within_one(self) -> (Self, Self);

@@ -67,6 +67,15 @@ impl Compatibility {
     }
 }
 
+impl Compatibility {
+    /// The linearisation at the same nominal pose for other flanks of couplings: what the rows lack there stays.
+    pub fn at_flanks(&self, basis: &Basis, solver: &Solver<'_>, flanks: &State) -> Option<Self> {
+        let mut other = Self::at(basis, solver, flanks)?;
+        other.ties.misfit.clone_from(&self.ties.misfit);
+        Some(other)
+    }
+}
+
 impl Deref for Compatibility {
     type Target = Ties;
 

@@ -63,8 +63,8 @@ fn jams<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Symbol<'r>> {
     let taken = taken.filter(|row| matches!(row.displaced(parameters), Symbol::Node(..)));
     let jam = |row: &Row| {
         let gap = m.coupled_row(row, &poses, parameters, &[]).gap;
-        let double = gap + gap.abs();
-        double / double - Symbol::Constant(1.0)
+        let size = gap.abs();
+        (gap + size) / (size + gap) - Symbol::Constant(1.0)
     };
     taken.map(jam).collect()
 }

@@ -236,10 +236,7 @@ impl Mechanism {
             if system.difference(&before, &flanks.inputs.parameters) <= self.still() {
                 break;
             }
-            // The pose is the nominal one all the same, and so is what the rows lack there.
-            let misfit = c.ties.misfit;
-            c = Compatibility::at(system.basis, solver, &flanks)?;
-            c.ties.misfit = misfit;
+            c = c.at_flanks(system.basis, solver, &flanks)?;
         }
         Some((c, flanks))
     }
