@@ -3,10 +3,14 @@
 # ruff: noqa: E501 (one mistake a line)
 from __future__ import annotations
 
+import copy
+import functools
 import itertools
 import math
+import tomllib
 from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -16,6 +20,7 @@ import couplings
 import jointplay as jp
 from jointplay.cli import run
 from jointplay.errors import InputError
+from jointplay.schema import json_schema
 
 UNITS = 'units = { length = "mm", angle = "deg", force = "N" }\n'
 PLANE = f"format = 1\n{UNITS}"
@@ -157,6 +162,22 @@ at = [50, 0]
 [[loads]]
 force = [0, 5]
 """
+VALIDATOR = jsonschema.Draft202012Validator(json_schema())
+#: what the JSON Schema refuses as the program does
+REFUSED: dict[str, dict[str, Any]] = {
+    "gear": {
+        "joints.G.radii": [10, 20],
+        "joints.G.teeth": [20, 0],
+        "joints.G.clearance": {"backlash": 1, "backlash_angle": 1},
+        "joints.G.runout": {"wheel": -1},
+        "joints.G.lead": 5,
+    },
+    "rack": {"joints.R.radius": 20, "joints.R.marks": {"bar": 0, "pinion": 0}},
+    "belt": {"joints.T.clearance.slack": [1], "joints.T.pitch": 3},
+    "screw": {"joints.S.lead": "5", "joints.S.runout": {"nut": 1}},
+    "spatial gear": {"joints.G.at": [0, 0, 0]},
+    "motor": {"drives.M.joint": "A", "drives.M.joints": {"A": "1"}},
+}
 TEXTS = {
     "gear": PLANE + PAIR,
     "rack": PLANE + RACK,
@@ -310,6 +331,18 @@ def test_the_terminal_shows_it(name: str, tmp_path: Any, capsys: pytest.CaptureF
     if name == "gear":
         assert run(["error", str(path), "-q", "loaded", "--set", "joints.*.clearance.backlash=0.3"]) == 0
         assert f"{degrees(0.15, 20):.4f}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_the_json_schema_takes_it(name: str) -> None:
+    data = tomllib.loads(TEXTS[name])
+    VALIDATOR.validate(data)
+    for path, value in REFUSED.get(name, {}).items():
+        changed = copy.deepcopy(data)
+        *above, last = path.split(".")
+        table = functools.reduce(lambda here, key: here[key], above, changed)
+        table[last] = value
+        assert not VALIDATOR.is_valid(changed), path
 
 
 # -- closed forms

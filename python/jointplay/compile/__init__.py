@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from jointplay import poses
 from jointplay.errors import not_known
-from jointplay.schema import MechanismFile, Mesh, PlanarFile, SpatialFile
+from jointplay.schema import MechanismFile, PlanarFile, SpatialFile
 from jointplay.units import Units
 
 from .assembly import Assembly, compile_assembly
@@ -184,11 +184,6 @@ class Compiled:
     has_loads: bool
     length: float
     core_spec: Mapping[str, Any]
-
-    def offset_name(self, joint: int, component: str) -> str:
-        """What a direction that a joint holds is called in results: that of a mesh is its flank or strand."""
-        entry = self.data.joints.get(self.joints[joint])
-        return entry.held[0] if isinstance(entry, Mesh) else component
 
 
 def compile_file(data: MechanismFile, file: str) -> Compiled:

@@ -16,6 +16,8 @@ from jointplay.errors import InputError, shown, suggestion
 from .bodies import Body, BodyTable, SpatialBody
 from .clearances import (
     BallClearance,
+    BeltClearance,
+    FlankClearance,
     GuideClearance,
     JournalClearance,
     LockedAngle,
@@ -25,7 +27,7 @@ from .clearances import (
     SleeveClearance,
     SlotClearance,
 )
-from .couplings import BeltClearance, BeltKeys, Coupling, FlankClearance, GearKeys, Mesh, Screw
+from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
 from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, PlanarFile
 from .grid import GridRange
 from .joints import JointTable

@@ -13,29 +13,25 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import not_known, shown
 
-from .clearances import Clearance, JournalClearance
+from .clearances import BeltClearance, Eccentric, FlankClearance, Ratio, ScrewClearance
 from .joints import ELASTIC, JointTable, PlanarJoint
 from .placements import PlacementTable, SpatialPlacementTable
 from .spatial_joints import SpatialJoint
 from .stiffness import FlankStiffness, JournalStiffness, StrandStiffness
 from .values import (
     Axis,
-    ClearanceLaw,
-    Deviating,
     Direction,
     Name,
     NonNegative,
     Number,
     Pair,
     Positive,
-    Table,
     Triple,
-    is_number,
     problem,
 )
 
@@ -49,88 +45,6 @@ MOST_PARTS = 1000
 Teeth = Annotated[int, Field(ge=1, le=MOST_TEETH)]
 TwoTeeth = Annotated[tuple[Teeth, Teeth], Field(strict=False)]
 TwoRadii = Annotated[tuple[Positive, Positive], Field(strict=False)]
-
-
-class RatioError(Deviating):
-    """Transmission error: how far the second body is from where the first one should bring it, as a length."""
-
-    example: ClassVar[str] = '0.01 or { tolerance = 0.01, deviation = 0, law = "normal" }'
-
-
-class RunOut(Table):
-    """Eccentricity of a wheel: how far its centre is from where it is drawn, in any direction."""
-
-    example: ClassVar[str] = "0.02 or { tolerance = 0.02, deviation = [0, 0] }"
-
-    tolerance: NonNegative | SkipJsonSchema[None] = Field(None, description="largest eccentricity, a radius")
-    deviation: Pair = Field((0.0, 0.0), description="the known eccentricity of one built specimen, in body axes")
-    law: ClearanceLaw = Field(
-        "normal", description="how it scatters: normal (three sigma to the radius), uniform in the disc, or boundary"
-    )
-
-
-def _tolerance(value: object) -> object:
-    return {"tolerance": value} if is_number(value) else value
-
-
-Ratio = Annotated[RatioError, BeforeValidator(_tolerance, json_schema_input_type=NonNegative | RatioError)]
-Eccentric = Annotated[RunOut, BeforeValidator(_tolerance, json_schema_input_type=NonNegative | RunOut)]
-
-
-class FlankClearance(Clearance):
-    """Backlash of teeth: how far one flank can go until the other touches."""
-
-    model_config = ConfigDict(
-        json_schema_extra={"oneOf": [{"required": ["backlash"]}, {"required": ["backlash_angle"]}]}
-    )
-    example: ClassVar[str] = "{ backlash = 0.1 } (arc at the pitch circle, flank to flank) or { backlash_angle = 0.3 }"
-
-    backlash: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="backlash from flank to flank, an arc at the pitch circle"
-    )
-    backlash_angle: NonNegative | SkipJsonSchema[None] = Field(
-        None, description="instead: angle that the second body turns from flank to flank while the first is held"
-    )
-
-    @model_validator(mode="after")
-    def _one_measure(self) -> Self:
-        if (self.backlash is None) == (self.backlash_angle is None):
-            raise problem(
-                "give backlash (an arc at the pitch circle, from flank to flank) or backlash_angle (an angle of the"
-                " second body)" + (", not both" if self.backlash is not None else "")
-            )
-        return self
-
-
-def _slack(value: object) -> object:
-    return (value, value) if is_number(value) else value
-
-
-class BeltClearance(Clearance):
-    """Slack of a belt or chain: how far the second pulley's rim can go to either side until a strand is taut."""
-
-    example: ClassVar[str] = "{ slack = 0.2 } or { slack = [0, 0.2] }"
-
-    slack: Annotated[
-        tuple[NonNegative, NonNegative],
-        Field(strict=False),
-        BeforeValidator(_slack, json_schema_input_type=NonNegative | tuple[NonNegative, NonNegative]),
-    ] = Field(description="travel at the rim to either side; [minus, plus] where the sides differ")
-
-
-class ScrewClearance(JournalClearance):
-    """Play of a screw in its nut: along the thread's axis, and of the pin in its hole."""
-
-    model_config = ConfigDict(json_schema_extra={"not": {"required": ["radial", "diametral"]}})
-    example: ClassVar[str] = "{ axial = 0.02 } or { axial = 0.02, radial = 0.05, length = 30 }"
-
-    axial: NonNegative = Field(0.0, description="how far the nut can shift on the thread to each side")
-
-    @model_validator(mode="after")
-    def _one_measure(self) -> Self:
-        if self.radial is not None and self.diametral is not None:
-            raise problem("give radial or diametral, not both")
-        return self
 
 
 class Coupling(JointTable):
@@ -286,7 +200,10 @@ class RackKeys(Mesh):
     """What a rack and its pinion are in the plane and in space."""
 
     model_config = ConfigDict(
-        json_schema_extra={"oneOf": [{"required": ["radius"]}, {"required": ["module", "teeth"]}]}
+        json_schema_extra={
+            "oneOf": [{"required": ["radius"]}, {"required": ["module"]}],
+            "dependentRequired": {"module": ["teeth"]},
+        }
     )
     wheels: ClassVar[tuple[int, ...]] = (1,)
     needs_axis: ClassVar[bool] = True
@@ -330,7 +247,12 @@ class RackKeys(Mesh):
 class BeltKeys(Mesh):
     """What a belt or chain is in the plane and in space."""
 
-    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["radii"]}, {"required": ["pitch", "teeth"]}]})
+    model_config = ConfigDict(
+        json_schema_extra={
+            "oneOf": [{"required": ["radii"]}, {"required": ["pitch"]}],
+            "dependentRequired": {"pitch": ["teeth"]},
+        }
+    )
 
     held: ClassVar[tuple[str, ...]] = ("strand",)
 
