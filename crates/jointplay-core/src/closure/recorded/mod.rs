@@ -13,9 +13,18 @@ pub(crate) mod self_stress;
 pub(crate) mod statics;
 pub(crate) mod step;
 
+use crate::mechanism::Mechanism;
+
 /// The first step from the nominal pose turns by less than this (rad), or the plain solver takes over:
 /// the power series of sine and cosine are cut for it.
 pub const SMALL_ANGLE: f64 = 0.35;
 
 /// Steps after the first turn by less than this (rad), or the plain solver takes over.
 pub const LATER_ANGLE: f64 = 0.05;
+
+impl Mechanism {
+    /// The largest step that recorded programs take from a nominal pose.
+    pub(crate) fn small_step(&self) -> f64 {
+        SMALL_ANGLE.min(self.largest_move)
+    }
+}
