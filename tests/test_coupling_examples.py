@@ -7,7 +7,6 @@ of their size, and pressure angles by about backlash / module. The tolerances sa
 from __future__ import annotations
 
 import numpy as np
-import pytest
 import xarray as xr
 
 import jointplay as jp
@@ -87,7 +86,7 @@ class TestRackSlider:
         np.testing.assert_allclose(moment(result, "bearing"), 150.0 * 18.0, rtol=2e-4)
 
     def test_lost_motion_when_the_force_turns_round(self) -> None:
-        """The backlash, twice the bearing's shift along the line of action over cos 20 deg, and the tilt from rack to tool."""
+        """Backlash, twice the shift of the bearing over cos 20 deg, and twice the tilt times the height of the tool."""
         push, pull = (jp.loaded(self.m.with_({"loads.0.force": [f, 0]})) for f in (150, -150))
         x = [result.error.sel(component="x").values[0] for result in (push, pull)]
         by_hand = 0.05 + 2.0 * 0.01 / np.cos(np.radians(20.0)) + 2.0 * (40.0 + 12.0) * 0.02 / 60.0

@@ -193,7 +193,9 @@ class TestCouplings:
         rims = [np.array(line.get_data_3d()).T for line in axes.lines if len(line.get_data_3d()[0]) > 20]
         centres = [rim[:-1].mean(axis=0) for rim in rims]
         radii = [np.linalg.norm(rim - centre, axis=1) for rim, centre in zip(rims, centres, strict=True)]
-        found = sorted((*centre.round(6).tolist(), round(float(r[0]), 6)) for centre, r in zip(centres, radii, strict=True))
+        found = sorted(
+            (*centre.round(6).tolist(), round(float(r[0]), 6)) for centre, r in zip(centres, radii, strict=True)
+        )
         assert found == [(0, 0, 0, 20), (60, 0, 0, 20), (60, 0, 0, 40), (60, 80, 0, 10)]
         assert all(np.ptp(r) < 1e-9 for r in radii)
         names = {text.get_text() for text in axes.texts}
