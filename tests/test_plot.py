@@ -152,6 +152,9 @@ class TestCouplings:
         np.testing.assert_allclose(planets[:, :2], expected, atol=1e-5)
         np.testing.assert_allclose(np.hypot(*planets[:, :2].T), 18.0 + 13.5, atol=1e-5)
         np.testing.assert_allclose(np.hypot(*planets[:, :2].T), 45.0 - 13.5, atol=1e-5)
+        written = {text.get_text(): np.hypot(*text.xy) for text in axes.texts}
+        # Names stand at the pitch points; those at one place are put together to 0.1 % of the drawing.
+        np.testing.assert_allclose([written["sun1"], written["ring1"]], [18.0, 45.0], atol=0.2)
 
     def test_teeth_turn_with_their_wheel(self) -> None:
         (before, _), (after, pose) = self.drawn("rack-slider", 0), self.drawn("rack-slider", 1)
