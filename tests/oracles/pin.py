@@ -73,7 +73,7 @@ class Tree:
 
     def _add(self, index: int, joint: dict[str, Any], guess: dict[int, pin.SE3]) -> None:
         near, far = ENDS if self.body(joint["first"]) in self.places else ENDS[::-1]
-        chain = CHAINS[joint["kind"]]
+        chain = [] if joint["kind"] == "screw" else CHAINS[joint["kind"]]
         if near == "second":
             self.backwards.add(index)
             chain = chain[::-1]
@@ -81,9 +81,15 @@ class Tree:
         bodies = [self.body(joint[end]) for end in (near, far)]
         between = (guess[bodies[0]] * frames[0]).inverse() * (guess[bodies[1]] * frames[1])
         place = self._on(bodies[0], frames[0])
+        if joint["kind"] == "screw":
+            pitch = joint["coupling"]["lead"] / (2.0 * np.pi)
+            # The thread is where the start has it: so far along at this angle.
+            begun = between.translation[0] - pitch * TURN[1](between)[0]
+            place = Place(place.joint, place.offset * pin.SE3(np.eye(3), np.array([begun, 0.0, 0.0])))
+            chain = [(lambda: pin.JointModelHX(pitch), TURN[1])]
         self.numbers[index] = []
         for kind, coordinates in chain:
-            number = self.model.addJoint(place.joint, kind(), place.offset, f"{index} {kind.__name__}")
+            number = self.model.addJoint(place.joint, kind(), place.offset, f"{index} {len(self.numbers[index])}")
             self.numbers[index].append(number)
             self.start = np.concatenate([self.start, coordinates(between)])
             place = Place(number, pin.SE3.Identity())
