@@ -65,6 +65,16 @@ def test_samples_equal_the_plain_solver_on_every_width(name):
     assert difference.max() < 1e-13
 
 
+def _of_play(mechanism):
+    """Rounding of what play counts, as a share: it widens with the distance of the centres, whose rounding is that of
+    the mechanism's size."""
+    spec = mechanism.core_spec
+    meshes = {k for k, joint in enumerate(spec["joints"]) if "coupling" in joint}
+    sets = [s["set"] for s in spec["sources"] if s["kind"] == "clearance" and s["joint"] in meshes]
+    plays = [found["interval"]["high"] for found in sets if "interval" in found]
+    return 4.0 * np.finfo(float).eps * mechanism.length / min(filter(None, plays), default=np.inf)
+
+
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_loaded_equals_the_plain_solver_on_every_width(name):
     mechanism = example(name)
@@ -84,7 +94,7 @@ def test_loaded_equals_the_plain_solver_on_every_width(name):
         return np.max(np.abs(plain - result[key]).reshape(len(drives), -1) / np.ravel(scale), axis=1, initial=0.0)
 
     for key in ("error_first_order", "contribution", "status"):
-        assert difference(key).max() < 1e-12, key
+        assert difference(key).max() < max(1e-12, _of_play(mechanism) if key == "contribution" else 0.0), key
     for key in ("error", "undetermined", "reaction", "undetermined_contribution", "decided"):
         assert difference(key).max() < 1e-12, key
     # A pin that hangs between its shoulders is held there by forces of second order, which rounding is part of.
@@ -109,7 +119,7 @@ def test_the_first_order_equals_the_plain_solver_on_every_width(name):
     scales = dict.fromkeys(("error", "error_first_order", "undetermined", "undetermined_contribution"), size)
     # An offset has the direction of a reaction, which rounding turns the more the smaller that is beside the others; it
     # matters as little then.
-    bounds = {"offset": 1e-10}
+    bounds = {"offset": 1e-10, "contribution": max(1e-12, _of_play(mechanism))}
     for key in ("error", "undetermined", "undetermined_contribution", "decided", "reaction", "offset", "contribution"):
         plain = np.concatenate([part[key] for part in parts]).astype(float)
         scale = scales.get(key, max(float(np.abs(plain).max(initial=0.0)), 1e-300))

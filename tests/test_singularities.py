@@ -24,6 +24,10 @@ FEET = {"left": -0.3, "right": 0.3}
 ARC = 5e-5
 
 
+#: every drive of these moves one joint
+ONE_BY_ONE = [name for name in EXAMPLES if name != "belt-arm"]
+
+
 def example(name: str, **settings: str) -> jp.Mechanism:
     return jp.loads(examples.text(name, settings))
 
@@ -41,7 +45,7 @@ def scaled_jacobian(m: jp.Mechanism, pose: Array, length: float) -> tuple[Array,
 # --- what defines them -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.parametrize("name", ONE_BY_ONE)
 def test_the_determinant_is_that_of_the_joints_times_that_of_the_drives(name: str) -> None:
     m = example(name)
     at, result = nominal(m), jp.singularities(m, path=False)
@@ -59,7 +63,23 @@ def test_the_determinant_is_that_of_the_joints_times_that_of_the_drives(name: st
         assert int(one.determinant_sign) == np.sign(np.linalg.det(jacobian))
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_motor_of_two_joints_ties_them() -> None:
+    """Shoulder and pulley move as 1 : -3 whatever the motor does: one more row of the joints, and one drive."""
+    m = example("belt-arm")
+    at, result = nominal(m), jp.singularities(m, path=False)
+    for k in range(len(at)):
+        raw, _ = scaled_jacobian(m, at.poses[k], m.length)
+        own, shoulder, pulley = raw[:-2], raw[-2], raw[-1]
+        joints = np.vstack([own, pulley / -3.0 - shoulder])
+        held = np.linalg.svd(joints, compute_uv=False)
+        felt = np.abs(shoulder @ null_space(joints))
+        one = result.isel(configuration=k)
+        assert float(one.constraint_singular_value) == pytest.approx(held[-1], rel=1e-9)
+        assert float(one.actuation_singular_value) == pytest.approx(float(felt[0]), rel=1e-9)
+        assert float(one.singular_value) == pytest.approx(at.singular_value[k], rel=1e-8)
+
+
+@pytest.mark.parametrize("name", ONE_BY_ONE)
 def test_motions_are_those_of_the_values(name: str) -> None:
     m = example(name)
     at, result = nominal(m), jp.singularities(m, path=False)
