@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 import couplings
 import jointplay as jp
+from jointplay.analyses.map.contact import Contacts
 from jointplay.cli import run
 from jointplay.errors import InputError
 from jointplay.schema import json_schema
@@ -343,6 +344,14 @@ def test_the_json_schema_takes_it(name: str) -> None:
         table = functools.reduce(lambda here, key: here[key], above, changed)
         table[last] = value
         assert not VALIDATOR.is_valid(changed), path
+
+
+def test_slack_on_one_side_has_contact_on_both_strands() -> None:
+    """The strand that starts taut is in contact at an offset of zero; a map counted it as open."""
+    contacts = Contacts(load("belt", joints__T__clearance={"slack": [0, 0.2]}))
+    taut, other = contacts.states(np.array([[0.0], [0.2]]))
+    assert (taut, other) == (pytest.approx([-1.0]), pytest.approx([1.0]))
+    assert contacts.change(taut, other)
 
 
 # -- closed forms
