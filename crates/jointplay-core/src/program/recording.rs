@@ -62,6 +62,14 @@ impl Recording {
 
     /// The number of the node of a constant.
     pub fn constant(&mut self, value: f64) -> u32 {
+        if let Some(guide) = &self.guide
+            && let Some(id) = guide.asked(&self.reached)
+            && let Node::Constant { number, .. } = guide.nodes[id as usize]
+            && self.constants.get(number as usize).is_some_and(|known| known.to_bits() == value.to_bits())
+        {
+            self.reached.asked += 1;
+            return id;
+        }
         let constants = &mut self.constants;
         let number = *self.numbers.entry(value.to_bits()).or_insert_with(|| {
             constants.push(value);
@@ -107,5 +115,79 @@ impl Drop for Recording {
         if let (Some(key), None) = (self.key, &self.guide) {
             keep(key, std::mem::take(&mut self.own));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use crate::math::real::Real;
+    use crate::program::symbol::{Recorder, Symbol};
+    use crate::program::tape::Program;
+
+    const INPUTS: usize = 6;
+
+    /// Two programs of the same operations for all constants, as far as these do not fold away.
+    fn record(recorder: &Recorder, structure: u64, constants: &[f64]) -> [Program; 2] {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(structure);
+        let mut symbols: Vec<Symbol<'_>> = (0..INPUTS).map(|k| recorder.varying(k)).collect();
+        symbols.push(recorder.common(0));
+        symbols.extend(constants.iter().map(|&c| Symbol::from_f64(c)));
+        let mut programs = Vec::new();
+        for _ in 0..2 {
+            for _ in 0..rng.random_range(1..60) {
+                let [a, b] = [0; 2].map(|_| symbols[rng.random_range(0..symbols.len())]);
+                symbols.push(match rng.random_range(0..6) {
+                    0 => a + b,
+                    1 => a - b,
+                    2 => a * b,
+                    3 => a.max(b * b),
+                    4 => -a,
+                    _ => a * b + a,
+                });
+            }
+            // What no input has anything to do with may be any constant.
+            let last = symbols[symbols.len() - 3..].iter().map(|&s| s * recorder.varying(0) + recorder.varying(1));
+            programs.push(Program::new(recorder, INPUTS, &last.collect::<Vec<_>>(), 0..0));
+        }
+        programs.try_into().expect("two programs")
+    }
+
+    fn bits(program: &Program) -> Vec<u64> {
+        let mut registers = program.registers(&[0.7]);
+        for (k, lane) in registers[..INPUTS].iter_mut().flat_map(|block| &mut block.0).enumerate() {
+            *lane = (k as f64 * 0.618_034).fract() - 0.4;
+        }
+        program.interpret(&mut registers);
+        (0..program.n_outputs()).flat_map(|k| program.output(&registers, k).0.map(f64::to_bits)).collect()
+    }
+
+    /// A sweep went over a length that is zero in between, or equal to another one.
+    #[test]
+    fn what_is_recorded_along_another_recording_is_what_is_recorded_anew() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
+        let (mut shared, mut made) = (0, 0);
+        for structure in 0..60 {
+            let mut before: Vec<Program> = Vec::new();
+            for round in 0..12 {
+                let mut constants: [f64; 4] = std::array::from_fn(|_| rng.random_range(0.1..2.0));
+                if round % 3 == 2 {
+                    constants[rng.random_range(0..4)] = [0.0, 1.0, -1.0, -0.3, constants[0]][rng.random_range(0..5)];
+                }
+                let found = record(&Recorder::new(0.1, &("test", structure)), structure, &constants);
+                let anew = record(&Recorder::passing(0.1), structure, &constants);
+                for (found, anew) in found.iter().zip(&anew) {
+                    let steps = |program: &Program| format!("{:?}", program.line().operations);
+                    assert_eq!(steps(found), steps(anew), "structure {structure}, {constants:?}");
+                    assert_eq!(bits(found), bits(anew), "structure {structure}, {constants:?}");
+                }
+                shared += found.iter().filter(|p| before.iter().any(|of| of.shares_code(p))).count();
+                made += found.len();
+                before.extend(found);
+            }
+        }
+        assert!(shared > made / 2, "{shared} of {made} along others");
     }
 }

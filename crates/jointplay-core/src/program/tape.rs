@@ -106,6 +106,12 @@ impl Program {
         self.code.run(registers);
     }
 
+    /// Whether both were recorded together.
+    #[cfg(test)]
+    pub(crate) fn shares_code(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.code, &other.code)
+    }
+
     #[cfg(test)]
     pub(crate) fn line(&self) -> Line<'_> {
         self.code.line()
