@@ -1,4 +1,4 @@
-"""Recorded programs are kept for mechanisms of the same structure; answers do not depend on what was recorded before."""
+"""Recorded programs are kept for mechanisms of the same structure; answers do not depend on what is kept."""
 
 from __future__ import annotations
 
