@@ -18,7 +18,9 @@ const LARGEST: usize = 64 << 20;
 const PATIENCE: usize = 1000;
 
 /// Most recently used ones last, each with its key.
-static KEPT: Mutex<Vec<(u64, Arc<Trace>)>> = Mutex::new(Vec::new());
+type Traces = Vec<(u64, Arc<Trace>)>;
+
+static KEPT: Mutex<Traces> = Mutex::new(Vec::new());
 static RECORDED: AtomicU64 = AtomicU64::new(0);
 
 /// A graph, the order in which its nodes were asked for, and the programs that were made of it.
@@ -114,7 +116,7 @@ impl Kept {
 
 /// The lock; `None` where it is not to be had: in a process that was forked just when another thread of its parent
 /// held it, it never is.
-fn lock() -> Option<MutexGuard<'static, Vec<(u64, Arc<Trace>)>>> {
+fn lock() -> Option<MutexGuard<'static, Traces>> {
     for _ in 0..PATIENCE {
         match KEPT.try_lock() {
             Ok(kept) => return Some(kept),
