@@ -102,7 +102,12 @@ impl Active {
     /// The entry of least Markowitz count among the large enough ones of the shortest rows.
     pub fn choose(&self) -> Option<(usize, usize)> {
         let mut best: Option<(usize, f64, usize, usize)> = None;
+        let shortest = self.columns.iter().map(Vec::len).filter(|&n| n > 0).min()?;
         for &(length, i) in self.by_length.iter().take(CANDIDATES) {
+            // Neither this row nor a longer one has an entry of less.
+            if best.is_some_and(|(cost, ..)| (length - 1) * (shortest - 1) > cost) {
+                break;
+            }
             let size = |slot: usize| self.values[slot].abs();
             let row_largest = self.rows[i].iter().map(|&(_, slot)| size(slot)).fold(0.0, f64::max);
             for &(j, slot) in &self.rows[i] {
