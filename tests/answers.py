@@ -13,7 +13,16 @@ from jointplay.errors import InputError
 from jointplay.mobility import require_determinate
 
 #: the examples that hold their bodies more than once
-OVER_CONSTRAINED = ("redundant-bar", "x-braced-square", "antenna-support", "sarrus", "bennett", "four-legged-platform")
+OVER_CONSTRAINED = (
+    "redundant-bar",
+    "x-braced-square",
+    "antenna-support",
+    "sarrus",
+    "bennett",
+    "four-legged-platform",
+    "ball-screw",
+    "planetary-gear",
+)
 EXAMPLES = tuple(name for name in jp.examples.names() if name not in OVER_CONSTRAINED)
 
 

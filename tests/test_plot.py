@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import jointplay as jp
 from answers import EXAMPLES, distance, example
+from jointplay.plot import couplings
 from jointplay.plot.sheet import sheet
 from jointplay.result import from_dataset
 
@@ -75,3 +78,136 @@ def test_a_sweep_of_a_structure_has_no_empty_panels() -> None:
     m = jp.loads(jp.examples.text("redundant-bar"))
     swept = from_dataset(jp.sweep(m, "dimensions.length.deviation", [0.0, 0.25], "loaded"))
     assert len(sheet(m, {"loaded": swept}).axes) == 2
+
+
+GEARS_IN_SPACE = """
+format = 1
+space = "spatial"
+units = { length = "mm" }
+[joints.A]
+type = "revolute"
+bodies = ["ground", "a"]
+at = [0, 0, 0]
+axis = [0, 0, 1]
+[joints.B]
+type = "revolute"
+bodies = ["ground", "b"]
+at = [60, 0, 0]
+axis = [0, 0, 1]
+[joints.C]
+type = "revolute"
+bodies = ["ground", "c"]
+at = [60, 80, 0]
+axis = [0, 0, 1]
+[joints.mesh]
+type = "gear"
+bodies = ["a", "b"]
+at = [[0, 0, 0], [60, 0, 0]]
+axis = [0, 0, 1]
+teeth = [20, 40]
+module = 2
+[joints.belt]
+type = "belt"
+bodies = ["b", "c"]
+at = [[60, 0, 0], [60, 80, 0]]
+axis = [0, 0, 1]
+radii = [20, 10]
+[drives.A]
+joint = "A"
+values = [0, 30]
+[output]
+body = "c"
+"""
+
+
+def circles(axes: Any) -> list[tuple[float, float, float]]:
+    """Centre and radius of every circle, the pins' with negative radius."""
+    found = [(patch.center, patch.radius, patch.get_fill()) for patch in axes.patches if hasattr(patch, "radius")]
+    return sorted((*map(float, centre), -radius if filled else radius) for centre, radius, filled in found)
+
+
+class TestCouplings:
+    """Gears, racks and belts are drawn where they are, as large as they are."""
+
+    def drawn(self, name: str, configuration: int = 0) -> tuple[Any, Any]:
+        plot = pytest.importorskip("jointplay.plot")
+        m = example(name)
+        pose = jp.solve(m).pose.isel(configuration=configuration)
+        return plot.mechanism(m, configuration).axes[0], pose
+
+    def test_pitch_circles_of_a_gear_pair(self) -> None:
+        axes, _ = self.drawn("geared-five-bar", 3)
+        wheels = [circle for circle in circles(axes) if circle[2] > 0]
+        np.testing.assert_allclose(wheels, [(0, 0, 20), (60, 0, 40)], atol=1e-9)
+        written = {text.get_text(): text.xy for text in axes.texts}
+        np.testing.assert_allclose(written["mesh"], (20, 0), atol=0.2)  # names are put together to 0.1 %
+
+    def test_planets_lie_between_sun_and_ring(self) -> None:
+        axes, pose = self.drawn("planetary-gear", 2)
+        wheels = np.array([circle for circle in circles(axes) if circle[2] > 0])
+        radii = sorted(set(wheels[:, 2].round(9)))
+        assert radii == [13.5, 18.0, 45.0]
+        planets = np.unique(wheels[wheels[:, 2] == 13.5].round(6), axis=0)
+        expected = sorted(pose.sel(body=f"planet{k}", component=["x", "y"]).values.tolist() for k in (1, 2, 3))
+        np.testing.assert_allclose(planets[:, :2], expected, atol=1e-5)
+        np.testing.assert_allclose(np.hypot(*planets[:, :2].T), 18.0 + 13.5, atol=1e-5)
+        np.testing.assert_allclose(np.hypot(*planets[:, :2].T), 45.0 - 13.5, atol=1e-5)
+        written = {text.get_text(): np.hypot(*text.xy) for text in axes.texts}
+        # Names stand at the pitch points; those at one place are put together to 0.1 % of the drawing.
+        np.testing.assert_allclose([written["sun1"], written["ring1"]], [18.0, 45.0], atol=0.2)
+
+    def test_teeth_turn_with_their_wheel(self) -> None:
+        (before, _), (after, pose) = self.drawn("rack-slider", 0), self.drawn("rack-slider", 1)
+        first = [axes.collections[1].get_segments() for axes in (before, after)]
+        assert [len(teeth) for teeth in first] == [18, 18]
+        angles = [np.arctan2(*np.mean(teeth, axis=1).T[::-1]) for teeth in first]
+        turn = np.radians(float(pose.sel(body="pinion", component="angle")))
+        np.testing.assert_allclose(np.exp(1j * (angles[1] - angles[0])), np.exp(1j * turn), atol=1e-9)
+
+    def test_the_pitch_line_of_a_rack_touches_its_pinion(self) -> None:
+        axes, _ = self.drawn("rack-slider", 4)
+        line = next(line for line in axes.lines if np.allclose(line.get_ydata(), -18.0))
+        np.testing.assert_allclose(np.mean(line.get_xdata()), 0.0, atol=1e-9)
+
+    @pytest.mark.parametrize("configuration", [0, 5])
+    def test_strands_touch_both_pulleys(self, configuration: int) -> None:
+        axes, pose = self.drawn("belt-arm", configuration)
+        radii = [teeth * 5.0 / (2.0 * np.pi) for teeth in (24, 48)]
+        centres = [pose.sel(body=body, component=["x", "y"]).values for body in ("pulley", "forearm")]
+        strands = [line.get_xydata() for line in axes.lines if line.get_linewidth() == 1.6]
+        assert len(strands) == 2
+        for strand in strands:
+            along = np.diff(strand, axis=0)[0]
+            for end, centre, radius in zip(strand, centres, radii, strict=True):
+                np.testing.assert_allclose(np.hypot(*(end - centre)), radius, rtol=1e-9)
+                np.testing.assert_allclose(along @ (end - centre), 0.0, atol=1e-6)  # mm^2, of 250 * 38
+
+    def test_crossed_strands_touch_on_opposite_sides(self) -> None:
+        first, second, radii = np.array([0.0, 0.0]), np.array([50.0, 0.0]), (20.0, 10.0)
+        for strand in couplings.strands(first, second, np.array([0.0, 1.0]), radii, crossed=True):
+            along = np.diff(strand, axis=0)[0]
+            np.testing.assert_allclose([along @ strand[0], along @ (strand[1] - second)], 0.0, atol=1e-12)
+            assert strand[0, 1] * strand[1, 1] < 0
+        assert couplings.strands(first, np.array([5.0, 0.0]), np.array([0.0, 1.0]), radii, crossed=False) == []
+
+    def test_in_space(self) -> None:
+        plot = pytest.importorskip("jointplay.plot")
+        axes = plot.mechanism(jp.loads(GEARS_IN_SPACE), 1).axes[0]
+        rims = [np.array(line.get_data_3d()).T for line in axes.lines if len(line.get_data_3d()[0]) > 20]
+        centres = [rim[:-1].mean(axis=0) for rim in rims]
+        radii = [np.linalg.norm(rim - centre, axis=1) for rim, centre in zip(rims, centres, strict=True)]
+        found = sorted(
+            (*centre.round(6).tolist(), round(float(r[0]), 6)) for centre, r in zip(centres, radii, strict=True)
+        )
+        assert found == [(0, 0, 0, 20), (60, 0, 0, 20), (60, 0, 0, 40), (60, 80, 0, 10)]
+        assert all(np.ptp(r) < 1e-9 for r in radii)
+        names = {text.get_text() for text in axes.texts}
+        assert {"mesh", "belt"} <= names
+        labels = {text.get_text() for text in axes.get_legend().get_texts()}
+        assert {"a", "b", "c"} <= labels
+
+    def test_a_screw_is_drawn_from_its_bearing_to_the_nut(self) -> None:
+        axes, pose = self.drawn("ball-screw", 2)
+        line = next(line for line in axes.lines if line.get_label() == "shaft")
+        ends = np.array(line.get_data_3d()).T
+        np.testing.assert_allclose(ends, [[0, 0, 0], [float(pose.sel(body="stage", component="x")), 0, 0]], atol=1e-9)

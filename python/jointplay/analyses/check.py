@@ -82,8 +82,8 @@ def compute(m: Mechanism) -> Result:
     builder.add("second_body", "joint", np.array(ends[1], dtype=str), "body that rides on it")
     guess = poses.components(np.array(spec["guess"]).reshape(len(m.bodies), -1))
     builder.add("guess", ("body", "component"), guess, "pose of the body at the start", "component")
-    driven = np.array([m.joints[joint] for joint in m.drive_joints], dtype=str)
-    builder.add("driven_joint", "drive", driven, "joint that the drive commands")
+    driven = np.array([", ".join(m.joints[joint] for joint, _ in moves) for moves in m.drive_moves], dtype=str)
+    builder.add("driven_joint", "drive", driven, "joint that the drive commands, of a motor all that it moves")
     _members(m, builder)
     _self_stresses(m, builder, mobility.self_stresses)
     if m.sources:

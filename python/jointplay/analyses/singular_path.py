@@ -9,7 +9,7 @@ function theorem, it only does where the closure is singular). Each is then clos
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,14 +119,18 @@ class Path:
         self.values = values
         self.limit = limit
         self.spec = self.m.spec() | {"loads": [], "sources": []}
-        angular = np.array([self.m.joint_kinds[j] in ANGULAR for j in self.m.drive_joints], dtype=bool)
-        steps = np.abs(np.diff(at.drives, axis=0)) / np.where(angular, 1.0, scaled.length) / STEP
+        steps = np.abs(np.diff(at.drives, axis=0)) / [self._unit(moves) for moves in self.m.drive_moves] / STEP
         largest = np.max(steps, axis=1, initial=0.0) if steps.size else np.zeros(max(0, len(at) - 1))
         #: steps of every segment; 0 where a drive value is not known
         self.counts = np.where(np.isfinite(largest), np.clip(np.ceil(np.nan_to_num(largest)), 1, MOST_STEPS), 0)
         known = np.isfinite(values)
         #: segments that can be followed from one of their ends at least
         self.open = (self.counts > 0) & (known[:-1] | known[1:])
+
+    def _unit(self, moves: Sequence[tuple[int, float]]) -> float:
+        """The motion of a drive that moves one of its joints by a radian or a characteristic length."""
+        units = (1.0 if self.m.joint_kinds[joint] in ANGULAR else self.scaled.length for joint, _ in moves)
+        return float(min(unit / abs(coefficient) for unit, (_, coefficient) in zip(units, moves, strict=True)))
 
     @property
     def steps(self) -> int:

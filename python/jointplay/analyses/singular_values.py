@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from jointplay import poses
 from jointplay.compile import LENGTHS, TURNS
-from jointplay.mobility import RANK
+from jointplay.mobility import RANK, motors
 from jointplay.model import Mechanism
 
 Floats = NDArray[np.float64]
@@ -75,6 +75,8 @@ class Scaled:
         self.length = length
         turns = np.array([component in TURNS for _, component in m.core.rows])
         self.rows = np.where(turns, 1.0, 1.0 / length)
+        #: rows of the joints, and how many of them and of what ties the joints of one motor to each other
+        self.own = len(turns) - sum(map(len, m.drive_moves))
         self.split = len(turns) - len(m.drives)
         lengths = np.isin(m.components, LENGTHS)
         #: SI per scaled unit of a twist's components
@@ -142,6 +144,9 @@ class Scaled:
         """
         jacobians = self.jacobians(at)
         joints, drives = jacobians[:, : self.split], jacobians[:, self.split :]
+        if self.own < self.split or any(c != 1.0 for moves in self.m.drive_moves for _, c in moves):
+            ties, drives = motors(self.m, jacobians[:, self.own :], self.length)
+            joints = np.concatenate([jacobians[:, : self.own], ties], axis=1)
         output = self.output(at)
         _, values, right = np.linalg.svd(joints)
         motions = [right[:, self.split - 1]]

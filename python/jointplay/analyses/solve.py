@@ -102,11 +102,13 @@ def coordinates(m: Mechanism, at: Nominal) -> tuple[Floats, NDArray[np.bool_]]:
     if m.pose_size == poses.SPATIAL:
         for k in np.flatnonzero(angular).tolist():
             known = np.isfinite(values[:, k])
-            values[known, k] = np.unwrap(values[known, k])
-        for d, k in enumerate(m.drive_joints):
+            if m.joint_kinds[k] != "screw":
+                # What a screw has gone says how often it has turned.
+                values[known, k] = np.unwrap(values[known, k])
+        for d, k, coefficient in ((d, *move) for d, moves in enumerate(m.drive_moves) for move in moves):
             if angular[k]:
                 turn = 2.0 * np.pi
-                values[:, k] += turn * np.round((at.drives[:, d] - values[:, k]) / turn)
+                values[:, k] += turn * np.round((coefficient * at.drives[:, d] - values[:, k]) / turn)
     return values, angular
 
 

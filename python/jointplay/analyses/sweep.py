@@ -24,9 +24,12 @@ QUESTIONS = ("worst", "loaded", "random", "given", "solve")
 #: more than anybody waits for
 MOST_VALUES = 100_000
 LENGTHS = frozenset(
-    {"radial", "diametral", "axial", "gap", "length", "width", "height", "size", "position", "x", "y", "z", "at"}
+    {
+        *("radial", "diametral", "axial", "gap", "length", "width", "height", "size", "position", "x", "y", "z", "at"),
+        *("backlash", "slack", "module", "radii", "radius", "pitch", "lead", "distance", "ratio_error"),
+    }
 )
-ANGLES = frozenset({"rotation", "angle", "rx", "ry", "rz"})
+ANGLES = frozenset({"rotation", "angle", "rx", "ry", "rz", "backlash_angle", "pressure_angle"})
 
 
 @typed
@@ -165,7 +168,9 @@ def _unit(m: Mechanism, key: str) -> str:
         return {"force": m.units.force_name, "moment": m.units.moment_name}.get(words[-1], m.units.length_name)
     if parts[0] == "dimensions" and words[-1] not in ("law", "body", "between"):
         return m.units.length_name
-    if parts[0] == "drives" and words[-1] not in ("law", "count", "joint"):
+    if parts[0] == "joints" and {"ratio_error", "runout"} & set(parts):
+        return m.units.length_name if words[-1] != "law" else ""
+    if parts[0] == "drives" and words[-1] not in ("law", "count", "joint") and "joints" not in parts:
         turns = {
             m.joint_kinds[j] in ANGULAR for d, j in zip(m.drives, m.drive_joints, strict=True) if parts[1] in ("*", d)
         }

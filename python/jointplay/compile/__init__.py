@@ -22,7 +22,8 @@ from jointplay.units import Units
 from .assembly import Assembly, compile_assembly
 from .bounds import LARGEST_RATIO, check_sizes
 from .coordinates import coordinate
-from .drives import COMPONENTS, LENGTHS, Commands, compile_drives, coordinate_factor
+from .couplings import compile_couplings
+from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, coordinate_factor
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
 from .grid import Grid, compile_grid
 from .loads import compile_loads, output_point
@@ -106,11 +107,13 @@ class Compiled:
     sources : tuple of str
         Names of what can be off.
     source_kinds : tuple of str
-        ``clearance``, ``angle``, ``dimension`` or ``drive``.
+        ``clearance``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
     drives : tuple of str
         Names of the drives.
     drive_joints : tuple of int
-        Index of the joint that each drive commands.
+        Index of the joint that each drive commands, of a motor that moves several the first.
+    drive_moves : tuple
+        Of every drive all joints that it moves, each with its coefficient: coordinate over value of the drive, SI.
     parameters : tuple of str
         Label of every entry of the vector u of all offsets, such as ``J1.x``.
     parameter_factors : ndarray
@@ -162,6 +165,7 @@ class Compiled:
     source_kinds: tuple[str, ...]
     drives: tuple[str, ...]
     drive_joints: tuple[int, ...]
+    drive_moves: tuple[Moves, ...]
     parameters: tuple[str, ...]
     parameter_factors: Floats
     parameter_source: NDArray[np.int64]
@@ -206,9 +210,10 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
     length = _length(graph, guess)
     pieces = split(data, graph, {output: "output", **_loaded(data, loads, output)})
     guess = pieces.guess(guess)
+    couplings = compile_couplings(data, graph, guess)
     sources = compile_sources(data, graph, commands, output, length)
     check_sizes(data, graph, guess, commands, sources, length)
-    limits = _limits(data, graph)
+    limits = _limits(data, graph, commands)
     components = COMPONENTS[data.space]
     component_factors = _fixed([units.length if c in LENGTHS else units.angle for c in components])
     spec = {
@@ -218,8 +223,8 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         "length": length,
         "singular_value": limits.singular_value,
         "points": [{"body": p.body, "at": list(p.at)} for p in graph.points],
-        "joints": [_joint_spec(joint, data.space) for joint in graph.joints],
-        "drives": [{"joint": j} for j in commands.joints],
+        "joints": [_joint_spec(joint, data.space, couplings.get(k)) for k, joint in enumerate(graph.joints)],
+        "drives": [_drive_spec(moves) for moves in commands.moves],
         "output": {"point": output},
         "loads": loads,
         "sources": [{"kind": s.kind, "centre": list(s.centre), **s.spec} for s in sources],
@@ -238,6 +243,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         source_kinds=tuple(source.kind for source in sources),
         drives=commands.names,
         drive_joints=commands.joints,
+        drive_moves=commands.moves,
         parameters=tuple(f"{source.name}.{component}" for source in sources for component in source.components),
         parameter_factors=_fixed([factor for source in sources for factor in source.factors]),
         parameter_source=_frozen(
@@ -249,7 +255,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         pose_size=guess.shape[1],
         drive_factors=_frozen(commands.factors),
         drive_values=None if commands.values is None else _frozen(commands.values),
-        start_drives=_fixed([float(coordinate(spec, joint, guess)) for joint in commands.joints]),
+        start_drives=_fixed([float(coordinate(spec, moves[0][0], guess)) / moves[0][1] for moves in commands.moves]),
         targets=None if commands.targets is None else _frozen(commands.targets),
         target_components=commands.target_components,
         grid=compile_grid(data, commands, components, component_factors, file),
@@ -283,7 +289,7 @@ def _guess(data: MechanismFile, graph: Graph, commands: Commands) -> Floats:
     return planar_start(data, graph, commands)
 
 
-def _limits(data: MechanismFile, graph: Graph) -> Limits:
+def _limits(data: MechanismFile, graph: Graph, commands: Commands) -> Limits:
     units, given = graph.units, data.limits
     for name in given.drives:
         if name not in data.drives:
@@ -293,7 +299,7 @@ def _limits(data: MechanismFile, graph: Graph) -> Limits:
         factor = coordinate_factor(graph, graph.joints[joint])
         return (pair[0] * factor, pair[1] * factor)
 
-    driven = {name: graph.joint_index(drive.joint, f"drives.{name}.joint") for name, drive in data.drives.items()}
+    driven = dict(zip(data.drives, commands.joints, strict=True))
     joints = {name: graph.joint_index(name, f"limits.joints.{name}") for name in given.joints}
     for name, index in joints.items():
         if not graph.joints[index].can_be_driven:
@@ -308,7 +314,17 @@ def _limits(data: MechanismFile, graph: Graph) -> Limits:
     )
 
 
-def _joint_spec(joint: CompiledJoint, space: str) -> dict[str, Any]:
+def _drive_spec(moves: Moves) -> dict[str, Any]:
+    (joint, coefficient), *others = moves
+    told: dict[str, Any] = {"joint": joint}
+    if coefficient != 1.0:
+        told["coefficient"] = coefficient
+    if others:
+        told["also"] = [{"joint": k, "coefficient": c} for k, c in others]
+    return told
+
+
+def _joint_spec(joint: CompiledJoint, space: str, coupling: dict[str, Any] | None) -> dict[str, Any]:
     sides = {"side_first": list(joint.side_first), "side_second": list(joint.side_second)}
     return {
         "kind": joint.kind,
@@ -318,6 +334,7 @@ def _joint_spec(joint: CompiledJoint, space: str) -> dict[str, Any]:
         "axis_second": list(joint.axis_second),
         **(sides if space == "spatial" else {}),
         **({} if joint.compliance is None else {"compliance": list(joint.compliance)}),
+        **({} if coupling is None else {"coupling": coupling}),
     }
 
 

@@ -102,6 +102,10 @@ def _key(data: MechanismFile, graph: Graph, source: Source) -> str:
             return f"joints.{graph.joints[source.spec['joint']].pin}.clearance"
         case "angle":
             return f"joints.{graph.joints[source.spec['joint']].pin}.angle"
+        case "ratio":
+            return f"joints.{graph.joints[source.spec['joint']].pin}.ratio_error"
+        case "runout":
+            return f"joints.{source.name}"
         case "drive":
             return f"drives.{list(data.drives)[source.spec['drive']]}.error"
         case _:

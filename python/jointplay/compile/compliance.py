@@ -17,30 +17,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.schema import BodyTable, JointTable, SpatialBody, SpatialJoint, Stiffness
+from jointplay.schema import BodyTable, JointTable, SpatialBody, Stiffness
 from jointplay.units import Units
 
 Floats = NDArray[np.float64]
 
-#: what the keys of a joint's stiffness stand for, in the order of the directions that the joint holds
-HELD: dict[str, dict[str, tuple[str, ...]]] = {
-    "planar": {
-        "revolute": ("radial", "radial"),
-        "prismatic": ("normal", "tilt"),
-        "pin_in_slot": ("normal",),
-        "fixed": ("along", "normal", "tilt"),
-    },
-    "spatial": {
-        "revolute": ("axial", "radial", "radial", "tilt", "tilt"),
-        "universal": ("axial", "radial", "radial", "tilt", "tilt"),
-        "cylindrical": ("radial", "radial", "tilt", "tilt"),
-        "prismatic": ("side", "normal", "roll", "tilt", "tilt"),
-        "spherical": ("radial", "radial", "radial"),
-        "planar": ("along", "tilt", "tilt"),
-        "fixed": ("along", "side", "normal", "roll", "tilt", "tilt"),
-    },
-}
-#: those of them that are moments per angle
+#: keys of a stiffness that are moments per angle
 TURNING = ("roll", "tilt")
 
 
@@ -49,8 +31,7 @@ def compliance_of(joint: JointTable, units: Units) -> tuple[float, ...] | None:
     given: Stiffness | None = getattr(joint, "stiffness", None)
     if given is None:
         return None
-    space = "spatial" if isinstance(joint, SpatialJoint) else "planar"
-    keys = HELD[space][joint.kind]
+    keys = joint.held
     diagonal: list[float] = []
     for k, key in enumerate(keys):
         value = getattr(given, key)

@@ -8,13 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.errors import listed, shown
-from jointplay.schema import MechanismFile
+from jointplay.schema import Coupling, Drive, MechanismFile
 
 from .graph import CompiledJoint, Graph
 
 #: components of a pose, and which of them are lengths; the others are angles
 COMPONENTS = {"planar": ("x", "y", "angle"), "spatial": ("x", "y", "z", "rx", "ry", "rz")}
 LENGTHS = ("x", "y", "z")
+
+
+#: indices of the joints that one drive moves, each with its coefficient
+Moves = tuple[tuple[int, float], ...]
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,9 @@ class Commands:
     ----------
     names : tuple of str
     joints : tuple of int
-        Index of the driven joint.
+        Index of the driven joint, of a motor that moves several the first.
+    moves : tuple
+        Of every drive all joints that it moves, each with its coefficient: coordinate over value of the drive, SI.
     factors : ndarray
         SI per file unit of each drive.
     values : ndarray or None
@@ -38,10 +44,21 @@ class Commands:
 
     names: tuple[str, ...]
     joints: tuple[int, ...]
+    moves: tuple[Moves, ...]
     factors: NDArray[np.float64]
     values: NDArray[np.float64] | None
     targets: NDArray[np.float64] | None
     target_components: tuple[str, ...]
+
+    def first_values(self, data: MechanismFile) -> dict[int, float]:
+        """Coordinates of the driven joints in the first configuration, SI, by the index of the joint.
+
+        None where couplings mesh as they start: which teeth do must not depend on what is commanded.
+        """
+        if self.values is None or any(isinstance(joint, Coupling) for joint in data.joints.values()):
+            return {}
+        values = zip(self.moves, map(float, self.values[0]), strict=True)
+        return {joint: coefficient * value for moves, value in values for joint, coefficient in moves}
 
 
 def coordinate_factor(graph: Graph, joint: CompiledJoint) -> float:
@@ -51,24 +68,36 @@ def coordinate_factor(graph: Graph, joint: CompiledJoint) -> float:
 
 def compile_drives(data: MechanismFile, graph: Graph) -> Commands:
     """Check the drives against the joints and bring them to SI."""
-    joints: list[int] = []
+    driver: dict[int, str] = {}
+    moves: list[Moves] = []
     for name, drive in data.drives.items():
-        index = graph.joint_index(drive.joint, f"drives.{name}.joint")
-        if not graph.joints[index].can_be_driven:
-            free = listed(j.name for j in graph.joints if j.can_be_driven)
-            kind = graph.joints[index].kind
-            problem = f"'{drive.joint}' is a {kind} joint and has no coordinate to drive; joints that have one: {free}"
-            raise graph.refuse(problem, f"drives.{name}.joint")
-        if index in joints:
-            other = list(data.drives)[joints.index(index)]
-            raise graph.refuse(f"'{drive.joint}' is already driven by '{other}'", f"drives.{name}.joint")
-        joints.append(index)
+        indices = [_driven(graph, name, drive, joint, driver) for joint in drive.moves]
+        units = [coordinate_factor(graph, graph.joints[index]) for index in indices]
+        ratios = [unit / units[0] for unit in units]
+        coefficients = [ratio * c for ratio, c in zip(ratios, drive.moves.values(), strict=True)]
+        moves.append(tuple(zip(indices, coefficients, strict=True)))
+    joints = [moved[0][0] for moved in moves]
     factors = np.array([coordinate_factor(graph, graph.joints[j]) for j in joints], dtype=np.float64)
     # With a grid drives may be left without values; then there is nothing but a map to ask for.
     mapped_only = data.grid is not None and not all(drive.is_commanded for drive in data.drives.values())
     values = None if data.path is not None or mapped_only else _values(data, graph) * factors
     targets, asked = _targets(data, graph)
-    return Commands(tuple(data.drives), tuple(joints), factors, values, targets, asked)
+    return Commands(tuple(data.drives), tuple(joints), tuple(moves), factors, values, targets, asked)
+
+
+def _driven(graph: Graph, name: str, drive: Drive, joint: str, driver: dict[int, str]) -> int:
+    """Index of a joint that a drive moves, which nothing else may."""
+    key = f"drives.{name}.joint" if drive.joint is not None else f"drives.{name}.joints.{joint}"
+    index = graph.joint_index(joint, key)
+    if not graph.joints[index].can_be_driven:
+        free = listed(j.name for j in graph.joints if j.can_be_driven)
+        kind = graph.joints[index].kind
+        problem = f"'{joint}' is a {kind} joint and has no coordinate to drive; joints that have one: {free}"
+        raise graph.refuse(problem, key)
+    if index in driver:
+        raise graph.refuse(f"'{joint}' is already driven by '{driver[index]}'", key)
+    driver[index] = name
+    return index
 
 
 def _values(data: MechanismFile, graph: Graph) -> NDArray[np.float64]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import statistics
+from collections.abc import Container
 from dataclasses import dataclass
 
 from jointplay.errors import InputError, listed, nearest, not_known
-from jointplay.schema import JointTable, MechanismFile, Universal
+from jointplay.schema import JointTable, MechanismFile, Mesh, Universal, with_coordinate
 from jointplay.units import Units
 
 from .compliance import compliance_of
@@ -18,8 +19,8 @@ GROUND = "ground"
 GROUND_INDEX = -1
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 #: whose coordinate is an angle, and whose is a distance along the axis
-ANGULAR = ("revolute",)
-SLIDING = ("prismatic", "cylindrical", "pin_in_slot")
+ANGULAR = with_coordinate("angle")
+SLIDING = with_coordinate("along")
 DRIVABLE = (*ANGULAR, *SLIDING)
 #: directions in which joints hold, and coordinates, that are angles; the others are lengths
 TURNS = ("angle", "roll", "tilt_side", "tilt_normal")
@@ -48,6 +49,8 @@ class CompiledJoint:
     side_second: Vector
     #: displacement per force of the directions that it holds, one row after the other, SI; None where it is rigid
     compliance: tuple[float, ...] | None = None
+    #: whether one of its bodies can be placed beside the other by it
+    places: bool = True
 
     @property
     def is_angular(self) -> bool:
@@ -76,6 +79,8 @@ class Graph:
         self.drawn_assembled: set[int] = {GROUND_INDEX}
         #: bodies that are the cross of a universal joint, with its axes in the drawing where it has one
         self.crosses: dict[int, tuple[Vector, Vector] | None] = {}
+        #: centre and pitch radius of every wheel, in metres
+        self.wheels: list[tuple[Point, float]] = []
         for name, joint in data.joints.items():
             self._add(name, joint)
         self._check_bodies(data)
@@ -128,11 +133,18 @@ class Graph:
             raise self.refuse("'output' has its own meaning in dimensions; rename the joint", f"joints.{name}")
         for body, place in joint.placements.items():
             index = self._body(body)
-            self.places[body, name] = self._joint_place(index, place.at)
+            # A wheel that runs out is not where the joint is that carries it.
+            runs_out = isinstance(joint, Mesh) and body in joint.runout
+            put = self.add_point if runs_out else self._joint_place
+            self.places[body, name] = put(index, place.at)
             if joint.is_drawn_assembled:
                 self.drawn_assembled.add(index)
             if isinstance(joint, Universal) and body == joint.names[0]:
                 self.bodies.append(f"{name}.cross")
+        if isinstance(joint, Mesh):
+            centres = (self.points[self.places[joint.names[k], name]] for k in joint.wheels)
+            radii = (radius * self.units.length for radius in joint.radii)
+            self.wheels += zip(centres, radii, strict=True)
 
         def refuse(problem: str, key: str) -> InputError:
             return self.refuse(problem, f"joints.{name}.{key}")
@@ -147,7 +159,9 @@ class Graph:
             ends = (self.places[carrier, name], self.places[body, name])
             gives = compliance_of(joint, self.units)
             self.joints.append(
-                CompiledJoint(own, name, joint.kind, *ends, first[0], second[0], first[1], second[1], gives)
+                CompiledJoint(
+                    own, name, joint.kind, *ends, first[0], second[0], first[1], second[1], gives, joint.places
+                )
             )
 
     def _joint_place(self, body: int, at: tuple[float, ...]) -> int:
@@ -205,7 +219,7 @@ class Graph:
 
     def _check_strays(self, data: MechanismFile) -> None:
         """A body on a single loose joint that nothing else speaks of, with a name almost like another one's."""
-        driven = {drive.joint for drive in data.drives.values()}
+        driven = {joint for drive in data.drives.values() for joint in drive.moves}
         named = {data.output.body, *data.start, *data.bodies, *(load.body for load in data.loads)}
         named |= {dimension.body for dimension in data.dimensions.values()}
         for index, body in enumerate(self.bodies):
@@ -230,6 +244,15 @@ class Graph:
             names = listed(f"'{body}'" for body in lost)
             raise self.refuse(f"{names}: no chain of joints connects this to '{GROUND}'", "joints")
 
+    def nowhere(self, placed: Container[int], keys: str) -> InputError:
+        """The error for a body that no joint places."""
+        body = next(name for index, name in enumerate(self.bodies) if index not in placed)
+        problem = (
+            f"only gears, racks or belts connect '{body}' to the rest, and they place nothing: a joint that carries it"
+            f" is missing (such as a revolute), or start.{body} with {keys}"
+        )
+        return self.refuse(problem, "joints")
+
     def span(self) -> float:
         """The median size of the bodies and the ground, in metres; zero if none has two points apart.
 
@@ -238,5 +261,8 @@ class Graph:
         places: dict[int, list[tuple[float, ...]]] = {}
         for point in self.points:
             places.setdefault(point.body, []).append(point.at)
+        for point, radius in self.wheels:
+            x, y, z = point.at
+            places[point.body] += [(x + radius, y, z), (x - radius, y, z)]
         sizes: list[float] = [max(max(at) - min(at) for at in zip(*body, strict=True)) for body in places.values()]
         return statistics.median([size for size in sizes if size > 0.0] or [0.0])

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from jointplay.errors import InputError
-from jointplay.schema import JointTable, Place, SpatialJoint, SpatialPlacementTable
+from jointplay.schema import JointTable, Mesh, Place, SpatialJoint, SpatialPlacementTable
 from jointplay.units import Units
 
 from .frames import Frame, Vector, X, across, default_side, unit
@@ -18,13 +18,15 @@ Refuse = Callable[[str, str], InputError]
 def frames(joint: JointTable, first: str, second: str, units: Units, refuse: Refuse) -> tuple[Frame, Frame]:
     """Axis and side of a joint on two of its bodies, each in body axes.
 
-    A guide's axis has the same numbers on both bodies; a mounting angle is that of the second body's x axis.
+    A guide's axis has the same numbers on both bodies; a mounting angle is that of the second body's x axis. In the
+    plane only the rack of a gearing has an axis; directions on wheels are those of the body's axes.
     """
     on_first, on_second = joint.placements[first], joint.placements[second]
     locked = joint.kind == "fixed" and not joint.is_drawn_assembled
     if not isinstance(joint, SpatialJoint):
         angle = _angle(on_first, 0.0, units)
-        return _planar(angle), _planar(_angle(on_second, 0.0 if locked else angle, units))
+        alone = locked or isinstance(joint, Mesh)
+        return _planar(angle), _planar(_angle(on_second, 0.0 if alone else angle, units))
     frame = _spatial(on_first, X, f"on.{first}.side" if joint.on else "side", refuse)
     assert isinstance(on_second, SpatialPlacementTable)
     if on_second.axis is None and on_second.side is None and not locked:

@@ -6,25 +6,30 @@ A source that the file declares stays one when its size is zero, so that results
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 from jointplay.schema import (
     BallClearance,
+    Coupling,
     GuideClearance,
     JournalClearance,
     LockedAngle,
     MechanismFile,
+    Mesh,
     PlateClearance,
     PrismaticClearance,
     RevoluteClearance,
     SleeveClearance,
     SlotClearance,
+    SpatialJoint,
     ToleranceLaw,
     ToleranceTable,
 )
 from jointplay.units import Units
 
+from .couplings import play_at_rim
 from .drives import Commands
 from .graph import TURNS, CompiledJoint, Graph
 
@@ -42,7 +47,7 @@ class Source:
     ----------
     name : str
     kind : str
-        ``clearance``, ``angle``, ``dimension`` or ``drive``.
+        ``clearance``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
     components : tuple of str
         What each of its parameters is called.
     factors : tuple of float
@@ -83,7 +88,7 @@ def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoin
     locked, play = getattr(entry, "angle", None), getattr(entry, "clearance", None)
     sources: list[Source] = []
     if play is not None:
-        components, shape = _set(play, units, length)
+        components, shape = _set(entry, play, units, length)
         if joint.kind == "fixed":
             # The pin of a locked hinge is given in the joint's own axes, as its angle is.
             components = ("along", "normal")
@@ -94,12 +99,31 @@ def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoin
         spec = {"joint": index, **_interval(locked.tolerance, locked.law or "normal", units.angle)}
         name = f"{joint.name}.lock" if sources else joint.name
         sources.append(Source(name, "angle", ("angle",), (units.angle,), (locked.deviation * units.angle,), spec))
+    if isinstance(entry, Coupling):
+        sources.extend(_of_coupling(entry, joint, index, units.length))
     return sources
 
 
-def _set(play: object, units: Units, length: float) -> tuple[tuple[str, ...], dict[str, Any]]:
+def _of_coupling(entry: Coupling, joint: CompiledJoint, index: int, unit: float) -> Iterator[Source]:
+    """Transmission error and eccentric wheels."""
+    error = entry.ratio_error
+    if error is not None:
+        spec = {"joint": index, **_interval(error.tolerance, error.law or "normal", unit)}
+        yield Source(f"{joint.name}.ratio", "ratio", ("length",), (unit,), (error.deviation * unit,), spec)
+    for body, runout in entry.runout.items() if isinstance(entry, Mesh) else ():
+        disc = {"disc": {"radius": (runout.tolerance or 0.0) * unit}}
+        spec = {"kind": "centre", "joint": index, "second": body == entry.names[1], "set": disc, "law": runout.law}
+        x, y = runout.deviation
+        components = SHIFTS_ACROSS if isinstance(entry, SpatialJoint) else ("x", "y")
+        yield Source(f"{joint.name}.runout.{body}", "runout", components, (unit, unit), (x * unit, y * unit), spec)
+
+
+def _set(entry: object, play: object, units: Units, length: float) -> tuple[tuple[str, ...], dict[str, Any]]:
     """Components of a clearance in the order of the joint's locked directions, and its set."""
     unit = units.length
+    if isinstance(entry, Mesh):
+        low, high = play_at_rim(entry, units)
+        return entry.held, {"interval": {"low": low, "high": high}}
     match play:
         case RevoluteClearance():
             return ("x", "y"), {"disc": {"radius": play.radius * unit}}
@@ -147,6 +171,13 @@ def _of_dimension(data: MechanismFile, graph: Graph, name: str, output: int, len
             problem = f"the output is on '{data.output.body}', not on '{dimension.body}'"
             raise graph.refuse(problem, f"{key}.between.{k}")
     start, end = (graph.points[p].at for p in ends)
+    for (body, joint), point in graph.places.items() if dimension.between[1] != "output" else ():
+        if body == dimension.body and point != ends[1] and graph.points[point].at == end:
+            problem = (
+                f"would part '{dimension.between[1]}' from '{joint}', which is at the same place of '{body}' with a"
+                " run-out of its own; name the points in the other order, or take the run-out away"
+            )
+            raise graph.refuse(problem, f"{key}.between")
     ends[0] = graph.on_the_piece_of(ends[1], ends[0])
     if math.dist(start, end) <= COINCIDENT * length:
         problem = f"{' and '.join(dimension.between)} are at the same point of '{dimension.body}'"

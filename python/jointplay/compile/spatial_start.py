@@ -50,7 +50,7 @@ def spatial_start(data: SpatialFile, graph: Graph, commands: Commands) -> Floats
     places = {body: _as_asked(graph, GROUND, asked[body]) for body in whole}
     places[GROUND_INDEX] = GROUND
     drawn = {body: _drawn(graph, body) for body in graph.drawn_assembled}
-    first = {} if commands.values is None else dict(zip(commands.joints, map(float, commands.values[0]), strict=True))
+    first = commands.first_values(data)
     while len(places) <= len(graph.bodies):
         # Level by level, so that a body is placed from the neighbour that is nearest to the ground.
         level: dict[int, _Place] = {}
@@ -58,13 +58,15 @@ def spatial_start(data: SpatialFile, graph: Graph, commands: Commands) -> Floats
         for index, joint in enumerate(graph.joints):
             a, b = graph.points[joint.first].body, graph.points[joint.second].body
             known, new = (a, b) if a in places else (b, a)
-            if known not in places or new in places or new in level or new in waiting:
+            if not joint.places or known not in places or new in places or new in level or new in waiting:
                 continue
             between = _cross_between(graph, new, places)
             found = between or _beside(graph, joint, places, drawn, first.get(index))
             # A cross takes up how its two bodies stand to each other, if both can be had without it.
             later = new in graph.crosses and between is None
             (waiting if later else level)[new] = _as_asked(graph, found, asked[new]) if new in asked else found
+        if not (level or waiting):
+            raise graph.nowhere(places, "x, y, z and rotation")
         places |= level or waiting
     ordered = (places[body] for body in range(len(graph.bodies)))
     return np.array([[*place.at, *poses.from_axes(place.turn)] for place in ordered]).reshape(-1, poses.SPATIAL)

@@ -16,7 +16,7 @@ from jointplay.schema import PlanarFile
 
 from .drives import Commands
 from .frames import Vector
-from .graph import GROUND_INDEX, CompiledJoint, Graph
+from .graph import GROUND_INDEX, SLIDING, CompiledJoint, Graph
 
 Pose = tuple[float, float, float]
 
@@ -34,16 +34,18 @@ def planar_start(data: PlanarFile, graph: Graph, commands: Commands) -> NDArray[
         if x is not None and y is not None and angle is not None
     }
     poses[GROUND_INDEX] = (0.0, 0.0, 0.0)
-    first = {} if commands.values is None else dict(zip(commands.joints, map(float, commands.values[0]), strict=True))
+    first = commands.first_values(data)
     while len(poses) <= len(graph.bodies):
         # Level by level, so that a body is placed from the neighbour that is nearest to the ground.
         level: dict[int, Pose] = {}
         for index, joint in enumerate(graph.joints):
             a, b = graph.points[joint.first].body, graph.points[joint.second].body
             known, new = (a, b) if a in poses else (b, a)
-            if known not in poses or new in poses or new in level:
+            if not joint.places or known not in poses or new in poses or new in level:
                 continue
             level[new] = _beside(graph, joint, poses[known], new, asked.get(new, [None] * 3), first.get(index, 0.0))
+        if not level:
+            raise graph.nowhere(poses, "x, y and angle")
         poses |= level
     return np.array([poses[body] for body in range(len(graph.bodies))])
 
@@ -69,7 +71,7 @@ def _beside(
     px, py = _turned(here.at, pose[2])
     qx, qy = _turned(there.at, angle)
     along = (0.0, 0.0)
-    if joint.kind in ("prismatic", "pin_in_slot"):
+    if joint.kind in SLIDING:
         distance = coordinate if forward else -coordinate
         along = _turned((distance, 0.0, 0.0), _angle(joint.axis_first) + (pose[2] if forward else angle))
     return (

@@ -18,14 +18,15 @@ import numpy as np
 
 from jointplay.errors import InputError, listed
 from jointplay.model import Mechanism
+from jointplay.schema import Mesh
 
 from .misfit import Misfit, misfit
 from .motions import Motion, free_motions
-from .probe import RANK, Probe, Sample, null, rank, takes_part
+from .probe import RANK, Probe, Sample, motors, null, rank, takes_part
 from .self_stress import SelfStress, self_stresses
 from .words import count, joined
 
-__all__ = ["RANK", "Misfit", "Mobility", "Motion", "SelfStress", "examine", "require_determinate"]
+__all__ = ["RANK", "Misfit", "Mobility", "Motion", "SelfStress", "examine", "motors", "require_determinate"]
 
 #: shares of the largest singular value that count as zero, in turn, where parts are not drawn to fit
 INEXACT = (1e-5, 1e-4, 1e-3, 1e-2)
@@ -59,6 +60,8 @@ class Mobility:
         Drives that depend on one another or on the joints.
     self_stresses : tuple of SelfStress
         As many as `joint_redundancy`: how the joints can be strained against one another.
+    motors : tuple of str
+        Drives that move several joints.
     misfit : Misfit or None
         What stays open in the nominal pose of parts that are not drawn to fit.
     """
@@ -72,6 +75,7 @@ class Mobility:
     redundant_constraints: tuple[str, ...]
     redundant_drives: tuple[str, ...]
     self_stresses: tuple[SelfStress, ...] = ()
+    motors: tuple[str, ...] = ()
     misfit: Misfit | None = None
 
     @property
@@ -186,22 +190,31 @@ def _mobility(probe: Probe, sample: Sample) -> Mobility:
     dependence = null(sample.joints.T, sample.tolerance)
     constraints = [k for k in range(len(sample.joints)) if takes_part(dependence, k)]
     dependence = null(closure.T, sample.tolerance)
-    drives = [k for k in range(len(probe.driven)) if takes_part(dependence, len(sample.joints) + k)]
+    drives = [probe.drives[k] for k in range(len(probe.driven)) if takes_part(dependence, len(sample.joints) + k)]
     joint_redundancy = len(sample.joints) - rank_joints
     # The pieces of an elastic body hang together by joints that are not in the file.
     inner = {member.joint for member in m.members}
     rows = [probe.rows[k] for k in constraints if probe.rows[k][0] not in inner]
+    ties, _ = motors(m, sample.coordinates[probe.driven], m.length)
+    allowed = np.vstack([sample.joints, ties])
     return Mobility(
         assembled=sample.assembled,
-        degrees_of_freedom=closure.shape[1] - rank_joints,
+        degrees_of_freedom=closure.shape[1] - (rank(allowed, sample.tolerance) if len(ties) else rank_joints),
         drives=len(m.drives),
         motions=tuple(free_motions(probe, sample, null(closure, sample.tolerance))),
         joint_redundancy=joint_redundancy,
         drive_redundancy=len(closure) - rank_all - joint_redundancy,
-        redundant_constraints=tuple(f"{m.joints[joint]}.{component}" for joint, component in rows),
-        redundant_drives=tuple(m.drives[k] for k in drives),
+        redundant_constraints=tuple(_constraint(m, joint, component) for joint, component in rows),
+        redundant_drives=tuple(m.drives[k] for k in dict.fromkeys(drives)),
         self_stresses=tuple(self_stresses(probe, sample)),
+        motors=tuple(drive for drive, moves in zip(m.drives, m.drive_moves, strict=True) if len(moves) > 1),
     )
+
+
+def _constraint(m: Mechanism, joint: int, component: str) -> str:
+    """Name of what a joint holds: of a mesh its flank or strand, as in the offsets of results."""
+    entry = m.data.joints.get(m.joints[joint])
+    return f"{m.joints[joint]}.{entry.held[0] if isinstance(entry, Mesh) else component}"
 
 
 def _redundancy(mobility: Mobility) -> list[str]:
@@ -219,7 +232,9 @@ def _drive_problems(mobility: Mobility) -> list[str]:
     if mobility.drive_redundancy:
         names = [repr(name) for name in mobility.redundant_drives]
         if len(names) == 1:
-            problems.append(f"too many drives: {names[0]} commands a joint that cannot move; take it away")
+            several = mobility.redundant_drives[0] in mobility.motors
+            what = "joints that cannot move together like that" if several else "a joint that cannot move"
+            problems.append(f"too many drives: {names[0]} commands {what}; take {'one' if several else 'it'} away")
         else:
             away = f"take away {mobility.drive_redundancy} of them"
             problems.append(f"too many drives: {joined(names)} command the same motion; {away}")

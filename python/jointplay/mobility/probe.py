@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core, poses
-from jointplay.compile import DRIVABLE, LENGTHS, TURNS
+from jointplay.compile import ANGULAR, DRIVABLE, LENGTHS, TURNS
 from jointplay.model import Mechanism
 
 #: singular values below this share of the largest count as zero; assembly is exact to 1e-11 of the length
@@ -57,7 +57,9 @@ class Probe:
         self.spec = m.spec() | {"loads": [], "sources": []}
         self.drivable = [index for index, kind in enumerate(m.joint_kinds) if kind in DRIVABLE]
         #: rows of the drives among the rows of all coordinates
-        self.driven = [self.drivable.index(joint) for joint in m.drive_joints]
+        self.driven = [self.drivable.index(joint) for moves in m.drive_moves for joint, _ in moves]
+        #: the drive that each of these rows is of
+        self.drives = [drive for drive, moves in enumerate(m.drive_moves) for _ in moves]
         self.core = self._core([{"joint": joint} for joint in self.drivable], self.spec["guess"])
         self.rows = self.core.rows
 
@@ -81,6 +83,31 @@ class Probe:
         scaled = np.where(lengths[:, None], jacobian / self.m.length, jacobian) * np.tile(unit, len(placed))
         split = len(self.rows) - len(self.drivable)
         return Sample(scaled[:split], scaled[split:], jacobian, placed, assembled, tolerance)
+
+
+def motors(m: Mechanism, rows: Floats, length: float) -> tuple[Floats, Floats]:
+    """What drives hold, as what ties the joints of one motor to each other, and as the motion of every motor.
+
+    Parameters
+    ----------
+    m : Mechanism
+    rows : ndarray
+        Length-scaled rows of all driven coordinates, drive by drive; shape (..., row, unknown).
+    length : float
+        The length that they are scaled with.
+    """
+    own, ties, k = [], [], 0
+    for moves in m.drive_moves:
+        units = [1.0 if m.joint_kinds[joint] in ANGULAR else length for joint, _ in moves]
+        rates = [
+            rows[..., k + j, :] * (unit / (coefficient * units[0]))
+            for j, ((_, coefficient), unit) in enumerate(zip(moves, units, strict=True))
+        ]
+        own.append(rates[0])
+        ties += [rate - rates[0] for rate in rates[1:]]
+        k += len(moves)
+    empty = rows[..., :0, :]
+    return np.stack(ties, axis=-2) if ties else empty, np.stack(own, axis=-2) if own else empty
 
 
 def rank(matrix: Floats, tolerance: float = RANK) -> int:

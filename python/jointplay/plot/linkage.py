@@ -16,6 +16,7 @@ from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.typed import typed
 
+from . import couplings
 from .spatial import Sketch
 from .style import COLOURS, GREY, canvas, check_exaggeration, light
 
@@ -144,6 +145,8 @@ class _Drawing:
                 self._guide(joint, first, second, kind)
             if kind in ("revolute", "pin_in_slot"):
                 self._pin(second)
+            elif "coupling" in joint:
+                self._coupling(joint, first, second)
             elif kind == "fixed":
                 self.axes.plot(*second, marker="x", color="black", markersize=6, zorder=6)
             if grounded and kind in ("revolute", "fixed"):
@@ -164,7 +167,7 @@ class _Drawing:
         for k, (name, joint) in enumerate(zip(self.m.joints, self.spec["joints"], strict=True)):
             if k in inner:
                 continue
-            x, y = np.round(self.place(joint["second"]) / self.extent, 3) * self.extent
+            x, y = np.round(self._named_at(joint) / self.extent, 3) * self.extent
             at.setdefault((float(x), float(y)), {})[name.split("/")[0]] = None
         centre = np.array(list(at)).mean(axis=0)
         for place, names in at.items():
@@ -185,9 +188,7 @@ class _Drawing:
         self.axes.plot([ground[0], ground[0] + 2.4 * s], [ground[1]] * 2, color=GREY, linewidth=2.0, zorder=2)
 
     def _guide(self, joint: dict[str, Any], first: Points, second: Points, kind: str) -> None:
-        turn = self.poses[self.spec["points"][joint["first"]]["body"]][2]
-        angle = turn + np.arctan2(joint["axis_first"][1], joint["axis_first"][0])
-        along = np.array([np.cos(angle), np.sin(angle)])
+        along = couplings.direction(joint, self._turn(joint["first"]))
         across = np.array([-along[1], along[0]])
         reach = max(abs(float((second - first) @ along)), 1e-9) + 1.5 * SLIDER * self.extent
         ends = np.array(
@@ -201,6 +202,23 @@ class _Drawing:
             self.axes.add_patch(
                 Polygon(np.array(box), closed=True, facecolor="white", edgecolor=colours[1], linewidth=1.6, zorder=4)
             )
+
+    def _coupling(self, joint: dict[str, Any], first: Points, second: Points) -> None:
+        turns = (self._turn(joint["first"]), self._turn(joint["second"]))
+        colours = (self._colour(joint["first"]), self._colour(joint["second"]))
+        couplings.draw(self.axes, joint, (first, second), turns, colours, self.m.units.length)
+
+    def _turn(self, point: int) -> float:
+        """Angle of the body that carries a point, radians."""
+        return float(self.poses[self.spec["points"][point]["body"]][2])
+
+    def _named_at(self, joint: dict[str, Any]) -> Points:
+        """Where the name of a joint is written: a coupling's where it acts."""
+        ends = (self.place(joint["first"]), self.place(joint["second"]))
+        if "coupling" not in joint:
+            return ends[1]
+        along = couplings.direction(joint, self._turn(joint["first"]))
+        return couplings.contact(joint, ends, along, self.m.units.length)
 
     def _colour(self, point: int) -> str:
         body = self.spec["points"][point]["body"]

@@ -10,6 +10,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-u
 from jointplay import poses
 from jointplay.result import Result
 
+from . import couplings
 from .style import COLOURS, GREY
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ AXIS = 0.04
 #: how joints without an axis are marked
 MARKERS = {"spherical": "o", "fixed": "x"}
 SLIDING = ("prismatic", "cylindrical")
+WHEELS = ("gear", "rack", "belt")
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -78,23 +80,49 @@ class Sketch:
             if joint["kind"] in MARKERS:
                 marker = MARKERS[joint["kind"]]
                 self.axes.plot(*place[:, None], marker=marker, color="black", markerfacecolor="white", linestyle="")
+            elif joint["kind"] in WHEELS:
+                place = self._wheels(joint)
             else:
-                body = self.spec["points"][joint["first"]]["body"]
-                along = AXIS * self.extent * (poses.matrix(self.poses[body]) @ np.array(joint["axis_first"]))
-                if joint["kind"] in SLIDING:
-                    # The guide, from the one body's point to the other's.
-                    rider = self.spec["points"][joint["second"]]["body"]
-                    ends = np.stack([self.places[joint["first"]], place])
-                    self.axes.plot(*ends.T, color=COLOURS[rider % len(COLOURS)], linewidth=1.4, linestyle="-.")
-                ends = np.stack([place - along, place + along])
-                self.axes.plot(
-                    *ends.T, color="black", linewidth=2.2, linestyle=":" if joint["kind"] in SLIDING else "-"
-                )
+                self._axis(joint, place)
             at.setdefault(tuple((np.round(place / self.extent, 3) * self.extent).tolist()), []).append(name)
         for (x, y, z), joined in at.items() if names else ():
             self.axes.text(x, y, z, ", ".join(joined), fontsize=7)
         output = self.places[self.spec["output"]["point"]]
         self.axes.plot(*output[:, None], marker="*", color="black", markersize=9, linestyle="", label="output")
+
+    def _axis(self, joint: dict[str, Any], place: Points) -> None:
+        """The axis of a joint; of a guide or screw the line from the one body's point to the other's, too."""
+        along = AXIS * self.extent * self._frame(joint, "first")[0]
+        ends = np.stack([self.places[joint["first"]], place])
+        slides = joint["kind"] in SLIDING
+        if slides:
+            self.axes.plot(*ends.T, color=self._colour(joint["second"]), linewidth=1.4, linestyle="-.")
+        elif joint["kind"] == "screw":
+            body = self.spec["points"][joint["first"]]["body"]
+            label = None if body == -1 else self.m.bodies[body]
+            self.axes.plot(*ends.T, color=self._colour(joint["first"]), linewidth=2.4, label=label)
+        ends = np.stack([place - along, place + along])
+        self.axes.plot(*ends.T, color="black", linewidth=2.2, linestyle=":" if slides else "-")
+
+    def _wheels(self, joint: dict[str, Any]) -> Points:
+        """A gear pair, rack or belt; gives the place of its name."""
+        ends = (self.places[joint["first"]], self.places[joint["second"]])
+        frames = (self._frame(joint, "first"), self._frame(joint, "second"))
+        colours = (self._colour(joint["first"]), self._colour(joint["second"]))
+        for end, colour in zip(("first", "second"), colours, strict=True):
+            body = self.spec["points"][joint[end]]["body"]
+            self.axes.plot([], [], [], color=colour, label=None if body == -1 else self.m.owners[body])
+        couplings.draw_in_space(self.axes, joint, ends, frames, colours, self.m.units.length)
+        return couplings.contact(joint, ends, frames[0][1], self.m.units.length)
+
+    def _frame(self, joint: dict[str, Any], end: str) -> tuple[Points, Points]:
+        """Axis and side of a joint as one of its bodies carries them, ground axes."""
+        turn = poses.matrix(self.poses[self.spec["points"][joint[end]]["body"]])
+        return turn @ np.array(joint[f"axis_{end}"]), turn @ np.array(joint[f"side_{end}"])
+
+    def _colour(self, point: int) -> str:
+        body = self.spec["points"][point]["body"]
+        return GREY if body == -1 else COLOURS[self.m.bodies.index(self.m.owners[body]) % len(COLOURS)]
 
     def error(self, exaggerate: float, result: Result | None) -> None:
         """The position error of the output as an arrow."""

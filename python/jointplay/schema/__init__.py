@@ -16,6 +16,8 @@ from jointplay.errors import InputError, shown, suggestion
 from .bodies import Body, BodyTable, SpatialBody
 from .clearances import (
     BallClearance,
+    BeltClearance,
+    FlankClearance,
     GuideClearance,
     JournalClearance,
     LockedAngle,
@@ -25,9 +27,11 @@ from .clearances import (
     SleeveClearance,
     SlotClearance,
 )
+from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
 from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, PlanarFile
 from .grid import GridRange
 from .joints import JointTable
+from .kinds import with_coordinate
 from .messages import located
 from .placements import Place, PlacementTable, SpatialPlacementTable
 from .spatial_file import SpatialFile, SpatialStart
@@ -38,10 +42,15 @@ from .values import NAME, ToleranceLaw, ToleranceTable
 __all__ = [
     "NAME",
     "BallClearance",
+    "BeltClearance",
+    "BeltKeys",
     "Body",
     "BodyTable",
+    "Coupling",
     "Dimension",
     "Drive",
+    "FlankClearance",
+    "GearKeys",
     "GridRange",
     "GuideClearance",
     "JointTable",
@@ -49,6 +58,7 @@ __all__ = [
     "LoadTable",
     "LockedAngle",
     "MechanismFile",
+    "Mesh",
     "OutputTable",
     "Place",
     "PlacementTable",
@@ -56,6 +66,7 @@ __all__ = [
     "PlateClearance",
     "PrismaticClearance",
     "RevoluteClearance",
+    "Screw",
     "SleeveClearance",
     "SlotClearance",
     "SpatialBody",
@@ -69,6 +80,7 @@ __all__ = [
     "Universal",
     "json_schema",
     "validate",
+    "with_coordinate",
 ]
 
 #: the two kinds of file, by the value of `space`; without one a mechanism is planar

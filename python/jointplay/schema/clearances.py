@@ -1,11 +1,11 @@
-"""The clearances of joints, and the error of a locked one: their keys in the plane and in space."""
+"""The clearances of joints, and the errors of locked ones and of couplings: their keys in the plane and in space."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from .values import (
@@ -13,8 +13,10 @@ from .values import (
     ClearanceLaw,
     Deviating,
     NonNegative,
+    Pair,
     Positive,
     Table,
+    is_number,
     problem,
 )
 
@@ -130,3 +132,85 @@ class LockedAngle(Deviating):
     """The angle at which two bodies are locked together, as an error around the mounting angle."""
 
     example: ClassVar[str] = "{ tolerance = 0.1, deviation = 0 }"
+
+
+class RatioError(Deviating):
+    """Transmission error: how far the second body is from where the first one should bring it, as a length."""
+
+    example: ClassVar[str] = '0.01 or { tolerance = 0.01, deviation = 0, law = "normal" }'
+
+
+class RunOut(Table):
+    """Eccentricity of a wheel: how far its centre is from where it is drawn, in any direction."""
+
+    example: ClassVar[str] = "0.02 or { tolerance = 0.02, deviation = [0, 0] }"
+
+    tolerance: NonNegative | SkipJsonSchema[None] = Field(None, description="largest eccentricity, a radius")
+    deviation: Pair = Field((0.0, 0.0), description="the known eccentricity of one built specimen, in body axes")
+    law: ClearanceLaw = Field(
+        "normal", description="how it scatters: normal (three sigma to the radius), uniform in the disc, or boundary"
+    )
+
+
+def _tolerance(value: object) -> object:
+    return {"tolerance": value} if is_number(value) else value
+
+
+Ratio = Annotated[RatioError, BeforeValidator(_tolerance, json_schema_input_type=NonNegative | RatioError)]
+Eccentric = Annotated[RunOut, BeforeValidator(_tolerance, json_schema_input_type=NonNegative | RunOut)]
+
+
+class FlankClearance(Clearance):
+    """Backlash of teeth: how far one flank can go until the other touches."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"oneOf": [{"required": ["backlash"]}, {"required": ["backlash_angle"]}]}
+    )
+    example: ClassVar[str] = "{ backlash = 0.1 } (arc at the pitch circle, flank to flank) or { backlash_angle = 0.3 }"
+
+    backlash: NonNegative | SkipJsonSchema[None] = Field(
+        None, description="backlash from flank to flank, an arc at the pitch circle"
+    )
+    backlash_angle: NonNegative | SkipJsonSchema[None] = Field(
+        None, description="instead: angle that the second body turns from flank to flank while the first is held"
+    )
+
+    @model_validator(mode="after")
+    def _one_measure(self) -> Self:
+        if (self.backlash is None) == (self.backlash_angle is None):
+            raise problem(
+                "give backlash (an arc at the pitch circle, from flank to flank) or backlash_angle (an angle of the"
+                " second body)" + (", not both" if self.backlash is not None else "")
+            )
+        return self
+
+
+def _slack(value: object) -> object:
+    return (value, value) if is_number(value) else value
+
+
+class BeltClearance(Clearance):
+    """Slack of a belt or chain: how far the second pulley's rim can go to either side until a strand is taut."""
+
+    example: ClassVar[str] = "{ slack = 0.2 } or { slack = [0, 0.2] }"
+
+    slack: Annotated[
+        tuple[NonNegative, NonNegative],
+        Field(strict=False),
+        BeforeValidator(_slack, json_schema_input_type=NonNegative | tuple[NonNegative, NonNegative]),
+    ] = Field(description="travel at the rim to either side; [minus, plus] where the sides differ")
+
+
+class ScrewClearance(JournalClearance):
+    """Play of a screw in its nut: along the thread's axis, and of the pin in its hole."""
+
+    model_config = ConfigDict(json_schema_extra={"not": {"required": ["radial", "diametral"]}})
+    example: ClassVar[str] = "{ axial = 0.02 } or { axial = 0.02, radial = 0.05, length = 30 }"
+
+    axial: NonNegative = Field(0.0, description="how far the nut can shift on the thread to each side")
+
+    @model_validator(mode="after")
+    def _one_measure(self) -> Self:
+        if self.radial is not None and self.diametral is not None:
+            raise problem("give radial or diametral, not both")
+        return self

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
@@ -14,7 +14,8 @@ from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 from .assembly import Assembly
 from .bodies import Body, BodyTable
 from .grid import Grid
-from .joints import Joint, JointTable
+from .joints import JointTable
+from .kinds import Joint
 from .values import (
     IN_SPACE,
     Deviating,
@@ -64,11 +65,21 @@ class Start(StartTable):
 
 
 class Drive(Table):
-    """A joint coordinate that is commanded: the angle of a revolute joint, the distance along a guide or slot."""
+    """A joint coordinate that is commanded: the angle of a revolute joint, the distance along a guide or slot.
 
+    Or a motor that moves several joints: the coordinate of each is its coefficient times the value of the motor. The
+    value is an angle or a length as the coordinate of the first joint is.
+    """
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["joint"]}, {"required": ["joints"]}]})
     example: ClassVar[str] = '{ joint = "J1", from = 0, to = 90, count = 10 }'
 
-    joint: str = Field(description="the joint whose coordinate it commands")
+    joint: str | SkipJsonSchema[None] = Field(None, description="the joint whose coordinate it commands")
+    joints: dict[str, Number] | SkipJsonSchema[None] = Field(
+        None,
+        description="instead of `joint`: several joints that one motor moves, each with the motion of its coordinate"
+        " per motion of the motor",
+    )
     values: Numbers | SkipJsonSchema[None] = Field(None, description="the commanded values, one per configuration")
     from_: Number | SkipJsonSchema[None] = Field(None, alias="from", description="first of equally spaced values")
     to: Number | SkipJsonSchema[None] = Field(None, description="last of equally spaced values")
@@ -77,6 +88,22 @@ class Drive(Table):
     )
     error: Tolerance | SkipJsonSchema[None] = Field(None, description="how far the drive may be off its command")
     law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="how it scatters: uniform (default) or normal")
+
+    @model_validator(mode="after")
+    def _moves_something(self) -> Self:
+        if self.joint is None and self.joints is None:
+            raise problem(
+                "'joint' is missing (the joint whose coordinate it commands; for several joints ="
+                " { J1 = 1, J2 = -0.5 })"
+            )
+        if self.joint is not None and self.joints is not None:
+            raise problem("give joint, or joints with the coefficient of each; not both")
+        if not self.moves:
+            raise problem("joints is empty; a motor moves at least one joint, such as joints = { J1 = 1, J2 = -0.5 }")
+        for name, coefficient in self.moves.items():
+            if coefficient == 0.0:
+                raise problem(f"joints.{name} = 0 moves nothing; take it away or give it a coefficient")
+        return self
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -88,6 +115,11 @@ class Drive(Table):
             missing = [key for key in ("from", "to", "count") if key not in spaced]
             raise problem(f"from, to and count belong together; missing: {', '.join(missing)}")
         return self
+
+    @property
+    def moves(self) -> dict[str, float]:
+        """The joints that it moves, each with its coefficient in units of the file."""
+        return {self.joint: 1.0} if self.joint is not None else dict(self.joints or {})
 
     @property
     def is_commanded(self) -> bool:

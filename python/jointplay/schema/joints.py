@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from jointplay.errors import listed, nearest, shown, suggestion
+from jointplay.errors import listed
 
 from .clearances import LockedAngle, PrismaticClearance, RevoluteClearance, SlotClearance
 from .placements import Place, Placement, PlacementTable
@@ -23,15 +23,24 @@ class JointTable(Table):
     """Where a joint sits: on each of its bodies in their own axes, or once for bodies drawn assembled."""
 
     needs_axis: ClassVar[bool] = False
-    #: how a point and a placement with an axis are written
+    #: what a drive commands: `angle`, `along`, or nothing
+    coordinate: ClassVar[str] = ""
+    #: whether it connects two bodies and no more
+    is_pair: ClassVar[bool] = False
+    #: whether one of its bodies can be placed beside the other by it
+    places: ClassVar[bool] = True
+    #: keys of its stiffness, in the order of the directions that it holds
+    held: ClassVar[tuple[str, ...]] = ()
+    #: how a point, a placement with an axis, and `at` beside `bodies` are written
     point: ClassVar[str]
     placement: ClassVar[str]
+    drawn: ClassVar[str] = "the joint's point {point}"
 
     on: Mapping[str, Place] | None
     bodies: Annotated[tuple[Name, ...], Field(strict=False)] | SkipJsonSchema[None] = Field(
         None, description="instead of `on`: bodies described in one assembled reference configuration"
     )
-    at: tuple[float, ...] | None
+    at: tuple[Any, ...] | None
 
     #: the keys that say it once, beside `at`
     shared: ClassVar[tuple[str, ...]] = ("axis",)
@@ -47,12 +56,14 @@ class JointTable(Table):
                 f"{keys} and {self.shared[-1]} at this place go with `bodies`; with `on` every body has its own"
             )
         if self.bodies is not None and self.at is None:
-            raise problem(f"'at' is missing (with `bodies`: the joint's point {point})")
+            raise problem(f"'at' is missing (with `bodies`: {self.drawn.format(point=point)})")
         names = self.names
         if len(names) < 2:
             raise problem(f"a joint connects two bodies or more, not {listed(names)}")
         if len(set(names)) < len(names):
             raise problem(f"a joint connects different bodies, not {listed(names)}")
+        if self.is_pair and len(names) > 2:
+            raise problem(f"a {self.kind} joint connects two bodies, not {listed(names)}")
         self._check_axes()
         return self
 
@@ -118,6 +129,9 @@ class PlanarJoint(JointTable):
 class Revolute(PlanarJoint):
     """A pin in a hole."""
 
+    coordinate: ClassVar[str] = "angle"
+    held: ClassVar[tuple[str, ...]] = ("radial", "radial")
+
     type: Literal["revolute"] = Field(description="kind of joint")
     clearance: RevoluteClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
     stiffness: PinStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
@@ -128,6 +142,8 @@ class Prismatic(PlanarJoint):
 
     needs_axis: ClassVar[bool] = True
     may_turn: ClassVar[bool] = True
+    coordinate: ClassVar[str] = "along"
+    held: ClassVar[tuple[str, ...]] = ("normal", "tilt")
 
     type: Literal["prismatic"] = Field(description="kind of joint")
     clearance: PrismaticClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
@@ -138,6 +154,8 @@ class PinInSlot(PlanarJoint):
     """A pin in a straight slot, which the first body carries."""
 
     needs_axis: ClassVar[bool] = True
+    coordinate: ClassVar[str] = "along"
+    held: ClassVar[tuple[str, ...]] = ("normal",)
 
     type: Literal["pin_in_slot"] = Field(description="kind of joint")
     clearance: SlotClearance | SkipJsonSchema[None] = Field(None, description="play built into the joint")
@@ -155,6 +173,7 @@ class Fixed(PlanarJoint):
     """Two bodies locked together; an axis on them gives the mounting angle."""
 
     may_turn: ClassVar[bool] = True
+    held: ClassVar[tuple[str, ...]] = ("along", "normal", "tilt")
 
     type: Literal["fixed"] = Field(description="kind of joint")
     clearance: RevoluteClearance | SkipJsonSchema[None] = Field(
@@ -162,43 +181,3 @@ class Fixed(PlanarJoint):
     )
     angle: LockedAngle | SkipJsonSchema[None] = Field(None, description="error of the mounting angle")
     stiffness: ClampStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
-
-
-KINDS = ("revolute", "prismatic", "pin_in_slot", "fixed")
-SPATIAL_KINDS = ("revolute", "prismatic", "cylindrical", "spherical", "universal", "planar", "fixed")
-
-
-def kind_checker(here: Sequence[str], known: str, there: Sequence[str], elsewhere: str) -> Callable[[Any], Any]:
-    """A validator that refuses joints of no kind, or of a kind that there is only `elsewhere`."""
-
-    def check(value: Any) -> Any:
-        if isinstance(value, JointTable):
-            return value
-        if not isinstance(value, dict):
-            raise problem(f'a table such as {{ type = "revolute", on = {{ ... }} }} is needed, not {shown(value)}')
-        if "type" not in value:
-            near = nearest("type", map(str, value))
-            raise problem(f"'type' is missing (one of {listed(here)})" + (f"; is it '{near}'?" if near else ""))
-        kind = value["type"]
-        if kind in there and kind not in here:
-            raise problem(f"{shown(kind)} is a joint {elsewhere}; {known} there are {listed(here)}")
-        if kind not in here:
-            raise problem(f"type = {shown(kind)} is not a joint; {suggestion(str(kind), here)}")
-        return value
-
-    return check
-
-
-def joint_tag(value: Any) -> str:
-    """Which member of the union a joint is. In angle brackets, because no key of a file can look like that."""
-    return f"<{value.kind if isinstance(value, JointTable) else value['type']}>"
-
-
-Joint = Annotated[
-    Annotated[Revolute, Tag("<revolute>")]
-    | Annotated[Prismatic, Tag("<prismatic>")]
-    | Annotated[PinInSlot, Tag("<pin_in_slot>")]
-    | Annotated[Fixed, Tag("<fixed>")],
-    Discriminator(joint_tag),
-    BeforeValidator(kind_checker(KINDS, "in the plane", SPATIAL_KINDS, "in space")),
-]

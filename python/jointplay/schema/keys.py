@@ -23,9 +23,17 @@ RIVALS: Mapping[str, tuple[str, ...]] = {
     "sigma": ("plus", "minus"),
     "plus": ("sigma",),
     "minus": ("sigma",),
+    "backlash": ("backlash_angle",),
+    "backlash_angle": ("backlash",),
+    "module": ("radii", "radius"),
+    "pitch": ("radii",),
+    "radii": ("module", "pitch"),
+    "radius": ("module",),
+    "joint": ("joints",),
+    "joints": ("joint",),
 }
 #: words that say by themselves all that their rivals do
-WHOLE = frozenset({"values", "radial", "diametral", "sigma"})
+WHOLE = frozenset({"values", "radial", "diametral", "sigma", "backlash", "backlash_angle"})
 #: what a value of the first word is in terms of the second
 IN_TERMS_OF = {("radial", "diametral"): 0.5, ("diametral", "radial"): 2.0}
 #: keys at this depth (section, name, key) and below are the format's, above they may be names

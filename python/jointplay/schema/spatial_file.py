@@ -17,7 +17,7 @@ from .file import (
     StartTable,
     place_checker,
 )
-from .spatial_joints import AnySpatialJoint
+from .kinds import AnySpatialJoint
 from .values import IN_PLANE, Name, Number, Numbers, Triple, problem
 
 TURNS = ("rx", "ry", "rz")

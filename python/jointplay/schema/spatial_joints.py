@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from .clearances import (
@@ -16,7 +16,7 @@ from .clearances import (
     PlateClearance,
     SleeveClearance,
 )
-from .joints import ELASTIC, KINDS, SPATIAL_KINDS, JointTable, joint_tag, kind_checker
+from .joints import ELASTIC, JointTable
 from .placements import SpatialPlacement, SpatialPlacementTable
 from .stiffness import (
     BallStiffness,
@@ -72,6 +72,8 @@ class SpatialRevolute(SpatialJoint):
     """A pin in a hole, held along its axis as well."""
 
     needs_axis: ClassVar[bool] = True
+    coordinate: ClassVar[str] = "angle"
+    held: ClassVar[tuple[str, ...]] = ("axial", "radial", "radial", "tilt", "tilt")
 
     type: Literal["revolute"] = Field(description="kind of joint")
     clearance: JournalClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
@@ -82,6 +84,8 @@ class SpatialPrismatic(SpatialJoint):
     """A slider of rectangular section in a guide, which the first body carries."""
 
     needs_axis: ClassVar[bool] = True
+    coordinate: ClassVar[str] = "along"
+    held: ClassVar[tuple[str, ...]] = ("side", "normal", "roll", "tilt", "tilt")
 
     type: Literal["prismatic"] = Field(description="kind of joint")
     clearance: GuideClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
@@ -92,6 +96,8 @@ class Cylindrical(SpatialJoint):
     """A pin that turns and slides in its hole."""
 
     needs_axis: ClassVar[bool] = True
+    coordinate: ClassVar[str] = "along"
+    held: ClassVar[tuple[str, ...]] = ("radial", "radial", "tilt", "tilt")
 
     type: Literal["cylindrical"] = Field(description="kind of joint")
     clearance: SleeveClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
@@ -102,6 +108,7 @@ class Spherical(SpatialJoint):
     """A ball in a socket."""
 
     has_axis: ClassVar[bool] = False
+    held: ClassVar[tuple[str, ...]] = ("radial", "radial", "radial")
 
     type: Literal["spherical"] = Field(description="kind of joint")
     clearance: BallClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
@@ -111,7 +118,9 @@ class Spherical(SpatialJoint):
 class Universal(SpatialJoint):
     """A cross whose two pins, at right angles, sit in one body each."""
 
+    is_pair: ClassVar[bool] = True
     shared: ClassVar[tuple[str, ...]] = ("axes",)
+    held: ClassVar[tuple[str, ...]] = ("axial", "radial", "radial", "tilt", "tilt")
 
     type: Literal["universal"] = Field(description="kind of joint")
     clearance: JournalClearance | SkipJsonSchema[None] = Field(None, description="play of each of the two pins")
@@ -121,8 +130,6 @@ class Universal(SpatialJoint):
     )
 
     def _check_axes(self) -> None:
-        if len(self.names) > 2:
-            raise problem(f"a universal joint connects two bodies, not {', '.join(self.names)}")
         if self.axis is not None or self.side is not None:
             raise problem("a universal joint has two pins: axes = [[ux, uy, uz], [ux, uy, uz]]")
         for body, place in (self.on or {}).items():
@@ -153,6 +160,7 @@ class Planar(SpatialJoint):
     """A plate between two planes; its axis is their normal."""
 
     needs_axis: ClassVar[bool] = True
+    held: ClassVar[tuple[str, ...]] = ("along", "tilt", "tilt")
 
     type: Literal["planar"] = Field(description="kind of joint")
     clearance: PlateClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
@@ -161,6 +169,8 @@ class Planar(SpatialJoint):
 
 class SpatialFixed(SpatialJoint):
     """Two bodies locked together; axis and side on them give the mounting."""
+
+    held: ClassVar[tuple[str, ...]] = ("along", "side", "normal", "roll", "tilt", "tilt")
 
     type: Literal["fixed"] = Field(description="kind of joint")
     angle: LockedAngle | SkipJsonSchema[None] = Field(None, description="error of the mounting angle about the axis")
@@ -172,16 +182,3 @@ class SpatialFixed(SpatialJoint):
             where = f"{self.names[0]} = {self.placement}" if self.on else "axis, beside `at`"
             raise problem(f"the angle is about an axis, which its first body needs: {where}")
         return self
-
-
-AnySpatialJoint = Annotated[
-    Annotated[SpatialRevolute, Tag("<revolute>")]
-    | Annotated[SpatialPrismatic, Tag("<prismatic>")]
-    | Annotated[Cylindrical, Tag("<cylindrical>")]
-    | Annotated[Spherical, Tag("<spherical>")]
-    | Annotated[Universal, Tag("<universal>")]
-    | Annotated[Planar, Tag("<planar>")]
-    | Annotated[SpatialFixed, Tag("<fixed>")],
-    Discriminator(joint_tag),
-    BeforeValidator(kind_checker(SPATIAL_KINDS, "in space", KINDS, "in the plane")),
-]

@@ -72,6 +72,22 @@ class ClampStiffness(Stiffness):
     tilt: Shift = Field(None, description=f"against turning, {MOMENT}")
 
 
+class FlankStiffness(Stiffness):
+    """Teeth in mesh, with what bends behind them."""
+
+    example: ClassVar[str] = "{ flank = 2e4 }"
+
+    flank: Shift = Field(None, description=f"along the pitch circle, {FORCE}")
+
+
+class StrandStiffness(Stiffness):
+    """Belt or chain between its pulleys."""
+
+    example: ClassVar[str] = "{ strand = 2e3 }"
+
+    strand: Shift = Field(None, description=f"at the rim, along the strand that pulls, {FORCE}")
+
+
 class SleeveStiffness(Stiffness):
     """Bearing of a pin that slides, in space."""
 

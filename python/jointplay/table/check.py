@@ -29,7 +29,8 @@ def _joints(result: Result) -> Table:
     names = [result.labels("joint")[k] for k in rows]
     kinds, first, second = (result.get(name)[rows] for name in ("joint_kind", "first_body", "second_body"))
     driven = result.get("driven_joint").tolist() if "driven_joint" in result.data else []
-    drives = dict(zip(driven, result.labels("drive") if driven else [], strict=True))
+    names_of_drives = result.labels("drive") if driven else []
+    drives = {joint: drive for many, drive in zip(driven, names_of_drives, strict=True) for joint in many.split(", ")}
     columns = [
         words("joint", names),
         words("type", [WORDS.get(kind, kind) for kind in kinds.tolist()]),

@@ -11,6 +11,8 @@ use crate::mechanism::Mechanism;
 
 /// Damped steps of the first assembly.
 const ASSEMBLY_STEPS: usize = 200;
+/// The largest of these steps, in characteristic lengths and radians.
+const ASSEMBLY_MOVE: f64 = 0.5;
 /// Residual (in characteristic lengths and radians) of an assembled mechanism.
 pub(crate) const ASSEMBLED: f64 = 1e-11;
 /// Smallest pivot, as a part of the largest, of a mechanism that is plainly not singular.
@@ -48,7 +50,7 @@ impl Mechanism {
         let mut derivatives = vec![0.0; 2 * size * self.n_rows()];
         self.evaluate(
             &self.poses(coordinates),
-            &Inputs::nominal(self, drives).commands(),
+            &Inputs::nominal(self, drives).commands(self),
             &mut residual,
             &mut derivatives,
         );
@@ -93,7 +95,7 @@ impl Mechanism {
         if hold_drives && self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
             return self.assemble_large(coordinates, drives);
         }
-        let rows = if hold_drives { self.n_rows() } else { self.n_rows() - self.n_drives };
+        let rows = if hold_drives { self.n_rows() } else { self.n_rows() - self.n_driven };
         self.close_in(coordinates, |c: &[f64]| {
             let (r, j) = self.scaled(c, drives);
             (r.rows(0, rows).into_owned(), j.rows(0, rows).into_owned())
@@ -114,7 +116,7 @@ impl Mechanism {
             }
             let Some(svd) = singular_values(matrix.clone(), true, true) else { break };
             let Ok(step) = svd.solve(&residual, 1e-9 * svd.singular_values.max()) else { break };
-            let mut part = (0.5 / step.amax()).min(1.0);
+            let mut part = (ASSEMBLY_MOVE.min(self.largest_move) / step.amax()).min(1.0);
             let improved = loop {
                 let mut trial = coordinates.clone();
                 let unit = |j: usize| self.unit(self.space.components()[j % self.size()]);
@@ -162,7 +164,7 @@ impl Mechanism {
                 break;
             }
             let Some(step) = solver.newton_step(&coordinates, &inputs) else { break };
-            let mut part = (0.5 / scaled_size(self, &step)).min(1.0);
+            let mut part = (ASSEMBLY_MOVE.min(self.largest_move) / scaled_size(self, &step)).min(1.0);
             let improved = loop {
                 let mut trial = coordinates.clone();
                 let scaled: Vec<f64> = step.iter().map(|s| part * s).collect();

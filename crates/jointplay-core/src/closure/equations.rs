@@ -20,12 +20,17 @@
 //! roll:         (b_j x (C a_k - S a_j)) / (C^2 + S^2) . (w2 - w1)             S = a_k.b_j, C = a_j.b_j
 //! tilt:         (a_2 x b_0) . (w2 - w1)  and  (b_0 x a_1) . (w2 - w1)
 //! ```
+//!
+//! A row that couples (see [`crate::mechanism::coupling`]) tells its rate as a force on body 2 through P2, the
+//! opposite of it on body 1 through P1, and a moment on each. What a drive commands is its value times the row's
+//! coefficient.
 
 use crate::math::real::Real;
+use crate::math::rotation::turn_back;
 use crate::math::space::{Component, Pose, Space};
 use crate::math::vector::{Vec3, add, cross, dot, scale, sub};
-use crate::mechanism::Mechanism;
 use crate::mechanism::joint::Frame;
+use crate::mechanism::{Mechanism, Row};
 
 /// What a configuration is asked for: drive values and the values of all parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,16 +49,21 @@ pub(crate) struct Command<S> {
     pub cosine: S,
 }
 
-/// Sine and cosine of the difference of two angles.
-fn turn_back<S: Real>((s, c): (S, S), (sine, cosine): (S, S)) -> (S, S) {
-    (s * cosine - c * sine, c * cosine + s * sine)
+impl<S: Real> Command<S> {
+    /// A value that may be any angle.
+    fn of(value: S) -> Self {
+        let (sine, cosine) = value.wide_sin_cos();
+        Self { value, sine, cosine }
+    }
 }
 
 impl Inputs<f64> {
     /// The inputs as the closure equations take them.
-    pub(crate) fn commands(&self) -> Inputs<Command<f64>, f64> {
-        let command = |&value: &f64| Command { value, sine: value.sin(), cosine: value.cos() };
-        Inputs { drives: self.drives.iter().map(command).collect(), parameters: self.parameters.clone() }
+    pub(crate) fn commands(&self, mechanism: &Mechanism) -> Inputs<Command<f64>, f64> {
+        let drives = mechanism.driven().map(|(_, by)| Command::of(by.coefficient * self.drives[by.drive]));
+        // The phases of what slides are told in full.
+        let slides = mechanism.sliding().map(|_| Command { value: 0.0, sine: 0.0, cosine: 1.0 });
+        Inputs { drives: drives.chain(slides).collect(), parameters: self.parameters.clone() }
     }
 
     /// Perfect joints and dimensions.
@@ -110,7 +120,7 @@ impl Mechanism {
     }
 
     /// A joint's axis as the first body (or the second) carries it, in ground axes.
-    fn carried<S: Real>(&self, joint: usize, second: bool, axis: usize, poses: &[Pose<S>]) -> Vec3<S> {
+    pub(crate) fn carried<S: Real>(&self, joint: usize, second: bool, axis: usize, poses: &[Pose<S>]) -> Vec3<S> {
         let joint = &self.joints[joint];
         let (point, axes) = if second { (joint.second, &joint.axes_second) } else { (joint.first, &joint.axes_first) };
         let axis = constant(axes[axis]);
@@ -118,14 +128,14 @@ impl Mechanism {
     }
 
     /// Sine and cosine (times one positive number) of the roll of a joint about an axis.
-    fn roll<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> (S, S) {
+    pub(crate) fn roll<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> (S, S) {
         let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
         let turned = self.carried(joint, true, j, poses);
         (dot(self.carried(joint, false, k, poses), turned), dot(self.carried(joint, false, j, poses), turned))
     }
 
     /// The vector whose scalar product with `w2 - w1` is the rate of a rotation component.
-    fn rotation_gradient<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> Vec3<S> {
+    pub(crate) fn rotation_gradient<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> Vec3<S> {
         let (zero, one) = (S::from_f64(0.0), S::from_f64(1.0));
         if self.space == Space::Planar {
             return [zero, zero, one];
@@ -186,9 +196,17 @@ impl Mechanism {
         let zero = S::from_f64(0.0);
         for (k, row) in self.rows.iter().enumerate() {
             let joint = &self.joints[row.joint];
-            let parameter = row.parameter.map_or(zero, |p| inputs.parameters[p]);
+            let parameter = row.shifted(row.displaced(&inputs.parameters), &inputs.parameters);
             let (linear, angular_1, angular_2);
             match row.component {
+                _ if row.is_coupled => {
+                    let levers = [joint.first, joint.second].map(|p| self.place(p, poses, &inputs.parameters).lever);
+                    let at = self.coupled_row(row, poses, &inputs.parameters, &inputs.drives);
+                    residual[k] = at.residual;
+                    linear = at.rate.linear;
+                    angular_1 = add(at.rate.first, cross(linear, levers[0]));
+                    angular_2 = add(at.rate.second, cross(levers[1], linear));
+                }
                 Component::Along(i) => {
                     let (p1, p2) = (
                         self.place(joint.first, poses, &inputs.parameters),
@@ -196,7 +214,7 @@ impl Mechanism {
                     );
                     let e = self.axes(row.joint, poses)[i];
                     let d = sub(p2.position, p1.position);
-                    let command = row.drive.map_or(zero, |d| inputs.drives[d].value);
+                    let command = row.drive.map_or(zero, |by| inputs.drives[by.command].value);
                     residual[k] = dot(e, d) - (command + parameter);
                     linear = e;
                     let mut turning = cross(e, p1.lever);
@@ -208,8 +226,9 @@ impl Mechanism {
                 }
                 Component::About(i) if row.component == joint.roll() => {
                     let mut left = self.roll(row.joint, i, poses);
-                    if let Some(d) = row.drive {
-                        left = turn_back(left, (inputs.drives[d].sine, inputs.drives[d].cosine));
+                    if let Some(by) = row.drive {
+                        let command = &inputs.drives[by.command];
+                        left = turn_back(left, (command.sine, command.cosine));
                     }
                     let (sine, cosine) = turn_back(left, parameter.sin_cos());
                     let gradient = self.rotation_gradient(row.joint, i, poses);
@@ -254,13 +273,24 @@ impl Mechanism {
         }
     }
 
-    /// The axis of a row in ground axes: the force, or the moment, on the second body that its unit
-    /// multiplier stands for.
-    pub(crate) fn row_axis<S: Real>(&self, row: usize, poses: &[Pose<S>]) -> Vec3<S> {
-        let row = &self.rows[row];
+    /// Force and moment on the second body at its joint point, in ground axes, that the unit multiplier of a row
+    /// stands for.
+    pub(crate) fn row_wrench<S: Real>(&self, row: &Row, poses: &[Pose<S>], parameters: &[S]) -> [Option<Vec3<S>>; 2] {
         match row.component {
-            Component::Along(i) => self.axes(row.joint, poses)[i],
-            Component::About(i) => self.rotation_gradient(row.joint, i, poses),
+            _ if row.is_coupled => {
+                let rate = self.coupled_row(row, poses, parameters, &[]).rate;
+                [Some(rate.linear), Some(rate.second)]
+            }
+            Component::Along(i) => [Some(self.axes(row.joint, poses)[i]), None],
+            Component::About(i) => [None, Some(self.rotation_gradient(row.joint, i, poses))],
+        }
+    }
+
+    /// What the own parameter of a row counts: more or less than one where the flanks of a coupling have moved.
+    pub(crate) fn slope<S: Real>(&self, row: &Row, poses: &[Pose<S>], parameters: &[S]) -> S {
+        match row.play {
+            Some(_) => self.coupled_row(row, poses, parameters, &[]).slope,
+            None => S::from_f64(1.0),
         }
     }
 
@@ -274,21 +304,32 @@ impl Mechanism {
     ///
     /// With `J^T multipliers = d cost / d x` this is the gradient of the cost along the inputs on the
     /// closed mechanism.
-    pub(crate) fn pull_back<S: Real>(&self, poses: &[Pose<S>], multipliers: &[S], gradient: &mut Inputs<S>) {
+    pub(crate) fn pull_back<S: Real>(
+        &self,
+        poses: &[Pose<S>],
+        parameters: &[S],
+        multipliers: &[S],
+        gradient: &mut Inputs<S>,
+    ) {
         for (row, &l) in self.rows.iter().zip(multipliers) {
             if let Some(p) = row.parameter {
-                gradient.parameters[p] = gradient.parameters[p] + l;
+                gradient.parameters[p] = gradient.parameters[p] + self.slope(row, poses, parameters) * l;
             }
-            if let Some(d) = row.drive {
-                gradient.drives[d] = gradient.drives[d] + l;
+            if let Some((p, coefficient)) = row.shift {
+                gradient.parameters[p] = gradient.parameters[p] + S::from_f64(coefficient) * l;
             }
-            let Component::Along(i) = row.component else { continue };
+            if let Some(by) = row.drive {
+                gradient.drives[by.drive] = gradient.drives[by.drive] + S::from_f64(by.coefficient) * l;
+            }
+            if matches!(row.component, Component::About(_)) {
+                continue;
+            }
             let joint = &self.joints[row.joint];
             let moved = |p: usize| !self.points[p].moved_by.is_empty();
             if !moved(joint.first) && !moved(joint.second) {
                 continue;
             }
-            let e = self.axes(row.joint, poses)[i];
+            let [Some(e), _] = self.row_wrench(row, poses, parameters) else { continue };
             for (sign, point) in [(1.0, joint.first), (-1.0, joint.second)] {
                 for (parameter, direction) in self.ground_directions(point, poses) {
                     let slot = &mut gradient.parameters[parameter];

@@ -33,7 +33,7 @@ impl Mechanism {
 
     /// The state whose output has gone a part of the way to a target, closed without the drives.
     fn led(&self, solver: &Solver<'_>, from: &State, target: &[f64], weights: &[f64], part: f64) -> Option<State> {
-        let joints = self.n_rows() - self.n_drives();
+        let joints = self.n_rows() - self.n_driven;
         let asked: Vec<usize> = (0..weights.len()).filter(|&k| weights[k] > 0.0).collect();
         let unit = |k: usize| self.unit(self.space.components()[k % self.size()]);
         let gap = |coordinates: &[f64]| self.output_difference(&self.output(coordinates, &from.inputs), target);

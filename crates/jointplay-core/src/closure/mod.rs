@@ -2,6 +2,7 @@
 //! recorded for lanes.
 
 pub(crate) mod assembly;
+pub(crate) mod coupling;
 pub(crate) mod equations;
 mod escape;
 pub(crate) mod newton;

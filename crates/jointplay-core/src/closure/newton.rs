@@ -1,5 +1,6 @@
 //! Newton's method on the loop closure and continuation along a change of the inputs.
 
+use crate::closure::coupling::Mesh;
 use crate::closure::equations::Inputs;
 use crate::interrupt;
 use crate::math::space::{Component, Pose};
@@ -21,8 +22,10 @@ const LARGEST_MOVE: f64 = 0.35;
 const SMALLEST_PART: f64 = 1e-6;
 /// Inverse iterations for the smallest singular value of a large mechanism.
 const INVERSE_ITERATIONS: usize = 300;
-/// Continuation gives up after this many steps.
+/// Continuation gives up after this many steps, or twice as many as a drive of many turns takes at least, ...
 const MOST_STEPS: usize = 600;
+/// ... up to this many.
+const STEPS_OF_MANY_TURNS: usize = 20_000;
 
 /// The Newton steps that a search may still take; it ends when they are spent.
 #[derive(Clone, Debug)]
@@ -76,6 +79,8 @@ struct Converged {
 pub struct Linearised<'a> {
     /// Poses of all bodies.
     pub poses: Vec<Pose<f64>>,
+    /// The parameters that it was linearised at.
+    pub parameters: Vec<f64>,
     /// The factors.
     pub factors: Factored<'a>,
 }
@@ -126,7 +131,7 @@ impl<'m> Solver<'m> {
         let m = self.mechanism;
         let mut residual = vec![0.0; m.n_rows()];
         let mut derivatives = vec![0.0; 2 * m.size() * m.n_rows()];
-        m.evaluate(poses, &inputs.commands(), &mut residual, &mut derivatives);
+        m.evaluate(poses, &inputs.commands(m), &mut residual, &mut derivatives);
         (residual, derivatives)
     }
 
@@ -140,7 +145,7 @@ impl<'m> Solver<'m> {
     pub fn linearise(&self, state: &State) -> Option<Linearised<'_>> {
         let poses = self.mechanism.poses(&state.coordinates);
         let (_, derivatives) = self.evaluate(&poses, &state.inputs);
-        Some(Linearised { factors: self.factor(&derivatives)?, poses })
+        Some(Linearised { factors: self.factor(&derivatives)?, parameters: state.inputs.parameters.clone(), poses })
     }
 
     /// Largest residual, in characteristic lengths and radians.
@@ -208,9 +213,13 @@ impl<'m> Solver<'m> {
         interrupt::check();
         let mut moves = Vec::with_capacity(NEWTON_STEPS);
         let mut step = vec![0.0; m.n_unknowns()];
+        let mut mesh = Mesh::new(m, coordinates, &inputs.parameters);
         for _ in 0..NEWTON_STEPS {
             budget.take()?;
             let (mut residual, derivatives) = self.evaluate(&m.poses(coordinates), inputs);
+            if !mesh.is_kept(&residual) {
+                return None;
+            }
             let factors = self.factor(&derivatives)?;
             for r in &mut residual {
                 *r = -*r;
@@ -225,8 +234,12 @@ impl<'m> Solver<'m> {
                 return None;
             }
             m.retract(coordinates, &step);
+            mesh.moves(coordinates, &inputs.parameters);
             moves.push(size);
             if size < LAST_STEP {
+                if m.jams(coordinates, &inputs.parameters) {
+                    return None;
+                }
                 return Some(Converged {
                     first_move: moves[0],
                     later_moves: moves[1..].iter().sum(),
@@ -278,7 +291,7 @@ impl<'m> Solver<'m> {
 
     /// As [`Self::follow`], giving the last state reached with the failure.
     pub(crate) fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
-        self.follow_within(from, to, &mut Budget::of(MOST_STEPS * NEWTON_STEPS))
+        self.follow_within(from, to, &mut Budget::of(self.mechanism.most_steps(&from.inputs, to) * NEWTON_STEPS))
     }
 
     /// As [`Self::follow_part`], as far as the budget reaches.
@@ -294,7 +307,7 @@ impl<'m> Solver<'m> {
         }
         let most = self.mechanism.largest_part(&from.inputs, to);
         let (mut done, mut part) = (0.0_f64, most);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..self.mechanism.most_steps(&from.inputs, to) {
             let last = done + part >= 1.0;
             let inputs = if last { to.clone() } else { between(&from.inputs, to, done + part) };
             if let Some(next) = self.close_within(&state, &inputs, budget) {
@@ -355,11 +368,16 @@ impl Mechanism {
     /// The part of a change of the inputs in which no driven angle turns by more than a radian: beyond
     /// half a turn a joint's angle would be taken for its remainder.
     fn largest_part(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
-        let turns = self.driven_rows.iter().enumerate().map(|(d, &row)| match self.rows[row].component {
+        let turns = self.driven().map(|(row, by)| match row.component {
             Component::Along(_) => 0.0,
-            Component::About(_) => (to.drives[d] - from.drives[d]).abs(),
+            Component::About(_) => (by.coefficient * (to.drives[by.drive] - from.drives[by.drive])).abs(),
         });
         1.0 / turns.fold(1.0, f64::max)
+    }
+
+    /// Steps after which a continuation between inputs gives up.
+    fn most_steps(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> usize {
+        MOST_STEPS.max((2.0 / self.largest_part(from, to)).min(STEPS_OF_MANY_TURNS as f64) as usize)
     }
 }
 
@@ -379,7 +397,7 @@ fn structure(mechanism: &Mechanism, coordinates: &[f64]) -> Vec<bool> {
             // Irrational strides: any numbers without a pattern would do.
             *c += (f64::from(k) * 0.754_877 + f64::from(i) * 0.569_840).fract() * mechanism.length.max(1.0);
         }
-        mechanism.evaluate(&mechanism.poses(&moved), &inputs.commands(), &mut residual, &mut derivatives);
+        mechanism.evaluate(&mechanism.poses(&moved), &inputs.commands(mechanism), &mut residual, &mut derivatives);
         found.iter_mut().zip(&derivatives).for_each(|(f, d)| *f |= *d != 0.0);
     }
     found

@@ -156,7 +156,7 @@ impl Mechanism {
         let mut multipliers = vec![0.0; self.n_rows()];
         linearised.factors.solve_transposed(&mut twists, &mut multipliers);
         let mut inputs = Inputs { drives: vec![0.0; self.n_drives], parameters };
-        self.pull_back(&linearised.poses, &multipliers, &mut inputs);
+        self.pull_back(&linearised.poses, &linearised.parameters, &multipliers, &mut inputs);
         Gradient { inputs, multipliers }
     }
 

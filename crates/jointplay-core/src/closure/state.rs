@@ -12,10 +12,15 @@ impl Mechanism {
     /// The value of a drive's coordinate, continued from a nearby value over full turns.
     pub(crate) fn drive_value(&self, drive: usize, coordinates: &[f64], near: f64) -> f64 {
         let row = self.driven_rows[drive];
+        let coefficient = self.rows[row].drive.map_or(1.0, |by| by.coefficient);
         let value = self.joint_value(row, &self.poses(coordinates), &vec![0.0; self.n_parameters()]);
         match self.rows[row].component {
-            Component::Along(_) => value,
-            Component::About(_) => value + std::f64::consts::TAU * ((near - value) / std::f64::consts::TAU).round(),
+            Component::Along(_) => value / coefficient,
+            Component::About(_) => {
+                let turn = std::f64::consts::TAU / coefficient;
+                let value = value / coefficient;
+                value + turn * ((near - value) / turn).round()
+            }
         }
     }
 

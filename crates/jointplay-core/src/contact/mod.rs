@@ -7,6 +7,7 @@
 //! settle; where they do not, [`semismooth`] takes over.
 
 mod extent;
+pub(crate) mod flanks;
 mod indeterminacy;
 pub(crate) mod push_on_lanes;
 mod semismooth;

@@ -21,6 +21,12 @@ pub trait Real:
     fn tilt(sine: Self, cosine: Self) -> Self;
     /// `2 atan(t) / t` of the square of t.
     fn double_arc(square: Self) -> Self;
+    /// Sine and cosine of an angle that may be as large as some turns.
+    fn wide_sin_cos(self) -> (Self, Self);
+    /// Itself between -1 and 1, else the nearer of these; and the slope of that, at least between them.
+    fn within_one(self) -> (Self, Self);
+    /// The square root, by way of a number within a factor of three of it; zero of a rough start's negative number.
+    fn root(self, near: f64) -> Self;
 }
 
 impl Real for f64 {
@@ -51,5 +57,15 @@ impl Real for f64 {
         let t = square.sqrt();
         // Below this the cubic term is lost beside 1.
         if t < 1e-8 { 2.0 } else { 2.0 * t.atan() / t }
+    }
+    fn wide_sin_cos(self) -> (Self, Self) {
+        Self::sin_cos(self)
+    }
+    fn within_one(self) -> (Self, Self) {
+        // An end of the play is inside, rounded as it may be.
+        (self.clamp(-1.0, 1.0), if self.abs() <= 1.0 + 1e-9 { 1.0 } else { 0.0 })
+    }
+    fn root(self, _: f64) -> Self {
+        self.max(0.0).sqrt()
     }
 }

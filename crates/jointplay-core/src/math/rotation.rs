@@ -86,6 +86,33 @@ const fn cross_matrix(v: Vec3<f64>) -> Mat3<f64> {
     [[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]]
 }
 
+/// Sine and cosine of the difference of two angles.
+pub fn turn_back<S: Real>((s, c): (S, S), (sine, cosine): (S, S)) -> (S, S) {
+    (s * cosine - c * sine, c * cosine + s * sine)
+}
+
+/// Sine and cosine of the sum of two angles.
+pub fn turn_on<S: Real>((s, c): (S, S), (sine, cosine): (S, S)) -> (S, S) {
+    (s * cosine + c * sine, c * cosine - s * sine)
+}
+
+/// Sine and cosine of a whole multiple of an angle, by repeated squaring.
+pub fn turn_times<S: Real>((s, c): (S, S), times: i32) -> (S, S) {
+    let mut square = if times < 0 { (-s, c) } else { (s, c) };
+    let mut left = times.unsigned_abs();
+    let mut product = (S::from_f64(0.0), S::from_f64(1.0));
+    while left > 0 {
+        if left & 1 == 1 {
+            product = turn_on(product, square);
+        }
+        left >>= 1;
+        if left > 0 {
+            square = turn_on(square, square);
+        }
+    }
+    product
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,13 +1,16 @@
 //! Building a mechanism from its specification, with every reference checked.
 
+use std::iter;
 use std::sync::OnceLock;
 
+use crate::clearance::Set;
 use crate::cone::springs::factor;
 use crate::math::space::{Component, Space};
-use crate::math::vector::{norm, scale, sub};
+use crate::math::vector::{add, norm, scale, sub};
+use crate::mechanism::coupling::{Coupling, Pair, Play};
 use crate::mechanism::joint::Joint;
-use crate::mechanism::spec::{Spec, Target};
-use crate::mechanism::{Elastic, Mechanism, Point, Row, Source};
+use crate::mechanism::spec::{SourceSpec, Spec, Target};
+use crate::mechanism::{Driven, Elastic, Mechanism, Point, Row, Source};
 
 /// A mistake in a specification: an index out of range or a set that does not fit its joint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -41,17 +44,28 @@ impl Mechanism {
         let joints = joints(spec, &points)?;
         let mut rows: Vec<Row> = Vec::new();
         for (joint, j) in joints.iter().enumerate() {
-            rows.extend(j.locked.iter().map(|&component| Row { joint, component, drive: None, parameter: None }));
+            rows.extend(j.locked.iter().map(|&component| {
+                let is_coupled = j.coupling.is_some() && component == Component::Along(0);
+                Row { is_coupled, ..Row::of(joint, component) }
+            }));
         }
         let elastic = elastic(spec, &rows)?;
         let mut driven_rows = Vec::with_capacity(spec.drives.len());
+        let of_joints = rows.len();
         for (d, drive) in spec.drives.iter().enumerate() {
-            let coordinate = joints
-                .get(drive.joint)
-                .and_then(|j| drive.component.map_or(j.coordinate, |coordinate| j.component_of(coordinate)));
-            let Some(component) = coordinate else { return fail(format!("drive {d} has no coordinate to drive")) };
             driven_rows.push(rows.len());
-            rows.push(Row { joint: drive.joint, component, drive: Some(d), parameter: None });
+            let first = (drive.joint, drive.component, drive.coefficient);
+            let others = drive.also.iter().map(|driven| (driven.joint, driven.component, driven.coefficient));
+            for (joint, component, coefficient) in iter::once(first).chain(others) {
+                let coordinate =
+                    joints.get(joint).and_then(|j| component.map_or(j.coordinate, |named| j.component_of(named)));
+                let Some(component) = coordinate else { return fail(format!("drive {d} has no coordinate to drive")) };
+                if !coefficient.is_finite() || coefficient == 0.0 {
+                    return fail(format!("drive {d} moves a joint by nothing"));
+                }
+                let command = rows.len() - of_joints;
+                rows.push(Row { drive: Some(Driven { drive: d, coefficient, command }), ..Row::of(joint, component) });
+            }
         }
         let mut sources = Vec::with_capacity(spec.sources.len());
         let mut centre = Vec::new();
@@ -59,7 +73,7 @@ impl Mechanism {
             let set = s.set;
             set.check().map_err(|e| SpecError(format!("source {i}: {e}")))?;
             let first = centre.len();
-            let components = attach(&s.target, first, &mut points, &joints, &mut rows, &driven_rows)
+            let components = attach(s, first, &mut points, &joints, &mut rows)
                 .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;
             if components.len() != set.size() || s.centre.len() != set.size() {
                 return fail(format!("source {i}: its set or centre has the wrong size"));
@@ -69,27 +83,54 @@ impl Mechanism {
             let is_angle = match s.target {
                 Target::Angle { .. } => true,
                 Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
-                Target::Clearance { .. } | Target::Dimension { .. } => false,
+                Target::Clearance { .. } | Target::Dimension { .. } | Target::Ratio { .. } | Target::Centre { .. } => {
+                    false
+                }
             };
             sources.push(Source { set, law: s.law, first, is_clearance, is_angle, components });
         }
-        Ok(Self {
+        let largest_move = |joint: &Joint| joint.coupling.as_ref().map_or(f64::INFINITY, Coupling::largest_move);
+        let mut built = Self {
             space: spec.space,
             guess: spec.guess.clone(),
             length: spec.length,
             singular_value: spec.singular_value,
             points,
-            joints,
-            rows,
             n_drives: spec.drives.len(),
             driven_rows,
+            n_driven: rows.len() - of_joints,
+            largest_move: joints.iter().map(largest_move).fold(f64::INFINITY, f64::min),
             output: spec.output.point,
             loads: spec.loads.clone(),
             sources,
             elastic,
             centre,
             chosen: OnceLock::new(),
-        })
+            joints,
+            rows,
+        };
+        for (number, joint) in spec.joints.iter().enumerate() {
+            let pair = built.pair_at_guess(number);
+            if let Some(coupling) = &mut built.joints[number].coupling {
+                coupling.begin(&pair, joint.coupling.as_ref().and_then(|told| told.marks));
+            }
+        }
+        Ok(built)
+    }
+}
+
+impl Mechanism {
+    /// The two bodies of a joint where they are guessed to be.
+    fn pair_at_guess(&self, joint: usize) -> Pair<f64> {
+        let joint = &self.joints[joint];
+        let side = |point: usize, axes: &[[f64; 3]; 3]| {
+            let Point { body, at, .. } = self.points[point];
+            let axes = joint.plane().map(|axis| axes[axis]);
+            let pose = body.map(|b| self.space.pose(&self.guess[b]));
+            pose.map_or((at, axes), |pose| (add(pose.position, pose.turn(at)), axes.map(|axis| pose.turn(axis))))
+        };
+        let (first, second) = (side(joint.first, &joint.axes_first), side(joint.second, &joint.axes_second));
+        Pair { apart: sub(second.0, first.0), axes: [first.1, second.1] }
     }
 }
 
@@ -145,14 +186,13 @@ fn elastic(spec: &Spec, rows: &[Row]) -> Result<Vec<Elastic>, SpecError> {
 
 /// Lets the parameters from `first` on displace what the target names; gives their names.
 fn attach(
-    target: &Target,
+    source: &SourceSpec,
     first: usize,
     points: &mut [Point],
     joints: &[Joint],
     rows: &mut [Row],
-    driven_rows: &[usize],
 ) -> Result<Vec<&'static str>, SpecError> {
-    match *target {
+    match source.target {
         Target::Clearance { joint } => {
             let Some(j) = joints.get(joint) else { return fail("there is no such joint") };
             if j.loosened == 0 {
@@ -161,6 +201,14 @@ fn attach(
             let start = rows.iter().position(|r| r.joint == joint).unwrap_or(0);
             for k in 0..j.loosened {
                 rows[start + k].parameter = Some(first + k);
+            }
+            if let (Some(coupling), Set::Interval { low, high }) = (&j.coupling, source.set) {
+                let centre = source.centre.first().copied().unwrap_or_default() + 0.5 * (low + high);
+                let half = 0.5 * (high - low);
+                if half >= coupling.largest_play {
+                    return fail("its play is as wide as the gap between two teeth");
+                }
+                rows[start].play = (half > 0.0).then_some(Play { centre, half });
             }
             Ok(j.locked[..j.loosened].iter().map(|&component| j.name_of(component)).collect())
         }
@@ -184,9 +232,35 @@ fn attach(
             Ok(vec!["length"])
         }
         Target::Drive { drive } => {
-            let Some(&row) = driven_rows.get(drive) else { return fail("there is no such drive") };
-            rows[row].parameter = Some(first);
+            let mut driven: Vec<&mut Row> =
+                rows.iter_mut().filter(|row| row.drive.is_some_and(|by| by.drive == drive)).collect();
+            #[allow(clippy::float_cmp)] // exact: the coefficient that is left out
+            let is_plain = |row: &Row| row.drive.is_some_and(|by| by.coefficient == 1.0);
+            match driven.as_mut_slice() {
+                [] => return fail("there is no such drive"),
+                [row] if is_plain(row) => row.parameter = Some(first),
+                _ => driven.iter_mut().for_each(|row| row.shift = row.drive.map(|by| (first, by.coefficient))),
+            }
             Ok(vec!["value"])
+        }
+        Target::Ratio { joint } => {
+            let Some(row) = rows.iter_mut().find(|row| row.joint == joint && row.is_coupled) else {
+                return fail("only a coupling has a ratio error");
+            };
+            row.shift = Some((first, 1.0));
+            Ok(vec!["ratio"])
+        }
+        Target::Centre { joint, second } => {
+            let Some(j) = joints.get(joint).filter(|j| j.coupling.is_some()) else {
+                return fail("only a coupling has a centre that runs out");
+            };
+            let (point, axes) = if second { (j.second, &j.axes_second) } else { (j.first, &j.axes_first) };
+            let (plane, names) = match j.space {
+                Space::Planar => ([axes[0], axes[1]], ["x", "y"]),
+                Space::Spatial => ([axes[1], axes[2]], ["side", "normal"]),
+            };
+            points[point].moved_by.extend((first..).zip(plane));
+            Ok(names.to_vec())
         }
     }
 }

@@ -11,6 +11,10 @@
 //! | fixed | first body's | along, normal, angle | along, side, normal, roll, tilts | none |
 //! | target | ground | nothing | nothing | none of its own |
 //! | orientation | first body's | | roll, tilts | none |
+//! | gear, rack, belt | first body's | coupling | coupling | none |
+//! | screw | first body's | | coupling, side, normal, tilts | angle |
+//!
+//! A coupling (see [`crate::mechanism::coupling`]) is told as a displacement along axis 0.
 //!
 //! Axis 0 of the joint's axes is the joint's direction. In the plane axis 1 is its normal (90 degrees
 //! on) and axis 2 completes them; a revolute joint in the plane has no direction of its own, so that its
@@ -18,6 +22,7 @@
 
 use crate::math::space::{Component, Space};
 use crate::math::vector::{Mat3, Vec3, cross, dot, norm, scale, sub};
+use crate::mechanism::coupling::Coupling;
 use crate::mechanism::spec::{Coordinate, JointKind, JointSpec};
 
 /// The axes in which a joint's displacement is told.
@@ -50,6 +55,8 @@ pub struct Joint {
     pub loosened: usize,
     /// The component that a drive commands.
     pub coordinate: Option<Component>,
+    /// What its first row couples.
+    pub(crate) coupling: Option<Coupling>,
 }
 
 const IDENTITY: Mat3<f64> = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -76,7 +83,10 @@ impl Joint {
             (Space::Spatial, Kind::Planar) => (vec![Along(0), About(1), About(2)], None),
             (Space::Spatial, Kind::Fixed) => (vec![Along(0), Along(1), Along(2), About(0), About(1), About(2)], None),
             (Space::Spatial, Kind::Orientation) => (vec![About(0), About(1), About(2)], None),
-            (Space::Planar, Kind::Cylindrical | Kind::Spherical | Kind::Planar | Kind::Orientation)
+            (_, Kind::Gear | Kind::Rack | Kind::Belt) => (vec![Along(0)], None),
+            // The order of a revolute's, whose pin set fits it.
+            (Space::Spatial, Kind::Screw) => (vec![Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0))),
+            (Space::Planar, Kind::Cylindrical | Kind::Spherical | Kind::Planar | Kind::Orientation | Kind::Screw)
             | (Space::Spatial, Kind::PinInSlot) => return Err("is of a kind that does not exist in this space"),
         };
         let ground = match spec.kind {
@@ -103,6 +113,13 @@ impl Joint {
             (_, Kind::Fixed | Kind::Target | Kind::Orientation) => 0,
             _ => locked.len(),
         };
+        let coupling = match (spec.kind, &spec.coupling) {
+            (Kind::Gear | Kind::Rack | Kind::Belt | Kind::Screw, Some(coupling)) => {
+                Some(Coupling::new(spec.kind, coupling)?)
+            }
+            (Kind::Gear | Kind::Rack | Kind::Belt | Kind::Screw, None) => return Err("needs to be told its coupling"),
+            _ => None,
+        };
         Ok(Self {
             space,
             first: spec.first,
@@ -113,6 +130,7 @@ impl Joint {
             locked,
             loosened,
             coordinate,
+            coupling,
         })
     }
 
@@ -146,9 +164,14 @@ impl Joint {
 
     /// The rotation component about the joint's axis.
     pub(crate) const fn roll(&self) -> Component {
+        Component::About(self.plane()[2])
+    }
+
+    /// The axes of the plane that it turns in, and the one that it turns about.
+    pub(crate) const fn plane(&self) -> [usize; 3] {
         match self.space {
-            Space::Planar => Component::About(2),
-            Space::Spatial => Component::About(0),
+            Space::Planar => [0, 1, 2],
+            Space::Spatial => [1, 2, 0],
         }
     }
 }

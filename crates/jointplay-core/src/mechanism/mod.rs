@@ -3,6 +3,7 @@
 
 mod build;
 pub(crate) mod case;
+pub(crate) mod coupling;
 pub(crate) mod joint;
 mod spec;
 pub(crate) mod status;
@@ -16,8 +17,10 @@ use std::sync::{Arc, OnceLock};
 
 use crate::clearance::Set;
 use crate::clearance::law::Law;
+use crate::math::real::Real;
 use crate::math::space::{Component, Space};
 use crate::math::vector::Vec3;
+use crate::mechanism::coupling::Play;
 use crate::mechanism::joint::Joint;
 use crate::mechanism::spec::LoadSpec;
 
@@ -35,18 +38,53 @@ pub struct Point {
     pub moved_by: Vec<(usize, Vec3<f64>)>,
 }
 
-/// One scalar closure equation: a component of a joint's relative displacement equals the sum of a
-/// drive's value and a parameter.
+/// A drive as a row takes it.
+#[derive(Clone, Copy, Debug)]
+pub struct Driven {
+    /// The drive.
+    pub drive: usize,
+    /// What its value counts.
+    pub coefficient: f64,
+    /// Its place among the commands of all driven rows.
+    pub command: usize,
+}
+
+/// One scalar closure equation: a component of a joint's relative displacement, or the residual of its coupling,
+/// equals the sum of a drive's value and a parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
     /// The joint it belongs to.
     pub joint: usize,
     /// The component, in the joint's axes.
     pub component: Component,
+    /// Whether it is the coupling of the joint, told as a displacement along this component.
+    pub is_coupled: bool,
     /// The drive that commands it.
-    pub drive: Option<usize>,
+    pub drive: Option<Driven>,
     /// The parameter that displaces it.
     pub parameter: Option<usize>,
+    /// A parameter that displaces it beside, with what it counts; it may displace other rows, too.
+    pub shift: Option<(usize, f64)>,
+    /// The play of a coupling whose flanks move apart.
+    pub play: Option<Play>,
+}
+
+impl Row {
+    /// A row that nothing displaces.
+    pub(crate) const fn of(joint: usize, component: Component) -> Self {
+        Self { joint, component, is_coupled: false, drive: None, parameter: None, shift: None, play: None }
+    }
+
+    /// What its own parameter displaces it by.
+    pub(crate) fn displaced<S: Real>(&self, parameters: &[S]) -> S {
+        self.parameter.map_or(S::from_f64(0.0), |p| parameters[p])
+    }
+
+    /// A displacement and what shifts the row beside.
+    pub(crate) fn shifted<S: Real>(&self, displacement: S, parameters: &[S]) -> S {
+        let by = |(p, coefficient): (usize, f64)| displacement + S::from_f64(coefficient) * parameters[p];
+        self.shift.map_or(displacement, by)
+    }
 }
 
 /// One thing that can be off, and the run of parameters that it owns.
@@ -104,7 +142,12 @@ pub struct Mechanism {
     pub(crate) joints: Vec<Joint>,
     pub(crate) rows: Vec<Row>,
     pub(crate) n_drives: usize,
+    /// The row of each drive, the first where it commands several.
     pub(crate) driven_rows: Vec<usize>,
+    /// Number of rows that drives command, the last ones.
+    pub(crate) n_driven: usize,
+    /// The largest move of the bodies (length-scaled; radians) in which no tooth of a coupling is skipped.
+    pub(crate) largest_move: f64,
     pub(crate) output: usize,
     pub(crate) loads: Vec<LoadSpec>,
     pub(crate) sources: Vec<Source>,
@@ -116,7 +159,7 @@ pub struct Mechanism {
 
 /// A basis. Its mechanisms are displaced row by row: parameter k is the displacement of row k of the whole
 /// mechanism, clearance offset, deviation and deformation together, and parameter N + p its parameter p, as
-/// far as that moves points.
+/// far as that moves points or shifts rows beside their own.
 #[derive(Clone, Debug)]
 pub struct Basis {
     /// All rows.
@@ -185,6 +228,16 @@ impl Mechanism {
         self.joints.len()
     }
 
+    /// The parameters that are plays between flanks.
+    pub(crate) fn plays(&self) -> impl Iterator<Item = usize> + '_ {
+        self.rows.iter().filter(|row| row.play.is_some()).filter_map(|row| row.parameter)
+    }
+
+    /// The rows that drives command, each with the drive.
+    pub(crate) fn driven(&self) -> impl Iterator<Item = (&Row, Driven)> {
+        self.rows[self.rows.len() - self.n_driven..].iter().filter_map(|row| Some((row, row.drive?)))
+    }
+
     /// Number of drives.
     #[must_use]
     pub const fn n_drives(&self) -> usize {
@@ -223,15 +276,13 @@ impl Mechanism {
 
     /// The largest angle among the parameters, twice the sets' own to leave room for untruncated laws.
     pub(crate) fn largest_angle(&self) -> f64 {
-        self.rows
-            .iter()
-            .filter(|row| matches!(row.component, Component::About(_)))
-            .filter_map(|row| row.parameter)
-            .fold(0.0, |largest: f64, p| {
-                let source = self.sources.iter().find(|s| s.range().contains(&p));
-                let half_width = source.map_or(0.0, |s| s.set.half_width(p - s.first));
-                largest.max(self.centre[p].abs() + 2.0 * half_width)
-            })
+        let turning = self.rows.iter().filter(|row| matches!(row.component, Component::About(_)));
+        let by = |row: &Row| row.parameter.map(|p| (p, 1.0)).into_iter().chain(row.shift);
+        turning.flat_map(by).fold(0.0, |largest: f64, (p, coefficient)| {
+            let source = self.sources.iter().find(|s| s.range().contains(&p));
+            let half_width = source.map_or(0.0, |s| s.set.half_width(p - s.first));
+            largest.max(coefficient.abs() * (self.centre[p].abs() + 2.0 * half_width))
+        })
     }
 
     /// Coordinates of all bodies at the guess.

@@ -66,6 +66,36 @@ pub enum JointKind {
     Target,
     /// The attitude held; in space only.
     Orientation,
+    /// Two toothed wheels that mesh, of parallel axes.
+    Gear,
+    /// A rack on the first body, along the joint's axis (in space: its side), and a pinion on the second.
+    Rack,
+    /// A belt or chain around two pulleys of parallel axes.
+    Belt,
+    /// A screw in a nut; in space only.
+    Screw,
+}
+
+/// What a coupling needs beside its points and axes; every kind reads its own part.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CouplingSpec {
+    /// Pitch radii on the first and the second body; a rack's pinion has the first.
+    pub radii: [f64; 2],
+    /// Tooth counts, or whole numbers in the ratio of the radii.
+    pub teeth: [u32; 2],
+    /// Pressure angle where the pitch circles touch.
+    pub pressure_angle: f64,
+    /// Whether the second wheel of a gear pair is a ring around the first.
+    pub internal: bool,
+    /// Whether a belt is crossed.
+    pub crossed: bool,
+    /// Travel of a screw's second body along the axis for a turn about it.
+    pub lead: f64,
+    /// Distance of the pulleys at which a belt has its slack; that of the guess if left out.
+    pub distance: Option<f64>,
+    /// Angles at which the two bodies see the line of centres when the wheels mesh; those of the guess if left out.
+    pub marks: Option<[f64; 2]>,
 }
 
 /// A joint between two points.
@@ -91,6 +121,9 @@ pub struct JointSpec {
     /// symmetric, positive semidefinite. It adds to what the clearance allows; rigid if left out.
     #[serde(default)]
     pub compliance: Option<Vec<f64>>,
+    /// What a coupling needs more.
+    #[serde(default)]
+    pub coupling: Option<CouplingSpec>,
 }
 
 /// A driven joint coordinate.
@@ -101,6 +134,29 @@ pub struct DriveSpec {
     /// Which of its components; the joint's own coordinate if left out.
     #[serde(default)]
     pub component: Option<Coordinate>,
+    /// The coordinate is this times the drive's value with its error.
+    #[serde(default = "one")]
+    pub coefficient: f64,
+    /// Further coordinates that the same drive commands.
+    #[serde(default)]
+    pub also: Vec<DrivenSpec>,
+}
+
+/// A further coordinate that a drive commands.
+#[derive(Clone, Debug, Deserialize)]
+pub struct DrivenSpec {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Which of its components; the joint's own coordinate if left out.
+    #[serde(default)]
+    pub component: Option<Coordinate>,
+    /// The coordinate is this times the drive's value with its error.
+    #[serde(default = "one")]
+    pub coefficient: f64,
+}
+
+const fn one() -> f64 {
+    1.0
 }
 
 /// Joint components that can be commanded.
@@ -162,6 +218,19 @@ pub enum Target {
     Angle {
         /// Index of the joint.
         joint: usize,
+    },
+    /// The transmission error of a coupling, a length at the pitch circle or along the axis.
+    Ratio {
+        /// Index of the joint.
+        joint: usize,
+    },
+    /// The centre of a wheel in its body (eccentricity, run-out): the coupling's point on that body moves in
+    /// the plane of the wheel.
+    Centre {
+        /// Index of the joint.
+        joint: usize,
+        /// Whether it is the wheel on the second body.
+        second: bool,
     },
 }
 

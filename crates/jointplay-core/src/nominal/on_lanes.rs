@@ -110,7 +110,7 @@ impl<'m> Follow<'m> {
             good[row] = self.turns_little(start, drives_of(row));
         }
         let mut done = [false; LANES];
-        let mut last = Block::splat(SMALL_ANGLE * SMALL_ANGLE);
+        let mut last = Block::splat(m.small_step() * m.small_step());
         let signs: [f64; LANES] = std::array::from_fn(|i| if from[i.min(rows - 1)].negative { -1.0 } else { 1.0 });
         let mut parity = 0.0;
         for step in 0..STEPS {
@@ -149,8 +149,9 @@ impl<'m> Follow<'m> {
 
     fn turns_little(&self, from: &Start<'_>, drives: &[f64]) -> bool {
         let m = self.mechanism;
-        m.driven_rows.iter().zip(drives).zip(from.drives).all(|((&row, to), from)| {
-            matches!(m.rows[row].component, Component::Along(_)) || (to - from).abs() <= LARGEST_TURN
+        m.driven().all(|(row, by)| {
+            let turn = by.coefficient * (drives[by.drive] - from.drives[by.drive]);
+            matches!(row.component, Component::Along(_)) || turn.abs() <= LARGEST_TURN
         })
     }
 }

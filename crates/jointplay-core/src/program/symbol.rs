@@ -16,6 +16,11 @@ use crate::program::recording::Recording;
 
 /// Terms of the power series of the arc tangent.
 const ARC_TERMS: usize = 16;
+/// Halvings of a wide angle, and how large its part may be, for the power series of small ones.
+const HALVINGS: i32 = 8;
+const PART: f64 = 0.35;
+/// Steps of Heron's method for a square root.
+const ROOT_STEPS: usize = 7;
 
 /// Records operations on symbols.
 pub struct Recorder {
@@ -31,6 +36,18 @@ pub enum Symbol<'r> {
     Constant(f64),
     /// A node of the graph.
     Node(u32, &'r Recorder),
+}
+
+/// Terms of the power series of sine and cosine for angles up to one.
+fn terms(largest_angle: f64) -> usize {
+    let (mut terms, mut next) = (1, 1.0);
+    // The first term left out of the cosine is below half of the last place.
+    while next > 1e-17 {
+        let n = 2.0 * terms as f64;
+        next *= largest_angle * largest_angle / (n * (n - 1.0));
+        terms += 1;
+    }
+    terms - 1
 }
 
 impl Recorder {
@@ -88,18 +105,6 @@ impl Recorder {
     }
 }
 
-/// Terms of the power series of sine and cosine for angles below one given.
-fn terms(largest_angle: f64) -> usize {
-    let (mut terms, mut next) = (1, 1.0);
-    // The first term left out of the cosine is below half of the last place.
-    while next > 1e-17 {
-        let n = 2.0 * terms as f64;
-        next *= largest_angle * largest_angle / (n * (n - 1.0));
-        terms += 1;
-    }
-    terms - 1
-}
-
 impl<'r> Symbol<'r> {
     /// Orders symbols as they became known.
     pub(crate) const fn recorded(self) -> u32 {
@@ -132,6 +137,22 @@ impl<'r> Symbol<'r> {
             Self::Constant(c) => Self::Constant(c.abs()),
             Self::Node(id, r) => Self::Node(r.node(Node::Abs(id)), r),
         }
+    }
+
+    /// Sine and cosine by so many terms of their power series.
+    fn sin_cos_series(self, terms: usize) -> (Self, Self) {
+        let square = self * self;
+        let series = |first: usize| {
+            // Coefficients of x^first, x^(first+2), ... with alternating signs.
+            let mut coefficients = vec![1.0];
+            for k in 1..terms {
+                let n = (first + 2 * k) as f64;
+                coefficients.push(-coefficients[k - 1] / (n * (n - 1.0)));
+            }
+            let last = Self::Constant(coefficients[terms - 1]);
+            coefficients[..terms - 1].iter().rev().fold(last, |sum, &c| sum * square + Self::Constant(c))
+        };
+        (self * series(1), series(0))
     }
 
     /// Whether it is plainly a number without sign.
@@ -231,24 +252,13 @@ impl Real for Symbol<'_> {
 
     /// Power series, to rounding for the recorder's largest angle.
     fn sin_cos(self) -> (Self, Self) {
-        let (terms, square) = match self {
+        match self {
             Self::Constant(c) => {
                 let (s, c) = c.sin_cos();
-                return (Self::Constant(s), Self::Constant(c));
+                (Self::Constant(s), Self::Constant(c))
             }
-            Self::Node(_, r) => (r.terms, self * self),
-        };
-        let series = |first: usize| {
-            // Coefficients of x^first, x^(first+2), ... with alternating signs.
-            let mut coefficients = vec![1.0];
-            for k in 1..terms {
-                let n = (first + 2 * k) as f64;
-                coefficients.push(-coefficients[k - 1] / (n * (n - 1.0)));
-            }
-            let last = Self::Constant(coefficients[terms - 1]);
-            coefficients[..terms - 1].iter().rev().fold(last, |sum, &c| sum * square + Self::Constant(c))
-        };
-        (self * series(1), series(0))
+            Self::Node(_, r) => self.sin_cos_series(r.terms),
+        }
     }
 
     // Close to the solution the sine serves as well as the angle, without an arc tangent.
@@ -272,5 +282,33 @@ impl Real for Symbol<'_> {
             let sign = if k % 2 == 0 { 2.0 } else { -2.0 };
             sum * square + Self::Constant(sign / (2 * k + 1) as f64)
         })
+    }
+
+    /// The power series of a part of the angle, doubled again and again.
+    fn wide_sin_cos(self) -> (Self, Self) {
+        if let Self::Constant(c) = self {
+            let (s, c) = c.sin_cos();
+            return (Self::Constant(s), Self::Constant(c));
+        }
+        let part = (self * Self::Constant(0.5_f64.powi(HALVINGS))).sin_cos_series(terms(PART));
+        (0..HALVINGS).fold(part, |(s, c), _| {
+            let double = s + s;
+            (double * c, Self::Constant(1.0) - double * s)
+        })
+    }
+
+    // What is asked for the slope stays between.
+    fn within_one(self) -> (Self, Self) {
+        let one = Self::Constant(1.0);
+        let below = -(-self).max(-one);
+        (below.max(-one), one)
+    }
+
+    /// Heron's method.
+    fn root(self, near: f64) -> Self {
+        if let Self::Constant(c) = self {
+            return Self::Constant(c.sqrt());
+        }
+        (0..ROOT_STEPS).fold(Self::Constant(near), |root, _| Self::Constant(0.5) * (root + self / root))
     }
 }

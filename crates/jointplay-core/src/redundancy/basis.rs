@@ -30,17 +30,19 @@ impl Mechanism {
     /// The mechanism with some of its rows, each displaced by a parameter of its own, starting from given
     /// coordinates.
     fn displaced(&self, keep: &[usize], coordinates: &[f64]) -> Self {
-        let moved = |(p, direction)| (self.n_rows() + p, direction);
         let mut points = self.points.clone();
-        for point in &mut points {
-            point.moved_by = point.moved_by.iter().copied().map(moved).collect();
+        for (p, _) in points.iter_mut().flat_map(|point| &mut point.moved_by) {
+            *p += self.n_rows();
         }
-        let rows: Vec<Row> = keep.iter().map(|&k| Row { parameter: Some(k), ..self.rows[k] }).collect();
-        let driven = |d: usize| rows.iter().position(|row| row.drive == Some(d)).unwrap_or_default();
+        let moved = |(p, coefficient)| (self.n_rows() + p, coefficient);
+        let displaced = |&k: &usize| Row { parameter: Some(k), shift: self.rows[k].shift.map(moved), ..self.rows[k] };
+        let rows: Vec<Row> = keep.iter().map(displaced).collect();
+        let driven = |d: usize| rows.iter().position(|row| row.drive.is_some_and(|by| by.drive == d));
         Self {
             guess: coordinates.chunks_exact(self.n_body_coordinates()).map(<[f64]>::to_vec).collect(),
             points,
-            driven_rows: (0..self.n_drives).map(driven).collect(),
+            driven_rows: (0..self.n_drives).map(|d| driven(d).unwrap_or_default()).collect(),
+            n_driven: rows.iter().filter(|row| row.drive.is_some()).count(),
             rows,
             sources: Vec::new(),
             elastic: Vec::new(),
@@ -84,7 +86,7 @@ impl Mechanism {
     }
 
     fn basis_of(&self, rows: Vec<usize>, coordinates: &[f64]) -> Result<Basis, Status> {
-        if self.driven_rows.iter().any(|row| !rows.contains(row)) {
+        if (self.n_rows() - self.n_driven..self.n_rows()).any(|row| !rows.contains(&row)) {
             return Err(Status::Singular);
         }
         let every: Vec<usize> = (0..self.n_rows()).collect();
@@ -102,7 +104,7 @@ impl Mechanism {
     fn independent(&self, coordinates: &[f64]) -> Option<Vec<usize>> {
         let (_, matrix) = self.scaled(coordinates, &vec![0.0; self.n_drives]);
         let (rows, unknowns) = (self.n_rows(), self.n_unknowns());
-        let joints = rows - self.n_drives;
+        let joints = rows - self.n_driven;
         let order: Vec<usize> = (joints..rows).chain(0..joints).collect();
         // Orthonormal directions of the rows chosen, one per column.
         let mut span = DMatrix::<f64>::zeros(unknowns, unknowns);
@@ -160,7 +162,7 @@ impl Basis {
         let m = &self.rest;
         let size = m.size();
         let (mut residual, mut derivatives) = (vec![0.0; m.n_rows()], vec![0.0; 2 * size * m.n_rows()]);
-        m.evaluate(poses, &state.inputs.commands(), &mut residual, &mut derivatives);
+        m.evaluate(poses, &state.inputs.commands(m), &mut residual, &mut derivatives);
         let mut columns = DMatrix::zeros(m.n_unknowns(), m.n_rows());
         for row in 0..m.n_rows() {
             for (side, body) in m.row_bodies(row).into_iter().enumerate() {

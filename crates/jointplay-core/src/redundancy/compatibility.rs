@@ -24,7 +24,6 @@ use crate::closure::newton::{Linearised, Solver, State};
 use crate::closure::recorded::program::Bound;
 use crate::closure::recorded::self_stress::Borne;
 use crate::closure::sensitivity::Output;
-use crate::math::space::Pose;
 use crate::mechanism::Basis;
 
 /// A coefficient below this part of the largest one (length-scaled) is rounding.
@@ -53,8 +52,6 @@ pub(crate) struct Compatibility {
     pub output: Output,
     /// What the misfit itself does to the output by that map.
     pub shared: DMatrix<f64>,
-    /// Poses of all bodies.
-    pub poses: Vec<Pose<f64>>,
 }
 
 impl Compatibility {
@@ -66,7 +63,16 @@ impl Compatibility {
         let shared = share(basis, &ties.equations, &output.parameters);
         output.parameters += &shared * &ties.equations;
         output.drives += &shared * &drives;
-        Some(Self { ties, drives, output, shared, poses: linearised.poses })
+        Some(Self { ties, drives, output, shared })
+    }
+}
+
+impl Compatibility {
+    /// The linearisation at the same nominal pose for other flanks of couplings: what the rows lack there stays.
+    pub fn at_flanks(&self, basis: &Basis, solver: &Solver<'_>, flanks: &State) -> Option<Self> {
+        let mut other = Self::at(basis, solver, flanks)?;
+        other.ties.misfit.clone_from(&self.ties.misfit);
+        Some(other)
     }
 }
 
@@ -124,7 +130,7 @@ fn tie(basis: &Basis, linearised: &Linearised<'_>, state: &State) -> (Ties, DMat
         let mut stress = vec![0.0; all.n_rows()];
         put_stress(basis, row, reaction.iter().copied(), |r, along| stress[r] = along);
         let mut along = Inputs { drives: vec![0.0; all.n_drives()], parameters: vec![0.0; all.n_parameters()] };
-        all.pull_back(&linearised.poses, &stress, &mut along);
+        all.pull_back(&linearised.poses, &linearised.parameters, &stress, &mut along);
         equations.row_mut(k).iter_mut().zip(&along.parameters).for_each(|(e, p)| *e = *p);
         drives.row_mut(k).iter_mut().zip(&along.drives).for_each(|(e, d)| *e = *d);
     }

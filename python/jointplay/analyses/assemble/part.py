@@ -20,8 +20,8 @@ from jointplay.compile import LENGTHS
 from jointplay.model import Mechanism
 
 GROUND = -1
-#: sources on a joint or on a drive; the others are dimensions between two points
-ON_JOINT = ("clearance", "angle")
+#: sources on a joint; the others are on a drive, or dimensions between two points
+ON_JOINT = ("clearance", "angle", "ratio", "centre")
 
 Floats = NDArray[np.float64]
 
@@ -59,8 +59,8 @@ class Part:
 
     @cached_property
     def driven(self) -> tuple[int, ...]:
-        """Index of the joint that each drive commands, among the joints of the part."""
-        return tuple(drive["joint"] for drive in self.spec["drives"])
+        """Index of every joint that a drive commands, among the joints of the part."""
+        return tuple(move["joint"] for drive in self.spec["drives"] for move in (drive, *drive.get("also", ())))
 
     @property
     def lengths(self) -> int:
@@ -126,14 +126,15 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
 
     joined = index if attached else set(bodies)
     joints = [k for k, j in enumerate(spec["joints"]) if {body_of(j["first"]), body_of(j["second"])} <= set(joined)]
-    drives = [k for k, drive in enumerate(spec["drives"]) if drive["joint"] in joints]
+    moves = [_moves(drive, joints) for drive in spec["drives"]]
+    drives = [k for k, there in enumerate(moves) if there]
     sources = [k for k, source in enumerate(spec["sources"]) if _belongs(source, joints, drives, points)]
     own = spec | {
         "n_bodies": len(bodies),
         "guess": every[list(bodies)].tolist(),
         "points": [placed(spec["points"][k]) for k in points],
         "joints": [renamed(spec["joints"][k]) for k in joints],
-        "drives": [spec["drives"][k] | {"joint": joints.index(spec["drives"][k]["joint"])} for k in drives],
+        "drives": [moves[k][0] | ({"also": moves[k][1:]} if moves[k][1:] else {}) for k in drives],
         "sources": [_renumbered(spec["sources"][k], joints, drives, renumbered) for k in sources],
         "loads": [
             load | {"point": renumbered[load["point"]]}
@@ -161,6 +162,16 @@ def _with_crosses(spec: dict[str, Any], there: set[int], m: Mechanism) -> set[in
             if body in m.crosses:
                 beside.setdefault(body, set()).add(other)
     return there | {cross for cross, bodies in beside.items() if bodies <= there}
+
+
+def _moves(drive: dict[str, Any], joints: list[int]) -> list[dict[str, Any]]:
+    """What a drive moves of what is there, renumbered; a motor may move joints that come later."""
+    own = {key: value for key, value in drive.items() if key != "also"}
+    return [
+        move | {"joint": joints.index(move["joint"])}
+        for move in (own, *drive.get("also", ()))
+        if move["joint"] in joints
+    ]
 
 
 def _belongs(source: dict[str, Any], joints: list[int], drives: list[int], points: list[int]) -> bool:

@@ -46,7 +46,7 @@ class Contacts:
             for is_round, rows in _places(shape, size):
                 # A set of size zero leaves nothing to turn.
                 matrix = np.nan_to_num(np.array(rows), nan=0.0, posinf=0.0, neginf=0.0)
-                places.append(Place(columns, np.array(source["centre"]), matrix, is_round))
+                places.append(Place(columns, np.array(source["centre"]) + _middle(size), matrix, is_round))
         places.sort(key=lambda place: place.round)
         sizes = [len(place.map) for place in places]
         first = np.cumsum([0, *sizes])
@@ -90,6 +90,11 @@ class Contacts:
         return np.asarray(changed & known)
 
 
+def _middle(size: dict[str, float]) -> float:
+    """Where the middle of a set is: the slack of a belt may differ from side to side."""
+    return 0.5 * (size["low"] + size["high"]) if "low" in size else 0.0
+
+
 def _places(shape: str, size: dict[str, float]) -> list[tuple[bool, Any]]:
     """Of each place of contact of a set whether it is round, and the matrix to shares of the clearance."""
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -100,7 +105,7 @@ def _places(shape: str, size: dict[str, float]) -> list[tuple[bool, Any]]:
             case "ball":
                 return [(True, np.eye(3) / value["radius"])]
             case "interval":
-                return [(True, [[1.0 / max(value["high"], -value["low"])]])]
+                return [(True, [[2.0 / (value["high"] - value["low"])]])]
             case "diamond":
                 return [(False, np.diag([1.0, value["half_length"]]) / value["gap"])]
             case "journal":

@@ -14,7 +14,7 @@ pub(crate) struct Symbolic<'r> {
 }
 
 /// Where the quantities of a configuration stand, common to its samples or varying after the
-/// parameters: pose numbers, then value, sine and cosine of every drive, then the numbers that tell what
+/// parameters: pose numbers, then value, sine and cosine of every command, then the numbers that tell what
 /// the output's body has turned.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
@@ -25,7 +25,7 @@ pub(crate) struct Layout {
 
 impl Layout {
     pub fn new(m: &Mechanism) -> Self {
-        Self { pose: m.n_bodies() * m.space.n_pose_numbers(), drives: m.n_drives(), turns: m.space.n_turn_numbers() }
+        Self { pose: m.n_bodies() * m.space.n_pose_numbers(), drives: m.n_commands(), turns: m.space.n_turn_numbers() }
     }
 
     /// Varying quantities after the parameters.
@@ -75,7 +75,7 @@ impl Layout {
     #[inline(always)]
     pub fn load(m: &Mechanism, coordinates: &[f64], drives: &[f64], registers: &mut [Block], lane: usize) {
         let mut inputs =
-            vec![0.0; m.n_bodies() * m.space.n_pose_numbers() + 3 * drives.len() + m.space.n_turn_numbers()];
+            vec![0.0; m.n_bodies() * m.space.n_pose_numbers() + 3 * m.n_commands() + m.space.n_turn_numbers()];
         Self::put_inputs(m, coordinates, drives, 0, &mut inputs);
         for (block, input) in registers[m.n_parameters()..].iter_mut().zip(inputs) {
             block.0[lane] = input;
@@ -124,13 +124,19 @@ impl Layout {
                 m.space.put_pose_numbers(coordinates, &mut put);
             }
         }
-        for (&q, &row) in drives.iter().zip(&m.driven_rows) {
+        for (row, by) in m.driven() {
+            let q = by.coefficient * drives[by.drive];
             // Sine and cosine of a length are not asked for.
-            let (sine, cosine) = match m.rows[row].component {
+            let (sine, cosine) = match row.component {
                 Component::Along(_) => (0.0, 1.0),
                 Component::About(_) => q.sin_cos(),
             };
             put(q);
+            put(sine);
+            put(cosine);
+        }
+        for Command { value, sine, cosine } in m.references(coordinates) {
+            put(value);
             put(sine);
             put(cosine);
         }
@@ -144,7 +150,7 @@ impl Layout {
 
     pub fn inputs<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Inputs<Command<Symbol<'r>>, Symbol<'r>> {
         Inputs {
-            drives: (0..m.n_drives()).map(|d| self.command(recorder, d)).collect(),
+            drives: (0..self.drives).map(|d| self.command(recorder, d)).collect(),
             parameters: (0..m.n_parameters()).map(|p| recorder.varying(p)).collect(),
         }
     }
@@ -164,7 +170,10 @@ impl Layout {
         for coordinates in nominal.coordinates.chunks_exact(m.n_body_coordinates()) {
             m.space.put_pose_numbers(coordinates, |number| values.push(number));
         }
-        for command in Inputs::nominal(m, drives).commands().drives {
+        let mut commands = Inputs::nominal(m, drives).commands(m).drives;
+        commands.truncate(m.n_driven);
+        commands.extend(m.references(&nominal.coordinates));
+        for command in commands {
             values.extend([command.value, command.sine, command.cosine]);
         }
         values.extend(m.output(&nominal.coordinates, &nominal.inputs));

@@ -16,6 +16,7 @@ pub(crate) mod step;
 use std::hash::Hash;
 
 use crate::closure::newton::Solver;
+use crate::mechanism::Mechanism;
 
 /// What recordings of a solver's equations have in common if their mechanisms differ in numbers only: what is recorded,
 /// the unknowns of every row and the order of elimination.
@@ -30,3 +31,10 @@ pub const SMALL_ANGLE: f64 = 0.35;
 
 /// Steps after the first turn by less than this (rad), or the plain solver takes over.
 pub const LATER_ANGLE: f64 = 0.05;
+
+impl Mechanism {
+    /// The largest step that recorded programs take from a nominal pose.
+    pub(crate) fn small_step(&self) -> f64 {
+        SMALL_ANGLE.min(self.largest_move)
+    }
+}

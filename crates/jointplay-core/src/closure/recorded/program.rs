@@ -3,6 +3,7 @@
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::layout::{Layout, Symbolic};
 use crate::closure::recorded::self_stress::{Beside, Borne, Statics};
+use crate::closure::recorded::statics::perfect;
 use crate::closure::recorded::step::{evaluate, record_step, record_step_by};
 use crate::closure::recorded::{LATER_ANGLE, SMALL_ANGLE, structure};
 use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
@@ -30,6 +31,8 @@ pub struct Newton {
     finish: Program,
     /// What an over-constrained mechanism tells beside, at the pose that is reached.
     pub(crate) statics: Option<Statics>,
+    /// The largest first step.
+    small_step: f64,
     n_parameters: usize,
     /// Inputs after the parameters.
     n_state: usize,
@@ -70,8 +73,8 @@ impl Newton {
         };
         let [residual, _] = evaluate(m, &nominal);
         // Derivatives of perfect parts are common to all samples, and so is their elimination. What they
-        // miss is of the order of the step, as is what the step misses anyway.
-        nominal.inputs.parameters.fill(Symbol::Constant(0.0));
+        // miss is of the order of the step, as is what the step misses anyway. The play of a coupling tells the flank.
+        perfect(m, &mut nominal);
         let [_, derivatives] = evaluate(m, &nominal);
         let turn = layout.nominal_turn(m, &recorder);
         let begun = record_step_by(solver, &nominal, [residual, derivatives], &turn)?;
@@ -110,7 +113,16 @@ impl Newton {
         if let Some(beside) = beside.filter(|beside| beside.statics) {
             statics = Some(beside.record(solver, &any, &recorder, &finish)?);
         }
-        Some(Self { first, step, finish, statics, n_parameters: n_u, n_state, n_outputs: m.size() })
+        Some(Self {
+            first,
+            step,
+            finish,
+            statics,
+            small_step: m.small_step(),
+            n_parameters: n_u,
+            n_state,
+            n_outputs: m.size(),
+        })
     }
 
     /// Operations of the first step, a full step and the output.
@@ -153,7 +165,7 @@ impl Bound<'_> {
         let mut good = Mask::NONE;
         let mut i = 0;
         while i < LANES {
-            good.0[i] = bits_if(last.0[i] <= SMALL_ANGLE * SMALL_ANGLE);
+            good.0[i] = bits_if(last.0[i] <= n.small_step * n.small_step);
             i += 1;
         }
         let mut solved = Mask::NONE;

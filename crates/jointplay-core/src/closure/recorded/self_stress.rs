@@ -52,13 +52,17 @@ impl Beside<'_> {
         recorder: &Recorder,
         after: &Program,
     ) -> Option<Statics> {
+        // What play counts changes from pose to pose where flanks move apart; here it counts one.
+        if self.all.plays().next().is_some() {
+            return None;
+        }
         let (kept, size) = (solver.mechanism, solver.mechanism.size());
         let [_, derivatives] = evaluate(kept, any);
         let plan = solver.plan.as_ref()?;
         let factors = plan.replay(solver.picks.iter().map(|&p| derivatives[p]), |_, _| true)?;
         let linear = Eliminated { plan, factors };
-        let poses = poses_of(kept, any);
-        let (_, mut outputs) = gradient(kept, &linear, &poses, kept.load_cost(&poses, &any.inputs.parameters));
+        let (poses, at) = (poses_of(kept, any), &any.inputs.parameters[..]);
+        let (_, mut outputs) = gradient(kept, &linear, &poses, at, kept.load_cost(&poses, at));
         let [_, derivatives] = evaluate(self.all, any);
         for &row in self.redundant {
             let mut twists = vec![Symbol::Constant(0.0); kept.n_unknowns()];
@@ -74,7 +78,7 @@ impl Beside<'_> {
             outputs.extend(multipliers);
         }
         for k in 0..size {
-            outputs.extend(gradient(kept, &linear, &poses, kept.component_cost(k, &poses, &any.inputs.parameters)).1);
+            outputs.extend(gradient(kept, &linear, &poses, at, kept.component_cost(k, &poses, at)).1);
         }
         let program = Program::after(after, recorder, &outputs, 0..0);
         Some(Statics { program, n_rows: kept.n_rows(), n_redundant: self.redundant.len() })

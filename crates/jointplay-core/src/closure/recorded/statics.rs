@@ -55,11 +55,12 @@ pub(crate) fn poses_of<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Pose<S
     symbolic.numbers.chunks_exact(m.space.n_pose_numbers()).map(|n| m.space.pose_of_numbers(n)).collect()
 }
 
-/// Gradient of a cost along the parameters, and the multipliers.
+/// Gradient of a cost along the parameters, where they are so, and the multipliers.
 pub(crate) fn gradient<'r>(
     m: &Mechanism,
     linear: &impl Linear<'r>,
     poses: &[Pose<Symbol<'r>>],
+    at: &[Symbol<'r>],
     cost: Cost<Symbol<'r>>,
 ) -> (Vec<Symbol<'r>>, Vec<Symbol<'r>>) {
     let zero = Symbol::Constant(0.0);
@@ -67,7 +68,7 @@ pub(crate) fn gradient<'r>(
     let mut multipliers = vec![zero; m.n_rows()];
     linear.solve_transposed(&mut twists, &mut multipliers);
     let mut inputs = Inputs { drives: vec![zero; m.n_drives()], parameters };
-    m.pull_back(poses, &multipliers, &mut inputs);
+    m.pull_back(poses, at, &multipliers, &mut inputs);
     (inputs.parameters, multipliers)
 }
 
@@ -87,9 +88,19 @@ impl Mechanism {
 pub(crate) fn load_statics<'r>(m: &Mechanism, linear: &impl Linear<'r>, symbolic: &Symbolic<'r>) -> Statics<'r> {
     let poses = poses_of(m, symbolic);
     let cost = m.load_cost(&poses, &symbolic.inputs.parameters);
-    let (gradient, multipliers) = gradient(m, linear, &poses, cost);
+    let (gradient, multipliers) = gradient(m, linear, &poses, &symbolic.inputs.parameters, cost);
     let scale = m.largest_force(&multipliers);
-    Statics { gradient, scale, reactions: m.reactions(&poses, &multipliers) }
+    Statics { gradient, scale, reactions: m.reactions(&poses, &symbolic.inputs.parameters, &multipliers) }
+}
+
+/// Leaves of the parameters only the plays, which tell the flanks that carry.
+pub(crate) fn perfect(m: &Mechanism, symbolic: &mut Symbolic<'_>) {
+    let plays: Vec<usize> = m.plays().collect();
+    for (p, parameter) in symbolic.inputs.parameters.iter_mut().enumerate() {
+        if !plays.contains(&p) {
+            *parameter = Symbol::Constant(0.0);
+        }
+    }
 }
 
 /// Statics and first-order maps of the nominal pose, outputs as [`StaticsOutputs`] has them.
@@ -97,7 +108,7 @@ pub(crate) fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Pro
     let m = solver.mechanism;
     let recorder = Recorder::new(SMALL_ANGLE, &structure("statics", solver));
     let mut symbolic = layout.varying(m, &recorder);
-    symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
+    perfect(m, &mut symbolic);
     let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
     let outputs = statics_outputs(m, layout, &recorder, &symbolic, &step.residual, &step.linear);
     Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs, 0..0))
@@ -119,7 +130,7 @@ pub(crate) fn statics_outputs<'r>(
     outputs.extend(output_of(m, layout, recorder, &poses, symbolic));
     for k in 0..m.size() {
         let cost = m.component_cost(k, &poses, &symbolic.inputs.parameters);
-        outputs.extend(gradient(m, linear, &poses, cost).0);
+        outputs.extend(gradient(m, linear, &poses, &symbolic.inputs.parameters, cost).0);
     }
     outputs.extend(m.driven_rows.iter().map(|&r| residual[r]));
     outputs.extend(statics.reactions);

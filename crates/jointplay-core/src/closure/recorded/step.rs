@@ -4,7 +4,7 @@ use crate::closure::newton::Solver;
 use crate::closure::recorded::elimination::{Eliminated, Linear};
 use crate::closure::recorded::layout::Symbolic;
 use crate::math::space::{Component, Pose};
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, Row};
 use crate::program::symbol::Symbol;
 
 /// What one recorded step gives.
@@ -54,6 +54,21 @@ pub(crate) fn record_step_by<'e, 'r>(
     Some(Step { numbers, turn, size, pivots: linear.pivot_product(), residual, linear })
 }
 
+/// Numbers that are zero, or none where the flanks of a coupling would pass through each other.
+fn jams<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Symbol<'r>> {
+    let numbers = symbolic.numbers.chunks_exact(m.space.n_pose_numbers());
+    let poses: Vec<Pose<Symbol<'r>>> = numbers.map(|n| m.space.pose_of_numbers(n)).collect();
+    let parameters = &symbolic.inputs.parameters;
+    let taken = m.rows.iter().filter(|row| row.play.is_some());
+    let taken = taken.filter(|row| matches!(row.displaced(parameters), Symbol::Node(..)));
+    let jam = |row: &Row| {
+        let gap = m.coupled_row(row, &poses, parameters, &[]).gap;
+        let size = gap.abs();
+        (gap + size) / (size + gap) - Symbol::Constant(1.0)
+    };
+    taken.map(jam).collect()
+}
+
 /// Pose numbers after a Newton step, what the output's body has turned, and the square of the step's largest
 /// component, length-scaled.
 pub(crate) fn step_by<'r>(
@@ -80,6 +95,7 @@ pub(crate) fn step_by<'r>(
         }
     }
     let size = turned.max(moved * Symbol::Constant(1.0 / (m.length * m.length)));
+    let size = jams(m, symbolic).into_iter().fold(size, |size, jam| size + jam);
     let bodies = symbolic.numbers.chunks_exact(width).zip(step.chunks_exact(m.size()));
     let numbers = bodies.flat_map(|(n, s)| m.space.move_numbers(n, s)).collect();
     let turn = m.points[m.output]

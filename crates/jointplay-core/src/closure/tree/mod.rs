@@ -99,6 +99,10 @@ pub(crate) struct Equations<S> {
 impl Tree {
     /// The tree of shortest branches; `None` where a joint does not fit the equations.
     pub(crate) fn new(m: &Mechanism) -> Option<Self> {
+        // A coupling is no component of its joint.
+        if m.rows.iter().any(|row| row.is_coupled) {
+            return None;
+        }
         let mut held = vec![Vec::new(); m.n_joints()];
         for (number, row) in m.rows.iter().enumerate() {
             held[row.joint].push((number, row.component));

@@ -84,8 +84,8 @@ impl Mechanism {
             }
         };
         let balance = &settled.balance;
-        let poses = self.poses(&settled.state.coordinates);
-        found.prestress = self.bearable(&poses, &balance.forces, &system.unknown_reactions(&c));
+        let unknown = system.unknown_reactions(&c);
+        found.prestress = self.bearable(system.basis, &settled.state, &balance.forces, &unknown);
         found.deformation = self.deformation(&system, balance);
         found.given.error = system.basis.kept.error(&settled.state, nominal);
         found.given.coordinates = settled.state.coordinates;

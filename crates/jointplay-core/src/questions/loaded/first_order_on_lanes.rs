@@ -10,6 +10,7 @@ use crate::closure::recorded::step::evaluate;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::closure::sensitivity::UNFELT;
 use crate::closure::tree::on_lanes::OnTree;
+use crate::contact::flanks::run_at_flanks;
 use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
@@ -68,7 +69,7 @@ impl<'m> FirstOrder<'m> {
         let given =
             |lane: usize| (cases[lane.min(cases.len() - 1)].coordinates, cases[lane.min(cases.len() - 1)].drives);
         self.layout.load_all(m, given, registers);
-        self.statics.run(registers);
+        run_at_flanks(m, &self.statics, registers);
         let at = StaticsOutputs::new(m);
         let out = |k: usize| self.statics.output(registers, k);
         let mut good = [false; LANES];

@@ -207,13 +207,14 @@ impl Mechanism {
 
     fn loaded_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State, exact: bool) -> Loaded {
         let size = self.size();
-        let Some(at_nominal) = solver.linearise(nominal) else { return self.no_load_result(Status::Singular) };
+        let Some((at_nominal, flanks, gradient)) = self.at_flanks(solver, case, nominal) else {
+            return self.no_load_result(Status::Singular);
+        };
         let status = self.status_of(&at_nominal, nominal);
         // First order, at the nominal pose. Drive values that differ from the nominal ones count too.
-        let gradient = self.load_gradient(&at_nominal, nominal);
         let mutes = self.mutes(&gradient);
         let offsets = self.pressed(&gradient, &self.built(case.drives), &mutes);
-        let map = self.output_sensitivity(&at_nominal, nominal);
+        let map = self.output_sensitivity(&at_nominal, &flanks);
         let mut contribution = vec![0.0; self.sources.len() * size];
         let mut error_first_order = self.drive_shift(&map, case, nominal);
         for i in 0..size {
@@ -247,7 +248,7 @@ impl Mechanism {
                 undetermined: sum(&open),
                 open,
                 decided,
-                reaction: self.reactions(&at_nominal.poses, &gradient.multipliers),
+                reaction: self.reactions(&at_nominal.poses, &at_nominal.parameters, &gradient.multipliers),
                 offset: offsets.parameters,
                 contribution,
                 steps: 0,
@@ -296,7 +297,7 @@ impl Mechanism {
             undetermined: sum(&open),
             open,
             decided,
-            reaction: self.reactions(&displaced.poses, &contact.gradient.multipliers),
+            reaction: self.reactions(&displaced.poses, &displaced.parameters, &contact.gradient.multipliers),
             offset: contact.state.inputs.parameters,
             contribution,
             steps: contact.steps,

@@ -12,6 +12,7 @@ use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, load_statics, record_finish, record_statics};
 use crate::closure::recorded::step::record_step;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
+use crate::contact::flanks::run_at_flanks;
 use crate::contact::push_on_lanes::{change, mutes, push};
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Space;
@@ -85,7 +86,7 @@ impl<'m> Contact<'m> {
             let case = cases.get(lane).unwrap_or(&cases[0]);
             Layout::load(m, case.coordinates, case.drives, statics, lane);
         }
-        self.statics.run(statics);
+        run_at_flanks(m, &self.statics, statics);
         let at = StaticsOutputs::new(m);
         let out = |k: usize| self.statics.output(statics, k);
         let mut good = [false; LANES];
@@ -123,7 +124,7 @@ impl<'m> Contact<'m> {
             let mut all = true;
             for i in 0..cases.len() {
                 let moved = out(to.size).0[i];
-                good[i] &= moved <= SMALL_ANGLE * SMALL_ANGLE && out(to.pivots).0[i] * sign.0[i] > 0.0;
+                good[i] &= moved <= m.small_step() * m.small_step() && out(to.pivots).0[i] * sign.0[i] > 0.0;
                 still[i] = moved <= rounding * rounding && changed.0[i] <= m.still();
                 steps[i] += u64::from(!still[i]);
                 all &= still[i] || !good[i];
@@ -185,14 +186,14 @@ impl<'m> Contact<'m> {
         good: &mut [bool; LANES],
         steps: &mut [u64; LANES],
     ) {
-        let n_u = self.mechanism.n_parameters();
+        let (n_u, small) = (self.mechanism.n_parameters(), self.mechanism.small_step());
         let to = StepOutputs::new(self.mechanism, &self.layout);
         let mut parts = Block::splat(1.0);
         for i in 0..LANES {
             let length = self.step.output(step, to.size).0[i].sqrt();
-            if good[i] && length > SMALL_ANGLE {
+            if good[i] && length > small {
                 // Steps of half that length: they are not alike.
-                parts.0[i] = (length / (0.5 * SMALL_ANGLE)).ceil();
+                parts.0[i] = (length / (0.5 * small)).ceil();
                 good[i] = parts.0[i] <= PARTS;
             }
         }
@@ -211,7 +212,7 @@ impl<'m> Contact<'m> {
             }
             self.step.run(step);
             for i in 0..LANES {
-                good[i] &= self.step.output(step, to.size).0[i] <= SMALL_ANGLE * SMALL_ANGLE
+                good[i] &= self.step.output(step, to.size).0[i] <= small * small
                     && self.step.output(step, to.pivots).0[i] * sign.0[i] > 0.0;
                 steps[i] += u64::from(part < parts.0[i]);
             }

@@ -8,10 +8,10 @@ use nalgebra::DVector;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::State;
 use crate::cone::scheduler::Rounds;
-use crate::math::space::Pose;
+use crate::contact::flanks::FLANKS;
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
-use crate::mechanism::{Elastic, Mechanism, Row, Source};
+use crate::mechanism::{Basis, Elastic, Mechanism, Row, Source};
 use crate::questions::loaded::columns::{Loaded, Table};
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
@@ -125,10 +125,12 @@ impl Mechanism {
     async fn strain_at(&self, rounds: &Rounds, at: &Placed<'_>, exact: bool, details: bool) -> Strain {
         let Placed { system, solver, case, nominal, .. } = at;
         let basis = system.basis;
-        let Some(c) = Compatibility::at(basis, solver, nominal) else { return self.no_strain(Status::Singular) };
+        let known = self.displacements(&self.centre);
+        let Some((c, flanks)) = self.tied_at_flanks(rounds, at, &known).await else {
+            return self.no_strain(Status::Singular);
+        };
         let status = at.nominal_status();
         let lack_of_fit = self.length * basis.scaled_misfit(&c.misfit);
-        let known = self.displacements(&self.centre);
         let right = self.first_order_right(&c, &known, case, nominal);
         let loosest = system.balance_in(rounds, &c, &right, &Ask::Factor, None).await;
         let factor = loosest.as_ref().map_or(f64::INFINITY, |balance| balance.factor);
@@ -158,7 +160,7 @@ impl Mechanism {
                 undetermined: Vec::new(),
                 open: Vec::new(),
                 decided: Vec::new(),
-                reaction: self.bearable(&c.poses, &balance.forces, &unknown),
+                reaction: self.bearable(basis, &flanks, &balance.forces, &unknown),
                 offset: self.offsets(system, &balance),
                 contribution,
                 steps: 0,
@@ -192,7 +194,7 @@ impl Mechanism {
                 widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
             }
             found.loaded.error = basis.kept.error(state, nominal);
-            found.loaded.reaction = self.bearable(&self.poses(&state.coordinates), &balance.forces, &unknown);
+            found.loaded.reaction = self.bearable(basis, state, &balance.forces, &unknown);
             found.loaded.offset = self.offsets(system, balance);
             found.loaded.steps = rest.steps;
             found.force = self.known(&balance.forces, &unknown);
@@ -200,11 +202,10 @@ impl Mechanism {
             found.gap = balance.gap;
             settled_all = rest.still && balance.solved;
             if let Some(stress) = stress {
-                let poses = self.poses(&stress.state.coordinates);
-                found.prestress = self.bearable(&poses, &stress.balance.forces, &unknown);
+                found.prestress = self.bearable(basis, &stress.state, &stress.balance.forces, &unknown);
             }
         } else if let Some(stress) = stress {
-            found.prestress = self.bearable(&c.poses, &stress.forces, &unknown);
+            found.prestress = self.bearable(basis, &flanks, &stress.forces, &unknown);
         }
         let felt = widths.iter().any(|width| *width > 0.0);
         found.loaded.undetermined = widths;
@@ -215,6 +216,29 @@ impl Mechanism {
             other => other,
         };
         found
+    }
+
+    /// The linearisation at the nominal pose, for the flanks of couplings that the load closes, and the displacements
+    /// that tell these; `None` where the basis is singular.
+    async fn tied_at_flanks(&self, rounds: &Rounds, at: &Placed<'_>, known: &[f64]) -> Option<(Compatibility, State)> {
+        let Placed { system, solver, case, nominal, .. } = at;
+        let mut flanks = State::clone(nominal);
+        let mut c = Compatibility::at(system.basis, solver, nominal)?;
+        let rows: Vec<usize> = (0..self.n_rows()).filter(|&k| self.rows[k].play.is_some()).collect();
+        for _ in 0..if rows.is_empty() { 0 } else { FLANKS } {
+            let right = self.first_order_right(&c, known, case, nominal);
+            let Some(balance) = system.balance_in(rounds, &c, &right, &Ask::Load, None).await else { break };
+            let given = system.displacements(&balance);
+            let before = flanks.inputs.parameters.clone();
+            for &k in &rows {
+                flanks.inputs.parameters[k] = known[k] + given[k];
+            }
+            if system.difference(&before, &flanks.inputs.parameters) <= self.still() {
+                break;
+            }
+            c = c.at_flanks(system.basis, solver, &flanks)?;
+        }
+        Some((c, flanks))
     }
 
     /// The exact pose, and the prestress where members have to be strained; puts the factor on the clearances.
@@ -294,9 +318,14 @@ impl Mechanism {
         self.sources.iter().filter(|source| source.is_clearance).map(reach).sum()
     }
 
-    /// Reactions of forces on the rows, unknown where nothing decides them.
-    pub(crate) fn bearable(&self, poses: &[Pose<f64>], forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
-        let mut reactions = self.reactions(poses, forces.as_slice());
+    /// Reactions of forces on the rows' displacements at a state of the basis, unknown where nothing decides them.
+    pub(crate) fn bearable(&self, basis: &Basis, at: &State, forces: &DVector<f64>, unknown: &[bool]) -> Vec<f64> {
+        let (poses, displacements) = (self.poses(&at.coordinates), &at.inputs.parameters);
+        let mut multipliers = forces.rows(0, self.n_rows()).into_owned();
+        for (l, row) in multipliers.iter_mut().zip(&basis.all.rows).filter(|(_, row)| row.play.is_some()) {
+            *l /= basis.all.slope(row, &poses, displacements);
+        }
+        let mut reactions = basis.all.reactions(&poses, displacements, multipliers.as_slice());
         for (wrench, unknown) in reactions.chunks_exact_mut(self.size()).zip(unknown) {
             if *unknown {
                 wrench.fill(f64::NAN);

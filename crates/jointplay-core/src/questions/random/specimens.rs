@@ -130,7 +130,7 @@ impl Mechanism {
 
     fn unit_of(&self, at: &Together<'_>, centre: &[f64], factor: f64, rested: &Rested) -> Result<Unit, Status> {
         let state = at.close_plainly(&rested.displacements)?;
-        let (poses, forces) = (self.poses(&state.coordinates), &rested.balance.forces);
+        let forces = &rested.balance.forces;
         let unknown = at.system.unknown_reactions(&rested.ties);
         let mut offset = centre.to_vec();
         for (give, given) in at.system.gives.iter().zip(&rested.balance.given) {
@@ -140,7 +140,7 @@ impl Mechanism {
         Ok(Unit {
             clearance_factor: factor,
             force: self.known(forces, &unknown),
-            reaction: self.bearable(&poses, forces, &unknown),
+            reaction: self.bearable(at.system.basis, &state, forces, &unknown),
             offset,
             status: if is_apart(factor) { Status::Strained } else { Status::Ok },
             coordinates: state.coordinates,

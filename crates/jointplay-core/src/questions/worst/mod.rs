@@ -17,6 +17,8 @@ mod worker;
 use rayon::prelude::*;
 
 use crate::closure::newton::{Solver, State};
+use crate::closure::sensitivity::Output;
+use crate::contact::flanks::FLANKS;
 use crate::interrupt;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
@@ -25,6 +27,7 @@ use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::on_lanes::{Climb, Site};
 use crate::questions::worst::prepared::Prepared;
 use crate::questions::worst::search::{Found, Search};
+use crate::questions::worst::starts::Extreme;
 use crate::questions::worst::worker::Height;
 
 /// Configurations at most that one task climbs.
@@ -145,16 +148,44 @@ impl Mechanism {
         let map = self.output_sensitivity(&linearised, &nominal);
         let built = solver.follow(&nominal, &self.built(case.drives))?;
         let shift = self.drive_shift(&map, &case, &nominal);
-        let mut extremes = vec![self.farthest(Measure::Position, &map, &shift, 0..translations, starts)];
+        let told = |extreme: &dyn Fn(&Output) -> Extreme| self.at_its_flanks(solver, &nominal, &map, extreme);
+        let mut extremes = vec![told(&|map| self.farthest(Measure::Position, map, &shift, 0..translations, starts))?];
         for index in 0..size {
-            extremes.extend([true, false].map(|lowest| self.end(index, lowest, &map, &shift, starts)));
+            for lowest in [true, false] {
+                extremes.push(told(&|map| self.end(index, lowest, map, &shift, starts))?);
+            }
         }
         if self.turns_freely() {
-            extremes.push(self.farthest(Measure::Rotation, &map, &shift, translations..size, starts));
+            extremes.push(told(&|map| self.farthest(Measure::Rotation, map, &shift, translations..size, starts))?);
         }
         let status = self.status_of(&linearised, &nominal);
         let reference = self.output(&nominal.coordinates, &nominal.inputs);
         Ok(Prepared { nominal, built, site: Site { case, reference }, extremes, status })
+    }
+
+    /// An extreme of the linearised mechanism by the map that belongs to the flanks which it closes itself; by the
+    /// given one where no coupling has play.
+    fn at_its_flanks(
+        &self,
+        solver: &Solver<'_>,
+        nominal: &State,
+        map: &Output,
+        extreme: impl Fn(&Output) -> Extreme,
+    ) -> Result<Extreme, Status> {
+        let mut found = extreme(map);
+        let mut flanks = nominal.clone();
+        for _ in 0..if self.plays().next().is_some() { FLANKS } else { 0 } {
+            let before = flanks.inputs.clone();
+            self.plays().for_each(|p| flanks.inputs.parameters[p] = found.linear.parameters[p]);
+            if before == flanks.inputs {
+                break;
+            }
+            let linearised = solver.linearise(&flanks).ok_or(Status::Singular)?;
+            let bound = found.bound;
+            found = extreme(&self.output_sensitivity(&linearised, &flanks));
+            found.bound = found.bound.max(bound);
+        }
+        Ok(found)
     }
 
     /// Whether bodies turn about more than one axis. In the plane the largest rotation is one end or the

@@ -141,7 +141,7 @@ impl<'m> Climb<'m> {
                 if busy.sign == 0.0 {
                     busy.sign = at(out(pivots));
                 }
-                let sure = at(out(moved)) <= SMALL_ANGLE * SMALL_ANGLE && at(out(pivots)) * busy.sign > 0.0;
+                let sure = at(out(moved)) <= m.small_step() * m.small_step() && at(out(pivots)) * busy.sign > 0.0;
                 let round = Round {
                     lane,
                     moved: at(out(moved)),
@@ -212,7 +212,7 @@ fn record_climb_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let poses = poses_of(m, &symbolic);
     let mut cost = m.no_cost();
     m.add_wrench(m.output, force, moment, &poses, &symbolic.inputs.parameters, &mut cost);
-    let (slope, multipliers) = gradient(m, &step.linear, &poses, cost);
+    let (slope, multipliers) = gradient(m, &step.linear, &poses, &symbolic.inputs.parameters, cost);
     let mut outputs = step.numbers;
     outputs.extend(step.turn);
     outputs.extend([step.size, step.pivots, m.largest_force(&multipliers)]);

@@ -18,7 +18,7 @@ use crate::questions::worst::first_order::Reach;
 #[derive(Clone)]
 pub(crate) struct Linear {
     pub value: f64,
-    parameters: Vec<f64>,
+    pub parameters: Vec<f64>,
     pub contribution: Vec<f64>,
     /// Sources without an effect to first order.
     undecided: Vec<usize>,

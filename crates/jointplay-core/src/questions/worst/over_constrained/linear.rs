@@ -8,7 +8,8 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::closure::newton::State;
+use crate::closure::newton::{Solver, State};
+use crate::contact::flanks::FLANKS;
 use crate::math::mesh::{cosine_of_radius, mesh, spread};
 use crate::math::vector::{Vec3, dot, norm, scale};
 use crate::mechanism::case::Case;
@@ -168,16 +169,42 @@ impl Site<'_> {
 
     /// All extremes, in the order of the measures.
     pub fn extremes(&self, starts: usize) -> Option<Vec<Extreme>> {
-        let m = self.system.mechanism;
-        let (size, translations) = (m.size(), m.n_translations());
         // Where nothing is compatible one program tells it as well as all of them.
-        self.along(&vec![0.0; size])?;
-        let extreme = |measure| match measure {
+        self.along(&vec![0.0; self.system.mechanism.size()])?;
+        let measures = self.system.mechanism.measures().into_iter();
+        measures.map(|measure| self.extreme(measure, starts)).collect()
+    }
+
+    fn extreme(&self, measure: Measure, starts: usize) -> Option<Extreme> {
+        let (size, translations) = (self.system.mechanism.size(), self.system.mechanism.n_translations());
+        match measure {
             Measure::Position => self.largest(measure, 0..translations, starts),
             Measure::Rotation => self.largest(measure, translations..size, starts),
             Measure::Component { index, lowest } => self.end(index, lowest),
-        };
-        m.measures().into_iter().map(extreme).collect()
+        }
+    }
+
+    /// An extreme by the linearisation that belongs to the flanks of couplings which it closes itself.
+    pub fn at_its_flanks(&self, solver: &Solver<'_>, mut found: Extreme, starts: usize) -> Option<Extreme> {
+        let m = self.system.mechanism;
+        let rows: Vec<usize> = (0..m.n_rows()).filter(|&k| m.rows[k].play.is_some()).collect();
+        let mut flanks = self.nominal.clone();
+        for _ in 0..if rows.is_empty() { 0 } else { FLANKS } {
+            let before = flanks.inputs.parameters.clone();
+            for &k in &rows {
+                flanks.inputs.parameters[k] = found.linear.displacements[k];
+            }
+            if self.system.difference(&before, &flanks.inputs.parameters) <= m.still() {
+                break;
+            }
+            let compatibility = self.compatibility.at_flanks(self.system.basis, solver, &flanks)?;
+            let right = m.first_order_right(&compatibility, &self.known, self.case, self.nominal);
+            let site = Site { compatibility, right, known: self.known.clone(), ..*self };
+            let bound = found.bound;
+            found = site.extreme(found.measure, starts)?;
+            found.bound = found.bound.max(bound);
+        }
+        Some(found)
     }
 }
 

@@ -23,7 +23,7 @@ use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::over_constrained::deviations::Deviations;
-use crate::questions::worst::over_constrained::linear::Site;
+use crate::questions::worst::over_constrained::linear::{Extreme, Site};
 use crate::questions::worst::over_constrained::strained::{Elastic, Found};
 use crate::questions::worst::worker::Height;
 use crate::questions::worst::{Told, Worst};
@@ -145,6 +145,8 @@ impl Mechanism {
         let right = self.first_order_right(&compatibility, &known, case, nominal);
         let site = Site { system: &system, compatibility, right, known, case, nominal };
         let Some(extremes) = site.extremes(climbs) else { return Ok(None) };
+        let extremes = extremes.into_iter().map(|extreme| site.at_its_flanks(solver, extreme, climbs));
+        let Some(extremes) = extremes.collect::<Option<Vec<Extreme>>>() else { return Ok(None) };
         let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };
         let built = solver.follow(nominal, &built)?;
         let summits = site.summits(solver, &built, &extremes);

@@ -1,0 +1,389 @@
+//! Couplings: rows that tie what two bodies do to each other, as gears, racks, belts and screws do.
+//!
+//! A coupling is a joint whose first row is no component of its displacement but a sum of terms
+//!
+//! ```text
+//! R = sum of coefficient x measure - start,    wrapped to its period
+//! ```
+//!
+//! | kind | terms | period | flank opens by |
+//! |---|---|---|---|
+//! | gear pair | -r1 (bearing on body 1) - r2 (bearing on body 2) | pitch x gcd(z1, z2) | k [rho - b atan(rho / b)], k = sign(r1 + r2) / cos(alpha), b = abs(r1 + r2) cos(alpha) |
+//! | belt | the same with -r2 unless it is crossed | the same | the same with k = -1, b = abs(r1 + r2) |
+//! | rack | along + side r (roll) | 2 pi r | tan(alpha) (height - r) |
+//! | screw | along - lead / 2 pi (roll) | lead | |
+//!
+//! The bearing is the angle at which a body sees the line of centres c from point 1 to point 2, in the plane of
+//! its axes that the joint turns in; `rho^2 = c^2 - b^2`. Gear and belt open by the same function, the involute of
+//! the base circles. r2 is negative for a ring around body 1. Angles enter by sine and cosine of their whole
+//! multiples, so that R has one value in each pose; which tooth meshes follows from continuity along a path.
+//!
+//! Both flanks touch at R = 0. Play u between them, of half-width h about a centre, widens by the opening E on
+//! each side:
+//!
+//! ```text
+//! R - ratio error - [centre + (u - centre) (1 + E / h)] = 0
+//! ```
+//!
+//! An elastic deformation adds to u, and what is beyond the play counts as it is. Where `1 + E / h` is below zero the flanks would pass through each other: the mechanism cannot be assembled. At
+//! either end of the play the derivative along the twists is the line of action of the flank that carries,
+//! since `d(R -+ E)` is what its force works on.
+
+use crate::math::real::Real;
+use crate::math::rotation::{turn_back, turn_on, turn_times};
+use crate::math::vector::{Vec3, add, cross, dot, scale, sub};
+use crate::mechanism::spec::{CouplingSpec, JointKind};
+
+/// What a term of a coupling measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Measure {
+    /// The angle at which the first body (or the second) sees the line of centres.
+    Bearing { second: bool },
+    /// The angle of the second body relative to the first.
+    Roll,
+    /// The displacement along an axis, as [`Pair`] has them.
+    Along(usize),
+}
+
+/// By how much each flank moves away from the other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Opening {
+    /// With the distance of the centres: `factor [rho - base atan(rho / base)]`, less its value at `start`.
+    Distance { factor: f64, base: f64, start: f64 },
+    /// With the displacement along an axis, as [`Pair`] has them: `slope x displacement - start`.
+    Height { axis: usize, slope: f64, start: f64 },
+}
+
+/// The coupled row of a joint.
+#[derive(Clone, Debug)]
+pub(crate) struct Coupling {
+    /// Measures with their coefficients, lengths for angles.
+    pub terms: Vec<(Measure, f64)>,
+    /// The length of one radian of phase: the period is a full turn of it.
+    pub radian: f64,
+    /// The distance of the centres, which gives bearings about unit size.
+    pub distance: f64,
+    /// The play on each side must be below this: half of the gap between two teeth, or a quarter of the period.
+    pub largest_play: f64,
+    /// Sine and cosine of the phase at the start.
+    pub start: (f64, f64),
+    /// What play opens by.
+    pub opening: Option<Opening>,
+}
+
+/// Half-width and centre of the play between two flanks.
+#[derive(Clone, Copy, Debug)]
+pub struct Play {
+    /// Where both flanks are equally far.
+    pub centre: f64,
+    /// Half of the play.
+    pub half: f64,
+}
+
+/// The rate of a quantity of two bodies: `linear . (velocity of point 2 - of point 1) + first . w1 + second . w2`.
+#[derive(Clone, Copy)]
+pub(crate) struct Rate<S> {
+    pub linear: Vec3<S>,
+    pub first: Vec3<S>,
+    pub second: Vec3<S>,
+}
+
+impl<S: Real> Rate<S> {
+    pub(crate) fn zero() -> Self {
+        let zero = [S::from_f64(0.0); 3];
+        Self { linear: zero, first: zero, second: zero }
+    }
+
+    fn plus(self, factor: S, other: Self) -> Self {
+        let sum = |a, b| add(a, scale(b, factor));
+        Self {
+            linear: sum(self.linear, other.linear),
+            first: sum(self.first, other.first),
+            second: sum(self.second, other.second),
+        }
+    }
+}
+
+/// Two bodies as a coupling sees them, in ground axes.
+#[derive(Clone, Copy)]
+pub(crate) struct Pair<S> {
+    /// From the first point to the second.
+    pub apart: Vec3<S>,
+    /// The joint's axes as both bodies carry them: the axis of turning after the plane that it turns in.
+    pub axes: [[Vec3<S>; 3]; 2],
+}
+
+/// A displacement near the one in question, with sine and cosine of its phase.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reference<S> {
+    pub value: S,
+    pub sine: S,
+    pub cosine: S,
+}
+
+fn gcd(a: u32, b: u32) -> u32 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+impl Coupling {
+    /// The coupling of a joint, where its kind is one.
+    pub(crate) fn new(kind: JointKind, spec: &CouplingSpec) -> Result<Self, &'static str> {
+        let turns = std::f64::consts::TAU;
+        let [r1, r2] = spec.radii;
+        let right = |r: f64| r.is_finite() && r > 0.0;
+        let angled = spec.pressure_angle >= 0.0 && spec.pressure_angle < 0.25 * turns;
+        if kind == JointKind::Screw {
+            if !spec.lead.is_finite() || spec.lead == 0.0 {
+                return Err("needs a lead other than zero");
+            }
+            return Ok(Self {
+                terms: vec![(Measure::Along(2), 1.0), (Measure::Roll, -spec.lead / turns)],
+                radian: spec.lead.abs() / turns,
+                distance: 1.0,
+                largest_play: 0.25 * spec.lead.abs(),
+                start: (0.0, 1.0),
+                opening: None,
+            });
+        }
+        if kind == JointKind::Rack {
+            if !right(r1) || !angled {
+                return Err("needs a positive pitch radius and a pressure angle from 0 to 90 degrees");
+            }
+            let slope = spec.pressure_angle.tan();
+            return Ok(Self {
+                terms: vec![(Measure::Along(0), 1.0), (Measure::Roll, r1)],
+                radian: r1,
+                distance: 1.0,
+                largest_play: 0.25 * turns * r1,
+                start: (0.0, 1.0),
+                opening: Some(Opening::Height { axis: 1, slope, start: slope * r1 }),
+            });
+        }
+        let [z1, z2] = spec.teeth;
+        if !right(r1) || !right(r2) || z1 == 0 || z2 == 0 || !angled {
+            return Err("needs positive pitch radii, tooth counts and a pressure angle from 0 to 90 degrees");
+        }
+        if (r1 * f64::from(z2) - r2 * f64::from(z1)).abs() > 1e-9 * r1 * f64::from(z2) {
+            return Err("has pitch radii that are not in the ratio of its tooth counts");
+        }
+        let is_belt = kind == JointKind::Belt;
+        let same_way = if is_belt { !spec.crossed } else { spec.internal };
+        let r2 = if same_way { -r2 } else { r2 };
+        let apart = (r1 + r2).abs();
+        if !is_belt && apart <= 1e-9 * r1 {
+            return Err("has two wheels of one size inside each other");
+        }
+        let (factor, base) = if is_belt {
+            (-1.0, apart)
+        } else {
+            ((r1 + r2).signum() / spec.pressure_angle.cos(), apart * spec.pressure_angle.cos())
+        };
+        // Gears have their pressure angle where the pitch circles touch; a belt its slack at the start.
+        let distance = if is_belt { spec.distance.unwrap_or(f64::NAN) } else { apart };
+        let common = f64::from(gcd(z1, z2));
+        Ok(Self {
+            terms: vec![(Measure::Bearing { second: false }, -r1), (Measure::Bearing { second: true }, -r2)],
+            radian: r1 * common / f64::from(z1),
+            distance,
+            largest_play: 0.25 * turns * r1 / f64::from(z1) * if is_belt { common } else { 1.0 },
+            start: (0.0, 1.0),
+            opening: Some(Opening::Distance { factor, base, start: (distance * distance - base * base).sqrt() }),
+        })
+    }
+
+    /// Whether one of its terms is a displacement, whose phase needs a reference in a recorded program.
+    pub(crate) fn slides(&self) -> Option<usize> {
+        self.terms.iter().find_map(|term| match term.0 {
+            Measure::Along(axis) => Some(axis),
+            Measure::Bearing { .. } | Measure::Roll => None,
+        })
+    }
+
+    fn times(&self, coefficient: f64) -> i32 {
+        (coefficient / self.radian).round() as i32
+    }
+
+    /// The largest move of the bodies (length-scaled; radians) in which no tooth is skipped: what the bearings
+    /// bend in it is of second order and stays within an eighth of the period.
+    pub(crate) fn largest_move(&self) -> f64 {
+        let bends = |&(measure, r): &(Measure, f64)| match measure {
+            Measure::Bearing { .. } => r.abs(),
+            Measure::Roll | Measure::Along(_) => 0.0,
+        };
+        let radius: f64 = self.terms.iter().map(bends).sum();
+        if radius > 0.0 { (std::f64::consts::TAU * self.radian / (8.0 * radius)).sqrt() } else { f64::INFINITY }
+    }
+
+    /// Fixes what is taken from the pose that it begins in: the distance of its centres, on which side of its rack a
+    /// pinion is, and the phase in which its teeth mesh.
+    pub(crate) fn begin(&mut self, pair: &Pair<f64>, marks: Option<[f64; 2]>) {
+        let [x, y] = pair.seen(false);
+        match &mut self.opening {
+            Some(Opening::Distance { base, start, .. }) if self.distance.is_nan() => {
+                self.distance = x.hypot(y);
+                *start = (self.distance * self.distance - *base * *base).sqrt();
+            }
+            Some(Opening::Height { slope, .. }) if y < 0.0 => {
+                *slope = -*slope;
+                self.terms[1].1 = -self.terms[1].1;
+            }
+            _ => {}
+        }
+        let marked =
+            |marks: [f64; 2]| self.terms.iter().zip(marks).map(|(term, mark)| term.1 * mark / self.radian).sum();
+        let phase: f64 = marks.map_or_else(
+            || {
+                let (sine, cosine) = self.phase(pair, None).0;
+                sine.atan2(cosine)
+            },
+            marked,
+        );
+        self.start = phase.sin_cos();
+    }
+
+    /// Sine and cosine of its phase, and the rate of that as a length.
+    pub(crate) fn phase<S: Real>(&self, pair: &Pair<S>, reference: Option<&Reference<S>>) -> ((S, S), Rate<S>) {
+        let mut phase = (S::from_f64(-self.start.0), S::from_f64(self.start.1));
+        let mut rate = Rate::zero();
+        for &(measure, coefficient) in &self.terms {
+            let turned = match measure {
+                Measure::Bearing { second } => {
+                    let unit = S::from_f64(1.0 / self.distance);
+                    let [x, y] = pair.seen(second);
+                    turn_times((y * unit, x * unit), self.times(coefficient))
+                }
+                Measure::Roll => turn_times(pair.roll(), self.times(coefficient)),
+                Measure::Along(axis) => {
+                    let slid = pair.slid(axis);
+                    let radian = S::from_f64(self.radian);
+                    reference.map_or_else(
+                        || (slid / radian).wide_sin_cos(),
+                        |r| turn_on(((slid - r.value) / radian).wide_sin_cos(), (r.sine, r.cosine)),
+                    )
+                }
+            };
+            phase = turn_on(phase, turned);
+            rate = rate.plus(S::from_f64(coefficient), pair.rate(measure));
+        }
+        (phase, rate)
+    }
+
+    /// The coupled row for a play and what shifts it beside.
+    pub(crate) fn row<S: Real>(
+        &self,
+        pair: &Pair<S>,
+        reference: Option<&Reference<S>>,
+        between: Option<Play>,
+        play: S,
+        shifted: impl Fn(S) -> S,
+    ) -> Coupled<S> {
+        let radian = S::from_f64(self.radian);
+        let (phase, mut rate) = self.phase(pair, reference);
+        let (mut slope, mut gap, mut taken) = (S::from_f64(1.0), S::from_f64(1.0), play);
+        if let (Some(between), Some(opening)) = (between, &self.opening) {
+            let (centre, part) = (S::from_f64(between.centre), S::from_f64(1.0 / between.half));
+            let (opened, of_opening) = opening.at(pair);
+            // What gives way elastically beyond the play is on the flank.
+            let (side, inside) = ((play - centre) * part).within_one();
+            gap = slope + opened * part;
+            slope = slope + inside * opened * part;
+            taken = play + side * opened;
+            rate = rate.plus(-side, of_opening);
+        }
+        let (sine, cosine) = turn_back(phase, (shifted(taken) / radian).wide_sin_cos());
+        Coupled { residual: radian * S::small_angle(sine, cosine), rate, slope, gap }
+    }
+}
+
+/// A coupled row at a pose.
+pub(crate) struct Coupled<S> {
+    pub residual: S,
+    /// Its rate at the flank where the play is.
+    pub rate: Rate<S>,
+    /// What its own parameter counts.
+    pub slope: S,
+    /// The play as a part of what it is between wheels in their places; below zero they cannot be there.
+    pub gap: S,
+}
+
+impl<S: Real> Pair<S> {
+    /// The line of centres in the plane of the axes of the first body (or the second).
+    pub(crate) fn seen(&self, second: bool) -> [S; 2] {
+        let [x, y, _] = self.axes[usize::from(second)];
+        [dot(self.apart, x), dot(self.apart, y)]
+    }
+
+    /// Sine and cosine (times one positive number) of the roll.
+    fn roll(&self) -> (S, S) {
+        let [[x, y, _], [turned, ..]] = self.axes;
+        (dot(y, turned), dot(x, turned))
+    }
+
+    /// The displacement along an axis, by its place here.
+    pub(crate) fn slid(&self, axis: usize) -> S {
+        dot(self.axes[0][axis], self.apart)
+    }
+
+    /// What a term measures, angles up to full turns.
+    pub(crate) fn measure(&self, measure: Measure) -> S {
+        let angle = |(sine, cosine)| S::small_angle(sine, cosine);
+        match measure {
+            Measure::Bearing { second } => {
+                let [x, y] = self.seen(second);
+                angle((y, x))
+            }
+            Measure::Roll => angle(self.roll()),
+            Measure::Along(axis) => self.slid(axis),
+        }
+    }
+
+    fn rate(&self, measure: Measure) -> Rate<S> {
+        let one = S::from_f64(1.0);
+        match measure {
+            Measure::Bearing { second } => {
+                let ([x, y], [s, n, _]) = (self.seen(second), self.axes[usize::from(second)]);
+                let across = scale(sub(scale(n, x), scale(s, y)), one / (x * x + y * y));
+                let (own, other) = (cross(across, self.apart), Rate::<S>::zero().first);
+                let [first, second] = if second { [other, own] } else { [own, other] };
+                Rate { linear: across, first, second }
+            }
+            Measure::Roll => {
+                let ((sine, cosine), [[x, y, _], [turned, ..]]) = (self.roll(), self.axes);
+                let across = sub(scale(y, cosine), scale(x, sine));
+                let gradient = scale(cross(turned, across), one / (cosine * cosine + sine * sine));
+                Rate { first: gradient.map(|g| -g), second: gradient, ..Rate::zero() }
+            }
+            Measure::Along(axis) => self.sliding(self.axes[0][axis]),
+        }
+    }
+
+    /// The rate of the displacement along a direction that the first body carries.
+    fn sliding(&self, direction: Vec3<S>) -> Rate<S> {
+        Rate { linear: direction, first: cross(direction, self.apart), ..Rate::zero() }
+    }
+}
+
+impl Opening {
+    /// By how much each flank has moved away from the other.
+    fn at<S: Real>(&self, pair: &Pair<S>) -> (S, Rate<S>) {
+        match *self {
+            Self::Height { axis, slope, start } => {
+                let slope = S::from_f64(slope);
+                let opened = slope * pair.slid(axis) - S::from_f64(start);
+                (opened, Rate::zero().plus(slope, pair.sliding(pair.axes[0][axis])))
+            }
+            Self::Distance { factor, base, start } => {
+                let ([x, y], [s, n, _]) = (pair.seen(false), pair.axes[0]);
+                let (base, begun) = (S::from_f64(base), S::from_f64(start));
+                let square = x * x + y * y;
+                let rho = (square - base * base).root(start);
+                let tangent = base * (rho - begun) / (base * base + rho * begun);
+                let arc = S::from_f64(0.5) * tangent * S::double_arc(tangent * tangent);
+                let factor = S::from_f64(factor);
+                // Along the line of centres, times its length.
+                let radial = pair.sliding(add(scale(s, x), scale(n, y)));
+                (factor * (rho - begun - base * arc), Rate::zero().plus(factor * rho / square, radial))
+            }
+        }
+    }
+}
