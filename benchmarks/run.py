@@ -26,6 +26,7 @@ WORKLOADS = {
     "W5": "w5_chain",
     "W6": "w6_start",
     "W7": "w7_cones",
+    "W8": "w8_calls",
     "phases": "phases",  # after `make bench-core`
 }
 #: set before anything numerical is imported

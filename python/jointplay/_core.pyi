@@ -5,11 +5,12 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["STATUSES", "Mechanism", "cone_programs", "simd"]
+__all__ = ["STATUSES", "Mechanism", "cone_programs", "recordings", "simd"]
 
 STATUSES: list[str]
 
 def simd(limit: str | None = None) -> str: ...
+def recordings() -> tuple[int, int, int]: ...
 def cone_programs(
     question: str,
     blocks: str,

@@ -32,4 +32,6 @@ mod program;
 pub mod questions;
 mod redundancy;
 
+pub use program::kept::Kept;
+
 pub use mechanism::{Case, Mechanism, Spec, SpecError, Status};

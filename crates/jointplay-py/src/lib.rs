@@ -9,7 +9,7 @@ mod cones;
 mod mechanism;
 mod work;
 
-use jointplay_core::Status;
+use jointplay_core::{Kept, Status};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -39,6 +39,14 @@ fn simd(limit: Option<&str>) -> PyResult<&'static str> {
     })
 }
 
+/// Programs recorded by this process, recordings that it keeps for mechanisms of the same structure, and bytes that
+/// these take.
+#[pyfunction]
+fn recordings() -> (u64, usize, usize) {
+    let kept = Kept::now();
+    (kept.recorded, kept.traces, kept.bytes)
+}
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     if let Ok(name) = std::env::var(WIDTH) {
@@ -46,6 +54,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     }
     module.add("STATUSES", Status::ALL.map(Status::name).to_vec())?;
     module.add_function(wrap_pyfunction!(simd, module)?)?;
+    module.add_function(wrap_pyfunction!(recordings, module)?)?;
     module.add_function(wrap_pyfunction!(cones::cone_programs, module)?)?;
     module.add_class::<mechanism::Mechanism>()
 }

@@ -227,10 +227,13 @@ class Builder:
 def _divided(values: Array, factor: float | Array) -> Array:
     """Values in other units, and short where a short number means the same: 59.43 deg, not 59.43000000000001."""
     quotient: Array = np.asarray(values / factor)
-    largest = np.max(np.abs(quotient), where=np.isfinite(quotient), initial=0.0)
-    if largest == 0.0 or np.all(factor == 1.0):
+    sizes = np.abs(quotient)
+    largest = sizes.max(initial=0.0)
+    if not np.isfinite(largest):
+        largest = np.max(sizes, where=np.isfinite(sizes), initial=0.0)
+    if largest == 0.0 or (factor == 1.0 if isinstance(factor, float) else (factor == 1.0).all()):
         return quotient
     # Powers of ten are exact up to here.
-    scale = 10.0 ** np.clip(SHORT - np.ceil(np.log10(largest)), 0, 22)
+    scale = 10.0 ** min(max(SHORT - np.ceil(np.log10(largest)), 0), 22)
     short = np.rint(quotient * scale) / scale
     return np.where(short * factor == values, short, quotient)

@@ -5,11 +5,11 @@
 //! it is then on the branch of the state it came from. The others are followed plainly.
 
 use crate::closure::newton::{Solver, State};
-use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::elimination::Linear;
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::poses_of;
 use crate::closure::recorded::step::{evaluate, record_step, step_by};
+use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::closure::tree::on_lanes::OnTree;
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Component;
@@ -58,7 +58,7 @@ impl<'m> Follow<'m> {
     pub fn record(solver: &Solver<'m>) -> Option<Self> {
         let m = solver.mechanism;
         let layout = Layout::new(m);
-        let recorder = Recorder::new(SMALL_ANGLE);
+        let recorder = Recorder::new(SMALL_ANGLE, &structure("follow", solver));
         let mut symbolic = layout.varying(m, &recorder);
         symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
         let turn = layout.turn(m, &recorder);
@@ -75,7 +75,7 @@ impl<'m> Follow<'m> {
             outputs
         };
         let pose = m.n_parameters()..m.n_parameters() + layout.n_pose();
-        let step = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs).replacing(pose);
+        let step = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs, pose);
         Some(Self { mechanism: m, layout, step })
     }
 

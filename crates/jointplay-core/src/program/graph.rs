@@ -1,6 +1,29 @@
 //! From the graph of recorded operations to the operations that a processor does.
 
-use crate::program::symbol::{Binary, Node};
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Binary {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Max,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Node {
+    /// A constant by its number, and whether it has a sign. Its value may differ from mechanism to mechanism.
+    Constant {
+        number: u32,
+        negative: bool,
+    },
+    /// A quantity common to all samples.
+    Common(u32),
+    /// A quantity of its own for every sample.
+    Varying(u32),
+    Neg(u32),
+    Abs(u32),
+    Binary(Binary, u32, u32),
+}
 
 /// The operations that a processor does at once.
 #[derive(Clone, Copy, Debug)]
@@ -90,7 +113,7 @@ pub(crate) fn operations(nodes: &[Node], varying: &[bool], order: &[u32], roots:
                 (Kind::MaxUnsigned, [a, b, b])
             }
             Node::Binary(Binary::Max, a, b) => (Kind::Max, [a, b, b]),
-            Node::Constant(_) | Node::Common(_) | Node::Varying(_) => continue,
+            Node::Constant { .. } | Node::Common(_) | Node::Varying(_) => continue,
         };
         work.push((kind, operands, id));
     }
@@ -104,7 +127,7 @@ fn unsigned(nodes: &[Node]) -> Vec<bool> {
     for &node in nodes {
         let of = |o: u32| unsigned[o as usize];
         unsigned.push(match node {
-            Node::Constant(bits) => bits >> 63 == 0,
+            Node::Constant { negative, .. } => !negative,
             Node::Abs(_) => true,
             Node::Binary(Binary::Mul, a, b) => a == b || (of(a) && of(b)),
             Node::Binary(Binary::Add | Binary::Div | Binary::Max, a, b) => of(a) && of(b),
@@ -116,7 +139,7 @@ fn unsigned(nodes: &[Node]) -> Vec<bool> {
 
 pub(crate) fn operands(node: Node) -> impl Iterator<Item = u32> {
     let (a, b) = match node {
-        Node::Constant(_) | Node::Common(_) | Node::Varying(_) => (None, None),
+        Node::Constant { .. } | Node::Common(_) | Node::Varying(_) => (None, None),
         Node::Neg(a) | Node::Abs(a) => (Some(a), None),
         Node::Binary(_, a, b) => (Some(a), Some(b)),
     };

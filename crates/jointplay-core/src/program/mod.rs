@@ -1,8 +1,11 @@
 //! Straight-line programs recorded from equations, interpreted or as machine code.
 
+mod code;
 mod graph;
+pub mod kept;
 mod native;
 mod operation;
+mod recording;
 mod schedule;
 pub(crate) mod symbol;
 pub(crate) mod tape;

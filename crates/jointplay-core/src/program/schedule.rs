@@ -6,8 +6,7 @@
 
 use std::cmp::Reverse;
 
-use crate::program::graph::operands;
-use crate::program::symbol::Node;
+use crate::program::graph::{Node, operands};
 
 /// What the roots need, operands first.
 pub(crate) fn schedule(nodes: &[Node], varying: &[bool], roots: &[u32]) -> Vec<u32> {

@@ -4,33 +4,15 @@
 //! that the plane costs no more than plane geometry.
 
 use std::cell::RefCell;
+use std::hash::Hash;
 use std::ops::{Add, Div, Mul, Neg, Sub};
-
-use rustc_hash::FxHashMap;
+use std::sync::Arc;
 
 use crate::math::real::Real;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Binary {
-    Add,
-    Sub,
-    Mul,
-    Div,
-    Max,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Node {
-    /// The bits of a constant.
-    Constant(u64),
-    /// A quantity common to all samples.
-    Common(u32),
-    /// A quantity of its own for every sample.
-    Varying(u32),
-    Neg(u32),
-    Abs(u32),
-    Binary(Binary, u32, u32),
-}
+use crate::program::code::{Code, Frame};
+use crate::program::graph::{Binary, Node};
+use crate::program::kept::key;
+use crate::program::recording::Recording;
 
 /// Terms of the power series of the arc tangent.
 const ARC_TERMS: usize = 16;
@@ -42,8 +24,7 @@ const ROOT_STEPS: usize = 7;
 
 /// Records operations on symbols.
 pub struct Recorder {
-    pub(crate) nodes: RefCell<Vec<Node>>,
-    known: RefCell<FxHashMap<Node, u32>>,
+    graph: RefCell<Recording>,
     /// Terms of the power series of sine and cosine.
     terms: usize,
 }
@@ -70,23 +51,31 @@ fn terms(largest_angle: f64) -> usize {
 }
 
 impl Recorder {
-    /// A recorder whose angles stay below `largest_angle` (rad).
+    /// A recorder whose angles stay below `largest_angle` (rad). What it records is kept for mechanisms that have the
+    /// same `structure`, or as good as the same.
     #[must_use]
-    pub fn new(largest_angle: f64) -> Self {
-        Self { nodes: RefCell::default(), known: RefCell::default(), terms: terms(largest_angle) }
+    pub fn new(largest_angle: f64, structure: &impl Hash) -> Self {
+        let terms = terms(largest_angle);
+        Self { graph: RefCell::new(Recording::new(Some(key(&(terms, structure))))), terms }
+    }
+
+    /// A recorder that keeps nothing.
+    #[cfg(test)]
+    pub fn passing(largest_angle: f64) -> Self {
+        Self { graph: RefCell::new(Recording::new(None)), terms: terms(largest_angle) }
     }
 
     fn node(&self, node: Node) -> u32 {
-        *self.known.borrow_mut().entry(node).or_insert_with(|| {
-            let mut nodes = self.nodes.borrow_mut();
-            nodes.push(node);
-            nodes.len() as u32 - 1
-        })
+        self.graph.borrow_mut().node(node)
     }
 
-    pub(crate) fn id(&self, symbol: Symbol<'_>) -> u32 {
+    fn at(&self, id: u32) -> Node {
+        self.graph.borrow().at(id)
+    }
+
+    fn id(&self, symbol: Symbol<'_>) -> u32 {
         match symbol {
-            Symbol::Constant(value) => self.node(Node::Constant(value.to_bits())),
+            Symbol::Constant(value) => self.graph.borrow_mut().constant(value),
             Symbol::Node(id, _) => id,
         }
     }
@@ -107,6 +96,12 @@ impl Recorder {
         let ordered = matches!(kind, Binary::Add | Binary::Mul | Binary::Max) && a > b;
         let (a, b) = if ordered { (b, a) } else { (a, b) };
         Symbol::Node(self.node(Node::Binary(kind, a, b)), self)
+    }
+
+    /// The operations that compute `outputs`, and the constants that they use.
+    pub(crate) fn code(&self, outputs: &[Symbol<'_>], frame: Frame) -> (Arc<Code>, Vec<f64>) {
+        let roots = outputs.iter().map(|&s| self.id(s)).collect();
+        self.graph.borrow_mut().code(roots, frame)
     }
 }
 
@@ -163,7 +158,7 @@ impl<'r> Symbol<'r> {
     /// Whether it is plainly a number without sign.
     fn is_unsigned(self) -> bool {
         let Self::Node(id, r) = self else { return false };
-        match r.nodes.borrow()[id as usize] {
+        match r.at(id) {
             Node::Abs(_) => true,
             Node::Binary(Binary::Mul, a, b) => a == b,
             _ => false,
@@ -241,14 +236,11 @@ impl Neg for Symbol<'_> {
     fn neg(self) -> Self {
         match self {
             Self::Constant(c) => Self::Constant(-c),
-            Self::Node(id, r) => {
-                let inner = r.nodes.borrow()[id as usize];
-                match inner {
-                    Node::Neg(of) => Self::Node(of, r),
-                    Node::Binary(Binary::Sub, a, b) => Self::Node(r.node(Node::Binary(Binary::Sub, b, a)), r),
-                    _ => Self::Node(r.node(Node::Neg(id)), r),
-                }
-            }
+            Self::Node(id, r) => match r.at(id) {
+                Node::Neg(of) => Self::Node(of, r),
+                Node::Binary(Binary::Sub, a, b) => Self::Node(r.node(Node::Binary(Binary::Sub, b, a)), r),
+                _ => Self::Node(r.node(Node::Neg(id)), r),
+            },
         }
     }
 }

@@ -13,7 +13,17 @@ pub(crate) mod self_stress;
 pub(crate) mod statics;
 pub(crate) mod step;
 
+use std::hash::Hash;
+
+use crate::closure::newton::Solver;
 use crate::mechanism::Mechanism;
+
+/// What recordings of a solver's equations have in common if their mechanisms differ in numbers only: what is recorded,
+/// the unknowns of every row and the order of elimination.
+pub(crate) fn structure<'s>(recorded: &'static str, solver: &'s Solver<'_>) -> impl Hash + use<'s> {
+    let order: Option<Vec<_>> = solver.plan.as_ref().map(|plan| plan.order().collect());
+    (recorded, solver.mechanism.n_parameters(), &solver.pattern, order)
+}
 
 /// The first step from the nominal pose turns by less than this (rad), or the plain solver takes over:
 /// the power series of sine and cosine are cut for it.

@@ -5,7 +5,7 @@ use crate::closure::recorded::layout::{Layout, Symbolic};
 use crate::closure::recorded::self_stress::{Beside, Borne, Statics};
 use crate::closure::recorded::statics::perfect;
 use crate::closure::recorded::step::{evaluate, record_step, record_step_by};
-use crate::closure::recorded::{LATER_ANGLE, SMALL_ANGLE};
+use crate::closure::recorded::{LATER_ANGLE, SMALL_ANGLE, structure};
 use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
 use crate::math::space::Pose;
 use crate::mechanism::Mechanism;
@@ -66,7 +66,7 @@ impl Newton {
         if given > SMALL_ANGLE {
             return None;
         }
-        let recorder = Recorder::new(SMALL_ANGLE);
+        let recorder = Recorder::new(SMALL_ANGLE, &structure("first step", solver));
         let mut nominal = Symbolic {
             numbers: (0..n_pose).map(|i| recorder.common(i)).collect(),
             inputs: layout.inputs(m, &recorder),
@@ -82,9 +82,9 @@ impl Newton {
         outputs.extend(begun.turn);
         outputs.extend([begun.size, begun.pivots]);
         let state = n_u..n_u + n_state;
-        let first = Program::new(&recorder, state.end, &outputs).replacing(state.clone());
+        let first = Program::new(&recorder, state.end, &outputs, state.clone());
 
-        let recorder = Recorder::new(LATER_ANGLE.max(given));
+        let recorder = Recorder::new(LATER_ANGLE.max(given), &structure("step", solver));
         let any = Symbolic {
             numbers: (0..n_pose).map(|i| recorder.varying(n_u + i)).collect(),
             inputs: layout.inputs(m, &recorder),
@@ -94,7 +94,7 @@ impl Newton {
         let mut outputs = next.numbers;
         outputs.extend(next.turn);
         outputs.extend([next.size, next.pivots]);
-        let step = Program::after(&first, &recorder, &outputs).replacing(state);
+        let step = Program::after(&first, &recorder, &outputs, state);
 
         let width = m.space.n_pose_numbers();
         let poses: Vec<Pose<Symbol<'_>>> =
@@ -109,7 +109,7 @@ impl Newton {
             let [residual, _] = evaluate(beside.all, &any);
             outputs.extend(beside.redundant.iter().map(|&row| residual[row]));
         }
-        let finish = Program::after(&step, &recorder, &outputs);
+        let finish = Program::after(&step, &recorder, &outputs, 0..0);
         if let Some(beside) = beside.filter(|beside| beside.statics) {
             statics = Some(beside.record(solver, &any, &recorder, &finish)?);
         }

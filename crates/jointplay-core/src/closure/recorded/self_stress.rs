@@ -80,7 +80,7 @@ impl Beside<'_> {
         for k in 0..size {
             outputs.extend(gradient(kept, &linear, &poses, at, kept.component_cost(k, &poses, at)).1);
         }
-        let program = Program::after(after, recorder, &outputs);
+        let program = Program::after(after, recorder, &outputs, 0..0);
         Some(Statics { program, n_rows: kept.n_rows(), n_redundant: self.redundant.len() })
     }
 }

@@ -2,10 +2,10 @@
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::Solver;
-use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::elimination::Linear;
 use crate::closure::recorded::layout::{Layout, Symbolic};
 use crate::closure::recorded::step::record_step;
+use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::closure::sensitivity::Cost;
 use crate::math::space::{Component, Pose};
 use crate::mechanism::Mechanism;
@@ -106,12 +106,12 @@ pub(crate) fn perfect(m: &Mechanism, symbolic: &mut Symbolic<'_>) {
 /// Statics and first-order maps of the nominal pose, outputs as [`StaticsOutputs`] has them.
 pub(crate) fn record_statics(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let m = solver.mechanism;
-    let recorder = Recorder::new(SMALL_ANGLE);
+    let recorder = Recorder::new(SMALL_ANGLE, &structure("statics", solver));
     let mut symbolic = layout.varying(m, &recorder);
     perfect(m, &mut symbolic);
     let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
     let outputs = statics_outputs(m, layout, &recorder, &symbolic, &step.residual, &step.linear);
-    Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs))
+    Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs, 0..0))
 }
 
 /// The outputs that [`StaticsOutputs`] has.
@@ -150,8 +150,8 @@ fn output_of<'r>(
 
 /// The output's place and what its body has turned, by a program that runs on the registers of another.
 pub(crate) fn record_finish(m: &Mechanism, layout: &Layout, step: &Program) -> Program {
-    let recorder = Recorder::new(SMALL_ANGLE);
+    let recorder = Recorder::new(SMALL_ANGLE, &("finish", m.n_parameters(), step.n_blocks()));
     let symbolic = layout.varying(m, &recorder);
     let outputs = output_of(m, layout, &recorder, &poses_of(m, &symbolic), &symbolic);
-    Program::after(step, &recorder, &outputs)
+    Program::after(step, &recorder, &outputs, 0..0)
 }

@@ -1,6 +1,6 @@
 //! A matrix while its elimination is planned.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Update {
@@ -26,11 +26,12 @@ pub(crate) struct Pivot {
 const THRESHOLD: f64 = 0.05;
 /// Rows among which a pivot is looked for: all of those of a small mechanism, enough in a large one.
 const CANDIDATES: usize = 64;
-/// The part of a matrix that is not eliminated yet. Ordered maps, so that the plan is always the same.
+/// The part of a matrix that is not eliminated yet. All in order, so that the plan is always the same.
 pub struct Active {
-    /// Slot of every non-zero, by row and column.
-    rows: Vec<BTreeMap<usize, usize>>,
-    columns: Vec<BTreeSet<usize>>,
+    /// Column and slot of every non-zero, row by row in ascending order.
+    rows: Vec<Vec<(usize, usize)>>,
+    /// Rows of the non-zeros, column by column in ascending order.
+    columns: Vec<Vec<usize>>,
     /// Rows of the present block by their number of non-zeros.
     by_length: BTreeSet<(usize, usize)>,
     pub values: Vec<f64>,
@@ -54,8 +55,8 @@ impl Active {
             }
         }
         let mut active = Self {
-            rows: vec![BTreeMap::new(); n],
-            columns: vec![BTreeSet::new(); n],
+            rows: vec![Vec::new(); n],
+            columns: vec![Vec::new(); n],
             by_length: BTreeSet::new(),
             values: Vec::new(),
             largest: 0.0,
@@ -85,21 +86,31 @@ impl Active {
 
     /// The slot of an entry, a new one where there was none.
     fn slot(&mut self, i: usize, j: usize) -> usize {
-        let values = &mut self.values;
-        self.columns[j].insert(i);
-        *self.rows[i].entry(j).or_insert_with(|| {
-            values.push(0.0);
-            values.len() - 1
-        })
+        match self.rows[i].binary_search_by_key(&j, |&(column, _)| column) {
+            Ok(at) => self.rows[i][at].1,
+            Err(at) => {
+                let slot = self.values.len();
+                self.values.push(0.0);
+                self.rows[i].insert(at, (j, slot));
+                let column = &mut self.columns[j];
+                column.insert(column.partition_point(|&row| row < i), i);
+                slot
+            }
+        }
     }
 
     /// The entry of least Markowitz count among the large enough ones of the shortest rows.
     pub fn choose(&self) -> Option<(usize, usize)> {
         let mut best: Option<(usize, f64, usize, usize)> = None;
+        let shortest = self.columns.iter().map(Vec::len).filter(|&n| n > 0).min()?;
         for &(length, i) in self.by_length.iter().take(CANDIDATES) {
+            // Neither this row nor a longer one has an entry of less.
+            if best.is_some_and(|(cost, ..)| (length - 1) * (shortest - 1) > cost) {
+                break;
+            }
             let size = |slot: usize| self.values[slot].abs();
-            let row_largest = self.rows[i].values().map(|&slot| size(slot)).fold(0.0, f64::max);
-            for (&j, &slot) in &self.rows[i] {
+            let row_largest = self.rows[i].iter().map(|&(_, slot)| size(slot)).fold(0.0, f64::max);
+            for &(j, slot) in &self.rows[i] {
                 let size = size(slot);
                 if size < THRESHOLD * row_largest || size <= 1e-13 * self.largest {
                     continue;
@@ -116,9 +127,9 @@ impl Active {
     /// Eliminates a column with a row and records how.
     pub fn eliminate(&mut self, p: usize, q: usize) -> Pivot {
         self.by_length.remove(&(self.rows[p].len(), p));
-        let mut upper: Vec<(usize, usize)> = std::mem::take(&mut self.rows[p]).into_iter().collect();
-        for (j, _) in &upper {
-            self.columns[*j].remove(&p);
+        let mut upper = std::mem::take(&mut self.rows[p]);
+        for &(j, _) in &upper {
+            self.columns[j].retain(|&row| row != p);
         }
         let at = upper.iter().position(|(j, _)| *j == q).unwrap_or_default();
         let (_, slot) = upper.remove(at);
@@ -133,7 +144,8 @@ impl Active {
         };
         for i in std::mem::take(&mut self.columns[q]) {
             self.by_length.remove(&(self.rows[i].len(), i));
-            let Some(lower) = self.rows[i].remove(&q) else { continue };
+            let Ok(at) = self.rows[i].binary_search_by_key(&q, |&(column, _)| column) else { continue };
+            let (_, lower) = self.rows[i].remove(at);
             self.values[lower] /= self.values[slot];
             pivot.lower.push((i, lower));
             for &(j, upper) in &pivot.upper {

@@ -167,6 +167,11 @@ impl Elimination {
         f.inverse_pivots.iter().filter(|p| **p < 0.0).count() % 2 == usize::from(!self.odd)
     }
 
+    /// Row and column of the pivots, in their order.
+    pub fn order(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.pivots.iter().map(|p| (p.row, p.column))
+    }
+
     /// The smallest pivot of the plan, as a part of the largest.
     #[must_use]
     pub fn smallest_pivot(&self) -> f64 {

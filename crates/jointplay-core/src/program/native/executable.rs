@@ -2,8 +2,8 @@
 
 #![allow(unsafe_code)]
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, OnceLock};
 
 use memmap2::{Mmap, MmapMut};
 
@@ -16,9 +16,9 @@ use crate::program::native::{Layout, Line};
 /// Replays by the interpreter before a program is compiled: compiling costs about ten.
 const REPLAYS: u32 = 4;
 
-/// The code of a program for each width, once it has been compiled. Clones share it.
-#[derive(Clone, Debug, Default)]
-pub struct Compiled(Arc<[Tier; 2]>);
+/// The code of a program for each width, once it has been compiled.
+#[derive(Debug, Default)]
+pub struct Compiled([Tier; 2]);
 
 #[derive(Debug, Default)]
 struct Tier {

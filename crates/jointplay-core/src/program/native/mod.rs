@@ -2,7 +2,7 @@
 //!
 //! A program that has been replayed often enough to pay for it is compiled: vector registers are given
 //! out (`allocate`), the instructions encoded (`encode`) and put into executable memory (`executable`).
-//! The code does the operations of the interpreter in [`crate::program::tape`], in its order and with its
+//! The code does the operations of the interpreter in [`crate::program::code`], in its order and with its
 //! roundings, for one vector of lanes after the other, so that results do not depend on which of the two
 //! ran. The interpreter remains for other processors, for systems that refuse executable memory, and for
 //! programs that run a few times only.
@@ -84,7 +84,7 @@ impl Layout {
 
 /// There is no machine code for this processor.
 #[cfg(not(target_arch = "x86_64"))]
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Compiled;
 
 #[cfg(not(target_arch = "x86_64"))]

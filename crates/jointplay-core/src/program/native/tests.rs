@@ -15,7 +15,7 @@ const COMMON: [f64; 2] = [0.3, -2.5];
 /// constants and repeated operands occur, and outputs that are one and the same. Some outputs replace inputs,
 /// and every other program stands behind another one.
 fn program(rng: &mut Xoshiro256PlusPlus, operations: usize, alive: usize) -> Program {
-    let recorder = Recorder::new(0.1);
+    let recorder = Recorder::passing(0.1);
     let mut symbols: Vec<Symbol<'_>> = (0..INPUTS).map(|k| recorder.varying(k)).collect();
     symbols.extend((0..COMMON.len()).map(|k| recorder.common(k)));
     symbols.extend([Symbol::Constant(1.7), Symbol::Constant(-0.0)]);
@@ -42,12 +42,14 @@ fn program(rng: &mut Xoshiro256PlusPlus, operations: usize, alive: usize) -> Pro
         });
     }
     let outputs: Vec<Symbol<'_>> = (0..alive).map(|k| symbols[symbols.len() - 1 - 3 * k % symbols.len()]).collect();
-    let mut program = Program::new(&recorder, INPUTS, &outputs);
+    let first = Program::new(&recorder, INPUTS, &outputs, 0..0);
+    let computed = first.line().outputs.iter().take_while(|&&r| r as usize >= INPUTS).count();
+    let replaced = (0..computed.min(INPUTS / 2)).map(|k| 2 * k);
     if alive.is_multiple_of(2) {
-        program = Program::after(&program, &recorder, &outputs);
+        Program::after(&first, &recorder, &outputs, replaced)
+    } else {
+        Program::new(&recorder, INPUTS, &outputs, replaced)
     }
-    let computed = program.line().outputs.iter().take_while(|&&r| r as usize >= INPUTS).count();
-    program.replacing((0..computed.min(INPUTS / 2)).map(|k| 2 * k))
 }
 
 /// Inputs of all sorts, zeros, infinities and what is not a number among them.
@@ -121,12 +123,12 @@ fn replays_give_the_same_before_and_after_compiling() {
 /// A sum of products: every operand is used once, so none has to be loaded before.
 #[test]
 fn numbers_used_once_are_read_from_memory() {
-    let recorder = Recorder::new(0.1);
+    let recorder = Recorder::passing(0.1);
     let mut sum = recorder.varying(0) * recorder.varying(1);
     for k in 1..INPUTS / 2 {
         sum = sum + recorder.varying(2 * k) * recorder.varying(2 * k + 1);
     }
-    let program = Program::new(&recorder, INPUTS, &[sum]);
+    let program = Program::new(&recorder, INPUTS, &[sum], 0..0);
     let code = allocate(&program.line(), 4);
     let loads = code.iter().filter(|v| matches!(v, Vector::Load { .. })).count();
     let moves = code.iter().filter(|v| matches!(v, Vector::Move { .. })).count();

@@ -45,6 +45,7 @@ impl Mechanism {
             status,
         };
         self.each(
+            self.solver(cases).as_ref(),
             cases,
             |solver, number, case, nominal| {
                 let Some(linearised) = solver.linearise(&nominal) else { return missing(Status::Singular) };
@@ -73,6 +74,7 @@ impl Mechanism {
     #[must_use]
     pub fn sensitivities(&self, cases: &[Case<'_>]) -> Vec<Sensitivity> {
         self.each(
+            self.solver(cases).as_ref(),
             cases,
             |solver, _, _, nominal| {
                 solver.linearise(&nominal).map_or_else(

@@ -4,10 +4,10 @@ use crate::clearance::faces_on_lanes::Faces;
 use crate::clearance::mute::UNDECIDED;
 use crate::clearance::offset::MAX_SIZE;
 use crate::closure::newton::{CLEAR, Solver};
-use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, poses_of, record_statics, statics_outputs};
 use crate::closure::recorded::step::evaluate;
+use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::closure::sensitivity::UNFELT;
 use crate::closure::tree::on_lanes::OnTree;
 use crate::contact::flanks::run_at_flanks;
@@ -193,13 +193,13 @@ impl<'m> FirstOrder<'m> {
 /// As [`record_statics`], along a spanning tree.
 fn record_on_tree(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let m = solver.mechanism;
-    let recorder = Recorder::new(SMALL_ANGLE);
+    let recorder = Recorder::new(SMALL_ANGLE, &structure("statics on a tree", solver));
     let mut symbolic = layout.varying(m, &recorder);
     symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
     let [residual, _] = evaluate(m, &symbolic);
     let linear = OnTree::new(solver, &poses_of(m, &symbolic))?;
     let outputs = statics_outputs(m, layout, &recorder, &symbolic, &residual, &linear);
-    Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs))
+    Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs, 0..0))
 }
 
 /// As [`Mechanism::undecided`].

@@ -112,19 +112,19 @@ impl<'r> Kernel for Run<'r, '_> {
 }
 
 impl Mechanism {
-    /// Runs an analysis on every case that is assembled, on all cores; the others get `missing`.
+    /// Runs an analysis on every case that is assembled, on all cores, with the solver of these cases; the others get `missing`.
     pub(crate) fn each<T: Send>(
         &self,
+        solver: Option<&Solver<'_>>,
         cases: &[Case<'_>],
         analysis: impl Fn(&Solver<'_>, usize, &Case<'_>, State) -> T + Sync,
         missing: impl Fn() -> T + Sync,
     ) -> Vec<T> {
-        let solver = self.solver(cases);
         let found = cases
             .par_iter()
             .enumerate()
             .map(|(number, case)| {
-                let state = solver.as_ref().and_then(|s| Some((s, self.restore(s, case.coordinates, case.drives)?)));
+                let state = solver.and_then(|s| Some((s, self.restore(s, case.coordinates, case.drives)?)));
                 let found = || state.map_or_else(&missing, |(s, state)| analysis(s, number, case, state));
                 interrupt::until_stopped(found).map(|found| [found])
             })

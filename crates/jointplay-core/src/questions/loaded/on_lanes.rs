@@ -8,10 +8,10 @@
 //! flip or the closure is in doubt are left to the plain solver.
 
 use crate::closure::newton::{CLEAR, Solver};
-use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, load_statics, record_finish, record_statics};
 use crate::closure::recorded::step::record_step;
+use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::contact::flanks::run_at_flanks;
 use crate::contact::push_on_lanes::{change, mutes, push};
 use crate::math::lanes::block::{Block, LANES};
@@ -266,7 +266,7 @@ impl StepOutputs {
 /// A Newton step with the reactions at the pose it starts from.
 fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let m = solver.mechanism;
-    let recorder = Recorder::new(SMALL_ANGLE);
+    let recorder = Recorder::new(SMALL_ANGLE, &structure("contact", solver));
     let symbolic = layout.varying(m, &recorder);
     let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
     let statics = load_statics(m, &step.linear, &symbolic);
@@ -275,6 +275,5 @@ fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> 
     outputs.extend([step.size, step.pivots, statics.scale]);
     outputs.extend(statics.gradient);
     outputs.extend(statics.reactions);
-    let program = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs);
-    Some(program.replacing(layout.state(m)))
+    Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs, layout.state(m)))
 }

@@ -83,8 +83,10 @@ impl Mechanism {
     /// Scatter of every case; when stopped, that of the samples until then.
     #[must_use]
     pub fn random(&self, cases: &[Case<'_>], request: &Request) -> Vec<Scatter> {
-        let newton = self.solver(cases).and_then(|solver| Newton::record(&solver));
+        let solver = self.solver(cases);
+        let newton = solver.as_ref().and_then(Newton::record);
         self.each(
+            solver.as_ref(),
             cases,
             |solver, _, case, nominal| self.scatter(solver, newton.as_ref(), case, &nominal, request),
             || self.no_scatter(request, Status::NotAssembled),

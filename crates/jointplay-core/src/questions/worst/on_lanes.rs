@@ -7,10 +7,10 @@
 //! its own and takes the next start when it is done; what becomes of a start does not depend on the others.
 
 use crate::closure::newton::Solver;
-use crate::closure::recorded::SMALL_ANGLE;
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{gradient, poses_of, record_finish};
 use crate::closure::recorded::step::record_step;
+use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::contact::push_on_lanes::{change, push};
 use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES};
@@ -198,7 +198,7 @@ impl<'m> Climb<'m> {
 
 fn record_climb_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let m = solver.mechanism;
-    let recorder = Recorder::new(SMALL_ANGLE);
+    let recorder = Recorder::new(SMALL_ANGLE, &structure("climb", solver));
     let symbolic = layout.varying(m, &recorder);
     let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
     let first = m.n_parameters() + layout.n_varying();
@@ -217,5 +217,5 @@ fn record_climb_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     outputs.extend(step.turn);
     outputs.extend([step.size, step.pivots, m.largest_force(&multipliers)]);
     outputs.extend(slope);
-    Some(Program::new(&recorder, first + m.size(), &outputs).replacing(layout.state(m)))
+    Some(Program::new(&recorder, first + m.size(), &outputs, layout.state(m)))
 }
