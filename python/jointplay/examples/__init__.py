@@ -13,7 +13,7 @@ from tomlkit.exceptions import TOMLKitError
 
 from jointplay import toml
 from jointplay.errors import InputError, not_known
-from jointplay.model import loads
+from jointplay.model import Mechanism, loads
 from jointplay.schema import SpatialFile
 from jointplay.schema.keys import assign, expand
 from jointplay.typed import typed
@@ -113,6 +113,7 @@ def text(name: str, settings: Mapping[str, str] | None = None) -> str:
     for key, value in given.items():
         for steps in expand(document.unwrap(), key, file):
             assign(document, steps, _value(value, key), table=tomlkit.table)
+    Mechanism(document.unwrap(), file)  # before it is written: TOML has no way to write some mistakes
     content = document.as_string()
     loads(content, file)  # a file that we write is a file that we read
     return content

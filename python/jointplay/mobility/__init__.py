@@ -18,7 +18,6 @@ import numpy as np
 
 from jointplay.errors import InputError, listed
 from jointplay.model import Mechanism
-from jointplay.schema import Mesh
 
 from .misfit import Misfit, misfit
 from .motions import Motion, free_motions
@@ -204,17 +203,11 @@ def _mobility(probe: Probe, sample: Sample) -> Mobility:
         motions=tuple(free_motions(probe, sample, null(closure, sample.tolerance))),
         joint_redundancy=joint_redundancy,
         drive_redundancy=len(closure) - rank_all - joint_redundancy,
-        redundant_constraints=tuple(_constraint(m, joint, component) for joint, component in rows),
+        redundant_constraints=tuple(f"{m.joints[joint]}.{component}" for joint, component in rows),
         redundant_drives=tuple(m.drives[k] for k in dict.fromkeys(drives)),
         self_stresses=tuple(self_stresses(probe, sample)),
         motors=tuple(drive for drive, moves in zip(m.drives, m.drive_moves, strict=True) if len(moves) > 1),
     )
-
-
-def _constraint(m: Mechanism, joint: int, component: str) -> str:
-    """Name of what a joint holds: of a mesh its flank or strand, as in the offsets of results."""
-    entry = m.data.joints.get(m.joints[joint])
-    return f"{m.joints[joint]}.{entry.held[0] if isinstance(entry, Mesh) else component}"
 
 
 def _redundancy(mobility: Mobility) -> list[str]:

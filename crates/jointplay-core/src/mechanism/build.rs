@@ -248,7 +248,7 @@ fn attach(
                 return fail("only a coupling has a ratio error");
             };
             row.shift = Some((first, 1.0));
-            Ok(vec!["ratio"])
+            Ok(vec!["length"])
         }
         Target::Centre { joint, second } => {
             let Some(j) = joints.get(joint).filter(|j| j.coupling.is_some()) else {

@@ -57,6 +57,8 @@ pub(crate) enum Opening {
 /// The coupled row of a joint.
 #[derive(Clone, Debug)]
 pub(crate) struct Coupling {
+    /// What its row holds, by name.
+    pub name: &'static str,
     /// Measures with their coefficients, lengths for angles.
     pub terms: Vec<(Measure, f64)>,
     /// The length of one radian of phase: the period is a full turn of it.
@@ -137,6 +139,7 @@ impl Coupling {
                 return Err("needs a lead other than zero");
             }
             return Ok(Self {
+                name: "along",
                 terms: vec![(Measure::Along(2), 1.0), (Measure::Roll, -spec.lead / turns)],
                 radian: spec.lead.abs() / turns,
                 distance: 1.0,
@@ -151,6 +154,7 @@ impl Coupling {
             }
             let slope = spec.pressure_angle.tan();
             return Ok(Self {
+                name: "flank",
                 terms: vec![(Measure::Along(0), 1.0), (Measure::Roll, r1)],
                 radian: r1,
                 distance: 1.0,
@@ -182,6 +186,7 @@ impl Coupling {
         let distance = if is_belt { spec.distance.unwrap_or(f64::NAN) } else { apart };
         let common = f64::from(gcd(z1, z2));
         Ok(Self {
+            name: if is_belt { "strand" } else { "flank" },
             terms: vec![(Measure::Bearing { second: false }, -r1), (Measure::Bearing { second: true }, -r2)],
             radian: r1 * common / f64::from(z1),
             distance,

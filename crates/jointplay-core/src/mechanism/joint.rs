@@ -152,6 +152,9 @@ impl Joint {
     /// Name of a component in the joint's axes.
     #[must_use]
     pub fn name_of(&self, component: Component) -> &'static str {
+        if let (Some(coupling), Component::Along(0)) = (&self.coupling, component) {
+            return coupling.name;
+        }
         match (self.space, &self.frame, component) {
             (Space::Planar, _, Component::About(_)) => "angle",
             (Space::Planar, Frame::First, Component::Along(1)) => "normal",
