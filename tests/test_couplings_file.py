@@ -656,6 +656,7 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     "ratio error without bound": ("gear", "module = 1", "module = 1\nratio_error = 1e3", "joints.G.ratio_error", "more than the size of the mechanism"),
     "one mark": ("gear", "module = 1", "module = 1\nmarks = { wheel = 3 }", "joints.G", "marks is a direction on each of the two bodies: { pinion = ..., wheel = ... }"),
     "wheels too far apart": ("gear", "[30, 0]", "[40, 0]", "joints.G", "'pinion' and 'wheel' are 40 mm apart; with pitch radii of 10 and 20 mm they mesh at 30 mm"),
+    "teeth that overlap": ("gear", "[30, 0]", "[29.8, 0]", "joints.G", "they mesh at 30 mm, and here their teeth overlap: more than 0.1"),
     "a driven mesh": ("gear", 'joint = "A"', 'joint = "G"', "drives.M.joint", "'G' is a gear joint and has no coordinate to drive; joints that have one: A, B"),
     "a limited mesh": ("gear", "[[loads]]", "[limits]\njoints = { G = [0, 1] }\n[[loads]]", "limits.joints.G", "'G' is a gear joint and has no coordinate to limit"),
     "a wheel without a bearing": ("gear", 'type = "revolute"\non = { ground = [30, 0], wheel = [0, 0] }', 'type = "revolute"\non = { ground = [30, 0], other = [0, 0] }', "joints", "only gears, racks or belts connect 'wheel' to the rest"),

@@ -181,7 +181,7 @@ class _Wheels:
         apart = self._held_apart()
         first, second = self.radii
         wanted = second - first if internal else first + second
-        if apart is None or abs(apart - wanted) <= TOOTH * 2.0 * first / self.entry.counts[0]:
+        if apart is None:
             return
         unit, name = self.units.length, self.units.length_name
         a, b = self.entry.names
@@ -189,7 +189,30 @@ class _Wheels:
             f"the centres of '{a}' and '{b}' are {apart / unit:.6g} {name} apart; with pitch radii of"
             f" {first / unit:.6g} and {second / unit:.6g} {name} they mesh at {wanted / unit:.6g} {name}"
         )
-        raise self.refuse(problem)
+        if abs(apart - wanted) > TOOTH * 2.0 * first / self.entry.counts[0]:
+            raise self.refuse(problem)
+        low, high = play_at_rim(self.entry, self.units)
+        taken = -2.0 * self._opening(apart, wanted, internal)
+        if 0.0 < high - low <= taken:
+            raise self.refuse(
+                f"{problem}, and here their teeth overlap: more than {taken / unit:.4g} {name} of backlash is needed"
+            )
+
+    def _opening(self, apart: float, wanted: float, internal: bool) -> float:
+        """By how much each flank has gone from the other at a distance of the centres, at the pitch circle.
+
+        With the base radii together b and rho^2 = c^2 - b^2 of the distance c, the involutes open by
+        [rho - b atan(rho / b)] / cos(alpha), less its value at the pitch radii; inside a ring the other way.
+        """
+        cosine = math.cos(self._pressure_angle())
+        base = wanted * cosine
+
+        def involute(distance: float) -> float:
+            rho = math.sqrt(max(distance * distance - base * base, 0.0))
+            return rho - base * math.atan2(rho, base)
+
+        opened = (involute(apart) - involute(wanted)) / cosine
+        return -opened if internal else opened
 
     def _held_apart(self) -> float | None:
         """Distance of the centres where one body carries both, by pins or itself; None where none does."""
