@@ -8,8 +8,10 @@ cannot be replaced: it is written to.
 from __future__ import annotations
 
 import os
+import shutil
 import stat
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -120,6 +122,20 @@ def _umask() -> int:
     return mask
 
 
+@contextmanager
+def _room(parent: Path) -> Iterator[str]:
+    """A hidden folder that goes at the end, although threads that were writing when a disk was full still do."""
+    room = tempfile.mkdtemp(prefix=HIDDEN, dir=parent)
+    try:
+        yield room
+    finally:
+        for _ in range(100):
+            shutil.rmtree(room, ignore_errors=True)
+            if not os.path.lexists(room):
+                break
+            time.sleep(0.01)
+
+
 def put_folder(write: Callable[[Path], None], path: Path) -> None:
     """Have a folder written. One that is there gives way when the new one is complete.
 
@@ -129,7 +145,7 @@ def put_folder(write: Callable[[Path], None], path: Path) -> None:
         When it cannot be written. What was there before is there still.
     """
     place = require_writable(path, folder=True)
-    with said_of(path), tempfile.TemporaryDirectory(prefix=HIDDEN, dir=place.parent) as room:
+    with said_of(path), _room(place.parent) as room:
         new, old = Path(room) / "new", Path(room) / "old"
         write(new)
         if place.is_dir():
