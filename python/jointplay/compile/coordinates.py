@@ -32,8 +32,8 @@ def coordinate(spec: Mapping[str, Any], index: int, at: Floats) -> Floats:
         Poses of all bodies, shape (..., body, pose).
     """
     joint = spec["joints"][index]
-    first, second = _bodies(spec, index, at)
     if joint["kind"] in ANGULAR and at.shape[-1] != poses.SPATIAL:
+        first, second = _bodies(spec, index, at)
         # Not taken apart into full turns: a crank may go round.
         return np.asarray(second[..., 2] - first[..., 2])
     if joint["kind"] == "screw":

@@ -18,7 +18,7 @@ from jointplay.typed import typed
 
 from . import couplings
 from .spatial import Sketch
-from .style import COLOURS, GREY, canvas, check_exaggeration, light
+from .style import COLOURS, GREY, body_colour, canvas, check_exaggeration, light, point_colour
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -118,7 +118,7 @@ class _Drawing:
             used.add(self.spec["output"]["point"])
             points = [self.place(k) for k in sorted(used) if self.spec["points"][k]["body"] == b]
             outline = _hull(points)
-            colour = COLOURS[self.m.bodies.index(owner) % len(COLOURS)]
+            colour = body_colour(self.m, b)
             # A piece of an elastic body is drawn as that body, which has its own entry in the legend.
             label = name if name == owner else None
             if len(outline) > 2:
@@ -194,7 +194,7 @@ class _Drawing:
         ends = np.array(
             [first - SLIDER * self.extent * along, first + np.sign((second - first) @ along or 1.0) * reach * along]
         )
-        colours = [self._colour(joint[end]) for end in ("first", "second")]
+        colours = [point_colour(self.m, joint[end]) for end in ("first", "second")]
         self.axes.plot(*ends.T, color=colours[0], linewidth=1.4, linestyle="-.", zorder=1)
         if kind == "prismatic":
             a, b = SLIDER * self.extent, 0.5 * SLIDER * self.extent
@@ -205,7 +205,7 @@ class _Drawing:
 
     def _coupling(self, joint: dict[str, Any], first: Points, second: Points) -> None:
         turns = (self._turn(joint["first"]), self._turn(joint["second"]))
-        colours = (self._colour(joint["first"]), self._colour(joint["second"]))
+        colours = (point_colour(self.m, joint["first"]), point_colour(self.m, joint["second"]))
         couplings.draw(self.axes, joint, (first, second), turns, colours, self.m.units.length)
 
     def _turn(self, point: int) -> float:
@@ -219,10 +219,6 @@ class _Drawing:
             return ends[1]
         along = couplings.direction(joint, self._turn(joint["first"]))
         return couplings.contact(joint, ends, along, self.m.units.length)
-
-    def _colour(self, point: int) -> str:
-        body = self.spec["points"][point]["body"]
-        return GREY if body == -1 else COLOURS[self.m.bodies.index(self.m.owners[body]) % len(COLOURS)]
 
     def frame(self) -> None:
         """Equal scales along both axes, and their names."""

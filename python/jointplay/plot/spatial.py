@@ -11,7 +11,7 @@ from jointplay import poses
 from jointplay.result import Result
 
 from . import couplings
-from .style import COLOURS, GREY
+from .style import COLOURS, GREY, body_colour, point_colour
 
 if TYPE_CHECKING:
     from jointplay.analyses.nominal import Nominal
@@ -60,7 +60,7 @@ class Sketch:
                 points.append(self.places[output])
             outline = _outline(np.array(points), self.extent)
             owner = name if body == -1 else self.m.owners[body]
-            colour = GREY if body == -1 else COLOURS[self.m.bodies.index(owner) % len(COLOURS)]
+            colour = body_colour(self.m, body)
             # A cross has no size of its own; a piece of an elastic body is drawn as that body.
             label = name if len(outline) > 1 and name == owner else None
             style = "--" if body == -1 else "-"
@@ -96,11 +96,11 @@ class Sketch:
         ends = np.stack([self.places[joint["first"]], place])
         slides = joint["kind"] in SLIDING
         if slides:
-            self.axes.plot(*ends.T, color=self._colour(joint["second"]), linewidth=1.4, linestyle="-.")
+            self.axes.plot(*ends.T, color=point_colour(self.m, joint["second"]), linewidth=1.4, linestyle="-.")
         elif joint["kind"] == "screw":
             body = self.spec["points"][joint["first"]]["body"]
             label = None if body == -1 else self.m.bodies[body]
-            self.axes.plot(*ends.T, color=self._colour(joint["first"]), linewidth=2.4, label=label)
+            self.axes.plot(*ends.T, color=point_colour(self.m, joint["first"]), linewidth=2.4, label=label)
         ends = np.stack([place - along, place + along])
         self.axes.plot(*ends.T, color="black", linewidth=2.2, linestyle=":" if slides else "-")
 
@@ -108,7 +108,7 @@ class Sketch:
         """A gear pair, rack or belt; gives the place of its name."""
         ends = (self.places[joint["first"]], self.places[joint["second"]])
         frames = (self._frame(joint, "first"), self._frame(joint, "second"))
-        colours = (self._colour(joint["first"]), self._colour(joint["second"]))
+        colours = (point_colour(self.m, joint["first"]), point_colour(self.m, joint["second"]))
         for end, colour in zip(("first", "second"), colours, strict=True):
             body = self.spec["points"][joint[end]]["body"]
             self.axes.plot([], [], [], color=colour, label=None if body == -1 else self.m.owners[body])
@@ -119,10 +119,6 @@ class Sketch:
         """Axis and side of a joint as one of its bodies carries them, ground axes."""
         turn = poses.matrix(self.poses[self.spec["points"][joint[end]]["body"]])
         return turn @ np.array(joint[f"axis_{end}"]), turn @ np.array(joint[f"side_{end}"])
-
-    def _colour(self, point: int) -> str:
-        body = self.spec["points"][point]["body"]
-        return GREY if body == -1 else COLOURS[self.m.bodies.index(self.m.owners[body]) % len(COLOURS)]
 
     def error(self, exaggerate: float, result: Result | None) -> None:
         """The position error of the output as an arrow."""

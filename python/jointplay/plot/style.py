@@ -16,6 +16,8 @@ from jointplay.result import Result, from_dataset
 if TYPE_CHECKING:
     import xarray as xr
 
+    from jointplay.model import Mechanism
+
 #: Okabe and Ito, ordered so that neighbours differ in lightness as well
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
@@ -42,6 +44,16 @@ STYLE: Any = {
     # A title may have two dollar signs in it.
     "text.parse_math": False,
 }
+
+
+def body_colour(m: Mechanism, body: int) -> str:
+    """The colour of a body, by its index; that of a piece of an elastic body is its body's."""
+    return GREY if body == -1 else COLOURS[m.bodies.index(m.owners[body]) % len(COLOURS)]
+
+
+def point_colour(m: Mechanism, point: int) -> str:
+    """The colour of the body that carries a point of the core's specification."""
+    return body_colour(m, m.core_spec["points"][point]["body"])
 
 
 def light(result: Result | xr.Dataset) -> Result:

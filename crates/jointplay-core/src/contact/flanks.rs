@@ -3,9 +3,6 @@
 //! The line of action of a coupling with play is that of the flank that carries, at the nominal pose, too. Since the
 //! forces there tell which one that is, they are asked for again until the flanks stay as they are.
 
-// Kernels must be inlined into callers compiled for a width of vector registers.
-#![allow(clippy::inline_always)]
-
 use crate::closure::newton::{Linearised, Solver, State};
 use crate::closure::recorded::statics::StaticsOutputs;
 use crate::closure::sensitivity::Gradient;
