@@ -186,7 +186,7 @@ def test_every_corner_of_a_platform_in_space_is_within_the_worst() -> None:
         for s, off in zip(tolerances, corner, strict=True):
             unit[m.parameter_source == s] += off
     still = jp.loads(jp.examples.text("four-legged-platform").split("[[loads]]")[0]).core
-    found = still.loaded_units(at.drives, at.poses, units)
+    found = still.loaded_specimens(at.drives, at.poses, units)
     apart = found["clearance_factor"] > 1.0
     assert apart.any()
     rows = np.flatnonzero(apart)

@@ -323,7 +323,7 @@ def drawn(m: jp.Mechanism, parameters: np.ndarray) -> _core.Mechanism:
         ("antenna-support", {"dimensions.DF.tolerance": 8.0, "dimensions.DI.tolerance": 8.0}),
     ],
 )
-def test_loaded_units_are_where_loaded_puts_them_one_by_one(name: str, changes: dict[str, float]) -> None:
+def test_loaded_specimens_are_where_loaded_puts_them_one_by_one(name: str, changes: dict[str, float]) -> None:
     """Every unit asked by itself: status, offsets, error."""
     m = jp.loads(jp.examples.text(name)).with_(changes)
     assert m.drive_values is not None

@@ -1,7 +1,7 @@
 //! A mechanism as Python holds it: arguments checked, the core called without the interpreter's lock.
 
 use jointplay_core::clearance::Law;
-use jointplay_core::questions::loaded::Keep;
+use jointplay_core::questions::loaded::Columns;
 use jointplay_core::questions::random::Request;
 use jointplay_core::{Case, Mechanism as Core, Spec};
 use numpy::ndarray::Array2;
@@ -141,7 +141,7 @@ impl Mechanism {
     /// does not spread, nodes without a seed are not reached.
     #[allow(clippy::too_many_arguments)] // arrays of the grid, arrays of the seeds
     #[pyo3(signature = (shape, drives, seed_nodes, seed_drives, seed_poses, spread = true))]
-    fn flood<'py>(
+    fn trace_grid<'py>(
         &self,
         py: Python<'py>,
         shape: Vec<usize>,
@@ -161,7 +161,7 @@ impl Mechanism {
             return Err(PyValueError::new_err("a row of drives per node of the grid and a node per seed are needed"));
         }
         let (trace, output) = work(py, || {
-            let trace = core.flood(&shape, &rows, &seeds, spread);
+            let trace = core.trace_grid(&shape, &rows, &seeds, spread);
             let output = core.outputs(&trace.coordinates);
             (trace, output)
         })?;
@@ -274,7 +274,7 @@ impl Mechanism {
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let keep = Keep { offset, details };
+        let keep = Columns { offset, details };
         if core.is_isostatic() {
             let loaded = || core.loaded(&cases, exact, keep);
             let found = work_in_part(py, 0, loaded, |found| !partly || found.status.is_empty())?;
@@ -298,15 +298,17 @@ impl Mechanism {
         let core = &self.core;
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
         if !core.is_isostatic() {
-            return Err(PyValueError::new_err("loads are distributed by the play of this mechanism: trace it first"));
+            return Err(PyValueError::new_err(
+                "this mechanism is not statically determinate: its clearances decide how loads are shared; trace it first",
+            ));
         }
-        let keep = Keep { offset, details };
+        let keep = Columns { offset, details };
         let found = work(py, || core.loaded_along(n, &rows, exact, keep))?;
         Ok(load::pushed(core, Table::new(py), found, keep)?.finish())
     }
 
     /// An over-constrained or elastic mechanism in one configuration, for units with parameters of their own.
-    fn loaded_units<'py>(
+    fn loaded_specimens<'py>(
         &self,
         py: Python<'py>,
         drives: PyReadonlyArray2<'py, f64>,
@@ -314,13 +316,13 @@ impl Mechanism {
         u: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
-        let units = rows(&u, "u", core.n_parameters())?;
+        let specimens = rows(&u, "u", core.n_parameters())?;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let [case] = configurations.cases()[..] else {
             return Err(PyValueError::new_err("one configuration is needed"));
         };
-        let found = work(py, || core.strained_units(case, &units))?;
-        Ok(load::units(core, Table::new(py), found)?.finish())
+        let found = work(py, || core.strained_specimens(case, &specimens))?;
+        Ok(load::specimens(core, Table::new(py), found)?.finish())
     }
 
     #[pyo3(signature = (drives, poses, starts = 24, lanes = true, partly = false))]
@@ -345,9 +347,9 @@ impl Mechanism {
         Ok(worst::worst(core, Table::new(py), &found)?.finish())
     }
 
-    /// Parameters of random units: those that `random` solves with the same seed and law.
+    /// Parameters of random specimens: those that `random` solves with the same seed and law.
     #[pyo3(signature = (samples, seed, law = None))]
-    fn units<'py>(&self, py: Python<'py>, samples: usize, seed: u64, law: Option<&str>) -> PyResult<Matrix<'py>> {
+    fn specimens<'py>(&self, py: Python<'py>, samples: usize, seed: u64, law: Option<&str>) -> PyResult<Matrix<'py>> {
         let core = &self.core;
         let (limit_position, limit_rotation) = (f64::NAN, f64::NAN);
         let law = named(law)?;
@@ -361,8 +363,8 @@ impl Mechanism {
             loaded: false,
             keep: false,
         };
-        let units = work(py, || core.units(&request))?;
-        let array = Array2::from_shape_vec((samples, core.n_parameters()), units)
+        let specimens = work(py, || core.specimens(&request))?;
+        let array = Array2::from_shape_vec((samples, core.n_parameters()), specimens)
             .map_err(|e| PyValueError::new_err(e.to_string()))?;
         Ok(array.into_pyarray(py))
     }
@@ -410,9 +412,9 @@ impl Mechanism {
                 work_in_part(py, threads, || core.random(&cases, &request), |found| !partly || found.is_empty())?;
             scatter::scatter(core, table, &found.iter().collect::<Vec<_>>(), &request)
         } else {
-            let random = || core.random_units(&cases, &request);
+            let random = || core.random_specimens(&cases, &request);
             let found = work_in_part(py, threads, random, |found| !partly || found.is_empty())?;
-            scatter::units(core, table, &found, &request)
+            scatter::specimens(core, table, &found, &request)
         };
         Ok(table?.finish())
     }

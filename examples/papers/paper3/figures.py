@@ -240,7 +240,7 @@ def scatter(study: Study, maps: Maps) -> Figure:
         axes.set(xlabel=f"{label} [{unit}]", xlim=(0, 1.08 * study.worst[1].exact[k]))
         axes.legend(loc="upper center")
         _grid(axes)
-    axes_of[0].set_ylabel("share of the units per bin [%]")
+    axes_of[0].set_ylabel("share of the specimens per bin [%]")
     return figure
 
 

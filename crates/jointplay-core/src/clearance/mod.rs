@@ -22,7 +22,6 @@ pub mod draw;
 pub(crate) mod face;
 pub(crate) mod faces_on_lanes;
 pub(crate) mod law;
-pub(crate) mod mute;
 mod normalized;
 pub(crate) mod offset;
 mod pin;
@@ -32,13 +31,14 @@ pub(crate) mod samples;
 mod tapered;
 #[cfg(test)]
 mod tests;
+pub(crate) mod undecided;
 mod unforced;
 mod variance;
 
 pub use check::SetError;
 pub use face::Face;
 pub use law::Law;
-pub use mute::Mute;
+pub use undecided::Unforced;
 
 use serde::Deserialize;
 

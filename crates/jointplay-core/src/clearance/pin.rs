@@ -7,9 +7,9 @@
 //! `h(F, M) = r (|R+| + |R-|) + axial |F . q|`.
 
 use crate::clearance::law::Law;
-use crate::clearance::mute::Mute;
 use crate::clearance::offset::{MAX_SIZE, padded};
 use crate::clearance::projection::{onto_ball, onto_ball_along, onto_box_along};
+use crate::clearance::undecided::Unforced;
 use crate::clearance::variance;
 
 /// A pin in a bore. Its components are the one along the axis, where shoulders hold it, and then side,
@@ -105,21 +105,21 @@ impl Pin {
     }
 
     /// The axial play, and each end of the pin.
-    pub(super) fn mute(&self, w: &[f64], tolerance: f64) -> Mute {
+    pub(super) fn unforced(&self, w: &[f64], tolerance: f64) -> Unforced {
         let [first, second] = self.reactions(w).map(|[x, y]| self.radius > 0.0 && (x * x + y * y).sqrt() <= tolerance);
-        Mute::of([self.axial.is_some_and(|axial| axial > 0.0 && w[0].abs() <= tolerance), first, second])
+        Unforced::of([self.axial.is_some_and(|axial| axial > 0.0 && w[0].abs() <= tolerance), first, second])
     }
 
-    pub(super) fn heard(&self, w: &[f64], mute: Mute) -> [f64; MAX_SIZE] {
+    pub(super) fn masked_force(&self, w: &[f64], unforced: Unforced) -> [f64; MAX_SIZE] {
         let [first, second] = self.reactions(w);
-        let [first, second] = [(1, first), (2, second)].map(|(k, end)| if mute.has(k) { [0.0; 2] } else { end });
+        let [first, second] = [(1, first), (2, second)].map(|(k, end)| if unforced.has(k) { [0.0; 2] } else { end });
         let across = [
             first[0] + second[0],
             first[1] + second[1],
             self.half_length * (second[1] - first[1]),
             self.half_length * (first[0] - second[0]),
         ];
-        self.join(if mute.has(0) { 0.0 } else { w[0] }, across)
+        self.join(if unforced.has(0) { 0.0 } else { w[0] }, across)
     }
 
     pub(super) fn to_unit(self, offset: &[f64]) -> [f64; MAX_SIZE] {

@@ -17,8 +17,8 @@
 //! along rho alone.
 
 use crate::clearance::law::Law;
-use crate::clearance::mute::Mute;
 use crate::clearance::offset::MAX_SIZE;
+use crate::clearance::undecided::Unforced;
 use crate::clearance::variance;
 
 /// A component, and what turns its conjugate into a force: 1, or 1/lever for an angle's moment.
@@ -104,24 +104,24 @@ impl Tapered {
     }
 
     /// The axis, and the diagonals of the squares.
-    pub(super) fn mute(&self, w: &[f64], tolerance: f64) -> Mute {
+    pub(super) fn unforced(&self, w: &[f64], tolerance: f64) -> Unforced {
         let forces = self.forces(w);
         let across = |k: usize| k <= 2 * self.n && 2.0 * forces[k].abs() <= tolerance;
-        Mute::of([forces[0].abs() <= tolerance, across(1), across(2), across(3), across(4)])
+        Unforced::of([forces[0].abs() <= tolerance, across(1), across(2), across(3), across(4)])
     }
 
-    pub(super) fn heard(&self, w: &[f64], mute: Mute) -> [f64; MAX_SIZE] {
+    pub(super) fn masked_force(&self, w: &[f64], unforced: Unforced) -> [f64; MAX_SIZE] {
         let forces = self.forces(w);
-        let force = |k: usize| if mute.has(k) { 0.0 } else { forces[k] };
-        let mut heard = [0.0; MAX_SIZE];
-        heard[self.axis.0] = force(0) / self.axis.1;
+        let force = |k: usize| if unforced.has(k) { 0.0 } else { forces[k] };
+        let mut masked_force = [0.0; MAX_SIZE];
+        masked_force[self.axis.0] = force(0) / self.axis.1;
         for s in 0..self.n {
             let (p, q) = (force(1 + 2 * s), force(2 + 2 * s));
             let [(a, arm_a), (b, arm_b)] = self.squares[s];
-            heard[a] = (p + q) / arm_a;
-            heard[b] = (p - q) / arm_b;
+            masked_force[a] = (p + q) / arm_a;
+            masked_force[b] = (p - q) / arm_b;
         }
-        heard
+        masked_force
     }
 
     pub(super) fn unit_gradient(&self, w: &[f64]) -> [f64; MAX_SIZE] {

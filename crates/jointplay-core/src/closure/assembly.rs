@@ -140,7 +140,7 @@ impl Mechanism {
         Assembly { coordinates, residual: largest, converged: largest <= ASSEMBLED }
     }
 
-    /// Whether joints and drives decide every pose just once where the mechanism goes together at the
+    /// Whether joints and drives decide every pose just once where the mechanism can be assembled at the
     /// given drive values.
     #[must_use]
     pub fn is_regular(&self, drives: &[f64]) -> bool {

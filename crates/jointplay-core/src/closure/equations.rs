@@ -61,7 +61,7 @@ impl Inputs<f64> {
     /// The inputs as the closure equations take them.
     pub(crate) fn commands(&self, mechanism: &Mechanism) -> Inputs<Command<f64>, f64> {
         let drives = mechanism.driven().map(|(_, by)| Command::of(by.coefficient * self.drives[by.drive]));
-        // The phases of what slides are told in full.
+        // The phases of what slides are given in full.
         let slides = mechanism.sliding().map(|_| Command { value: 0.0, sine: 0.0, cosine: 1.0 });
         Inputs { drives: drives.chain(slides).collect(), parameters: self.parameters.clone() }
     }

@@ -19,7 +19,7 @@ use crate::mechanism::case::Case;
 
 /// What the load leaves undecided is felt by the output when it moves it, to first order, by more than this part
 /// of what all play together could.
-pub(crate) const UNFELT: f64 = 1e-9;
+pub(crate) const UNOBSERVABLE: f64 = 1e-9;
 
 /// First-order maps of the output.
 #[derive(Clone, Debug)]

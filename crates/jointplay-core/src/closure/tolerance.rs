@@ -39,7 +39,7 @@ impl Mechanism {
         })
     }
 
-    /// An ascent stands still when no offset wants to change by more than this part of its set. Forces go
+    /// An ascent has converged when no offset wants to change by more than this part of its set. Forces go
     /// through more rounding the more bodies hand them on.
     pub(crate) const fn still(&self) -> f64 {
         1e-13 * self.hands()

@@ -43,7 +43,7 @@ impl Rows {
 }
 
 impl Standard {
-    /// Minimises `1/2 |deformations|^2 + cost . x`, or, if `factor` is told to be variable, the factor on
+    /// Minimises `1/2 |deformations|^2 + cost . x`, or, if `factor` is variable, the factor on
     /// the clearances.
     pub(super) fn solve(&self, cost: &[f64], factor: Option<f64>) -> Raw {
         interrupt::check();

@@ -1,7 +1,7 @@
 //! One equation and no load: everything lies on a line, and the program has a closed form.
 //!
 //! The clearances take up what they reach, `H = sum_j h_j(+-A_j)`, and what is elastic the rest with the force
-//! `y = +-max(0, |b| - H) / (A F A')`. Rigid bodies go together with clearances `max(0, |b| - H_0) / H` times as
+//! `y = +-max(0, |b| - H) / (A F A')`. Rigid bodies can be assembled with clearances `max(0, |b| - H_0) / H` times as
 //! large, where `H_0` is what sets reach that the factor does not scale.
 
 use crate::clearance::offset::inner;

@@ -122,8 +122,8 @@ impl Solver<'_> {
 
     /// What is open, found anew around a contact if equations tie it.
     fn tied_anew(&self, around: &Around<'_>, at: &Contact, faces: &mut [(usize, Face)]) -> Option<Open> {
-        let Rest { quiet, mutes, .. } = around.rest;
-        if around.open.is_tied() { self.open_around(at, faces, quiet, mutes) } else { None }
+        let Rest { quiet, unforced, .. } = around.rest;
+        if around.open.is_tied() { self.open_around(at, faces, quiet, unforced) } else { None }
     }
 
     /// The pose at given offsets of the open sources, the others where the load presses them there.

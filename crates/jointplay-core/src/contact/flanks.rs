@@ -6,7 +6,7 @@
 use crate::closure::newton::{Linearised, Solver, State};
 use crate::closure::recorded::statics::StaticsOutputs;
 use crate::closure::sensitivity::Gradient;
-use crate::contact::push_on_lanes::{mutes, push};
+use crate::contact::push_on_lanes::{push, unforced_of};
 use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
@@ -28,7 +28,7 @@ impl Mechanism {
         let mut at = solver.linearise(&flanks)?;
         let mut gradient = self.load_gradient(&at, &flanks);
         for _ in 0..if self.plays().next().is_some() { FLANKS } else { 0 } {
-            let pressed = self.pressed(&gradient, &self.built(case.drives), &self.mutes(&gradient));
+            let pressed = self.support_update_loaded(&gradient, &self.built(case.drives), &self.unforced_of(&gradient));
             let before = flanks.inputs.clone();
             self.plays().for_each(|p| flanks.inputs.parameters[p] = pressed.parameters[p]);
             if before == flanks.inputs {
@@ -52,9 +52,9 @@ pub(crate) fn run_at_flanks(m: &Mechanism, statics: &Program, registers: &mut [B
     let at = StaticsOutputs::new(m);
     for _ in 0..FLANKS {
         let out = |k: usize| statics.output(registers, k);
-        let mutes = mutes(m, |p| out(at.gradient + p), out(at.scale));
+        let unforced = unforced_of(m, |p| out(at.gradient + p), out(at.scale));
         let mut pushed: Vec<Block> = m.centre.iter().map(|centre| Block::splat(*centre)).collect();
-        push(m, Some(&mutes), &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
+        push(m, Some(&unforced), &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
         let moves = |p: usize| pushed[p].0.iter().zip(registers[p].0).any(|(to, from)| (to - from).abs() > 0.0);
         if !m.plays().any(moves) {
             break;

@@ -18,8 +18,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::face::{Direction, Face};
-use crate::clearance::mute::{Mute, UNDECIDED};
 use crate::clearance::offset::inner;
+use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::closure::equations::Inputs;
 use crate::closure::newton::Solver;
 use crate::closure::sensitivity::Gradient;
@@ -43,17 +43,17 @@ const SAME: f64 = 1e-6;
 /// A component of which the equations leave less than this part is held by them: they are known by differences.
 const TIED: f64 = 1e-6;
 /// What is left open is felt where it moves the output, to first order, by more than this part of what all play
-/// together could: programs know less than [`crate::closure::sensitivity::UNFELT`].
-const FELT: f64 = 1e-7;
+/// together could: programs know less than [`crate::closure::sensitivity::UNOBSERVABLE`].
+const OBSERVABLE: f64 = 1e-7;
 
 /// Where the load leaves a mechanism, in the middle of what it leaves open.
 pub(crate) struct Rest {
     pub contact: Contact,
     pub open: Open,
     /// What is not listened to.
-    pub mutes: Vec<Mute>,
+    pub unforced: Vec<Unforced>,
     /// What the load does not push there, that included.
-    pub quiet: Vec<Mute>,
+    pub quiet: Vec<Unforced>,
 }
 
 /// What the load leaves open.
@@ -93,9 +93,9 @@ struct Ties {
 }
 
 impl Mechanism {
-    /// The face that the force on a source exposes, `mute` apart.
-    fn exposed(&self, source: &Source, at: &Contact, mute: Mute) -> Face {
-        let force = source.set.heard(&at.gradient.inputs.parameters[source.range()], mute);
+    /// The face that the force on a source exposes, `unforced` apart.
+    fn exposed(&self, source: &Source, at: &Contact, unforced: Unforced) -> Face {
+        let force = source.set.masked_force(&at.gradient.inputs.parameters[source.range()], unforced);
         source.set.face(&force[..source.set.size()], self.tolerance(source, at))
     }
 
@@ -112,39 +112,39 @@ impl Mechanism {
     }
 
     /// The open faces of all clearances.
-    fn open_faces(&self, at: &Contact, mutes: &[Mute]) -> Vec<(usize, Face)> {
+    fn open_faces(&self, at: &Contact, unforced: &[Unforced]) -> Vec<(usize, Face)> {
         let clearances = self.sources.iter().enumerate().filter(|(_, source)| source.is_clearance);
-        let faces = clearances.map(|(s, source)| (s, self.exposed(source, at, mutes[s])));
+        let faces = clearances.map(|(s, source)| (s, self.exposed(source, at, unforced[s])));
         faces.filter(|(_, face)| !face.is_point()).collect()
     }
 
     /// The directions in which faces are open, those left out that are not listened to.
-    fn ways(&self, faces: &[(usize, Face)], mutes: &[Mute]) -> Vec<(usize, Direction)> {
+    fn ways(&self, faces: &[(usize, Face)], unforced: &[Unforced]) -> Vec<(usize, Direction)> {
         let of = |(s, face): &(usize, Face)| {
             let (s, set) = (*s, self.sources[*s].set);
-            let heard = move |way: &Direction| !set.is_mute(way.coordinate, mutes[s]);
-            face.directions(&set).into_iter().filter(heard).map(move |way| (s, way))
+            let masked_force = move |way: &Direction| !set.is_unforced(way.coordinate, unforced[s]);
+            face.directions(&set).into_iter().filter(masked_force).map(move |way| (s, way))
         };
         faces.iter().flat_map(of).collect()
     }
 
     /// What the force on every source does not push at a contact.
-    fn quiets(&self, at: &Contact, mutes: &[Mute]) -> Vec<Mute> {
-        let quiet = |(source, mute): (&Source, &Mute)| {
-            let force = source.set.heard(&at.gradient.inputs.parameters[source.range()], *mute);
-            source.set.mute(&force[..source.set.size()], self.tolerance(source, at))
+    fn quiets(&self, at: &Contact, unforced: &[Unforced]) -> Vec<Unforced> {
+        let quiet = |(source, unforced): (&Source, &Unforced)| {
+            let force = source.set.masked_force(&at.gradient.inputs.parameters[source.range()], *unforced);
+            source.set.unforced(&force[..source.set.size()], self.tolerance(source, at))
         };
-        self.sources.iter().zip(mutes).map(quiet).collect()
+        self.sources.iter().zip(unforced).map(quiet).collect()
     }
 }
 
 impl Solver<'_> {
     /// Where a contact comes to rest when the load is also heard where it does not push at the nominal pose: `before`
-    /// tells what was not listened to, `mutes` what still is not. `None` where it may rest in more than one place, or
+    /// tells what did not take part, `unforced` what still does not. `None` where it may rest in more than one place, or
     /// the closure is singular.
-    pub(crate) fn rest(&self, from: &Contact, before: &[Mute], mutes: &[Mute]) -> Option<Rest> {
+    pub(crate) fn rest(&self, from: &Contact, before: &[Unforced], unforced: &[Unforced]) -> Option<Rest> {
         let m = self.mechanism;
-        let at = self.settle(from.state.clone(), mutes)?;
+        let at = self.settle(from.state.clone(), unforced)?;
         let goes = m.change(&from.state.inputs, &at.state.inputs) > SAME;
         // What has gone to one side might be held on the other as well.
         let other = if goes {
@@ -156,19 +156,19 @@ impl Solver<'_> {
                 m.put(source, &other, &mut inputs);
             }
             let start = self.follow(&from.state, &inputs).ok()?;
-            Some(self.in_the_middle(self.settle(start, mutes)?, mutes)?)
+            Some(self.in_the_middle(self.settle(start, unforced)?, unforced)?)
         } else {
             None
         };
-        let rest = self.in_the_middle(at, mutes)?;
+        let rest = self.in_the_middle(at, unforced)?;
         let [one, other] = [&rest, other.as_ref().unwrap_or(&rest)].map(|rest| &rest.contact.state.inputs);
         (m.change(one, other) <= SAME).then_some(rest)
     }
 
     /// How forces change along the directions in which faces are open.
-    fn bend(&self, at: &Contact, faces: &[(usize, Face)], mutes: &[Mute]) -> Option<Bend> {
+    fn bend(&self, at: &Contact, faces: &[(usize, Face)], unforced: &[Unforced]) -> Option<Bend> {
         let m = self.mechanism;
-        let ways = m.ways(faces, mutes);
+        let ways = m.ways(faces, unforced);
         let n = ways.len();
         let linearised = self.linearise(&at.state)?;
         let scale = m.force_scale(&at.gradient);
@@ -197,19 +197,19 @@ impl Solver<'_> {
     }
 
     /// Goes to the middle of what is open around a contact.
-    fn in_the_middle(&self, mut at: Contact, mutes: &[Mute]) -> Option<Rest> {
+    fn in_the_middle(&self, mut at: Contact, unforced: &[Unforced]) -> Option<Rest> {
         let m = self.mechanism;
-        let mut faces = m.open_faces(&at, mutes);
-        let quiet = m.quiets(&at, mutes);
+        let mut faces = m.open_faces(&at, unforced);
+        let quiet = m.quiets(&at, unforced);
         for round in 0..=ROUNDS {
-            let Open::Faces(open) = self.open_around(&at, &mut faces, &quiet, mutes)? else {
-                return Some(Rest { contact: at, open: Open::Nothing, mutes: mutes.to_vec(), quiet });
+            let Open::Faces(open) = self.open_around(&at, &mut faces, &quiet, unforced)? else {
+                return Some(Rest { contact: at, open: Open::Nothing, unforced: unforced.to_vec(), quiet });
             };
             let inputs = open.placed(m, &at, &quiet, &open.middle);
             let change = m.change(&at.state.inputs, &inputs);
             let next = if change > STILL && round < ROUNDS { self.contact(&at, &inputs) } else { None };
             let Some(next) = next else {
-                return Some(Rest { contact: at, open: Open::Faces(open), mutes: mutes.to_vec(), quiet });
+                return Some(Rest { contact: at, open: Open::Faces(open), unforced: unforced.to_vec(), quiet });
             };
             at = next;
         }
@@ -221,11 +221,11 @@ impl Solver<'_> {
         &self,
         at: &Contact,
         faces: &mut [(usize, Face)],
-        quiet: &[Mute],
-        mutes: &[Mute],
+        quiet: &[Unforced],
+        unforced: &[Unforced],
     ) -> Option<Open> {
         let m = self.mechanism;
-        let bend = self.bend(at, faces, mutes)?;
+        let bend = self.bend(at, faces, unforced)?;
         if bend.is_unstable()? {
             return None;
         }
@@ -245,13 +245,13 @@ impl Solver<'_> {
 
     /// A contact as it is, with all faces open that the load does not decide there: where the closure may hold it on
     /// more than one side.
-    pub(crate) fn as_it_is(&self, contact: Contact, mutes: &[Mute]) -> Option<Rest> {
+    pub(crate) fn as_it_is(&self, contact: Contact, unforced: &[Unforced]) -> Option<Rest> {
         let m = self.mechanism;
-        let faces = m.open_faces(&contact, mutes);
+        let faces = m.open_faces(&contact, unforced);
         let output = m.output_sensitivity(&self.linearise(&contact.state)?, &contact.state);
         let open = Faces::new(m, &contact, &faces, &Bend::none(), &Ties::none(), &output.parameters);
-        let quiet = m.quiets(&contact, mutes);
-        Some(Rest { contact, open: Open::Faces(Box::new(open)), mutes: mutes.to_vec(), quiet })
+        let quiet = m.quiets(&contact, unforced);
+        Some(Rest { contact, open: Open::Faces(Box::new(open)), unforced: unforced.to_vec(), quiet })
     }
 }
 
@@ -406,8 +406,8 @@ impl Faces {
     }
 
     /// The inputs at given offsets of the open sources, the others where the load at a contact presses them.
-    pub(crate) fn placed(&self, m: &Mechanism, at: &Contact, quiet: &[Mute], offsets: &[Vec<f64>]) -> Inputs<f64> {
-        let mut inputs = m.pressed(&at.gradient, &at.state.inputs, quiet);
+    pub(crate) fn placed(&self, m: &Mechanism, at: &Contact, quiet: &[Unforced], offsets: &[Vec<f64>]) -> Inputs<f64> {
+        let mut inputs = m.support_update_loaded(&at.gradient, &at.state.inputs, quiet);
         for ((s, _), offset) in self.sources.iter().zip(offsets) {
             m.put(&m.sources[*s], offset, &mut inputs);
         }
@@ -443,7 +443,7 @@ pub(crate) struct Left {
     /// Whether every source has one place.
     pub decided: Vec<bool>,
     /// Whether the output feels it.
-    pub felt: bool,
+    pub observable: bool,
 }
 
 impl Mechanism {
@@ -452,14 +452,14 @@ impl Mechanism {
     pub(crate) fn left_open(
         &self,
         rest: &Rest,
-        mutes: &[Mute],
+        unforced: &[Unforced],
         first_order: &DMatrix<f64>,
         map: &DMatrix<f64>,
     ) -> Left {
         let size = self.size();
         let mut open = vec![0.0; self.sources.len() * size];
-        let mut decided: Vec<bool> = mutes.iter().map(|mute| mute.is_none()).collect();
-        let mut felt = false;
+        let mut decided: Vec<bool> = unforced.iter().map(|unforced| unforced.is_none()).collect();
+        let mut observable = false;
         let shares = |map: &DMatrix<f64>, k: usize| -> Vec<(usize, f64)> {
             match &rest.open {
                 Open::Nothing => Vec::new(),
@@ -472,9 +472,9 @@ impl Mechanism {
             let clearances = self.sources.iter().filter(|source| source.is_clearance);
             let reach =
                 |source: &Source| source.set.reach(&source.range().map(|p| first_order[(k, p)]).collect::<Vec<f64>>());
-            let least = FELT * clearances.map(reach).sum::<f64>();
+            let least = OBSERVABLE * clearances.map(reach).sum::<f64>();
             if total(&here).min(total(&there)) > least {
-                felt = true;
+                observable = true;
                 for (s, share) in here {
                     open[s * size + k] = share;
                 }
@@ -485,6 +485,6 @@ impl Mechanism {
                 decided[*s] &= !moves;
             }
         }
-        Left { open, decided, felt }
+        Left { open, decided, observable }
     }
 }

@@ -13,7 +13,7 @@ pub(crate) mod push_on_lanes;
 mod semismooth;
 mod state;
 
-use crate::clearance::mute::{Mute, UNDECIDED};
+use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Linearised, Solver, State, between};
 use crate::closure::sensitivity::Gradient;
@@ -33,19 +33,19 @@ const SHRUNK: f64 = 0.05;
 
 impl Mechanism {
     /// The inputs with every source that gives way moved to the nearest point of the face it is pushed to:
-    /// what nothing pushes stays where it is. `mute` tells what a source that gives way does not listen to.
-    pub(crate) fn pushed(
+    /// what nothing pushes stays where it is. `unforced` tells what a source that gives way does not listen to.
+    pub(crate) fn support_update(
         &self,
         gradient: &Gradient,
         inputs: &Inputs<f64>,
-        mute: impl Fn(usize, &Source) -> Option<Mute>,
+        unforced: impl Fn(usize, &Source) -> Option<Unforced>,
     ) -> Inputs<f64> {
         let scale = self.force_scale(gradient);
         let mut pushed = inputs.clone();
         for (s, source) in self.sources.iter().enumerate() {
-            let Some(mute) = mute(s, source) else { continue };
+            let Some(unforced) = unforced(s, source) else { continue };
             let offset: Vec<f64> = source.range().map(|p| inputs.parameters[p] - self.centre[p]).collect();
-            let force = source.set.heard(&gradient.inputs.parameters[source.range()], mute);
+            let force = source.set.masked_force(&gradient.inputs.parameters[source.range()], unforced);
             let tolerance = self.undecided(source, UNDECIDED * scale);
             let nearest = source.set.face(&force[..offset.len()], tolerance).nearest(&offset);
             for (k, p) in source.range().enumerate() {
@@ -61,32 +61,37 @@ impl Mechanism {
     }
 
     /// What of every source the load does not push at the nominal pose.
-    pub(crate) fn mutes(&self, nominal: &Gradient) -> Vec<Mute> {
+    pub(crate) fn unforced_of(&self, nominal: &Gradient) -> Vec<Unforced> {
         let scale = self.force_scale(nominal);
-        let mute = |source: &Source| {
+        let unforced = |source: &Source| {
             let force = &nominal.inputs.parameters[source.range()];
-            source.set.mute(force, self.undecided(source, UNDECIDED * scale))
+            source.set.unforced(force, self.undecided(source, UNDECIDED * scale))
         };
-        self.sources.iter().map(mute).collect()
+        self.sources.iter().map(unforced).collect()
     }
 
     /// The inputs with every clearance moved to where the load presses it.
-    pub(crate) fn pressed(&self, gradient: &Gradient, inputs: &Inputs<f64>, mutes: &[Mute]) -> Inputs<f64> {
-        self.pushed(gradient, inputs, |s, source| source.is_clearance.then_some(mutes[s]))
+    pub(crate) fn support_update_loaded(
+        &self,
+        gradient: &Gradient,
+        inputs: &Inputs<f64>,
+        unforced: &[Unforced],
+    ) -> Inputs<f64> {
+        self.support_update(gradient, inputs, |s, source| source.is_clearance.then_some(unforced[s]))
     }
 }
 
 impl Solver<'_> {
     /// Brings contact and reactions to agree, from a state on; `None` where the closure is singular.
     #[must_use]
-    pub fn settle(&self, from: State, mutes: &[Mute]) -> Option<Contact> {
+    pub fn settle(&self, from: State, unforced: &[Unforced]) -> Option<Contact> {
         let m = self.mechanism;
         let gradient = m.load_gradient(&self.linearise(&from)?, &from);
         let mut at = Contact { state: from, gradient, steps: 0, settled: false, blocked: false };
-        let mut newton = Newton::new(self, mutes);
+        let mut newton = Newton::new(self, unforced);
         let mut changes = [f64::INFINITY; 4];
         for step in 0..WHOLE_STEPS {
-            let pressed = m.pressed(&at.gradient, &at.state.inputs, mutes);
+            let pressed = m.support_update_loaded(&at.gradient, &at.state.inputs, unforced);
             let change = m.change(&at.state.inputs, &pressed);
             if change <= m.still() {
                 at.settled = true;

@@ -1,22 +1,26 @@
 //! Offsets of a block of configurations moved to where the forces push them.
 
 use crate::clearance::Set;
-use crate::clearance::mute::{Mute, UNDECIDED};
 use crate::clearance::offset::MAX_SIZE;
+use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::{Mechanism, Source};
 
 /// What of every source the load does not push at the nominal pose.
 #[inline(always)]
-pub(crate) fn mutes<'b>(m: &Mechanism, gradient: impl Fn(usize) -> &'b Block, scale: &Block) -> Vec<[Mute; LANES]> {
-    let mute = |source: &Source| {
+pub(crate) fn unforced_of<'b>(
+    m: &Mechanism,
+    gradient: impl Fn(usize) -> &'b Block,
+    scale: &Block,
+) -> Vec<[Unforced; LANES]> {
+    let unforced = |source: &Source| {
         std::array::from_fn(|i| {
             let mut w = [0.0; MAX_SIZE];
             w.iter_mut().zip(source.range()).for_each(|(w, p)| *w = gradient(p).0[i]);
-            source.set.mute(&w[..source.set.size()], m.undecided(source, UNDECIDED * scale.0[i]))
+            source.set.unforced(&w[..source.set.size()], m.undecided(source, UNDECIDED * scale.0[i]))
         })
     };
-    m.sources().iter().map(mute).collect()
+    m.sources().iter().map(unforced).collect()
 }
 
 /// Whether a source is moved: by a load, a clearance.
@@ -27,26 +31,26 @@ fn gives_way(source: &Source, loaded: bool) -> bool {
 
 /// Moves every source that gives way to the support point of its set along the gradient; what a tie or a
 /// vanishing force leaves undecided stays where nothing pushes it. Tells the lanes where something is. Of
-/// lanes that do not ask nothing can be relied on. A load gives with `mutes` what it does not push.
+/// lanes that do not ask nothing can be relied on. A load gives with `unforced` what it does not push.
 #[inline(always)]
 pub(crate) fn push<'b>(
     m: &Mechanism,
-    mutes: Option<&[[Mute; LANES]]>,
+    unforced: Option<&[[Unforced; LANES]]>,
     asking: &[bool; LANES],
     gradient: impl Fn(usize) -> &'b Block,
     scale: &Block,
     pushed: &mut [Block],
 ) -> [bool; LANES] {
     let mut undecided = [false; LANES];
-    for (s, source) in m.sources().iter().enumerate().filter(|(_, s)| gives_way(s, mutes.is_some())) {
-        let mute = |i: usize| mutes.map_or_else(Mute::default, |mutes| mutes[s][i]);
+    for (s, source) in m.sources().iter().enumerate().filter(|(_, s)| gives_way(s, unforced.is_some())) {
+        let unforced = |i: usize| unforced.map_or_else(Unforced::default, |unforced| unforced[s][i]);
         let p = source.first;
         if let Set::Disc { radius } = source.set {
             let (x, y) = (gradient(p), gradient(p + 1));
             let size = x.mul(x).add(&y.mul(y)).sqrt();
             let mut decided = [false; LANES];
             for i in 0..LANES {
-                decided[i] = size.0[i] > UNDECIDED * scale.0[i] && mute(i).is_none();
+                decided[i] = size.0[i] > UNDECIDED * scale.0[i] && unforced(i).is_none();
                 undecided[i] |= !decided[i];
             }
             let part = Block::splat(radius).div(&size);
@@ -63,7 +67,7 @@ pub(crate) fn push<'b>(
                 w[k] = gradient(p + k).0[i];
                 offset[k] = pushed[p + k].0[i] - m.centre[p + k];
             }
-            let w = source.set.heard(&w[..n], mute(i));
+            let w = source.set.masked_force(&w[..n], unforced(i));
             let face = source.set.face(&w[..n], m.undecided(source, UNDECIDED * scale.0[i]));
             let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
             undecided[i] |= !face.is_point();

@@ -25,8 +25,8 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::mute::{Mute, UNDECIDED};
 use crate::clearance::offset::{MAX_SIZE, inner};
+use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::closure::newton::{Linearised, Solver, State};
 use crate::contact::state::Contact;
 use crate::interrupt;
@@ -53,7 +53,7 @@ const RENEWED: usize = 10;
 /// The method with what it knows about how forces change.
 pub(crate) struct Newton<'s, 'm> {
     solver: &'s Solver<'m>,
-    mutes: &'s [Mute],
+    unforced: &'s [Unforced],
     /// Per source, the largest change of a force beside the move that made it.
     stiffness: Vec<f64>,
 }
@@ -75,12 +75,12 @@ struct Projected {
     t: Vec<f64>,
     /// Derivative of the projection: a row per coordinate, with the first coordinate of its source; none
     /// where it is zero.
-    gives: Vec<Option<(usize, [f64; MAX_SIZE])>>,
+    elements: Vec<Option<(usize, [f64; MAX_SIZE])>>,
 }
 
 impl<'s, 'm> Newton<'s, 'm> {
-    pub fn new(solver: &'s Solver<'m>, mutes: &'s [Mute]) -> Self {
-        Self { solver, mutes, stiffness: vec![0.0; solver.mechanism.sources().len()] }
+    pub fn new(solver: &'s Solver<'m>, unforced: &'s [Unforced]) -> Self {
+        Self { solver, unforced, stiffness: vec![0.0; solver.mechanism.sources().len()] }
     }
 
     fn sources(&self) -> impl Iterator<Item = (usize, &'m Source)> + use<'m> {
@@ -95,13 +95,13 @@ impl<'s, 'm> Newton<'s, 'm> {
         for (k, source) in self.sources() {
             let n = source.set.size();
             let offset: Vec<f64> = source.range().map(|p| state.inputs.parameters[p] - m.centre[p]).collect();
-            let mut heard = source.set.heard(&force[source.range()], self.mutes[k]);
+            let mut masked_force = source.set.masked_force(&force[source.range()], self.unforced[k]);
             if tolerance > 0.0 {
-                let mute = source.set.mute(&heard[..n], m.undecided(source, tolerance));
-                heard = source.set.heard(&heard[..n], mute);
+                let unforced = source.set.unforced(&masked_force[..n], m.undecided(source, tolerance));
+                masked_force = source.set.masked_force(&masked_force[..n], unforced);
             }
             own.y.extend_from_slice(&source.set.to_unit(&offset)[..n]);
-            own.s.extend_from_slice(&source.set.unit_gradient(&heard[..n])[..n]);
+            own.s.extend_from_slice(&source.set.unit_gradient(&masked_force[..n])[..n]);
         }
         own
     }
@@ -140,7 +140,7 @@ impl<'s, 'm> Newton<'s, 'm> {
     fn projected(&self, own: &Own) -> Projected {
         let n = own.y.len();
         let mut projected =
-            Projected { residual: Vec::with_capacity(n), t: Vec::with_capacity(n), gives: vec![None; n] };
+            Projected { residual: Vec::with_capacity(n), t: Vec::with_capacity(n), elements: vec![None; n] };
         for (k, source) in self.sources() {
             let (first, size) = (projected.t.len(), source.set.size());
             let t = 1.0 / self.stiffness[k].max(f64::MIN_POSITIVE.sqrt());
@@ -155,9 +155,9 @@ impl<'s, 'm> Newton<'s, 'm> {
                 along[column] = 1.0;
                 source.set.project_unit_along(&z[..size], &mut along[..size]);
                 // What the load does not push stays, though the others might balance sooner if it gave way.
-                let gives = |&(row, a): &(usize, f64)| a != 0.0 && !source.set.is_mute(row, self.mutes[k]);
-                for (row, a) in along.into_iter().enumerate().filter(gives) {
-                    projected.gives[first + row].get_or_insert((first, [0.0; MAX_SIZE])).1[column] = a;
+                let elements = |&(row, a): &(usize, f64)| a != 0.0 && !source.set.is_unforced(row, self.unforced[k]);
+                for (row, a) in along.into_iter().enumerate().filter(elements) {
+                    projected.elements[first + row].get_or_insert((first, [0.0; MAX_SIZE])).1[column] = a;
                 }
             }
         }
@@ -190,7 +190,7 @@ impl<'s, 'm> Newton<'s, 'm> {
             };
             // The forces push away from the balance that lies behind, and lead on to another.
             if inner(&residual, &step) < 0.0 {
-                let pressed = m.pressed(&at.gradient, &at.state.inputs, self.mutes);
+                let pressed = m.support_update_loaded(&at.gradient, &at.state.inputs, self.unforced);
                 let Some(next) = self.solver.contact(&at, &pressed) else {
                     at.blocked = true;
                     break;
@@ -252,8 +252,9 @@ impl<'s, 'm> Newton<'s, 'm> {
         let hold = largest(&projected.residual).min(hold);
         loop {
             let n = own.y.len();
-            let moving: Vec<usize> =
-                (0..n).filter(|&k| projected.gives[k].is_some() || projected.residual[k].abs() > 0.1 * STILL).collect();
+            let moving: Vec<usize> = (0..n)
+                .filter(|&k| projected.elements[k].is_some() || projected.residual[k].abs() > 0.1 * STILL)
+                .collect();
             let mut matrix = DMatrix::<f64>::identity(moving.len(), moving.len());
             for (c, &column) in moving.iter().enumerate() {
                 let bend = match bends.entry(column) {
@@ -261,10 +262,10 @@ impl<'s, 'm> Newton<'s, 'm> {
                     Entry::Vacant(new) => new.insert(self.bend(&linearised, at, own, column)?),
                 };
                 for (r, &row) in moving.iter().enumerate() {
-                    let Some((first, gives)) = projected.gives[row] else { continue };
+                    let Some((first, elements)) = projected.elements[row] else { continue };
                     let t = projected.t[row];
-                    for ((k, bend), give) in bend.iter().enumerate().skip(first).zip(gives) {
-                        matrix[(r, c)] -= give * (t * bend + f64::from(k == column));
+                    for ((k, bend), element) in bend.iter().enumerate().skip(first).zip(elements) {
+                        matrix[(r, c)] -= element * (t * bend + f64::from(k == column));
                     }
                 }
             }
@@ -285,7 +286,7 @@ impl<'s, 'm> Newton<'s, 'm> {
                 return Some(solve(&|k| projected.residual[k]));
             }
             for (source, range) in repelled {
-                projected.gives[range.clone()].fill(None);
+                projected.elements[range.clone()].fill(None);
                 let size = largest(&own.s[range.clone()]);
                 let mut far = [0.0; MAX_SIZE];
                 far.iter_mut().zip(range.clone()).for_each(|(far, i)| *far = own.y[i] + FAR * own.s[i] / size);
@@ -308,7 +309,7 @@ impl<'s, 'm> Newton<'s, 'm> {
             let range = first..first + source.set.flat_sided();
             first += source.set.size();
             let residual = &projected.residual[range.clone()];
-            if largest(residual) < SETTLED || projected.gives[range.clone()].iter().all(Option::is_none) {
+            if largest(residual) < SETTLED || projected.elements[range.clone()].iter().all(Option::is_none) {
                 continue;
             }
             let step = solve(&|k| if range.contains(&k) { projected.residual[k] } else { 0.0 });

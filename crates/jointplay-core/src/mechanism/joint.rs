@@ -14,11 +14,11 @@
 //! | gear, rack, belt | first body's | coupling | coupling | none |
 //! | screw | first body's | | coupling, side, normal, tilts | angle |
 //!
-//! A coupling (see [`crate::mechanism::coupling`]) is told as a displacement along axis 0.
+//! A coupling (see [`crate::mechanism::coupling`]) is given as a displacement along axis 0.
 //!
 //! Axis 0 of the joint's axes is the joint's direction. In the plane axis 1 is its normal (90 degrees
 //! on) and axis 2 completes them; a revolute joint in the plane has no direction of its own, so that its
-//! offsets are told in ground axes. In space axis 1 is the side and axis 2 the normal.
+//! offsets are given in ground axes. In space axis 1 is the side and axis 2 the normal.
 
 use crate::math::space::{Component, Space};
 use crate::math::vector::{Mat3, Vec3, cross, dot, norm, scale, sub};
@@ -117,7 +117,7 @@ impl Joint {
             (Kind::Gear | Kind::Rack | Kind::Belt | Kind::Screw, Some(coupling)) => {
                 Some(Coupling::new(spec.kind, coupling)?)
             }
-            (Kind::Gear | Kind::Rack | Kind::Belt | Kind::Screw, None) => return Err("needs to be told its coupling"),
+            (Kind::Gear | Kind::Rack | Kind::Belt | Kind::Screw, None) => return Err("needs its coupling"),
             _ => None,
         };
         Ok(Self {

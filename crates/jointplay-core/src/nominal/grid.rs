@@ -108,9 +108,9 @@ impl Mechanism {
     /// fastest), and `seeds`: states with a node each that they may lead to. If it does not spread, only those
     /// nodes are solved.
     #[must_use]
-    pub fn flood(&self, shape: &[usize], drives: &[f64], seeds: &[(usize, Case<'_>)], spread: bool) -> Trace {
+    pub fn trace_grid(&self, shape: &[usize], drives: &[f64], seeds: &[(usize, Case<'_>)], spread: bool) -> Trace {
         if self.n_rows() != self.n_unknowns() {
-            return self.flood_on_basis(shape, drives, seeds, spread);
+            return self.trace_grid_on_basis(shape, drives, seeds, spread);
         }
         let n = shape.iter().product();
         let width = self.n_coordinates();

@@ -86,7 +86,7 @@ impl Mechanism {
     }
 
     /// The grid of the basis, judged by all rows.
-    pub(crate) fn flood_on_basis(
+    pub(crate) fn trace_grid_on_basis(
         &self,
         shape: &[usize],
         drives: &[f64],
@@ -100,7 +100,7 @@ impl Mechanism {
                 return Trace { coordinates: vec![f64::NAN; n * self.n_coordinates()], status: vec![status; n] };
             }
         };
-        let mut trace = basis.kept.flood(shape, drives, seeds, spread);
+        let mut trace = basis.kept.trace_grid(shape, drives, seeds, spread);
         for (k, status) in trace.status.iter_mut().enumerate().filter(|(_, s)| **s == Status::Singular) {
             let coordinates = trace.coordinates[k * self.n_coordinates()..(k + 1) * self.n_coordinates()].to_vec();
             let inputs = Inputs::nominal(self, &drives[k * self.n_drives()..(k + 1) * self.n_drives()]);

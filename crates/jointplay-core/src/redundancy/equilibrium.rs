@@ -7,14 +7,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::mute::UNDECIDED;
+use crate::clearance::undecided::UNDECIDED;
 use crate::cone::answer::{Answer, Outcome};
 use crate::cone::lanes::layout::Question;
 use crate::cone::scheduler::Rounds;
 use crate::cone::{Block, Kind, Program};
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::{Compatibility, Ties};
-use crate::redundancy::system::{Give, System, UNDECIDED_TOGETHER};
+use crate::redundancy::system::{Element, System, UNDECIDED_TOGETHER};
 
 /// What is asked of the displacements.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ pub(crate) enum Ask {
     Load,
     /// Where they are without any load, by least energy.
     Stress,
-    /// The smallest factor on the clearances with which rigid bodies go together.
+    /// The smallest factor on the clearances with which rigid bodies can be assembled.
     Factor,
     /// Where they take the output farthest along a direction of its components.
     Along(Vec<f64>),
@@ -107,7 +107,7 @@ impl System<'_> {
     /// No displacement, whatever the forces.
     fn nothing(&self, forces: &DVector<f64>) -> Balance {
         Balance {
-            given: self.gives.iter().map(|give| vec![0.0; give.columns.len()]).collect(),
+            given: self.elements.iter().map(|element| vec![0.0; element.columns.len()]).collect(),
             forces: forces.clone(),
             factor: 1.0,
             gap: 0.0,
@@ -119,7 +119,7 @@ impl System<'_> {
     /// Where nothing ties displacements to each other, forces alone decide them.
     pub(crate) fn free(&self, c: &Ties, forces: &DVector<f64>) -> Balance {
         let mut balance = self.nothing(forces);
-        self.fill(&mut balance, &[], |give| Self::is_tied(give, c));
+        self.fill(&mut balance, &[], |element| Self::is_tied(element, c));
         balance
     }
 
@@ -141,7 +141,7 @@ impl System<'_> {
         // What the forces leave open is put in the middle.
         let middle = if ask.is_unloaded() { None } else { self.middle(c, program, &balance.forces, &answer) };
         let tied = middle.as_ref().unwrap_or(&answer.displacements);
-        self.fill(&mut balance, tied, |give| Self::is_tied(give, c));
+        self.fill(&mut balance, tied, |element| Self::is_tied(element, c));
         balance.answer = Some(answer);
         balance
     }
@@ -184,20 +184,20 @@ impl System<'_> {
         at: &[Vec<f64>],
         stiffness: f64,
     ) -> Program {
-        let offsets = || self.gives.iter().zip(at).filter(|(give, _)| give.source.is_some());
-        let ties: usize = offsets().map(|(give, _)| give.columns.len()).sum();
+        let offsets = || self.elements.iter().zip(at).filter(|(element, _)| element.source.is_some());
+        let ties: usize = offsets().map(|(element, _)| element.columns.len()).sum();
         let n = c.equations.nrows();
         let mut right: Vec<f64> = self.cleaned(right);
         let (mut blocks, mut springs) = (Vec::new(), Vec::new());
-        for (give, at) in self.gives.iter().zip(at) {
-            let (size, first) = (give.columns.len(), right.len() - n);
-            let mut map = Self::map(give, c);
+        for (element, at) in self.elements.iter().zip(at) {
+            let (size, first) = (element.columns.len(), right.len() - n);
+            let mut map = Self::map(element, c);
             map.resize(size * (n + ties), 0.0);
-            if give.source.is_some() {
+            if element.source.is_some() {
                 // Offset minus elongation of its spring: where it is.
                 let mut elongation = vec![0.0; map.len()];
                 let mut compliance = vec![0.0; size * size];
-                for (k, &column) in give.columns.iter().enumerate() {
+                for (k, &column) in element.columns.iter().enumerate() {
                     let entry = size * (n + first + k) + k;
                     (map[entry], elongation[entry]) = (1.0, -1.0);
                     compliance[k * (size + 1)] = self.basis.unit(column).powi(2) / stiffness;
@@ -205,7 +205,7 @@ impl System<'_> {
                 right.extend(at);
                 springs.push(Block { kind: Kind::Spring(compliance), map: elongation, force: vec![0.0; size] });
             }
-            blocks.push(Block { kind: give.kind.clone(), map, force: Self::along(give, forces) });
+            blocks.push(Block { kind: element.kind.clone(), map, force: Self::along(element, forces) });
         }
         blocks.extend(springs);
         Program { right, blocks }
@@ -217,8 +217,8 @@ impl System<'_> {
             return None;
         }
         answer.multipliers.truncate(c.equations.nrows());
-        let given = answer.displacements[..self.gives.len()].to_vec();
-        let tied = given.iter().zip(&self.gives).filter(|(_, give)| Self::is_tied(give, c));
+        let given = answer.displacements[..self.elements.len()].to_vec();
+        let tied = given.iter().zip(&self.elements).filter(|(_, element)| Self::is_tied(element, c));
         answer.displacements = tied.map(|(given, _)| given.clone()).collect();
         Some(Balance {
             given,
@@ -232,22 +232,22 @@ impl System<'_> {
 
     /// The middle of what is open among the tied gives; `None` where nothing is.
     fn middle(&self, c: &Ties, program: &Program, forces: &DVector<f64>, answer: &Answer) -> Option<Vec<Vec<f64>>> {
-        let open = |give: &Give| self.face(give, c, forces).is_some_and(|face| !face.is_point());
-        let any = self.gives.iter().any(|give| Self::is_tied(give, c) && open(give));
+        let open = |element: &Element| self.face(element, c, forces).is_some_and(|face| !face.is_point());
+        let any = self.elements.iter().any(|element| Self::is_tied(element, c) && open(element));
         if any { program.middle(answer, UNDECIDED_TOGETHER) } else { None }
     }
 
     /// Puts the displacements: of what is tied as the program says, of the others by the forces.
-    pub(crate) fn fill(&self, balance: &mut Balance, tied: &[Vec<f64>], is_tied: impl Fn(&Give) -> bool) {
+    pub(crate) fn fill(&self, balance: &mut Balance, tied: &[Vec<f64>], is_tied: impl Fn(&Element) -> bool) {
         let mut tied = tied.iter();
         let tolerance = UNDECIDED * self.force_scale(&balance.forces);
-        for (give, slot) in self.gives.iter().zip(&mut balance.given) {
-            if is_tied(give) {
+        for (element, slot) in self.elements.iter().zip(&mut balance.given) {
+            if is_tied(element) {
                 *slot = tied.next().cloned().unwrap_or_default();
                 continue;
             }
-            let force: Vec<f64> = give.columns.iter().map(|&column| balance.forces[column]).collect();
-            *slot = match &give.kind {
+            let force: Vec<f64> = element.columns.iter().map(|&column| balance.forces[column]).collect();
+            *slot = match &element.kind {
                 Kind::Clearance(set) | Kind::Fixed(set) => set.face(&force, tolerance).centre[..force.len()].to_vec(),
                 Kind::Spring(compliance) => compliance
                     .chunks_exact(force.len())

@@ -8,7 +8,7 @@ use crate::cone::lanes::layout::Question;
 use crate::cone::lanes::programs::Programs;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
-use crate::redundancy::system::{Give, System};
+use crate::redundancy::system::{Element, System};
 
 /// What pulls at the displacements of one state.
 pub(crate) struct Pull<'a> {
@@ -29,28 +29,28 @@ pub(crate) struct Near<'a> {
 impl System<'_> {
     /// Where the displacements go under every pull; `None` where none are compatible. What a pull leaves open is
     /// somewhere, not necessarily in its middle.
-    pub fn pulled(&self, pulls: &[Pull<'_>]) -> Vec<Option<Balance>> {
+    pub fn solve_many(&self, pulls: &[Pull<'_>]) -> Vec<Option<Balance>> {
         // Coefficients that symmetry makes zero in one state are not so in another.
-        let is_tied = |give: &&Give| pulls.iter().any(|pull| Self::is_tied(give, pull.compatibility));
-        let tied: Vec<&Give> = self.gives.iter().filter(is_tied).collect();
+        let is_tied = |element: &&Element| pulls.iter().any(|pull| Self::is_tied(element, pull.compatibility));
+        let tied: Vec<&Element> = self.elements.iter().filter(is_tied).collect();
         let states = pulls.iter().map(|pull| (&**pull.compatibility, pull.right, &pull.forces));
         let programs = self.programs(&tied, states);
-        let balance = |(answer, pull): (Answer, &Pull<'_>)| self.balance_of(pull, answer, |give| is_tied(&give));
+        let balance = |(answer, pull): (Answer, &Pull<'_>)| self.balance_of(pull, answer, |element| is_tied(&element));
         answers(&programs).zip(pulls).map(balance).collect()
     }
 
     /// The same under one pull, by a program of its own.
     pub fn balance_alone(&self, pull: &Pull<'_>) -> Option<Balance> {
         let answer = self.program(pull.compatibility, pull.right, &pull.forces).pose();
-        self.balance_of(pull, answer, |give| Self::is_tied(give, pull.compatibility))
+        self.balance_of(pull, answer, |element| Self::is_tied(element, pull.compatibility))
     }
 
-    fn balance_of(&self, pull: &Pull<'_>, answer: Answer, is_tied: impl Fn(&Give) -> bool) -> Option<Balance> {
+    fn balance_of(&self, pull: &Pull<'_>, answer: Answer, is_tied: impl Fn(&Element) -> bool) -> Option<Balance> {
         if answer.outcome == Outcome::Infeasible {
             return None;
         }
         let mut balance = Balance {
-            given: vec![Vec::new(); self.gives.len()],
+            given: vec![Vec::new(); self.elements.len()],
             forces: pull.compatibility.with_stress(&pull.forces, &answer.multipliers),
             factor: 1.0,
             gap: answer.gap,
@@ -63,7 +63,7 @@ impl System<'_> {
     }
 
     /// The same with every offset drawn to where it is.
-    pub fn pulled_near(&self, pulls: &[Pull<'_>], near: &[Near<'_>]) -> Vec<Option<Balance>> {
+    pub fn solve_many_near(&self, pulls: &[Pull<'_>], near: &[Near<'_>]) -> Vec<Option<Balance>> {
         let program = |(pull, near): (&Pull<'_>, &Near<'_>)| {
             self.program_near(pull.compatibility, pull.right, &pull.forces, near.at, near.stiffness)
         };

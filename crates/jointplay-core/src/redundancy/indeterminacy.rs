@@ -5,15 +5,15 @@ use std::cell::OnceCell;
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::face::Face;
-use crate::clearance::mute::UNDECIDED;
-use crate::closure::sensitivity::UNFELT;
+use crate::clearance::undecided::UNDECIDED;
+use crate::closure::sensitivity::UNOBSERVABLE;
 use crate::cone::Kind;
 use crate::cone::answer::Outcome;
 use crate::cone::scheduler::Rounds;
 use crate::math::decomposition::singular_values;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::{Compatibility, Ties};
-use crate::redundancy::system::{Give, System, UNDECIDED_TOGETHER};
+use crate::redundancy::system::{Element, System, UNDECIDED_TOGETHER};
 
 /// Pivots that differ by less are no matter of rounding.
 const CLEARLY: f64 = 1e-4;
@@ -21,7 +21,7 @@ const CLEARLY: f64 = 1e-4;
 impl System<'_> {
     /// Whether forces leave anything open.
     pub fn leaves_open(&self, c: &Ties, forces: &DVector<f64>) -> bool {
-        self.gives.iter().any(|give| self.face(give, c, forces).is_some_and(|face| !face.is_point()))
+        self.elements.iter().any(|element| self.face(element, c, forces).is_some_and(|face| !face.is_point()))
     }
 
     /// Widens what every source leaves open in the output, source by source, tells which sources the load does
@@ -39,15 +39,15 @@ impl System<'_> {
         let map = &c.output.parameters;
         let mut widths = vec![0.0; size];
         let mut together = false;
-        for give in &self.gives {
-            let (Some(face), Some(source)) = (self.face(give, c, &balance.forces), give.source) else { continue };
+        for element in &self.elements {
+            let (Some(face), Some(source)) = (self.face(element, c, &balance.forces), element.source) else { continue };
             decided[source] &= face.is_point();
-            if Self::is_tied(give, c) {
+            if Self::is_tied(element, c) {
                 together |= !face.is_point();
                 continue;
             }
             for k in 0..size {
-                let width = face.half_width(&row_of(give, map, k));
+                let width = face.half_width(&row_of(element, map, k));
                 open[source * size + k] = width.max(open[source * size + k]);
                 widths[k] += width;
             }
@@ -72,29 +72,31 @@ impl System<'_> {
         let Some(answer) = &balance.answer else { return };
         let size = widths.len();
         let program = self.program(c, right, &c.load);
-        let all = self.gives.iter().zip(&balance.given);
-        let tied: Vec<(&Give, &Vec<f64>)> = all.filter(|(give, _)| Self::is_tied(give, c)).collect();
-        let open_faces: Vec<Option<Face>> =
-            tied.iter().map(|(give, _)| self.face(give, c, &balance.forces).filter(|face| !face.is_point())).collect();
+        let all = self.elements.iter().zip(&balance.given);
+        let tied: Vec<(&Element, &Vec<f64>)> = all.filter(|(element, _)| Self::is_tied(element, c)).collect();
+        let open_faces: Vec<Option<Face>> = tied
+            .iter()
+            .map(|(element, _)| self.face(element, c, &balance.forces).filter(|face| !face.is_point()))
+            .collect();
         let optimal = OnceCell::new();
         for k in 0..size {
-            let row = |give: &Give| row_of(give, &c.output.parameters, k);
-            let felt = UNFELT * self.mechanism.play(c, k);
+            let row = |element: &Element| row_of(element, &c.output.parameters, k);
+            let observable = UNOBSERVABLE * self.mechanism.play(c, k);
             // How far the output moves from where it is when only some of them count, the others giving way.
             let reach = async |counts: &dyn Fn(usize) -> bool| {
                 // Each face by itself leaves at least half as much open, to both sides.
-                let alone = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| match &open_faces[g] {
-                    Some(face) if counts(g) => 2.0 * face.half_width(&row(give)),
+                let alone = |(g, (element, _)): (usize, &(&Element, &Vec<f64>))| match &open_faces[g] {
+                    Some(face) if counts(g) => 2.0 * face.half_width(&row(element)),
                     _ => 0.0,
                 };
                 let most: f64 = tied.iter().enumerate().map(alone).sum();
-                if most <= felt {
+                if most <= observable {
                     return 0.0;
                 }
                 let optimal = optimal.get_or_init(|| program.optimal_face(answer, UNDECIDED_TOGETHER));
                 let along = |sign: f64| -> Vec<Vec<f64>> {
-                    let of = |(g, (give, _)): (usize, &(&Give, &Vec<f64>))| {
-                        row(give).iter().map(|m| if counts(g) { sign * m } else { 0.0 }).collect()
+                    let of = |(g, (element, _)): (usize, &(&Element, &Vec<f64>))| {
+                        row(element).iter().map(|m| if counts(g) { sign * m } else { 0.0 }).collect()
                     };
                     tied.iter().enumerate().map(of).collect()
                 };
@@ -108,8 +110,8 @@ impl System<'_> {
                 most
             };
             widths[k] += reach(&|_| true).await;
-            for (g, (give, _)) in tied.iter().enumerate() {
-                let (Some(source), Some(_)) = (give.source, &open_faces[g]) else { continue };
+            for (g, (element, _)) in tied.iter().enumerate() {
+                let (Some(source), Some(_)) = (element.source, &open_faces[g]) else { continue };
                 let slot = &mut open[source * size + k];
                 *slot = slot.max(reach(&|other| other == g).await);
             }
@@ -126,26 +128,26 @@ impl System<'_> {
             return unknown;
         }
         // What every give can do in the equations, both in units of the redundant rows.
-        let mut felt = DMatrix::<f64>::zeros(s, m.n_rows());
-        for give in &self.gives {
-            for (k, &row) in give.columns.iter().enumerate() {
-                let moves = match &give.kind {
+        let mut observable = DMatrix::<f64>::zeros(s, m.n_rows());
+        for element in &self.elements {
+            for (k, &row) in element.columns.iter().enumerate() {
+                let moves = match &element.kind {
                     Kind::Clearance(set) | Kind::Fixed(set) => set.half_width(k) > 0.0,
-                    Kind::Spring(compliance) => compliance[k * (give.columns.len() + 1)] > 0.0,
+                    Kind::Spring(compliance) => compliance[k * (element.columns.len() + 1)] > 0.0,
                 };
                 if moves {
                     for equation in 0..s {
                         let unit = self.basis.unit(self.basis.redundant[equation]);
-                        felt[(equation, row)] = c.equations[(equation, row)] * self.basis.unit(row) / unit;
+                        observable[(equation, row)] = c.equations[(equation, row)] * self.basis.unit(row) / unit;
                     }
                 }
             }
         }
         // Mostly every equation is felt by itself.
-        if (&felt * felt.transpose()).cholesky().is_some_and(|factors| is_clear(factors.l_dirty())) {
+        if (&observable * observable.transpose()).cholesky().is_some_and(|factors| is_clear(factors.l_dirty())) {
             return unknown;
         }
-        let Some(svd) = singular_values(felt, true, false) else { return unknown };
+        let Some(svd) = singular_values(observable, true, false) else { return unknown };
         let Some(directions) = svd.u else { return unknown };
         let smallest = UNDECIDED * svd.singular_values.max();
         // The left null space: what is orthogonal to every direction that is felt.
@@ -170,8 +172,8 @@ impl System<'_> {
 }
 
 /// What the displacements of a give do to one component of the output.
-fn row_of(give: &Give, map: &DMatrix<f64>, component: usize) -> Vec<f64> {
-    give.columns.iter().map(|&row| map[(component, row)]).collect()
+fn row_of(element: &Element, map: &DMatrix<f64>, component: usize) -> Vec<f64> {
+    element.columns.iter().map(|&row| map[(component, row)]).collect()
 }
 
 /// Whether the least pivot of a factored matrix is not small beside the largest one.

@@ -7,14 +7,14 @@ use crate::cone::answer::Outcome;
 use crate::math::decomposition::pseudo_inverse;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Ties;
-use crate::redundancy::system::{Give, System, UNDECIDED_TOGETHER};
+use crate::redundancy::system::{Element, System, UNDECIDED_TOGETHER};
 
 /// Directions in which open offsets do less than this part of the most in the equations are not tied.
 const TIED: f64 = 1e-9;
 
 /// What the load leaves open of a clearance, and what its offsets do to a component of the output.
 struct Open<'a> {
-    give: &'a Give,
+    element: &'a Element,
     face: Face,
 }
 
@@ -28,17 +28,19 @@ impl System<'_> {
         balance: &Balance,
         limits: &[f64],
     ) -> bool {
-        let faces =
-            self.gives.iter().filter_map(|give| Some(Open { give, face: self.face(give, c, &balance.forces)? }));
+        let faces = self
+            .elements
+            .iter()
+            .filter_map(|element| Some(Open { element, face: self.face(element, c, &balance.forces)? }));
         let open: Vec<Open<'_>> = faces.filter(|open| !open.face.is_point()).collect();
         if open.is_empty() {
             return false;
         }
-        let (tied, free): (Vec<_>, Vec<_>) = open.into_iter().partition(|open| Self::is_tied(open.give, c));
+        let (tied, free): (Vec<_>, Vec<_>) = open.into_iter().partition(|open| Self::is_tied(open.element, c));
         let bounds = bounds(&tied, c, output);
         limits.iter().enumerate().any(|(k, limit)| {
-            let row = |give: &Give| give.columns.iter().map(|&row| output[(k, row)]).collect::<Vec<f64>>();
-            let alone: f64 = free.iter().map(|open| open.face.half_width(&row(open.give))).sum();
+            let row = |element: &Element| element.columns.iter().map(|&row| output[(k, row)]).collect::<Vec<f64>>();
+            let alone: f64 = free.iter().map(|open| open.face.half_width(&row(open.element))).sum();
             let reach = || self.reach_together(c, output, right, balance, k).unwrap_or(bounds[k]);
             alone > *limit || alone + bounds[k] > *limit && alone + reach() > *limit
         })
@@ -57,8 +59,8 @@ impl System<'_> {
         let program = self.program(c, right, &c.load);
         let optimal = program.optimal_face(answer, UNDECIDED_TOGETHER);
         let end = |sign: f64| {
-            let row = |give: &Give| give.columns.iter().map(|&row| sign * output[(component, row)]).collect();
-            let tied = self.gives.iter().filter(|give| Self::is_tied(give, c));
+            let row = |element: &Element| element.columns.iter().map(|&row| sign * output[(component, row)]).collect();
+            let tied = self.elements.iter().filter(|element| Self::is_tied(element, c));
             let extreme = optimal.extreme(&tied.map(row).collect::<Vec<Vec<f64>>>());
             (extreme.outcome == Outcome::Solved).then_some(extreme.value)
         };
@@ -77,8 +79,8 @@ fn bounds(open: &[Open<'_>], c: &Ties, output: &DMatrix<f64>) -> Vec<f64> {
     }
     let columns: Vec<(usize, f64)> = open
         .iter()
-        .filter_map(|open| Some((open.give, open.give.kind.set()?)))
-        .flat_map(|(give, set)| give.columns.iter().enumerate().map(|(k, &row)| (row, set.half_width(k))))
+        .filter_map(|open| Some((open.element, open.element.kind.set()?)))
+        .flat_map(|(element, set)| element.columns.iter().enumerate().map(|(k, &row)| (row, set.half_width(k))))
         .collect();
     let scaled = |matrix: &DMatrix<f64>| {
         DMatrix::from_fn(matrix.nrows(), columns.len(), |i, k| columns[k].1 * matrix[(i, columns[k].0)])
@@ -92,7 +94,7 @@ fn bounds(open: &[Open<'_>], c: &Ties, output: &DMatrix<f64>) -> Vec<f64> {
         let moved = |open: &Open<'_>| {
             let of = |&row: &usize| output[(k, row)] + c.equations.column(row).dot(&multipliers.column(k));
             // From one end of the face to the other.
-            2.0 * open.face.half_width(&open.give.columns.iter().map(of).collect::<Vec<f64>>())
+            2.0 * open.face.half_width(&open.element.columns.iter().map(of).collect::<Vec<f64>>())
         };
         open.iter().map(moved).sum()
     };

@@ -25,7 +25,7 @@ use crate::cone::bodies::Form;
 use crate::cone::way::Way;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
-use crate::redundancy::system::{Give, System};
+use crate::redundancy::system::{Element, System};
 
 /// Directions in which something gives way by less than this part of the most are not held by it.
 const HELD: f64 = 1e-9;
@@ -64,27 +64,29 @@ impl<'a> Sharing<'a> {
             moved
         };
         // Rows of unit size: directions may be held by what gives way much or little.
-        let mut felt = self.free.tr_mul(&of(self.equations));
-        let sizes: Vec<f64> = felt.row_iter().map(|row| row.norm()).collect();
+        let mut observable = self.free.tr_mul(&of(self.equations));
+        let sizes: Vec<f64> = observable.row_iter().map(|row| row.norm()).collect();
         let noise = HELD * sizes.iter().fold(0.0_f64, |most, size| most.max(*size));
         for (k, size) in sizes.iter().enumerate().filter(|(_, size)| **size > noise) {
-            felt.row_mut(k).unscale_mut(*size);
+            observable.row_mut(k).unscale_mut(*size);
             self.free.column_mut(k).unscale_mut(*size);
         }
         let moved = of(&self.map);
-        let clear = (&felt * felt.transpose()).cholesky().filter(|c| c.l_dirty().diagonal().min().powi(2) > CLEARLY);
+        let clear = (&observable * observable.transpose())
+            .cholesky()
+            .filter(|c| c.l_dirty().diagonal().min().powi(2) > CLEARLY);
         if let Some(factors) = clear {
             if !hold {
-                let parts = factors.solve(&(&felt * moved.transpose()));
+                let parts = factors.solve(&(&observable * moved.transpose()));
                 self.take((&self.free * parts).transpose());
             }
             self.free = DMatrix::zeros(self.free.nrows(), 0);
             return;
         }
-        let (held, left) = split(&felt);
+        let (held, left) = split(&observable);
         if !hold && held.ncols() > 0 {
             // The least rest of what is moved, beside what is felt in the directions that are held.
-            let factors = felt.tr_mul(&held).qr();
+            let factors = observable.tr_mul(&held).qr();
             let mut parts = factors.q().tr_mul(&moved.transpose());
             if factors.r().solve_upper_triangular_mut(&mut parts) {
                 self.take(parts.transpose() * held.transpose() * self.free.transpose());
@@ -126,28 +128,29 @@ impl System<'_> {
         map: &DMatrix<f64>,
         balance: &Balance,
         least: f64,
-        spread: impl Fn(&Give) -> Form,
+        spread: impl Fn(&Element) -> Form,
     ) -> DMatrix<f64> {
         let mut sharing = Sharing::new(self, &c.equations, map);
-        let tied = || self.gives.iter().zip(&balance.given).filter(|(give, _)| Self::is_tied(give, c));
-        let force = |give: &Give| Self::along(give, &balance.forces);
-        let largest = tied().fold(0.0, |most: f64, (give, _)| most.max(give.kind.push(&force(give))));
-        let ways: Vec<(&Give, Way)> =
-            tied().map(|(give, given)| (give, give.kind.way(&force(give), given, largest, least))).collect();
-        let open = ways.iter().flat_map(|(give, way)| {
-            let spread = spread(give);
-            way.open.iter().map(move |l| (&*give.columns, std::array::from_fn(|k| spread[k] * l[k])))
+        let tied = || self.elements.iter().zip(&balance.given).filter(|(element, _)| Self::is_tied(element, c));
+        let force = |element: &Element| Self::along(element, &balance.forces);
+        let largest = tied().fold(0.0, |most: f64, (element, _)| most.max(element.kind.push(&force(element))));
+        let ways: Vec<(&Element, Way)> = tied()
+            .map(|(element, given)| (element, element.kind.way(&force(element), given, largest, least)))
+            .collect();
+        let open = ways.iter().flat_map(|(element, way)| {
+            let spread = spread(element);
+            way.open.iter().map(move |l| (&*element.columns, std::array::from_fn(|k| spread[k] * l[k])))
         });
         sharing.give_way(&open.collect::<Vec<_>>(), false);
-        let firm = ways.iter().flat_map(|(give, way)| way.firm.iter().map(|l| (&*give.columns, *l)));
+        let firm = ways.iter().flat_map(|(element, way)| way.firm.iter().map(|l| (&*element.columns, *l)));
         sharing.give_way(&firm.collect::<Vec<_>>(), false);
         sharing.least(self)
     }
 
     /// The same where no force holds the clearances.
-    pub fn derivatives_loose(&self, c: &Compatibility, spread: impl Fn(&Give) -> Form) -> DMatrix<f64> {
+    pub fn derivatives_loose(&self, c: &Compatibility, spread: impl Fn(&Element) -> Form) -> DMatrix<f64> {
         let nothing = Balance {
-            given: self.gives.iter().map(|give| vec![0.0; give.columns.len()]).collect(),
+            given: self.elements.iter().map(|element| vec![0.0; element.columns.len()]).collect(),
             forces: DVector::zeros(c.load.len()),
             factor: 1.0,
             gap: 0.0,
@@ -160,8 +163,9 @@ impl System<'_> {
     /// The same where offsets are given: what is elastic gives way, and clearances where nothing is elastic.
     pub fn derivatives_given(&self, c: &Compatibility) -> DMatrix<f64> {
         let mut sharing = Sharing::new(self, &c.equations, &c.output.parameters);
-        for columns in [|give: &Give| give.kind.compliance(), |give: &Give| give.kind.play()] {
-            let columns = self.gives.iter().flat_map(|give| columns(give).into_iter().map(|l| (&*give.columns, l)));
+        for columns in [|element: &Element| element.kind.compliance(), |element: &Element| element.kind.play()] {
+            let columns =
+                self.elements.iter().flat_map(|element| columns(element).into_iter().map(|l| (&*element.columns, l)));
             sharing.give_way(&columns.collect::<Vec<_>>(), false);
         }
         sharing.least(self)
@@ -171,8 +175,9 @@ impl System<'_> {
     pub fn least_forces(&self, c: &Compatibility, forces: &DVector<f64>) -> DVector<f64> {
         let map = DMatrix::from_row_slice(1, forces.len(), forces.as_slice());
         let mut sharing = Sharing::new(self, &c.equations, &map);
-        let way = |give: &Give| give.kind.play().into_iter().chain(give.kind.compliance()).collect::<Vec<Form>>();
-        let columns = self.gives.iter().flat_map(|give| way(give).into_iter().map(|l| (&*give.columns, l)));
+        let way =
+            |element: &Element| element.kind.play().into_iter().chain(element.kind.compliance()).collect::<Vec<Form>>();
+        let columns = self.elements.iter().flat_map(|element| way(element).into_iter().map(|l| (&*element.columns, l)));
         sharing.give_way(&columns.collect::<Vec<_>>(), true);
         sharing.least(self).row(0).transpose()
     }
@@ -189,12 +194,12 @@ impl System<'_> {
         for (s, source) in m.sources.iter().enumerate() {
             source.range().for_each(|p| add(&mut of_sources[own(s)], m.place_of(p), parameters[p]));
         }
-        for (give, given) in self.gives.iter().zip(&balance.given) {
-            let parts = match give.source {
+        for (element, given) in self.elements.iter().zip(&balance.given) {
+            let parts = match element.source {
                 Some(s) => &mut of_sources[own(s)],
-                None => &mut of_joints[own(m.rows[give.columns[0]].joint)],
+                None => &mut of_joints[own(m.rows[element.columns[0]].joint)],
             };
-            give.columns.iter().zip(given).for_each(|(&column, d)| add(parts, column, *d));
+            element.columns.iter().zip(given).for_each(|(&column, d)| add(parts, column, *d));
         }
         (of_sources, of_joints)
     }

@@ -1,7 +1,7 @@
 //! From the linearised answer to the exact one: sequential cone programs.
 //!
 //! The basis is closed for the displacements that a program asks of its rows, everything is linearised
-//! there, and the next program corrects them, until they stand still. Where they do not, because a reaction
+//! there, and the next program corrects them, until they have converged. Where they do not converge, because a reaction
 //! passes through zero on the way and the program jumps from one side of a clearance to the other, every
 //! offset is drawn to where it is by a spring, the stiffer the less it comes to rest (proximal points,
 //! Rockafellar, SIAM J. Control Optim. 14, 1976, 877): the spring does not move the point of rest.
@@ -16,7 +16,7 @@ use crate::mechanism::Basis;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::{Compatibility, Ties};
 use crate::redundancy::equilibrium::Ask;
-use crate::redundancy::system::{Give, System};
+use crate::redundancy::system::{Element, System};
 
 /// Programs in a row.
 const MOST_STEPS: usize = 60;
@@ -34,14 +34,14 @@ pub(crate) const NOISE: f64 = 1e-6;
 
 /// Where displacements, reactions and pose agree.
 #[derive(Clone, Debug)]
-pub(crate) struct Settled {
+pub(crate) struct Solution {
     /// The basis, closed for the displacements.
     pub state: State,
     /// The linearisation there.
     pub compatibility: Compatibility,
     /// What the last program gave.
     pub balance: Balance,
-    /// Whether displacements and pose stand still.
+    /// Whether displacements and pose have converged.
     pub still: bool,
 }
 
@@ -79,13 +79,13 @@ pub(crate) enum Failure {
 /// Rounding of the factor on the clearances.
 const FACTOR: f64 = 1e-9;
 
-/// Whether rigid bodies that need this factor on their clearances do not go together.
+/// Whether rigid bodies that need this factor on their clearances cannot be assembled.
 pub(crate) fn is_apart(factor: f64) -> bool {
     factor > 1.0 + FACTOR
 }
 
 impl System<'_> {
-    /// The smallest factor on the clearances with which rigid bodies go together, from a state closed for the known
+    /// The smallest factor on the clearances with which rigid bodies can be assembled, from a state closed for the known
     /// displacements.
     pub async fn assembly_factor_in(
         &self,
@@ -110,7 +110,7 @@ impl System<'_> {
         start: State,
         known: &[f64],
         ask: impl FnMut(&State, &Compatibility) -> Ask,
-    ) -> Result<Settled, Failure> {
+    ) -> Result<Solution, Failure> {
         Rounds::alone(async |rounds| self.settle_in(rounds, solver, start, known, None, ask).await)
     }
 
@@ -123,12 +123,12 @@ impl System<'_> {
         known: &[f64],
         near: Option<Answer>,
         ask: impl FnMut(&State, &Compatibility) -> Ask,
-    ) -> Result<Settled, Failure> {
+    ) -> Result<Solution, Failure> {
         let start = Start { state: start, near, last: f64::INFINITY, steps: 0 };
         let rest = self.settle_by(rounds, solver, start, known, false, ask).await?;
         let Rest { state, balance, still, .. } = rest;
         let compatibility = Compatibility::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
-        Ok(Settled { state, compatibility, balance, still })
+        Ok(Solution { state, compatibility, balance, still })
     }
 
     /// The same where one thing is asked at every state, which does not depend on the output, perhaps from what it
@@ -227,11 +227,11 @@ impl System<'_> {
     /// The offsets at which a state is closed; of what is elastic none is known.
     pub(crate) fn offsets_at(&self, state: &State, known: &[f64]) -> Vec<Vec<f64>> {
         let own = |&column: &usize| state.inputs.parameters[column] - known[column];
-        let of = |give: &Give| match give.source {
-            Some(_) => give.columns.iter().map(own).collect(),
-            None => vec![0.0; give.columns.len()],
+        let of = |element: &Element| match element.source {
+            Some(_) => element.columns.iter().map(own).collect(),
+            None => vec![0.0; element.columns.len()],
         };
-        self.gives.iter().map(of).collect()
+        self.elements.iter().map(of).collect()
     }
 
     /// The largest difference of two sets of displacements, in characteristic lengths and radians.

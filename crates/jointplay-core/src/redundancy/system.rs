@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use crate::clearance::face::Face;
-use crate::clearance::mute::UNDECIDED;
+use crate::clearance::undecided::UNDECIDED;
 use crate::cone::lanes::programs::Programs;
 use crate::cone::{Block, Kind, Program};
 use crate::math::space::Component;
@@ -16,7 +16,7 @@ pub(crate) const UNDECIDED_TOGETHER: f64 = 1e-7;
 
 /// Displacements that give way together: the offset of a clearance, or the deformation of an elastic joint.
 #[derive(Clone, Debug)]
-pub(crate) struct Give {
+pub(crate) struct Element {
     pub kind: Kind,
     /// Where a basis keeps them.
     pub columns: Vec<usize>,
@@ -29,53 +29,56 @@ pub(crate) struct Give {
 pub(crate) struct System<'m> {
     pub mechanism: &'m Mechanism,
     pub basis: &'m Basis,
-    pub gives: Vec<Give>,
+    pub elements: Vec<Element>,
 }
 
 impl<'m> System<'m> {
     pub fn new(mechanism: &'m Mechanism, basis: &'m Basis) -> Self {
         let clearances = mechanism.sources.iter().enumerate().filter(|(_, s)| s.is_clearance && !s.set.is_zero());
-        let mut gives: Vec<Give> = clearances
-            .map(|(number, source)| Give {
+        let mut elements: Vec<Element> = clearances
+            .map(|(number, source)| Element {
                 kind: Kind::Clearance(source.set),
                 columns: source.range().map(|p| mechanism.place_of(p)).collect(),
                 source: Some(number),
             })
             .collect();
-        gives.extend(mechanism.elastic.iter().map(|e| Give {
+        elements.extend(mechanism.elastic.iter().map(|e| Element {
             kind: Kind::Spring(e.compliance.clone()),
             columns: e.rows.clone().collect(),
             source: None,
         }));
-        Self { mechanism, basis, gives }
+        Self { mechanism, basis, elements }
     }
 
     /// What is elastic.
-    pub fn springs(&self) -> Vec<Give> {
-        self.gives.iter().filter(|give| give.source.is_none()).cloned().collect()
+    pub fn springs(&self) -> Vec<Element> {
+        self.elements.iter().filter(|element| element.source.is_none()).cloned().collect()
     }
 
     /// Whether nothing is elastic.
     pub fn is_rigid(&self) -> bool {
-        self.gives.iter().all(|give| give.source.is_some())
+        self.elements.iter().all(|element| element.source.is_some())
     }
 
     /// Coefficients of a give in the equations, row-major.
-    pub fn map(give: &Give, c: &Ties) -> Vec<f64> {
+    pub fn map(element: &Element, c: &Ties) -> Vec<f64> {
         let equations = 0..c.equations.nrows();
-        equations.flat_map(|k| give.columns.iter().map(move |&row| c.equations[(k, row)])).collect()
+        equations.flat_map(|k| element.columns.iter().map(move |&row| c.equations[(k, row)])).collect()
     }
 
     /// Whether an equation asks for it.
-    pub fn is_tied(give: &Give, c: &Ties) -> bool {
-        give.columns.iter().any(|&row| c.equations.column(row).iter().any(|a| *a != 0.0))
+    pub fn is_tied(element: &Element, c: &Ties) -> bool {
+        element.columns.iter().any(|&row| c.equations.column(row).iter().any(|a| *a != 0.0))
     }
 
     /// The program of the tied gives under forces; `right` is what their displacements add up to.
     pub(crate) fn program(&self, c: &Ties, right: &DVector<f64>, forces: &DVector<f64>) -> Program {
-        let block =
-            |give: &Give| Block { kind: give.kind.clone(), map: Self::map(give, c), force: Self::along(give, forces) };
-        let tied = self.gives.iter().filter(|give| Self::is_tied(give, c));
+        let block = |element: &Element| Block {
+            kind: element.kind.clone(),
+            map: Self::map(element, c),
+            force: Self::along(element, forces),
+        };
+        let tied = self.elements.iter().filter(|element| Self::is_tied(element, c));
         Program { right: self.cleaned(right), blocks: tied.map(block).collect() }
     }
 
@@ -83,10 +86,10 @@ impl<'m> System<'m> {
     /// displacements add up to, and the forces.
     pub(crate) fn programs<'a>(
         &self,
-        tied: &[&Give],
+        tied: &[&Element],
         states: impl Iterator<Item = (&'a Ties, &'a DVector<f64>, &'a DVector<f64>)>,
     ) -> Programs<'static> {
-        let columns: Vec<usize> = tied.iter().flat_map(|give| &give.columns).copied().collect();
+        let columns: Vec<usize> = tied.iter().flat_map(|element| &element.columns).copied().collect();
         let (mut maps, mut pushes, mut rights) = (Vec::new(), Vec::new(), Vec::new());
         let mut n = 0;
         for (ties, right, forces) in states {
@@ -99,7 +102,7 @@ impl<'m> System<'m> {
             n,
             n_equations: self.basis.redundancy(),
             n_blocks: tied.len(),
-            kinds: tied.iter().map(|give| give.kind.clone()).collect(),
+            kinds: tied.iter().map(|element| element.kind.clone()).collect(),
             maps: maps.into(),
             forces: pushes.into(),
             rights: rights.into(),
@@ -113,15 +116,15 @@ impl<'m> System<'m> {
     }
 
     /// The part of forces that works on a give.
-    pub(crate) fn along(give: &Give, forces: &DVector<f64>) -> Vec<f64> {
-        give.columns.iter().map(|&column| forces[column]).collect()
+    pub(crate) fn along(element: &Element, forces: &DVector<f64>) -> Vec<f64> {
+        element.columns.iter().map(|&column| forces[column]).collect()
     }
 
     /// All displacements as the basis keeps them, offset and deformation together, beside the known ones.
     pub fn displacements(&self, balance: &Balance) -> Vec<f64> {
         let mut displacements = vec![0.0; self.basis.all.n_parameters()];
-        for (give, given) in self.gives.iter().zip(&balance.given) {
-            give.columns.iter().zip(given).for_each(|(&row, d)| displacements[row] += d);
+        for (element, given) in self.elements.iter().zip(&balance.given) {
+            element.columns.iter().zip(given).for_each(|(&row, d)| displacements[row] += d);
         }
         displacements
     }
@@ -138,10 +141,12 @@ impl<'m> System<'m> {
     }
 
     /// The face of a clearance that the forces expose.
-    pub(crate) fn face(&self, give: &Give, c: &Ties, forces: &DVector<f64>) -> Option<Face> {
-        let (Kind::Clearance(set) | Kind::Fixed(set), Some(number)) = (&give.kind, give.source) else { return None };
-        let force: Vec<f64> = give.columns.iter().map(|&row| forces[row]).collect();
-        let part = if Self::is_tied(give, c) { UNDECIDED_TOGETHER } else { UNDECIDED };
+    pub(crate) fn face(&self, element: &Element, c: &Ties, forces: &DVector<f64>) -> Option<Face> {
+        let (Kind::Clearance(set) | Kind::Fixed(set), Some(number)) = (&element.kind, element.source) else {
+            return None;
+        };
+        let force: Vec<f64> = element.columns.iter().map(|&row| forces[row]).collect();
+        let part = if Self::is_tied(element, c) { UNDECIDED_TOGETHER } else { UNDECIDED };
         let source = &self.mechanism.sources[number];
         Some(set.face(&force, self.mechanism.undecided(source, part * self.force_scale(forces))))
     }

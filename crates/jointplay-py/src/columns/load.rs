@@ -1,14 +1,14 @@
 //! The columns of configurations under load, as arrays.
 
 use jointplay_core::Mechanism as Core;
-use jointplay_core::questions::loaded::{Keep, StrainTable, Table as LoadTable};
-use jointplay_core::questions::random::UnitTable;
+use jointplay_core::questions::loaded::{Columns, StrainTable, Table as LoadTable};
+use jointplay_core::questions::random::SpecimenTable;
 use pyo3::prelude::*;
 
 use crate::arrays::Table;
 
 /// What every mechanism tells of configurations under load.
-pub fn pushed<'py>(core: &Core, table: Table<'py>, found: LoadTable, keep: Keep) -> PyResult<Table<'py>> {
+pub fn pushed<'py>(core: &Core, table: Table<'py>, found: LoadTable, keep: Columns) -> PyResult<Table<'py>> {
     let (n, size, sources) = (found.status.len(), core.size(), core.sources().len());
     let mut table = table
         .status(found.status.iter().copied())?
@@ -31,7 +31,7 @@ pub fn pushed<'py>(core: &Core, table: Table<'py>, found: LoadTable, keep: Keep)
 }
 
 /// What over-constrained and elastic mechanisms tell beside.
-pub fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, keep: Keep) -> PyResult<Table<'py>> {
+pub fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, keep: Columns) -> PyResult<Table<'py>> {
     let (n, size) = (found.gap.len(), core.size());
     let table = table
         .array("clearance_factor", &[n], found.clearance_factor)?
@@ -45,7 +45,7 @@ pub fn strained<'py>(core: &Core, table: Table<'py>, found: StrainTable, keep: K
 }
 
 /// Units with parameters of their own.
-pub fn units<'py>(core: &Core, table: Table<'py>, found: UnitTable) -> PyResult<Table<'py>> {
+pub fn specimens<'py>(core: &Core, table: Table<'py>, found: SpecimenTable) -> PyResult<Table<'py>> {
     let n = found.status.len();
     table
         .array("clearance_factor", &[n], found.clearance_factor)?

@@ -1,6 +1,6 @@
 //! The columns of the scatter from unit to unit.
 
-use jointplay_core::questions::random::{BINS, Request, Scatter, UnitScatter};
+use jointplay_core::questions::random::{BINS, Request, Scatter, SpecimenScatter};
 use jointplay_core::{Mechanism as Core, Status};
 use pyo3::prelude::*;
 
@@ -31,7 +31,12 @@ pub fn scatter<'py>(core: &Core, table: Table<'py>, found: &[&Scatter], request:
 }
 
 /// What over-constrained and elastic mechanisms, and units under load, tell beside.
-pub fn units<'py>(core: &Core, table: Table<'py>, found: &[UnitScatter], request: &Request) -> PyResult<Table<'py>> {
+pub fn specimens<'py>(
+    core: &Core,
+    table: Table<'py>,
+    found: &[SpecimenScatter],
+    request: &Request,
+) -> PyResult<Table<'py>> {
     let (n, size, np) = (found.len(), core.size(), request.probabilities.len());
     let forces = core.elastic_rows().count();
     let table = table

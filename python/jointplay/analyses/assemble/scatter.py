@@ -20,9 +20,9 @@ from jointplay.result import Result
 from .forces import Members
 from .part import Floats
 from .report import Place, each, finished, report
+from .specimens import solve
 from .state import Held
 from .steps import steps
-from .units import solve
 
 
 def compute(
@@ -37,41 +37,43 @@ def compute(
     """Quantiles over random specimens after every step."""
     levels = checked(samples, seed, law, probabilities)
     every, members = list(steps(m, at.poses)), Members(m)
-    u = m.core.units(samples, seed, law)
+    u = m.core.specimens(samples, seed, law)
     solved = each(every, lambda step: solve(Held(step), members, u), progress)
     taken = every[: len(solved)]
 
     builder = report(m, taken, at, "random")
     builder.attrs |= {"samples": samples, "seed": seed, "law": law or "as in the file"}
     builder.labels("probability", levels, "share of the specimens below the quantile")
-    centres = np.stack([_quantiles(units.centres, levels) for units in solved])
+    centres = np.stack([_quantiles(specimens.centres, levels) for specimens in solved])
     for k, (end, body) in enumerate((("shaft", "first"), ("bearing", "second"))):
         words = f"quantile of the position error of the centre on the {body} body of the joint"
         dims = ("step", "joint", "probability")
         builder.add(f"quantile_{end}", dims, centres[:, k], words, "length")
     lengths = sum(component in LENGTHS for component in m.components)
-    sizes = np.stack([_quantiles(np.linalg.norm(units.output[:, :lengths], axis=1), levels) for units in solved])
+    sizes = np.stack(
+        [_quantiles(np.linalg.norm(specimens.output[:, :lengths], axis=1), levels) for specimens in solved]
+    )
     builder.add(
         "quantile_position", ("step", "probability"), sizes, "quantile of the output's position error", "length"
     )
-    ok = [np.isfinite(units.output).all(axis=1) for units in solved]
+    ok = [np.isfinite(specimens.output).all(axis=1) for specimens in solved]
     moments = {
-        name: np.stack([_moment(units.output[good], of) for units, good in zip(solved, ok, strict=True)])
+        name: np.stack([_moment(specimens.output[good], of) for specimens, good in zip(solved, ok, strict=True)])
         for name, of in (("mean", np.mean), ("std", np.std))
     }
     builder.add("error_mean", ("step", "component"), moments["mean"], "mean error of the output", "component")
     builder.add("error_std", ("step", "component"), moments["std"], "standard deviation of it", "component")
     builder.labels("member", members.names, "link between two points")
-    forces = np.stack([_quantiles(np.abs(units.force), levels) for units in solved])
+    forces = np.stack([_quantiles(np.abs(specimens.force), levels) for specimens in solved])
     builder.add(
         "quantile_force", ("step", "member", "probability"), forces, "quantile of the size of the force", "force"
     )
-    factors = np.stack([_quantiles(units.clearance_factor, levels) for units in solved])
+    factors = np.stack([_quantiles(specimens.clearance_factor, levels) for specimens in solved])
     words = "quantile of the clearance scale factor required for assembly of the rigid bodies"
     builder.add("quantile_clearance_factor", ("step", "probability"), factors, words)
-    fits = np.array([units.fits.mean() for units in solved])
+    fits = np.array([specimens.fits.mean() for specimens in solved])
     builder.add("probability_of_fit", "step", fits, "share of the specimens that can be assembled without strain")
-    outcomes = [[int((units.status == name).sum()) for name in _core.STATUSES] for units in solved]
+    outcomes = [[int((specimens.status == name).sum()) for name in _core.STATUSES] for specimens in solved]
     builder.add("failures", ("step", "outcome"), np.array(outcomes, dtype=np.int64), "specimens by outcome")
     held = np.array(["underconstrained" if step.freedom.mobility else "ok" for step in taken], dtype=str)
     builder.add("status", "step", held, "outcome")

@@ -11,9 +11,9 @@ from jointplay.result import Result, axes_of
 from .forces import Members
 from .part import Floats
 from .report import Place, each, finished, report
+from .specimens import solve
 from .state import Held, contact, state
 from .steps import Step, steps
-from .units import solve
 
 #: half the difference of two specimens for a derivative, as a share of the characteristic length or in radians
 DIFFERENCE = 1e-6

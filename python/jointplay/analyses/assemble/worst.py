@@ -23,9 +23,9 @@ from jointplay.result import STATUSES, Result
 from .forces import Members
 from .part import Floats
 from .report import Place, each, finished, report
+from .specimens import FITS, bent_at_most, solve
 from .state import ENDS, SERIOUS, Held
 from .steps import Step, steps
-from .units import FITS, bent_at_most, solve
 
 #: places from which the worst of the output, and that of every other centre, is climbed
 STARTS, FEWER_STARTS = 24, 8
@@ -63,10 +63,10 @@ class _Extremes:
         tried = m.centre[None]
         if self.held.redundant:
             tried = np.vstack([tried, corners(self.held, members)])
-        self.units = solve(self.held, members, tried)
-        self.force = np.max(np.abs(self.units.force), axis=1)
-        self.factor = float(self.units.clearance_factor.max())
-        self.statuses = {"ok", *self.units.status.tolist()}
+        self.specimens = solve(self.held, members, tried)
+        self.force = np.max(np.abs(self.specimens.force), axis=1)
+        self.factor = float(self.specimens.clearance_factor.max())
+        self.statuses = {"ok", *self.specimens.status.tolist()}
         self.bent = bent_at_most(self.held, tried)
         sizes = {point: self._largest(point) for point in self.held.points()}
         self.centres = np.full((2, len(m.joints)), np.nan)
@@ -88,7 +88,7 @@ class _Extremes:
         exact = float(worst["position"][0]) + self.bent[point]
         if not np.isfinite(exact):
             self.statuses.add(str(STATUSES[worst["status"][0]]))
-        met = np.append(self.units.points[point], exact) if self.held.redundant else np.array([exact])
+        met = np.append(self.specimens.points[point], exact) if self.held.redundant else np.array([exact])
         return float(np.nanmax(met)) if np.isfinite(met).any() else np.nan
 
 
@@ -101,26 +101,28 @@ def corners(held: Held, members: Members) -> Floats:
         if m.source_kinds[s] != "clearance" and shape == "interval" and size["high"] > size["low"]:
             wide[int(np.flatnonzero(m.parameter_source == s)[0])] = (size["low"], size["high"])
 
-    def units(high: NDArray[np.bool_]) -> Floats:
+    def specimens(high: NDArray[np.bool_]) -> Floats:
         u = np.repeat(m.centre[None], len(high), 0)
         u[:, [*wide]] += np.where(high, [b for _, b in wide.values()], [a for a, _ in wide.values()])
         return u
 
     if len(wide) <= EVERY_CORNER:
-        return units(np.array(list(itertools.product((False, True), repeat=len(wide))), dtype=bool))
-    return _climbed(len(wide), units, lambda u: solve(held, members, u).clearance_factor)
+        return specimens(np.array(list(itertools.product((False, True), repeat=len(wide))), dtype=bool))
+    return _climbed(len(wide), specimens, lambda u: solve(held, members, u).clearance_factor)
 
 
-def _climbed(count: int, units: Callable[[NDArray[np.bool_]], Floats], factor: Callable[[Floats], Floats]) -> Floats:
+def _climbed(
+    count: int, specimens: Callable[[NDArray[np.bool_]], Floats], factor: Callable[[Floats], Floats]
+) -> Floats:
     """The corners that one passes when the best of all flips of one tolerance is taken, from some corners on."""
     passed = []
     for start in np.vstack([np.zeros((1, count), dtype=bool), np.eye(count, dtype=bool)]):
         best, here = -np.inf, start[None]
         for _ in range(ROUNDS):
-            values = factor(units(here))
+            values = factor(specimens(here))
             k = int(np.nanargmax(np.where(np.isnan(values), np.inf, values)))
             passed.append(here[k])
             if not values[k] > best:
                 break
             best, here = values[k], here[k] ^ np.eye(count, dtype=bool)
-    return units(np.unique(passed, axis=0))
+    return specimens(np.unique(passed, axis=0))

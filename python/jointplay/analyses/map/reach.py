@@ -89,7 +89,7 @@ class Reach:
         seeds: dict[int, list[Seed]] = {}
         # Nothing is reached but from the start.
         first = [Seed(k, self._first.row, self._first.poses) for k in range(len(rows))]
-        found = self._flood([len(rows)], rows, first, spread=False)
+        found = self._trace_grid([len(rows)], rows, first, spread=False)
         for (chunk, node), row, status, state in zip(places, rows, found["status"], found["poses"], strict=True):
             if status == 0:
                 seeds.setdefault(chunk, []).append(Seed(node, row, state))
@@ -102,7 +102,7 @@ class Reach:
     def solve(self, lattice: Lattice, chunk: int, seeds: Sequence[Seed]) -> Nominal:
         """The nominal mechanism at the nodes of a chunk, as far as they are reached from the seeds."""
         rows = self.commands(lattice, chunk)
-        found = self._flood(list(lattice.size(chunk)), rows, seeds)
+        found = self._trace_grid(list(lattice.size(chunk)), rows, seeds)
         there, n = found["poses"], len(rows)
         drives = rows
         if self.grid.of_output:
@@ -118,11 +118,11 @@ class Reach:
             at.drives, at.poses, at.output, status, found["singular_value"], found["singular_motion"], at.units
         )
 
-    def _flood(
+    def _trace_grid(
         self, shape: list[int], rows: Floats, seeds: Sequence[Seed], *, spread: bool = True
     ) -> dict[str, NDArray[Any]]:
         width, bodies = rows.shape[1], self.start.poses.shape[1:]
-        return self.core.flood(
+        return self.core.trace_grid(
             shape,
             rows,
             [seed.node for seed in seeds],

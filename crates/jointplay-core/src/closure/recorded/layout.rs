@@ -49,7 +49,7 @@ impl Layout {
         (0..self.n_state()).map(move |k| m.n_parameters() + after(k))
     }
 
-    /// What tells how far the output's body has turned, as varying quantities.
+    /// How far the output's body has turned, as varying quantities.
     pub fn turn<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Vec<Symbol<'r>> {
         let first = m.n_parameters() + self.pose + 3 * self.drives;
         (first..first + self.turns).map(|k| recorder.varying(k)).collect()
@@ -159,7 +159,7 @@ impl Layout {
         recorder.common(self.pose + 3 * self.drives + component)
     }
 
-    /// What tells how far the output's body has turned, at the nominal pose.
+    /// How far the output's body has turned, at the nominal pose.
     pub fn nominal_turn<'r>(&self, m: &Mechanism, recorder: &'r Recorder) -> Vec<Symbol<'r>> {
         (0..self.turns).map(|k| self.reference(recorder, m.size() + k)).collect()
     }

@@ -2,7 +2,7 @@
 
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::layout::{Layout, Symbolic};
-use crate::closure::recorded::self_stress::{Beside, Borne, Statics};
+use crate::closure::recorded::self_stress::{Borne, SelfStress, Statics};
 use crate::closure::recorded::statics::perfect;
 use crate::closure::recorded::step::{evaluate, record_step, record_step_by};
 use crate::closure::recorded::{LATER_ANGLE, SMALL_ANGLE, structure};
@@ -20,7 +20,7 @@ const SOLVED: f64 = 1e-15;
 const ROUNDING: f64 = 1e-14;
 
 /// The recorded Newton iteration of one mechanism. Its programs share their inputs: parameters, then pose
-/// and what tells how far the output's body has turned.
+/// and how far the output's body has turned.
 #[derive(Clone, Debug)]
 pub struct Newton {
     /// The step from the nominal pose: puts a pose.
@@ -57,7 +57,7 @@ impl Newton {
 
     /// Records it for parameters with angles up to one given, and beside it what is left of the redundant rows
     /// of an over-constrained mechanism of which this is the basis.
-    pub(crate) fn record_beside(solver: &Solver<'_>, given: f64, beside: Option<&Beside<'_>>) -> Option<Self> {
+    pub(crate) fn record_beside(solver: &Solver<'_>, given: f64, beside: Option<&SelfStress<'_>>) -> Option<Self> {
         let m = solver.mechanism;
         let layout = Layout::new(m);
         let (n_u, n_pose) = (m.n_parameters(), layout.n_pose());

@@ -15,7 +15,7 @@ use crate::program::symbol::{Recorder, Symbol};
 use crate::program::tape::Program;
 
 /// An over-constrained mechanism beside its basis, with the same bodies and parameters.
-pub(crate) struct Beside<'a> {
+pub(crate) struct SelfStress<'a> {
     pub all: &'a Mechanism,
     /// The rows that the basis has not.
     pub redundant: &'a [usize],
@@ -42,7 +42,7 @@ pub(crate) enum Borne {
     Component(usize),
 }
 
-impl Beside<'_> {
+impl SelfStress<'_> {
     /// Records the multipliers at any pose, row by row of the basis, as [`Borne`] orders them; `solver` is that of
     /// the basis.
     pub(crate) fn record(

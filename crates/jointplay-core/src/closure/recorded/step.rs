@@ -10,7 +10,7 @@ use crate::program::symbol::Symbol;
 /// What one recorded step gives.
 pub(crate) struct Step<'e, 'r> {
     pub numbers: Vec<Symbol<'r>>,
-    /// What tells how far the output's body has turned.
+    /// How far the output's body has turned.
     pub turn: Vec<Symbol<'r>>,
     /// Square of the largest component of the step, length-scaled.
     pub size: Symbol<'r>,

@@ -1,4 +1,4 @@
-//! The linear equations of a mechanism with perfect joints, told along a spanning tree of its bodies.
+//! The linear equations of a mechanism with perfect joints, set up along a spanning tree of its bodies.
 //!
 //! A joint of the tree gives the twist of its outer body as that of the inner one and what the joint's free
 //! components do; only the other joints, which close the loops, leave equations, and these for the free
@@ -7,7 +7,7 @@
 //! branches. With perfect joints on a closed pose the rows of a joint are unit screws, so that nothing else has
 //! to be divided by; near one a Newton step by them still converges quadratically.
 //!
-//! Twists are told by the velocity at the origin of ground axes and the rotation, wrenches by the force and
+//! Twists are given by the velocity at the origin of ground axes and the rotation, wrenches by the force and
 //! the moment about it.
 
 pub(crate) mod on_lanes;

@@ -191,18 +191,18 @@ impl Cone {
 
     /// The scaling at slacks and multipliers, and what [`Self::step`] needs of both.
     #[inline(always)]
-    pub fn scale(&self, sizes: &[V], [s, l]: [&[V]; 2], [per_s, per_l]: [&mut [V]; 2], data: &mut [V]) {
+    pub fn scale(&self, sizes: &[V], [s, l]: [&[V]; 2], [inv_s, inv_l]: [&mut [V]; 2], data: &mut [V]) {
         if let Atom::Round { size } = self.atom {
             if size == 2 {
-                scale_round::<2, 3>([s, l], [per_s, per_l], data);
+                scale_round::<2, 3>([s, l], [inv_s, inv_l], data);
             } else {
-                scale_round::<3, 4>([s, l], [per_s, per_l], data);
+                scale_round::<3, 4>([s, l], [inv_s, inv_l], data);
             }
             return;
         }
         for k in 0..self.slots() {
-            (per_s[k], per_l[k]) = (V::ONE / s[k], V::ONE / l[k]);
-            data[k] = l[k] * per_s[k];
+            (inv_s[k], inv_l[k]) = (V::ONE / s[k], V::ONE / l[k]);
+            data[k] = l[k] * inv_s[k];
         }
         match self.atom {
             Atom::Tapered { arms, .. } => {
@@ -288,13 +288,13 @@ impl Cone {
     /// `W (W l \ (sigma mu e - (W^-1 ds) o (W dl))) - s`, where the slacks would go without a change of
     /// the multipliers, for the step `ds` towards the boundary and the `dl` that belongs to it.
     #[inline(always)]
-    pub fn target(&self, data: &[V], [s, l, per_l, ds, dl]: [&[V]; 5], centre: V, u: &mut [V]) {
+    pub fn target(&self, data: &[V], [s, l, inv_l, ds, dl]: [&[V]; 5], centre: V, u: &mut [V]) {
         match self.atom {
             Atom::Round { size: 2 } => target_round::<2, 3>(data, s, l, ds, centre, u),
             Atom::Round { .. } => target_round::<3, 4>(data, s, l, ds, centre, u),
             Atom::Interval { .. } | Atom::Tapered { .. } => {
                 for k in 0..self.slots() {
-                    u[k] = ds[k].times_from(dl[k], centre).times_plus(per_l[k], -s[k]);
+                    u[k] = ds[k].times_from(dl[k], centre).times_plus(inv_l[k], -s[k]);
                 }
             }
         }
@@ -370,11 +370,11 @@ impl Cone {
         data: &[V],
         [target, force, approach, follow]: [&[V]; 4],
         factor: V,
-        [s, per_s, l, per_l]: [&[V]; 4],
+        [s, inv_s, l, inv_l]: [&[V]; 4],
         [dp, ds, dl]: [&mut [V]; 3],
     ) -> V {
         if let Atom::Round { size } = self.atom {
-            let (aims, at, steps) = ([target, force, approach, follow], [s, per_s, l, per_l], [dp, ds, dl]);
+            let (aims, at, steps) = ([target, force, approach, follow], [s, inv_s, l, inv_l], [dp, ds, dl]);
             return if size == 2 {
                 step_round::<2, 3>(sizes[0], data, aims, factor, at, steps)
             } else {
@@ -389,8 +389,8 @@ impl Cone {
         self.multipliers(sizes, data, [target, ds, force], dl);
         let mut most = V::ZERO;
         for k in 0..self.slots() {
-            most = (-ds[k] * per_s[k]).max(most);
-            most = (-dl[k] * per_l[k]).max(most);
+            most = (-ds[k] * inv_s[k]).max(most);
+            most = (-dl[k] * inv_l[k]).max(most);
         }
         most
     }

@@ -139,7 +139,7 @@ impl Solve<'_> {
             let scaling = &mut of!(cone, st.scaling, scaling);
             let at = cone.slot..cone.slot + cone.slots();
             let numbers = [&st.s[at.clone()], &st.l[at.clone()]];
-            cone.scale(sizes, numbers, [&mut st.per_s[at.clone()], &mut st.per_l[at]], scaling);
+            cone.scale(sizes, numbers, [&mut st.inv_s[at.clone()], &mut st.inv_l[at]], scaling);
             cone.inverse(scaling, &of!(cone, st.left, coordinates), &mut of!(cone, st.moved, coordinates));
             if self.variable && cone.scaled {
                 stiffness = stiffness + cone.follow(sizes, scaling, &mut of!(cone, st.follow, coordinates));
@@ -190,7 +190,7 @@ impl Solve<'_> {
             let at = cone.slot..cone.slot + cone.slots();
             cone.target(
                 &of!(cone, st.scaling, scaling),
-                [&st.s[at.clone()], &st.l[at.clone()], &st.per_l[at.clone()], &st.ds[at.clone()], &st.dl[at.clone()]],
+                [&st.s[at.clone()], &st.l[at.clone()], &st.inv_l[at.clone()], &st.ds[at.clone()], &st.dl[at.clone()]],
                 centre,
                 &mut st.target[at],
             );
@@ -247,9 +247,9 @@ impl Solve<'_> {
             ];
             let at = [
                 &of!(cone, st.s, slots),
-                &of!(cone, st.per_s, slots),
+                &of!(cone, st.inv_s, slots),
                 &of!(cone, st.l, slots),
-                &of!(cone, st.per_l, slots),
+                &of!(cone, st.inv_l, slots),
             ];
             let steps =
                 [&mut of!(cone, st.dp, coordinates), &mut of!(cone, st.ds, slots), &mut of!(cone, st.dl, slots)];

@@ -37,11 +37,11 @@ pub(super) fn scale_round<const K: usize, const N: usize>(
 ) {
     let (s, l) = (first::<N>(s), first::<N>(l));
     let data = &mut data[..K + 8 + K * (K + 1) / 2];
-    let ((per_s, size_s), (per_l, size_l)) = (hyperbolic::<K, N>(s, for_s), hyperbolic::<K, N>(l, for_l));
-    let along = dot_few(&s[..=K], &l[..=K]) * (per_s * per_l);
+    let ((inv_s, size_s), (inv_l, size_l)) = (hyperbolic::<K, N>(s, for_s), hyperbolic::<K, N>(l, for_l));
+    let along = dot_few(&s[..=K], &l[..=K]) * (inv_s * inv_l);
     let half = V::splat(0.5);
     let per_twice = half / half.times_plus(along, half).sqrt();
-    let (part_s, part_l) = (per_twice * per_s, per_twice * per_l);
+    let (part_s, part_l) = (per_twice * inv_s, per_twice * inv_l);
     let mut square = V::ZERO;
     for k in 1..=K {
         data[k] = s[k].times_plus(part_s, -(l[k] * part_l));
@@ -49,13 +49,13 @@ pub(super) fn scale_round<const K: usize, const N: usize>(
     }
     // On the hyperboloid, whatever rounding did.
     data[0] = (V::ONE + square).sqrt();
-    data[K + 1] = size_l * per_s;
-    data[K + 2] = size_s * per_l;
+    data[K + 1] = size_l * inv_s;
+    data[K + 2] = size_s * inv_l;
     data[K + 3] = V::ONE / (V::ONE + square + square);
     data[K + 4] = data[K + 2].sqrt();
     data[K + 5] = data[K + 4] * data[K + 1];
     data[K + 6] = V::ONE / (V::ONE + data[0]);
-    data[K + 7] = per_s * per_l;
+    data[K + 7] = inv_s * inv_l;
     let shrink = V::splat(2.0) * data[K + 2] * data[K + 3];
     let mut at = K + 8;
     for i in 1..=K {
@@ -169,7 +169,7 @@ pub(super) fn step_round<const K: usize, const N: usize>(
     data: &[V],
     [target, force, approach, follow]: [&[V]; 4],
     factor: V,
-    [s, per_s, l, per_l]: [&[V]; 4],
+    [s, inv_s, l, inv_l]: [&[V]; 4],
     [dp, ds, dl]: [&mut [V]; 3],
 ) -> V {
     let data = &data[..K + 8 + K * (K + 1) / 2];
@@ -185,8 +185,8 @@ pub(super) fn step_round<const K: usize, const N: usize>(
         ds[1 + k] = dp[k];
         dl[1 + k] = -force[k];
     }
-    let limit_s = limit_round::<K, N>(first(s), first(per_s), ds);
-    limit_round::<K, N>(first(l), first(per_l), dl).max(limit_s)
+    let limit_s = limit_round::<K, N>(first(s), first(inv_s), ds);
+    limit_round::<K, N>(first(l), first(inv_l), dl).max(limit_s)
 }
 
 /// The inverse of the longest step inside the cone.

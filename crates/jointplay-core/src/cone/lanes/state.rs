@@ -31,8 +31,8 @@ pub(super) struct State {
     pub s: Vec<V>,
     pub l: Vec<V>,
     /// What the longest step inside the cones needs of both.
-    pub per_s: Vec<V>,
-    pub per_l: Vec<V>,
+    pub inv_s: Vec<V>,
+    pub inv_l: Vec<V>,
     pub ds: Vec<V>,
     pub dl: Vec<V>,
     /// Where the slacks would go.

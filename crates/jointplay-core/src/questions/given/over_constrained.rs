@@ -62,7 +62,7 @@ impl Mechanism {
     async fn forced_at(&self, rounds: &Rounds, at: &Placed<'_>, parameters: &[f64], mut found: Forced) -> Forced {
         let Placed { solver, case, nominal, .. } = at;
         let u = self.displacements(parameters);
-        let system = System { gives: at.system.springs(), ..at.system.clone() };
+        let system = System { elements: at.system.springs(), ..at.system.clone() };
         let Some(c) = Compatibility::at(system.basis, solver, nominal) else {
             found.given.status = Status::Singular;
             return found;

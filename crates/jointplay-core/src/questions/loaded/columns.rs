@@ -31,14 +31,14 @@ pub struct Loaded {
 
 /// Which columns are wanted beside error, what is undetermined, steps and status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Keep {
+pub struct Columns {
     /// The values of all parameters.
     pub offset: bool,
     /// Everything else.
     pub details: bool,
 }
 
-impl Keep {
+impl Columns {
     /// All columns.
     pub const ALL: Self = Self { offset: true, details: true };
 }
@@ -64,7 +64,7 @@ pub struct Table {
 
 impl Table {
     /// Room for `n` rows.
-    pub(crate) fn sized(m: &Mechanism, n: usize, keep: Keep) -> Self {
+    pub(crate) fn sized(m: &Mechanism, n: usize, keep: Columns) -> Self {
         let detailed = if keep.details { n } else { 0 };
         let (size, sources) = (m.size(), m.sources().len());
         Self {

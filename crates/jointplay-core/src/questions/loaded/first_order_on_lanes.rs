@@ -1,14 +1,14 @@
 //! Load-determined errors of a block of configurations to first order, at their nominal poses.
 
 use crate::clearance::faces_on_lanes::Faces;
-use crate::clearance::mute::UNDECIDED;
 use crate::clearance::offset::MAX_SIZE;
+use crate::clearance::undecided::UNDECIDED;
 use crate::closure::newton::{CLEAR, Solver};
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, poses_of, record_statics, statics_outputs};
 use crate::closure::recorded::step::evaluate;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
-use crate::closure::sensitivity::UNFELT;
+use crate::closure::sensitivity::UNOBSERVABLE;
 use crate::closure::tree::on_lanes::OnTree;
 use crate::contact::flanks::run_at_flanks;
 use crate::math::lanes::block::{Block, LANES};
@@ -164,18 +164,18 @@ impl<'m> FirstOrder<'m> {
     fn put_openings(&self, openings: &[Opening], reaches: &[Block; 6], n: usize, rows: &mut Rows<'_>, first: usize) {
         let size = self.mechanism.size();
         for opening in openings {
-            let mut felt = Block::splat(0.0);
+            let mut observable = Block::splat(0.0);
             for k in 0..size {
                 for i in 0..LANES {
-                    let feels = opening.open.0[i] != 0.0 && opening.widths[k].0[i] > UNFELT * reaches[k].0[i];
-                    felt.0[i] += if feels { 1.0 } else { 0.0 };
+                    let feels = opening.open.0[i] != 0.0 && opening.widths[k].0[i] > UNOBSERVABLE * reaches[k].0[i];
+                    observable.0[i] += if feels { 1.0 } else { 0.0 };
                 }
             }
             for i in 0..n {
                 if rows.decided.is_kept() {
                     rows.decided.row(first + i)[opening.source] = opening.open.0[i] == 0.0;
                 }
-                if felt.0[i] != 0.0 {
+                if observable.0[i] != 0.0 {
                     rows.status.row(first + i)[0] = Status::Undetermined;
                     for k in 0..size {
                         let width = opening.widths[k].0[i];

@@ -12,15 +12,15 @@ mod on_lanes;
 mod over_constrained;
 mod pressing;
 
-pub use columns::{Keep, Table};
+pub use columns::{Columns, Table};
 pub use over_constrained::StrainTable;
 
 use rayon::prelude::*;
 
-use crate::clearance::mute::{Mute, UNDECIDED};
 use crate::clearance::offset::MAX_SIZE;
+use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::closure::newton::{Solver, State};
-use crate::closure::sensitivity::{Gradient, Output, UNFELT};
+use crate::closure::sensitivity::{Gradient, Output, UNOBSERVABLE};
 use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
@@ -135,7 +135,7 @@ impl Mechanism {
     /// Where the load pushes the output, for every case, in blocks on all cores; if not `exact`, everything
     /// is told to first order at the nominal pose, and the closure is not solved again.
     #[must_use]
-    pub fn loaded(&self, cases: &[Case<'_>], exact: bool, keep: Keep) -> Table {
+    pub fn loaded(&self, cases: &[Case<'_>], exact: bool, keep: Columns) -> Table {
         let mut table = Table::sized(self, cases.len(), keep);
         let Some(solver) = self.solver(cases) else { return self.none_assembled(table) };
         let programs = if cases.len() >= LANES { Programs::record(&solver, exact) } else { Programs::None };
@@ -153,7 +153,7 @@ impl Mechanism {
     /// The same for `n` rows of drive values, each on the assembly branch of those before it, as
     /// [`Self::trace`] finds them, without the memory that the nominal coordinates of all rows would take.
     #[must_use]
-    pub fn loaded_along(&self, n: usize, drives: &[f64], exact: bool, keep: Keep) -> Table {
+    pub fn loaded_along(&self, n: usize, drives: &[f64], exact: bool, keep: Columns) -> Table {
         let mut table = Table::sized(self, n, keep);
         let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
         let Some((solver, from)) = first else { return self.none_assembled(table) };
@@ -212,8 +212,8 @@ impl Mechanism {
         };
         let status = self.status_of(&at_nominal, nominal);
         // First order, at the nominal pose. Drive values that differ from the nominal ones count too.
-        let mutes = self.mutes(&gradient);
-        let offsets = self.pressed(&gradient, &self.built(case.drives), &mutes);
+        let unforced = self.unforced_of(&gradient);
+        let offsets = self.support_update_loaded(&gradient, &self.built(case.drives), &unforced);
         let map = self.output_sensitivity(&at_nominal, &flanks);
         let mut contribution = vec![0.0; self.sources.len() * size];
         let mut error_first_order = self.drive_shift(&map, case, nominal);
@@ -234,12 +234,12 @@ impl Mechanism {
             let load = Pressing {
                 force: |p: usize| gradient.inputs.parameters[p],
                 scale: self.force_scale(gradient),
-                mute: |s: usize| mutes[s],
+                unforced: |s: usize| unforced[s],
             };
             let first_order = |k: usize, p: usize| first_order.parameters[(k, p)];
             self.leave_open(&load, first_order, |k, p| map.parameters[(k, p)], open, decided)
         };
-        let mut felt = leave_open(&gradient, &map, &mut open, &mut decided);
+        let mut observable = leave_open(&gradient, &map, &mut open, &mut decided);
         let sum = |open: &[f64]| (0..size).map(|i| open.iter().skip(i).step_by(size).sum()).collect();
         if !exact {
             return Loaded {
@@ -252,38 +252,38 @@ impl Mechanism {
                 offset: offsets.parameters,
                 contribution,
                 steps: 0,
-                status: if felt && status == Status::Ok { Status::Undetermined } else { status },
+                status: if observable && status == Status::Ok { Status::Undetermined } else { status },
             };
         }
         let start = match solver.follow(nominal, &self.built(case.drives)) {
             Ok(state) => state,
             Err(status) => return self.no_load_result(status),
         };
-        let Some(mut contact) = solver.settle(start, &mutes) else {
+        let Some(mut contact) = solver.settle(start, &unforced) else {
             return self.no_load_result(Status::Singular);
         };
         let Some(mut displaced) = solver.linearise(&contact.state) else {
             return self.no_load_result(Status::Singular);
         };
         let map = self.output_sensitivity(&displaced, &contact.state);
-        felt |= leave_open(&contact.gradient, &map, &mut open, &mut decided);
+        observable |= leave_open(&contact.gradient, &map, &mut open, &mut decided);
         let mut around = None;
-        if felt {
+        if observable {
             // What the output feels is listened to: the closure may decide it.
-            let unheard = |(mute, open): (&Mute, &[f64])| {
-                if open.iter().any(|o| *o > 0.0) { Mute::default() } else { *mute }
+            let unheard = |(unforced, open): (&Unforced, &[f64])| {
+                if open.iter().any(|o| *o > 0.0) { Unforced::default() } else { *unforced }
             };
-            let listened: Vec<Mute> = mutes.iter().zip(open.chunks_exact(size)).map(unheard).collect();
-            let rest = solver.rest(&contact, &mutes, &listened);
+            let listened: Vec<Unforced> = unforced.iter().zip(open.chunks_exact(size)).map(unheard).collect();
+            let rest = solver.rest(&contact, &unforced, &listened);
             let rest = rest.and_then(|rest| Some((solver.linearise(&rest.contact.state)?, rest)));
             if let Some((at, rest)) = rest {
                 let map = self.output_sensitivity(&at, &rest.contact.state);
                 let left = self.left_open(&rest, &listened, &first_order.parameters, &map.parameters);
-                (open, decided, felt) = (left.open, left.decided, left.felt);
+                (open, decided, observable) = (left.open, left.decided, left.observable);
                 (contact, displaced) = (rest.contact.clone(), at);
-                around = felt.then_some(rest);
+                around = observable.then_some(rest);
             } else {
-                around = solver.as_it_is(contact.clone(), &mutes);
+                around = solver.as_it_is(contact.clone(), &unforced);
             }
         }
         let error = self.error(&contact.state, nominal);
@@ -303,7 +303,7 @@ impl Mechanism {
             steps: contact.steps,
             status: match status {
                 Status::Ok if !reached || contact.blocked && !contact.settled => Status::Singular,
-                Status::Ok if felt || !contact.settled => Status::Undetermined,
+                Status::Ok if observable || !contact.settled => Status::Undetermined,
                 other => other,
             },
         }
@@ -316,7 +316,7 @@ impl Mechanism {
     /// map `first_order`, and at the pose in question, by `map`, which tells the half-width; where one of
     /// them is zero the output moves in proportion to the square of the play. The maps take a component of
     /// the output and a parameter.
-    pub(crate) fn leave_open<F: Fn(usize) -> f64, M: Fn(usize) -> Mute>(
+    pub(crate) fn leave_open<F: Fn(usize) -> f64, M: Fn(usize) -> Unforced>(
         &self,
         load: &Pressing<F, M>,
         first_order: impl Fn(usize, usize) -> f64,
@@ -336,10 +336,10 @@ impl Mechanism {
                 reaches[k] += source.set.reach(&row(source, &|p| first_order(k, p))[..source.set.size()]);
             }
         }
-        let mut felt = false;
+        let mut observable = false;
         for (s, source) in self.sources.iter().enumerate().filter(|(_, s)| s.is_clearance) {
             let n = source.set.size();
-            let force = source.set.heard(&row(source, &|p| (load.force)(p))[..n], (load.mute)(s));
+            let force = source.set.masked_force(&row(source, &|p| (load.force)(p))[..n], (load.unforced)(s));
             let face = source.set.face(&force[..n], self.undecided(source, UNDECIDED * load.scale));
             decided[s] &= face.is_point();
             if face.is_point() {
@@ -347,13 +347,13 @@ impl Mechanism {
             }
             let width = |map: &dyn Fn(usize) -> f64| face.half_width(&row(source, map)[..n]);
             let widths: [f64; 6] = std::array::from_fn(|k| if k < size { width(&|p| map(k, p)) } else { 0.0 });
-            let moves = |k: usize| widths[k].min(width(&|p| first_order(k, p))) > UNFELT * reaches[k];
+            let moves = |k: usize| widths[k].min(width(&|p| first_order(k, p))) > UNOBSERVABLE * reaches[k];
             for k in (0..size).filter(|&k| moves(k)) {
-                felt = true;
+                observable = true;
                 let share = &mut open[s * size + k];
                 *share = share.max(widths[k]);
             }
         }
-        felt
+        observable
     }
 }

@@ -4,7 +4,7 @@
 //! to a singular pose), another takes a Newton step of the closure together with the reactions at the
 //! pose it starts from. Offsets that would turn a body too far for one step are approached in several. Between
 //! steps every offset is moved to the support point of its set, until
-//! pose, reactions and contacts stand still together. Lanes where the load decides nothing, contacts
+//! pose, reactions and contacts have converged together. Lanes where the load decides nothing, contacts
 //! flip or the closure is in doubt are left to the plain solver.
 
 use crate::closure::newton::{CLEAR, Solver};
@@ -13,7 +13,7 @@ use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, load_static
 use crate::closure::recorded::step::record_step;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::contact::flanks::run_at_flanks;
-use crate::contact::push_on_lanes::{change, mutes, push};
+use crate::contact::push_on_lanes::{change, push, unforced_of};
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Space;
 use crate::mechanism::Mechanism;
@@ -100,8 +100,8 @@ impl<'m> Contact<'m> {
         for (p, centre) in m.centre.iter().enumerate() {
             pushed[p] = Block::splat(*centre);
         }
-        let mutes = mutes(m, |p| out(at.gradient + p), out(at.scale));
-        let open = push(m, Some(&mutes), &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
+        let unforced = unforced_of(m, |p| out(at.gradient + p), out(at.scale));
+        let open = push(m, Some(&unforced), &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
         let first: Vec<Block> = pushed.clone();
 
         let inputs = n_u + self.layout.n_varying();
@@ -119,7 +119,7 @@ impl<'m> Contact<'m> {
                 self.approach(&statics[n_u..inputs], sign, step, &mut good, &mut steps);
             }
             let out = |k: usize| self.step.output(step, k);
-            undecided = push(m, Some(&mutes), &[true; LANES], |p| out(to.gradient + p), out(to.scale), &mut pushed);
+            undecided = push(m, Some(&unforced), &[true; LANES], |p| out(to.gradient + p), out(to.scale), &mut pushed);
             let changed = change(m, true, &step[..n_u], &pushed);
             let mut all = true;
             for i in 0..cases.len() {
@@ -142,20 +142,20 @@ impl<'m> Contact<'m> {
                 continue;
             }
             let map = |k: usize, p: usize| self.statics.output(statics, at.map + k * n_u + p).0[i];
-            let (mute, mut felt) = (|s: usize| mutes[s][i], false);
+            let (unforced, mut observable) = (|s: usize| unforced[s][i], false);
             widths.fill(0.0);
             decided.fill(true);
             if open[i] {
                 let force = |p: usize| self.statics.output(statics, at.gradient + p).0[i];
-                let load = Pressing { force, scale: self.statics.output(statics, at.scale).0[i], mute };
-                felt |= m.leave_open(&load, map, map, &mut widths, &mut decided);
+                let load = Pressing { force, scale: self.statics.output(statics, at.scale).0[i], unforced };
+                observable |= m.leave_open(&load, map, map, &mut widths, &mut decided);
             }
             if undecided[i] {
                 let force = |p: usize| self.step.output(step, to.gradient + p).0[i];
-                let load = Pressing { force, scale: self.step.output(step, to.scale).0[i], mute };
-                felt |= m.leave_open(&load, map, map, &mut widths, &mut decided);
+                let load = Pressing { force, scale: self.step.output(step, to.scale).0[i], unforced };
+                observable |= m.leave_open(&load, map, map, &mut widths, &mut decided);
             }
-            if felt {
+            if observable {
                 plainly(case, table);
                 continue;
             }

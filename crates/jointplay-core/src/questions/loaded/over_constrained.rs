@@ -22,13 +22,13 @@ use crate::redundancy::system::{System, UNDECIDED_TOGETHER};
 
 /// What is left open is felt by the output when it moves it by more than this part of what all play together
 /// could. Below is rounding: cone programs give offsets in round sets to about 1e-7 of the clearance.
-const FELT: f64 = 1e-6;
+const OBSERVABLE: f64 = 1e-6;
 /// What an over-constrained or elastic mechanism tells of one configuration.
 #[derive(Clone, Debug)]
 pub struct Strain {
     /// What every mechanism tells.
     pub loaded: Loaded,
-    /// The smallest factor on the clearances with which the rigid mechanism goes together.
+    /// The smallest factor on the clearances with which the rigid mechanism can be assembled.
     pub clearance_factor: f64,
     /// Reactions without any load.
     pub prestress: Vec<f64>,
@@ -152,7 +152,7 @@ impl Mechanism {
         let mut open = vec![0.0; self.sources.len() * self.size()];
         let mut decided = vec![true; self.sources.len()];
         let widths = system.leave_open(rounds, &c, &right, &balance, &mut open, &mut decided).await;
-        let mut widths = self.felt(&c, widths);
+        let mut widths = self.observable(&c, widths);
         let mut found = Strain {
             loaded: Loaded {
                 error: error_first_order.clone(),
@@ -190,7 +190,7 @@ impl Mechanism {
                 };
                 let right = c.right(&state.inputs.parameters, &known);
                 let wider = system.leave_open(rounds, &c, &right, balance, &mut open, &mut decided).await;
-                let wider = self.felt(&c, wider);
+                let wider = self.observable(&c, wider);
                 widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
             }
             found.loaded.error = basis.kept.error(state, nominal);
@@ -207,12 +207,12 @@ impl Mechanism {
         } else if let Some(stress) = stress {
             found.prestress = self.bearable(basis, &flanks, &stress.forces, &unknown);
         }
-        let felt = widths.iter().any(|width| *width > 0.0);
+        let observable = widths.iter().any(|width| *width > 0.0);
         found.loaded.undetermined = widths;
         (found.loaded.open, found.loaded.decided) = (open, decided);
         found.loaded.status = match status {
             Status::Ok if is_apart(found.clearance_factor) => Status::Strained,
-            Status::Ok if felt || !settled_all => Status::Undetermined,
+            Status::Ok if observable || !settled_all => Status::Undetermined,
             other => other,
         };
         found
@@ -295,9 +295,9 @@ impl Mechanism {
     }
 
     /// The half-widths of what the load leaves open, zero where the output does not feel them.
-    fn felt(&self, c: &Compatibility, mut widths: Vec<f64>) -> Vec<f64> {
+    fn observable(&self, c: &Compatibility, mut widths: Vec<f64>) -> Vec<f64> {
         for (i, width) in widths.iter_mut().enumerate() {
-            if !(*width > FELT * self.play(c, i)) {
+            if !(*width > OBSERVABLE * self.play(c, i)) {
                 *width = 0.0;
             }
         }
@@ -306,7 +306,7 @@ impl Mechanism {
 
     /// What is felt of what is left open, component by component.
     pub(crate) fn feels(&self, c: &Compatibility) -> Vec<f64> {
-        (0..self.size()).map(|component| FELT * self.play(c, component)).collect()
+        (0..self.size()).map(|component| OBSERVABLE * self.play(c, component)).collect()
     }
 
     /// What all play together can do to a component of the output.
@@ -343,8 +343,8 @@ impl Mechanism {
     /// The values of all parameters.
     pub(crate) fn offsets(&self, system: &System<'_>, balance: &Balance) -> Vec<f64> {
         let mut offsets = self.centre.clone();
-        for (give, given) in system.gives.iter().zip(&balance.given) {
-            let Some(source) = give.source else { continue };
+        for (element, given) in system.elements.iter().zip(&balance.given) {
+            let Some(source) = element.source else { continue };
             self.sources[source].range().zip(given).for_each(|(p, d)| offsets[p] += d);
         }
         offsets
@@ -353,8 +353,10 @@ impl Mechanism {
     /// Deformation of every component that is elastic.
     pub(crate) fn deformation(&self, system: &System<'_>, balance: &Balance) -> Vec<f64> {
         let mut by_row = vec![0.0; self.n_rows()];
-        for (give, given) in system.gives.iter().zip(&balance.given).filter(|(give, _)| give.source.is_none()) {
-            give.columns.iter().zip(given).for_each(|(&row, v)| by_row[row] = *v);
+        for (element, given) in
+            system.elements.iter().zip(&balance.given).filter(|(element, _)| element.source.is_none())
+        {
+            element.columns.iter().zip(given).for_each(|(&row, v)| by_row[row] = *v);
         }
         self.elastic.iter().flat_map(Elastic::yielding).map(|row| by_row[row]).collect()
     }

@@ -1,18 +1,18 @@
-//! Scatter from unit to unit: seeded Monte Carlo on the exact closure beside its first order.
+//! Scatter from specimen to specimen: seeded Monte Carlo on the exact closure beside its first order.
 //!
 //! Samples are drawn in chunks, each with a random stream of its own, and merged in a fixed order:
 //! the result does not depend on the number of threads, and memory does not grow with the samples.
 
 mod chunk;
+mod draws;
 mod over_constrained;
 mod request;
 mod specimens;
 mod tally;
-mod units;
 
-pub use over_constrained::UnitScatter;
+pub use over_constrained::SpecimenScatter;
 pub use request::Request;
-pub use specimens::UnitTable;
+pub use specimens::SpecimenTable;
 pub use tally::BINS;
 
 use nalgebra::DMatrix;

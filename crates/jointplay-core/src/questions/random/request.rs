@@ -17,7 +17,7 @@ pub struct Request {
     pub limit_rotation: f64,
     /// A law for all clearances instead of their own.
     pub law: Option<Law>,
-    /// Whether the load pushes every unit, instead of the clearances scattering by their laws.
+    /// Whether the load pushes every specimen, instead of the clearances scattering by their laws.
     pub loaded: bool,
     /// Whether the samples themselves are wanted; memory then grows with them.
     pub keep: bool,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::program::Newton;
-use crate::closure::recorded::self_stress::Beside;
+use crate::closure::recorded::self_stress::SelfStress;
 use crate::math::lanes::block::LANES;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
@@ -13,17 +13,17 @@ use crate::mechanism::status::Status;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::is_apart;
-use crate::redundancy::specimen_batch::sequence::Rested;
+use crate::redundancy::specimen_batch::sequence::SpecimenSolution;
 use crate::redundancy::specimen_batch::{Nominal, Together};
 use crate::redundancy::system::System;
 
-/// Units that one task solves together.
+/// Specimens that one task solves together.
 const CHUNK: usize = 256;
 
-/// What is asked of every unit, column by column, row after row.
+/// What is asked of every specimen, column by column, row after row.
 #[derive(Clone, Debug, Default)]
-pub struct UnitTable {
-    /// The smallest factor on the clearances with which the rigid unit goes together.
+pub struct SpecimenTable {
+    /// The smallest factor on the clearances with which the rigid specimen can be assembled.
     pub clearance_factor: Vec<f64>,
     /// Coordinates of all bodies.
     pub coordinates: Vec<f64>,
@@ -37,7 +37,7 @@ pub struct UnitTable {
     pub status: Vec<Status>,
 }
 
-struct Unit {
+struct Specimen {
     clearance_factor: f64,
     coordinates: Vec<f64>,
     force: Vec<f64>,
@@ -47,33 +47,33 @@ struct Unit {
 }
 
 impl Mechanism {
-    /// The exact pose under load, and what it strains, of units whose parameters have their own values in the
+    /// The exact pose under load, and what it strains, of specimens whose parameters have their own values in the
     /// middle of their sets. What the load leaves open is in its middle.
     #[must_use]
-    pub fn strained_units(&self, case: Case<'_>, centres: &[Vec<f64>]) -> UnitTable {
-        let none = |status| centres.iter().map(|_| self.no_unit(status, f64::NAN)).collect();
-        let found: Vec<Vec<Unit>> = self.each_on_basis(
+    pub fn strained_specimens(&self, case: Case<'_>, centres: &[Vec<f64>]) -> SpecimenTable {
+        let none = |status| centres.iter().map(|_| self.no_specimen(status, f64::NAN)).collect();
+        let found: Vec<Vec<Specimen>> = self.each_on_basis(
             &[case],
             |system, solver, _, case, nominal| {
-                self.units_at(system, solver, case, &nominal, centres).unwrap_or_else(none)
+                self.specimens_at(system, solver, case, &nominal, centres).unwrap_or_else(none)
             },
             none,
         );
-        let mut table = UnitTable::default();
-        for unit in found.into_iter().flatten() {
-            table.clearance_factor.push(unit.clearance_factor);
-            table.coordinates.extend(unit.coordinates);
-            table.force.extend(unit.force);
-            table.reaction.extend(unit.reaction);
-            table.offset.extend(unit.offset);
-            table.status.push(unit.status);
+        let mut table = SpecimenTable::default();
+        for specimen in found.into_iter().flatten() {
+            table.clearance_factor.push(specimen.clearance_factor);
+            table.coordinates.extend(specimen.coordinates);
+            table.force.extend(specimen.force);
+            table.reaction.extend(specimen.reaction);
+            table.offset.extend(specimen.offset);
+            table.status.push(specimen.status);
         }
         table
     }
 
-    fn no_unit(&self, status: Status, clearance_factor: f64) -> Unit {
+    fn no_specimen(&self, status: Status, clearance_factor: f64) -> Specimen {
         let nan = |n: usize| vec![f64::NAN; n];
-        Unit {
+        Specimen {
             clearance_factor,
             coordinates: nan(self.n_coordinates()),
             force: nan(self.n_rows()),
@@ -83,61 +83,67 @@ impl Mechanism {
         }
     }
 
-    fn units_at(
+    fn specimens_at(
         &self,
         system: &System<'_>,
         solver: &Solver<'_>,
         case: &Case<'_>,
         nominal: &State,
         centres: &[Vec<f64>],
-    ) -> Result<Vec<Unit>, Status> {
+    ) -> Result<Vec<Specimen>, Status> {
         let c = Compatibility::at(system.basis, solver, nominal).ok_or(Status::Singular)?;
         let right = self.first_order_right(&c, &vec![0.0; c.load.len()], case, nominal);
         let at_drives = Inputs { drives: case.drives.to_vec(), parameters: nominal.inputs.parameters.clone() };
         let built = solver.follow(nominal, &at_drives)?;
         let nominal = Nominal { state: nominal, compatibility: &c, right };
-        let beside = Beside { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
-        // A few units are solved before an iteration is recorded.
+        let beside = SelfStress { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
+        // A few specimens are solved before an iteration is recorded.
         let record = || Newton::record_beside(solver, self.largest_angle(), Some(&beside));
         let newton = (centres.len() >= LANES).then(record).flatten();
         let bound = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal.state, case.drives));
         let chunk = |centres: &[Vec<f64>]| {
             let together = Together { system, solver, nominal: &nominal, built: &built, bound: bound.clone() };
-            self.units_together(together, centres)
+            self.specimens_together(together, centres)
         };
         Ok(centres.par_chunks(CHUNK).map(chunk).collect::<Vec<_>>().into_iter().flatten().collect())
     }
 
-    fn units_together(&self, mut together: Together<'_>, centres: &[Vec<f64>]) -> Vec<Unit> {
+    fn specimens_together(&self, mut together: Together<'_>, centres: &[Vec<f64>]) -> Vec<Specimen> {
         let known: Vec<Vec<f64>> = centres.iter().map(|centre| self.displacements(centre)).collect();
         let assembled = together.settle(&known, &Ask::Factor);
         let rested = together.settle(&known, &Ask::Load);
-        let mut units = Vec::with_capacity(centres.len());
+        let mut specimens = Vec::with_capacity(centres.len());
         for (centre, (assembled, rested)) in centres.iter().zip(assembled.into_iter().zip(rested)) {
             let factor = match assembled {
                 Ok(assembled) => assembled.balance.factor,
                 Err(Status::NotAssemblable | Status::NotAssembled) => f64::INFINITY,
                 Err(status) => {
-                    units.push(self.no_unit(status, f64::NAN));
+                    specimens.push(self.no_specimen(status, f64::NAN));
                     continue;
                 }
             };
             let found = rested.and_then(|rested| self.unit_of(&together, centre, factor, &rested));
-            units.push(found.unwrap_or_else(|status| self.no_unit(status, factor)));
+            specimens.push(found.unwrap_or_else(|status| self.no_specimen(status, factor)));
         }
-        units
+        specimens
     }
 
-    fn unit_of(&self, at: &Together<'_>, centre: &[f64], factor: f64, rested: &Rested) -> Result<Unit, Status> {
+    fn unit_of(
+        &self,
+        at: &Together<'_>,
+        centre: &[f64],
+        factor: f64,
+        rested: &SpecimenSolution,
+    ) -> Result<Specimen, Status> {
         let state = at.close_plainly(&rested.displacements)?;
         let forces = &rested.balance.forces;
         let unknown = at.system.unknown_reactions(&rested.ties);
         let mut offset = centre.to_vec();
-        for (give, given) in at.system.gives.iter().zip(&rested.balance.given) {
-            let Some(source) = give.source else { continue };
+        for (element, given) in at.system.elements.iter().zip(&rested.balance.given) {
+            let Some(source) = element.source else { continue };
             self.sources[source].range().zip(given).for_each(|(p, d)| offset[p] += d);
         }
-        Ok(Unit {
+        Ok(Specimen {
             clearance_factor: factor,
             force: self.known(forces, &unknown),
             reaction: self.bearable(at.system.basis, &state, forces, &unknown),

@@ -5,7 +5,7 @@
 //! it nearly always settle at once. Where they do not (a guide hesitates between two corners, an offset
 //! acts in second order only) a projected gradient ascent ([`super::projected`]) takes over.
 
-use crate::clearance::mute::Mute;
+use crate::clearance::undecided::Unforced;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Budget, Linearised, Solver, State};
 use crate::closure::sensitivity::{Cost, Gradient};
@@ -101,7 +101,7 @@ pub struct Summit {
     pub gradient: Gradient,
     /// Steps taken.
     pub steps: usize,
-    /// Whether it stands still.
+    /// Whether it has converged.
     pub settled: bool,
     /// Whether part of the admissible offsets could not be assembled on this branch.
     pub blocked: bool,
@@ -128,7 +128,7 @@ impl Solver<'_> {
         Some(self.mechanism.gradient(&linearised, cost))
     }
 
-    /// Climbs from a state to where a measure stands still on the admissible offsets, to the last digits or roughly,
+    /// Climbs from a state to where a measure is stationary on the admissible offsets, to the last digits or roughly,
     /// or as far as the budget reaches; `None` where the closure is singular. Errors are told from the nominal state.
     #[must_use]
     pub fn climb(
@@ -144,7 +144,7 @@ impl Solver<'_> {
         let gradient = self.slope(measure, nominal, &from)?;
         let mut at = Summit { state: from, value, gradient, steps: 0, settled: false, blocked: false };
         for _ in 0..WHOLE_STEPS {
-            let pushed = m.pushed(&at.gradient, &at.state.inputs, |_, _| Some(Mute::default()));
+            let pushed = m.support_update(&at.gradient, &at.state.inputs, |_, _| Some(Unforced::default()));
             if m.change(&at.state.inputs, &pushed) <= if fine { m.still() } else { ROUGH } {
                 at.settled = true;
                 return Some(at);

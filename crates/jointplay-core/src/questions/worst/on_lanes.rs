@@ -3,7 +3,7 @@
 //! One recorded program takes a Newton step of the closure and gives the gradient of the work of a wrench on
 //! the output at the pose it starts from; the wrench is the gradient of what is to be maximised, lane by
 //! lane. Between steps the offsets move, to the support points of their sets (Frank and Wolfe) or where
-//! [`super::worker`] leads, until pose and offsets stand still together. A lane has a start and a measure of
+//! [`super::worker`] leads, until pose and offsets have converged together. A lane has a start and a measure of
 //! its own and takes the next start when it is done; what becomes of a start does not depend on the others.
 
 use crate::closure::newton::Solver;
@@ -76,7 +76,7 @@ impl<'m> Climb<'m> {
         Some(Self { mechanism: m, finish: record_finish(m, &layout, &step), step, layout })
     }
 
-    /// Climbs from all starts. One that does not come to stand still, or whose branch is in doubt, gives
+    /// Climbs from all starts. One that does not converge, or whose branch is in doubt, gives
     /// nothing.
     #[inline(always)]
     pub fn solve(&self, sites: &[Site<'_>], tasks: &[Task]) -> Vec<Option<Climbed>> {

@@ -14,14 +14,14 @@ use crate::mechanism::{Mechanism, Source};
 const STEPS: usize = 1500;
 /// Values that the ascent may fall back to.
 const MEMORY: usize = 8;
-/// It stands still when no offset wants to change by more than this part of its set; the gradient has gone
+/// It has converged when no offset wants to change by more than this part of its set; the gradient has gone
 /// through more rounding than that of whole steps.
 const STILL: f64 = 1e-11;
 /// A part of the sets within which it counts as settled.
 const SETTLED: f64 = 1e-8;
 /// Steps in which a value may not rise by more than its rounding.
 const PATIENCE: usize = 60;
-/// A rough ascent stands still when no offset wants to change by more than this part of its set: the value is then
+/// A rough ascent has converged when no offset wants to change by more than this part of its set: the value is then
 /// lower by about the square of it.
 pub const ROUGH: f64 = 1e-4;
 /// The same for steps in which the value rises by less than this part of it.
@@ -96,7 +96,7 @@ impl<'m> Projected<'m> {
         ascent
     }
 
-    /// Whether the last accepted offsets are where the ascent stands still.
+    /// Whether the last accepted offsets are where the ascent has converged.
     #[must_use]
     pub const fn settled(&self) -> bool {
         self.settled

@@ -25,7 +25,7 @@ use crate::questions::worst::worker::{Climbed, Height, Pace};
 const ROUGH_WORK: usize = 1_500;
 const WORK: usize = 12_000;
 /// Newton steps of all rough plain climbs of an extreme together: so many, and so many more with each of them. Those
-/// that stand still take 10 to 100; at a wall every one would take all that it gets.
+/// that have converged take 10 to 100; at a wall every one would take all that it gets.
 const ROUGH_POOL: usize = 3_000;
 const EACH: usize = 100;
 /// The part of what is left that one of them gets at most, so that something is left for the others.

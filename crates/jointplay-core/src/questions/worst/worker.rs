@@ -26,11 +26,11 @@ const LAST_STEP: f64 = 1e-9;
 /// Rounds of a lane, to the last digits and roughly.
 const ROUNDS: usize = 6000;
 const ROUGH_ROUNDS: usize = 600;
-/// A lane stands still when no offset wants to change by more than this part of its set, as a projected
+/// A lane has converged when no offset wants to change by more than this part of its set, as a projected
 /// ascent does: what is left changes the value by the square of it.
 const STILL: f64 = 1e-11;
 
-/// Where a lane stands still.
+/// Where a lane has converged.
 #[derive(Clone, Debug)]
 pub struct Height {
     /// Value of its measure.
@@ -46,7 +46,7 @@ pub struct Height {
 pub struct Climbed {
     /// The highest point.
     pub height: Height,
-    /// Whether it stands still.
+    /// Whether it has converged.
     pub settled: bool,
     /// How it came there.
     pub pace: Pace,
@@ -128,7 +128,7 @@ pub(crate) enum Next {
     Push,
     /// A Newton step at other offsets.
     Try(Vec<f64>),
-    /// Nothing more: it stands still, or is in doubt.
+    /// Nothing more: it has converged, or is in doubt.
     Done(Option<Climbed>),
 }
 
@@ -286,7 +286,7 @@ impl<'m> Worker<'m> {
         Next::Done(Some(Climbed { height: round.height(self), settled: true, pace, slope: self.slope.clone() }))
     }
 
-    /// The end of a projected ascent: where it stands still, or where its work is spent. Without an end of either
+    /// The end of a projected ascent: where it has converged, or where its work is spent. Without an end of either
     /// kind a lane that is to be fine is in doubt.
     fn end(&self, spent: bool) -> Next {
         let Phase::Projected(slow) = &self.phase else { return Next::Done(None) };

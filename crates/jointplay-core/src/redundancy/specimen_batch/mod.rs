@@ -1,7 +1,7 @@
 //! Many units of one configuration, side by side.
 //!
-//! Units differ in what is known of their displacements. The basis is closed for all of them lane by lane, on the
-//! recorded iteration; where a lane is in doubt, or nothing has been recorded, plainly. Units
+//! Specimens differ in what is known of their displacements. The basis is closed for all of them lane by lane, on the
+//! recorded iteration; where a lane is in doubt, or nothing has been recorded, plainly. Specimens
 //! [settle](Together::settle) in rounds of closures and programs.
 
 pub(crate) mod sequence;
@@ -20,18 +20,18 @@ use crate::mechanism::status::Status;
 use crate::redundancy::compatibility::{Compatibility, Ties};
 use crate::redundancy::system::System;
 
-/// Units of one configuration.
+/// Specimens of one configuration.
 pub(crate) struct Together<'a> {
     pub system: &'a System<'a>,
     pub solver: &'a Solver<'a>,
     pub nominal: &'a Nominal<'a>,
-    /// The basis, closed for deviations that the units' are near to.
+    /// The basis, closed for deviations that the specimens' are near to.
     pub built: &'a State,
     /// The recorded iteration of the basis.
     pub bound: Option<Bound<'a>>,
 }
 
-/// The pose where everything is perfect, which all units are near to.
+/// The pose where everything is perfect, which all specimens are near to.
 pub(crate) struct Nominal<'a> {
     pub state: &'a State,
     pub compatibility: &'a Compatibility,
@@ -46,7 +46,7 @@ impl Nominal<'_> {
     }
 }
 
-/// One unit whose basis is closed.
+/// One specimen whose basis is closed.
 #[derive(Clone, Debug)]
 pub(crate) struct Closed {
     /// What its redundant rows lack.
@@ -57,7 +57,7 @@ pub(crate) struct Closed {
     pub plainly: bool,
 }
 
-/// The linearisation where a unit is closed.
+/// The linearisation where a specimen is closed.
 struct Linearised {
     ties: Ties,
     /// What displacements do to the output.
@@ -81,7 +81,7 @@ impl Kernel for Close<'_, '_> {
 }
 
 impl Together<'_> {
-    /// Closes the basis for the displacements of every unit.
+    /// Closes the basis for the displacements of every specimen.
     pub fn close<'d>(&mut self, displacements: impl Iterator<Item = &'d [f64]>) -> Vec<Result<Closed, Status>> {
         let displacements: Vec<&[f64]> = displacements.collect();
         let closed = self.close_lanes(&displacements, false, |_, _, _| ());
@@ -92,16 +92,16 @@ impl Together<'_> {
         displacements.iter().zip(closed).map(or_plainly).collect()
     }
 
-    /// The same with the linearisation there, that of the output for some units only.
+    /// The same with the linearisation there, that of the output for some specimens only.
     fn linearise(
         &mut self,
         displacements: &[&[f64]],
         of_output: impl Fn(usize) -> bool,
     ) -> Vec<Result<(Closed, Linearised), Status>> {
         let basis = self.system.basis;
-        let closed = self.close_lanes(displacements, true, |unit, bound, lane| Linearised {
+        let closed = self.close_lanes(displacements, true, |specimen, bound, lane| Linearised {
             ties: Ties::of_lane(basis, bound, lane),
-            output: if of_output(unit) { map_of_lane(basis, bound, lane) } else { DMatrix::zeros(0, 0) },
+            output: if of_output(specimen) { map_of_lane(basis, bound, lane) } else { DMatrix::zeros(0, 0) },
         });
         let or_plainly = |(own, closed): (&&[f64], Option<_>)| {
             if let Some(found) = closed {
@@ -114,7 +114,7 @@ impl Together<'_> {
         displacements.iter().zip(closed).map(or_plainly).collect()
     }
 
-    /// Closes lane by lane and takes something of every unit from its lane; `None` where one is in doubt.
+    /// Closes lane by lane and takes something of every specimen from its lane; `None` where one is in doubt.
     fn close_lanes<T>(
         &mut self,
         displacements: &[&[f64]],
@@ -127,7 +127,7 @@ impl Together<'_> {
         for block in displacements.chunks(LANES) {
             interrupt::check();
             for lane in 0..LANES {
-                // Idle lanes repeat the last unit.
+                // Idle lanes repeat the last specimen.
                 let own = block[lane.min(block.len() - 1)];
                 bound.parameters().iter_mut().zip(own).for_each(|(block, d)| block.0[lane] = *d);
             }
@@ -146,7 +146,7 @@ impl Together<'_> {
         taken
     }
 
-    /// Closes the basis for the displacements of one unit, on the branch of all.
+    /// Closes the basis for the displacements of one specimen, on the branch of all.
     pub fn close_plainly(&self, displacements: &[f64]) -> Result<State, Status> {
         let inputs = Inputs { drives: self.built.inputs.drives.clone(), parameters: displacements.to_vec() };
         let close = self.solver.close(self.built, &inputs);
@@ -176,7 +176,7 @@ mod tests {
 
     use super::*;
     use crate::closure::recorded::program::Newton;
-    use crate::closure::recorded::self_stress::Beside;
+    use crate::closure::recorded::self_stress::SelfStress;
     use crate::mechanism::Mechanism;
     use crate::mechanism::case::Case;
 
@@ -222,15 +222,15 @@ mod tests {
                 let c = Compatibility::at(system.basis, solver, &state).unwrap();
                 let right = m.first_order_right(&c, &vec![0.0; c.load.len()], case, &state);
                 let nominal = Nominal { state: &state, compatibility: &c, right };
-                let beside = Beside { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
+                let beside = SelfStress { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
                 let newton = Newton::record_beside(solver, m.largest_angle(), Some(&beside)).unwrap();
                 let bound = Some(newton.bind(&system.basis.kept, &state, case.drives));
                 let mut lanes = Together { system, solver, nominal: &nominal, built: &state, bound };
-                // More units than lanes, the offsets and the length without a pattern.
-                let number = |unit: usize, p: usize| 2e-4 * ((0.618 * (7 * unit + p) as f64).fract() - 0.5);
-                let of = |unit: usize| (0..m.n_parameters()).map(|p| number(unit, p)).collect::<Vec<f64>>();
-                let units: Vec<Vec<f64>> = (0..LANES + 3).map(|unit| m.displacements(&of(unit))).collect();
-                let all: Vec<&[f64]> = units.iter().map(Vec::as_slice).collect();
+                // More specimens than lanes, the offsets and the length without a pattern.
+                let number = |specimen: usize, p: usize| 2e-4 * ((0.618 * (7 * specimen + p) as f64).fract() - 0.5);
+                let of = |specimen: usize| (0..m.n_parameters()).map(|p| number(specimen, p)).collect::<Vec<f64>>();
+                let specimens: Vec<Vec<f64>> = (0..LANES + 3).map(|specimen| m.displacements(&of(specimen))).collect();
+                let all: Vec<&[f64]> = specimens.iter().map(Vec::as_slice).collect();
                 let found = lanes.linearise(&all, |_| true);
                 lanes.bound = None;
                 for (found, plain) in found.into_iter().zip(lanes.linearise(&all, |_| true)) {
@@ -258,7 +258,7 @@ mod tests {
                             .for_each(|row| assert!((shared[(k, row)] - part * ties[(0, row)]).abs() < 1e-9));
                     }
                 }
-                units.len()
+                specimens.len()
             },
             |status| panic!("{status:?}"),
         );

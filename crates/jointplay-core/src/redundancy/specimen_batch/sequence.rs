@@ -1,8 +1,8 @@
-//! Rounds in which units settle.
+//! Rounds in which specimens settle.
 //!
-//! A unit begins where the first order at the nominal pose takes it. In every round the basis is closed and
-//! linearised for all units, and their programs, which are of one structure, are solved together. A unit leaves
-//! the rounds where its displacements stand still; one that does not within a few rounds, because a reaction passes
+//! A specimen begins where the first order at the nominal pose takes it. In every round the basis is closed and
+//! linearised for all specimens, and their programs, which are of one structure, are solved together. A specimen leaves
+//! the rounds where its displacements have converged; one that does not within a few rounds, because a reaction passes
 //! through zero on the way, goes on by itself ([`System::settle_in`]).
 
 use std::borrow::Cow;
@@ -19,16 +19,16 @@ use crate::redundancy::compatibility::Ties;
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::{Failure, NOISE};
 use crate::redundancy::specimen_batch::{Linearised, Nominal, Together};
-use crate::redundancy::system::{Give, System};
+use crate::redundancy::system::{Element, System};
 
-/// Rounds until a unit goes on by itself.
+/// Rounds until a specimen goes on by itself.
 const MOST_ROUNDS: usize = 12;
-/// A unit stands still when the next change would be below this part of all displacements.
+/// A specimen has converged when the next change would be below this part of all displacements.
 const STILL: f64 = 1e-10;
 
-/// One unit whose displacements stand still.
+/// One specimen whose displacements have converged.
 #[derive(Clone, Debug)]
-pub(crate) struct Rested {
+pub(crate) struct SpecimenSolution {
     /// Displacements of the rows and values of the parameters, as the basis takes them.
     pub displacements: Vec<f64>,
     /// Error of the output.
@@ -39,14 +39,14 @@ pub(crate) struct Rested {
     pub ties: Ties,
     /// What displacements do to the output.
     pub output: DMatrix<f64>,
-    /// Whether the displacements stand still and the last program was solved to the end.
+    /// Whether the displacements have converged and the last program was solved to the end.
     pub still: bool,
     /// Whether it took the plain solver.
     pub plainly: bool,
 }
 
-/// A unit on its way.
-struct Unit {
+/// A specimen on its way.
+struct Specimen {
     number: usize,
     first: Balance,
     /// What it is closed for.
@@ -57,7 +57,7 @@ struct Unit {
     is_last: bool,
 }
 
-/// What a unit is asked for.
+/// What a specimen is asked for.
 struct Asked<'r> {
     ties: Cow<'r, Ties>,
     output: Cow<'r, DMatrix<f64>>,
@@ -67,47 +67,48 @@ struct Asked<'r> {
 }
 
 impl Together<'_> {
-    /// Settles units where what is asked stands still, each with displacements known of it.
-    pub fn settle(&mut self, known: &[Vec<f64>], ask: &Ask) -> Vec<Result<Rested, Status>> {
-        let mut rested: Vec<Option<Result<Rested, Status>>> = vec![None; known.len()];
+    /// Settles specimens where what is asked has converged, each with displacements known of it.
+    pub fn settle(&mut self, known: &[Vec<f64>], ask: &Ask) -> Vec<Result<SpecimenSolution, Status>> {
+        let mut rested: Vec<Option<Result<SpecimenSolution, Status>>> = vec![None; known.len()];
         let mut open = self.first_order(known, ask);
         for round in 0..MOST_ROUNDS {
             if open.is_empty() {
                 break;
             }
-            let own: Vec<&[f64]> = open.iter().map(|unit| unit.displacements.as_slice()).collect();
+            let own: Vec<&[f64]> = open.iter().map(|specimen| specimen.displacements.as_slice()).collect();
             let closed = self.linearise(&own, |k| open[k].is_last || matches!(ask, Ask::Along(_)));
             let (mut moving, mut asked) = (Vec::with_capacity(open.len()), Vec::with_capacity(open.len()));
-            for (mut unit, closed) in open.drain(..).zip(closed) {
+            for (mut specimen, closed) in open.drain(..).zip(closed) {
                 // What cannot be closed on the way may be reached in smaller steps.
                 let Ok((closed, Linearised { ties, output })) = closed else { continue };
-                if unit.is_last {
-                    let Unit { number, first, displacements, balance, .. } = unit;
+                if specimen.is_last {
+                    let Specimen { number, first, displacements, balance, .. } = specimen;
                     let (first, error, plainly) = (Some(first), closed.error, closed.plainly);
-                    let found = Rested { displacements, error, first, balance, ties, output, still: true, plainly };
+                    let found =
+                        SpecimenSolution { displacements, error, first, balance, ties, output, still: true, plainly };
                     rested[number] = Some(Ok(found));
                 } else {
-                    let right = ties.right(&unit.displacements, &known[unit.number]);
+                    let right = ties.right(&specimen.displacements, &known[specimen.number]);
                     // From the second round on the answer before is so near that Newton's method takes it to the last
                     // digits, which an interior point has not where the value is flat.
-                    let near = if round > 0 { unit.balance.answer.take() } else { None };
+                    let near = if round > 0 { specimen.balance.answer.take() } else { None };
                     asked.push(Asked { ties: Cow::Owned(ties), output: Cow::Owned(output), right, near });
-                    moving.push(unit);
+                    moving.push(specimen);
                 }
             }
             let balances = self.system.balances(&asked, ask);
-            for (mut unit, balance) in moving.into_iter().zip(balances) {
+            for (mut specimen, balance) in moving.into_iter().zip(balances) {
                 interrupt::check();
                 let Some(balance) = balance else { continue };
-                let known = &known[unit.number];
+                let known = &known[specimen.number];
                 let target = self.target(known, &balance);
                 let size = self.system.difference(known, &target);
-                let change = self.system.difference(&unit.displacements, &target);
+                let change = self.system.difference(&specimen.displacements, &target);
                 // Changes shrink in proportion, until what is left is the programs' rounding.
-                let next = if change > 0.0 { change * (change / unit.change) } else { 0.0 };
-                unit.is_last = next <= STILL * size || change <= NOISE * size && change > 0.5 * unit.change;
-                (unit.displacements, unit.balance, unit.change) = (target, balance, change);
-                open.push(unit);
+                let next = if change > 0.0 { change * (change / specimen.change) } else { 0.0 };
+                specimen.is_last = next <= STILL * size || change <= NOISE * size && change > 0.5 * specimen.change;
+                (specimen.displacements, specimen.balance, specimen.change) = (target, balance, change);
+                open.push(specimen);
             }
         }
         let left = (0..known.len()).filter(|k| rested[*k].is_none());
@@ -118,8 +119,8 @@ impl Together<'_> {
         rested.into_iter().flatten().collect()
     }
 
-    /// Units where the first order at the nominal pose takes them.
-    fn first_order(&self, known: &[Vec<f64>], ask: &Ask) -> Vec<Unit> {
+    /// Specimens where the first order at the nominal pose takes them.
+    fn first_order(&self, known: &[Vec<f64>], ask: &Ask) -> Vec<Specimen> {
         let Nominal { compatibility: c, .. } = self.nominal;
         let asked = |known: &Vec<f64>| Asked {
             ties: Cow::Borrowed(&c.ties),
@@ -128,13 +129,13 @@ impl Together<'_> {
             near: None,
         };
         let balances = self.system.balances(&known.iter().map(asked).collect::<Vec<_>>(), ask);
-        let unit = |(number, first): (usize, Option<Balance>)| {
+        let specimen = |(number, first): (usize, Option<Balance>)| {
             let first = first?;
             let displacements = self.target(&known[number], &first);
             let change = self.system.difference(&known[number], &displacements);
-            Some(Unit { number, displacements, balance: first.clone(), first, change, is_last: false })
+            Some(Specimen { number, displacements, balance: first.clone(), first, change, is_last: false })
         };
-        balances.into_iter().enumerate().filter_map(unit).collect()
+        balances.into_iter().enumerate().filter_map(specimen).collect()
     }
 
     /// Known displacements, and those that a balance gives.
@@ -144,8 +145,8 @@ impl Together<'_> {
         target
     }
 
-    /// Settles one unit from where it is closed for what is known of it.
-    async fn settle_alone(&self, rounds: &Rounds, known: &[f64], ask: &Ask) -> Result<Rested, Status> {
+    /// Settles one specimen from where it is closed for what is known of it.
+    async fn settle_alone(&self, rounds: &Rounds, known: &[f64], ask: &Ask) -> Result<SpecimenSolution, Status> {
         let (system, nominal) = (self.system, self.nominal);
         let first = system.balance_in(rounds, nominal.compatibility, &nominal.right_beside(known), ask, None).await;
         let start = self.close_plainly(known)?;
@@ -155,7 +156,7 @@ impl Together<'_> {
         if settled.state.negative != self.built.negative {
             return Err(Status::Singular);
         }
-        Ok(Rested {
+        Ok(SpecimenSolution {
             error: self.closed(&settled.state).error,
             displacements: settled.state.inputs.parameters,
             first,
@@ -169,46 +170,50 @@ impl Together<'_> {
 }
 
 impl System<'_> {
-    /// Answers what is asked of every unit; `None` where that takes more than one program, or gives nothing.
-    fn balances(&self, units: &[Asked<'_>], ask: &Ask) -> Vec<Option<Balance>> {
-        let forces: Vec<DVector<f64>> = units.iter().map(|unit| ask.forces(&unit.ties, &unit.output)).collect();
-        let each = || units.iter().zip(&forces);
+    /// Answers what is asked of every specimen; `None` where that takes more than one program, or gives nothing.
+    fn balances(&self, specimens: &[Asked<'_>], ask: &Ask) -> Vec<Option<Balance>> {
+        let forces: Vec<DVector<f64>> =
+            specimens.iter().map(|specimen| ask.forces(&specimen.ties, &specimen.output)).collect();
+        let each = || specimens.iter().zip(&forces);
         if self.basis.redundancy() == 0 {
-            return each().map(|(unit, forces)| Some(self.free(&unit.ties, forces))).collect();
+            return each().map(|(specimen, forces)| Some(self.free(&specimen.ties, forces))).collect();
         }
         let programs: Vec<Program> =
-            each().map(|(unit, forces)| self.program(&unit.ties, &unit.right, forces)).collect();
+            each().map(|(specimen, forces)| self.program(&specimen.ties, &specimen.right, forces)).collect();
         // Where nothing pushes it takes another program to tell whether anything is transmitted.
         let pushed = |program: &Program| program.blocks.iter().flat_map(|block| &block.force).any(|f| *f != 0.0);
         let is_one = |program: &Program| !program.blocks.is_empty() && (ask.is_unloaded() || pushed(program));
-        let directly = |(unit, program): (&Asked<'_>, &Program)| {
+        let directly = |(specimen, program): (&Asked<'_>, &Program)| {
             interrupt::check();
             let on_a_line = if ask.is_unloaded() { program.on_a_line(ask.question()) } else { None };
-            on_a_line.or_else(|| program.answer_near(ask.question(), unit.near.as_ref()?))
+            on_a_line.or_else(|| program.answer_near(ask.question(), specimen.near.as_ref()?))
         };
-        let mut answers: Vec<Option<Answer>> = units.iter().zip(&programs).map(directly).collect();
-        let left: Vec<usize> = (0..units.len()).filter(|k| answers[*k].is_none() && is_one(&programs[*k])).collect();
-        for (k, answer) in left.iter().zip(self.answers(units, &forces, &left, ask)) {
+        let mut answers: Vec<Option<Answer>> = specimens.iter().zip(&programs).map(directly).collect();
+        let left: Vec<usize> =
+            (0..specimens.len()).filter(|k| answers[*k].is_none() && is_one(&programs[*k])).collect();
+        for (k, answer) in left.iter().zip(self.answers(specimens, &forces, &left, ask)) {
             answers[*k] = Some(answer);
         }
-        let balance = |((unit, forces), (program, answer)): ((&Asked<'_>, _), (&Program, Option<Answer>))| {
+        let balance = |((specimen, forces), (program, answer)): ((&Asked<'_>, _), (&Program, Option<Answer>))| {
             let answer = answer.filter(|answer| answer.outcome == Outcome::Solved)?;
-            Some(self.answered(&unit.ties, program, forces, ask, answer))
+            Some(self.answered(&specimen.ties, program, forces, ask, answer))
         };
         each().zip(programs.iter().zip(answers)).map(balance).collect()
     }
 
-    /// Answers of some units by programs of one structure: what is tied in one unit takes part in all.
-    fn answers(&self, units: &[Asked<'_>], forces: &[DVector<f64>], some: &[usize], ask: &Ask) -> Vec<Answer> {
-        let is_tied = |give: &&Give| some.iter().any(|k| Self::is_tied(give, &units[*k].ties));
-        let tied: Vec<&Give> = self.gives.iter().filter(is_tied).collect();
-        let states = some.iter().map(|&k| (&*units[k].ties, &units[k].right, &forces[k]));
+    /// Answers of some specimens by programs of one structure: what is tied in one specimen takes part in all.
+    fn answers(&self, specimens: &[Asked<'_>], forces: &[DVector<f64>], some: &[usize], ask: &Ask) -> Vec<Answer> {
+        let is_tied = |element: &&Element| some.iter().any(|k| Self::is_tied(element, &specimens[*k].ties));
+        let tied: Vec<&Element> = self.elements.iter().filter(is_tied).collect();
+        let states = some.iter().map(|&k| (&*specimens[k].ties, &specimens[k].right, &forces[k]));
         let programs = self.programs(&tied, states);
         let answers = programs.solve_here(ask.question());
         let of = |(number, k): (usize, &usize)| {
             let answer = answers.answer(&programs, number);
-            let of_unit =
-                tied.iter().zip(answer.displacements).filter(|(give, _)| Self::is_tied(give, &units[*k].ties));
+            let of_unit = tied
+                .iter()
+                .zip(answer.displacements)
+                .filter(|(element, _)| Self::is_tied(element, &specimens[*k].ties));
             Answer { displacements: of_unit.map(|(_, d)| d).collect(), ..answer }
         };
         some.iter().enumerate().map(of).collect()

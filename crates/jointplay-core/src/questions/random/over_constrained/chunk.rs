@@ -1,4 +1,4 @@
-//! One chunk of units: drawn block by block, solved group by group, counted.
+//! One chunk of specimens: drawn block by block, solved group by group, counted.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -12,17 +12,17 @@ use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::questions::random::CHUNK;
 use crate::questions::random::over_constrained::group::Group;
-use crate::questions::random::over_constrained::unit::{Job, Unit, least_displacements};
+use crate::questions::random::over_constrained::specimen::{Job, Specimen, least_displacements};
 use crate::questions::random::tally::{Kept, Ranges, Sums, Tally};
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::specimen_batch::Together;
 
-/// Units that are solved together.
+/// Specimens that are solved together.
 const UNITS: usize = 1024;
 /// A sum of terms below this part of their sizes is zero.
 const ROUNDING: f64 = 1e-13;
 
-/// What is kept of a set of units.
+/// What is kept of a set of specimens.
 #[derive(Clone)]
 pub struct Count {
     pub tally: Tally,
@@ -80,7 +80,7 @@ impl<'a> Linear<'a> {
             constant: shift.iter().zip(misfit.iter()).map(|(d, m)| d - m).collect(),
             right: &job.nominal.right,
             correction: least_displacements(&job.system, c, &job.tied),
-            loose: job.system.derivatives_loose(c, |give| job.spread(give)),
+            loose: job.system.derivatives_loose(c, |element| job.spread(element)),
             places: (0..m.n_parameters()).map(|p| m.place_of(p)).collect(),
         }
     }
@@ -100,13 +100,13 @@ impl<'a> Linear<'a> {
         self.constant.iter().enumerate().map(of).collect()
     }
 
-    /// The error of a unit, the parts of the sources, and what is left of every joint's.
-    fn parts(&self, unit: &Unit) -> Vec<f64> {
-        let Unit { displacements, held, .. } = unit;
+    /// The error of a specimen, the parts of the sources, and what is left of every joint's.
+    fn parts(&self, specimen: &Specimen) -> Vec<f64> {
+        let Specimen { displacements, held, .. } = specimen;
         let m = self.mechanism;
         let n = m.size();
         let mut own = displacements.clone();
-        let mut offsets = unit.before.as_ref().unwrap_or(&unit.parameters).clone();
+        let mut offsets = specimen.before.as_ref().unwrap_or(&specimen.parameters).clone();
         let off = self.right - &self.compatibility.equations * DVector::from_column_slice(&displacements[..]);
         for (row, d) in (&self.correction * off).iter().enumerate() {
             own[row] += d;
@@ -156,25 +156,25 @@ pub fn draw(
     let mut drawn = vec![Block::splat(0.0); m.n_parameters()];
     let mut quantities = vec![Block::splat(0.0); n + 2];
     for first in (0..samples).step_by(UNITS) {
-        let n_units = UNITS.min(samples - first);
-        let mut units_drawn = Vec::with_capacity(n_units);
-        for at in (0..n_units).step_by(LANES) {
+        let n_specimens = UNITS.min(samples - first);
+        let mut specimens_drawn = Vec::with_capacity(n_specimens);
+        for at in (0..n_specimens).step_by(LANES) {
             for source in m.sources() {
                 stream.draw(&source.set, Mechanism::law(source, job.request), &mut drawn[source.range()]);
                 for p in source.range() {
                     drawn[p] = drawn[p].add(&Block::splat(m.centre[p]));
                 }
             }
-            let lanes = 0..LANES.min(n_units - at);
-            units_drawn.extend(lanes.map(|lane| drawn.iter().map(|block| block.0[lane]).collect::<Vec<f64>>()));
+            let lanes = 0..LANES.min(n_specimens - at);
+            specimens_drawn.extend(lanes.map(|lane| drawn.iter().map(|block| block.0[lane]).collect::<Vec<f64>>()));
         }
-        let group = Group::new(job, &mut together, &units_drawn, number * CHUNK as u64 + first as u64);
+        let group = Group::new(job, &mut together, &specimens_drawn, number * CHUNK as u64 + first as u64);
         let Some(solved) = interrupt::until_stopped(|| group.solve()) else { break };
-        let mut units = solved.into_iter();
-        for _ in (0..n_units).step_by(LANES) {
+        let mut specimens = solved.into_iter();
+        for _ in (0..n_specimens).step_by(LANES) {
             let mut good = Mask::NONE;
-            for (lane, unit) in units.by_ref().take(LANES).enumerate() {
-                if let Some(error) = count.unit(m, linear, unit) {
+            for (lane, specimen) in specimens.by_ref().take(LANES).enumerate() {
+                if let Some(error) = count.add(m, linear, specimen) {
                     good.0[lane] = u64::MAX;
                     quantities.iter_mut().zip(&error).for_each(|(block, e)| block.0[lane] = *e);
                     let (translations, rotations) = error.split_at(m.n_translations());
@@ -193,24 +193,24 @@ pub fn draw(
 }
 
 impl Count {
-    /// Counts a unit; gives its error where it has one.
-    fn unit(&mut self, m: &Mechanism, linear: &Linear<'_>, unit: Unit) -> Option<Vec<f64>> {
-        self.tally.statuses[unit.status as usize] += 1;
-        self.tally.fallbacks += u64::from(unit.plainly);
-        if !unit.factor.is_nan() {
-            self.factor.add(unit.factor);
+    /// Counts a specimen; gives its error where it has one.
+    fn add(&mut self, m: &Mechanism, linear: &Linear<'_>, specimen: Specimen) -> Option<Vec<f64>> {
+        self.tally.statuses[specimen.status as usize] += 1;
+        self.tally.fallbacks += u64::from(specimen.plainly);
+        if !specimen.factor.is_nan() {
+            self.factor.add(specimen.factor);
         }
         if let Some(kept) = &mut self.tally.kept {
-            kept.parameters.extend(&unit.parameters);
-            kept.errors.extend(unit.error.clone().unwrap_or_else(|| vec![f64::NAN; m.size()]));
-            kept.statuses.push(unit.status);
+            kept.parameters.extend(&specimen.parameters);
+            kept.errors.extend(specimen.error.clone().unwrap_or_else(|| vec![f64::NAN; m.size()]));
+            kept.statuses.push(specimen.status);
         }
-        if unit.error.is_some() {
-            self.first_order.add(&linear.parts(&unit));
+        if specimen.error.is_some() {
+            self.first_order.add(&linear.parts(&specimen));
             for (sketch, row) in self.forces.iter_mut().zip(m.elastic_rows()) {
-                sketch.add(unit.forces[row]);
+                sketch.add(specimen.forces[row]);
             }
         }
-        unit.error
+        specimen.error
     }
 }

@@ -1,4 +1,4 @@
-//! Random numbers of one unit.
+//! Random numbers of one specimen.
 
 use crate::clearance::Set;
 use crate::clearance::draw::Stream;
@@ -6,10 +6,10 @@ use crate::clearance::law::Law;
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
 
-/// Keeps the numbers of single units apart from those of chunks.
+/// Keeps the numbers of single specimens apart from those of chunks.
 const APART: u64 = 0x5851_F42D_4C95_7F2D;
 
-/// A stream of its own for every unit: how many numbers one needs does not matter to the others.
+/// A stream of its own for every specimen: how many numbers one needs does not matter to the others.
 pub struct Dice {
     stream: Stream,
     uniform: (Block, usize),
@@ -33,9 +33,9 @@ impl Kernel for Draw<'_> {
 }
 
 impl Dice {
-    pub fn new(seed: u64, unit: u64) -> Self {
+    pub fn new(seed: u64, specimen: u64) -> Self {
         let none = || (Block::splat(0.0), LANES);
-        Self { stream: Stream::new(seed ^ APART, unit), uniform: none(), normal: none() }
+        Self { stream: Stream::new(seed ^ APART, specimen), uniform: none(), normal: none() }
     }
 
     /// Offsets of a set by its law, one per lane.
@@ -44,7 +44,7 @@ impl Dice {
     }
 
     /// Uniform from 0 to 1.
-    pub fn unit(&mut self) -> Block {
+    pub fn uniform(&mut self) -> Block {
         self.stream.unit()
     }
 
@@ -54,7 +54,7 @@ impl Dice {
     }
 
     /// One number, uniform from 0 to 1.
-    pub fn next_unit(&mut self) -> f64 {
+    pub fn next_specimen(&mut self) -> f64 {
         if self.uniform.1 == LANES {
             self.uniform = (self.stream.unit(), 0);
         }

@@ -1,4 +1,4 @@
-//! Scatter from unit to unit of over-constrained and elastic mechanisms.
+//! Scatter from specimen to specimen of over-constrained and elastic mechanisms.
 //!
 //! Deviations are drawn by their laws. Where the clearances take up the misfit that they cause, offsets scatter
 //! by their laws as far as compatibility allows ([`section`]); where they do not, rigid bodies do not go
@@ -11,14 +11,14 @@ mod dice;
 mod group;
 mod ranges;
 mod section;
-mod unit;
+mod specimen;
 
 use rayon::prelude::*;
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::program::Newton;
-use crate::closure::recorded::self_stress::Beside;
+use crate::closure::recorded::self_stress::SelfStress;
 use crate::interrupt;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
@@ -26,7 +26,7 @@ use crate::mechanism::status::Status;
 use crate::questions::random::over_constrained::chunk::{Count, Linear};
 use crate::questions::random::over_constrained::group::Group;
 use crate::questions::random::over_constrained::ranges::Reach;
-use crate::questions::random::over_constrained::unit::Job;
+use crate::questions::random::over_constrained::specimen::Job;
 use crate::questions::random::request::Request;
 use crate::questions::random::tally::Ranges;
 use crate::questions::random::{BLOCK, CHUNK, Scatter};
@@ -36,10 +36,10 @@ use crate::redundancy::system::System;
 
 /// Scatter of an over-constrained or elastic mechanism.
 #[derive(Clone, Debug)]
-pub struct UnitScatter {
+pub struct SpecimenScatter {
     /// What every mechanism tells.
     pub scatter: Scatter,
-    /// Quantiles of the smallest factor on the clearances with which a unit goes together rigidly.
+    /// Quantiles of the smallest factor on the clearances with which a specimen can be assembled rigidly.
     pub clearance_factor: Vec<f64>,
     /// Quantiles of the force on every row of the elastic joints, probability by probability.
     pub force: Vec<f64>,
@@ -60,8 +60,8 @@ impl Mechanism {
             cases,
             |system, solver, _, _, nominal| {
                 let Some(c) = Compatibility::at(system.basis, solver, &nominal) else { return Vec::new() };
-                let tied = system.gives.iter().filter(|give| System::is_tied(give, &c));
-                tied.filter_map(|give| give.source).collect()
+                let tied = system.elements.iter().filter(|element| System::is_tied(element, &c));
+                tied.filter_map(|element| element.source).collect()
             },
             |_| Vec::new(),
         );
@@ -69,23 +69,23 @@ impl Mechanism {
     }
 
     /// Scatter of every case, whatever ties the displacements of its joints or pushes them; when stopped, that of the
-    /// units until then.
+    /// specimens until then.
     #[must_use]
-    pub fn random_units(&self, cases: &[Case<'_>], request: &Request) -> Vec<UnitScatter> {
+    pub fn random_specimens(&self, cases: &[Case<'_>], request: &Request) -> Vec<SpecimenScatter> {
         self.each_on_basis(
             cases,
             |system, solver, _, case, nominal| {
-                self.scatter_units(system, solver, case, &nominal, request)
-                    .unwrap_or_else(|status| self.no_units(request, status))
+                self.scatter_specimens(system, solver, case, &nominal, request)
+                    .unwrap_or_else(|status| self.no_specimens(request, status))
             },
-            |status| self.no_units(request, status),
+            |status| self.no_specimens(request, status),
         )
     }
 
-    fn no_units(&self, request: &Request, status: Status) -> UnitScatter {
+    fn no_specimens(&self, request: &Request, status: Status) -> SpecimenScatter {
         let nan = |n: usize| vec![f64::NAN; n];
         let probabilities = request.probabilities.len();
-        UnitScatter {
+        SpecimenScatter {
             scatter: self.no_scatter(request, status),
             clearance_factor: nan(probabilities),
             force: nan(probabilities * self.elastic_rows().count()),
@@ -93,14 +93,14 @@ impl Mechanism {
         }
     }
 
-    fn scatter_units(
+    fn scatter_specimens(
         &self,
         system: &System<'_>,
         solver: &Solver<'_>,
         case: &Case<'_>,
         nominal: &State,
         request: &Request,
-    ) -> Result<UnitScatter, Status> {
+    ) -> Result<SpecimenScatter, Status> {
         let at_nominal = Compatibility::at(system.basis, solver, nominal).ok_or(Status::Singular)?;
         let known = Inputs { drives: case.drives.to_vec(), parameters: self.displacements(&self.centre) };
         let built = solver.follow(nominal, &known)?;
@@ -109,12 +109,12 @@ impl Mechanism {
         let nominal = Nominal { state: nominal, compatibility: &at_nominal, right };
         let job = Job::new(system, request, &nominal, &at_built);
         let linear = Linear::new(&job, case);
-        let beside = Beside { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
+        let beside = SelfStress { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
         let newton = Newton::record_beside(solver, self.largest_angle(), Some(&beside));
         let bound = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal.state, case.drives));
         let together =
             || Together { system: &job.system, solver, nominal: &nominal, built: &built, bound: bound.clone() };
-        // The unit with nothing but known deviations.
+        // The specimen with nothing but known deviations.
         let middle = Group::new(&job, &mut together(), std::slice::from_ref(&self.centre), u64::MAX).solve().remove(0);
         let shift = middle.error.unwrap_or_else(|| linear.error(&known.parameters));
 
@@ -150,7 +150,7 @@ impl Mechanism {
         Ok(self.table(&count, &ranges, request, self.nominal_status(nominal.state)))
     }
 
-    fn table(&self, count: &Count, ranges: &Ranges, request: &Request, status: Status) -> UnitScatter {
+    fn table(&self, count: &Count, ranges: &Ranges, request: &Request, status: Status) -> SpecimenScatter {
         let (n, sources) = (self.size(), self.sources.len());
         let (tally, moments) = (&count.tally, &count.first_order);
         let covariances = |range: std::ops::Range<usize>| range.map(|k| moments.covariance(k));
@@ -163,7 +163,7 @@ impl Mechanism {
         let solved = tally.count > 0;
         let or_nan = |values: Vec<f64>| if solved { values } else { vec![f64::NAN; values.len()] };
         let limits = !(request.limit_position.is_nan() && request.limit_rotation.is_nan());
-        UnitScatter {
+        SpecimenScatter {
             scatter: Scatter {
                 mean: or_nan(tally.mean.clone()),
                 covariance: tally.covariance(),

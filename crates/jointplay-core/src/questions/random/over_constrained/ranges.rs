@@ -11,7 +11,7 @@ use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::system::System;
 
-/// What units can reach.
+/// What specimens can reach.
 pub struct Reach<'a> {
     pub system: &'a System<'a>,
     pub c: &'a Compatibility,
@@ -49,7 +49,7 @@ impl Reach<'_> {
         let (s, rows) = (c.equations.nrows(), m.n_rows());
         let by_load = self.system.balance(c, &c.misfit, &Ask::Load);
         let by_load = by_load.map_or_else(|| vec![0.0; rows], |balance| self.system.displacements(&balance));
-        // Units differ in where the load finds them: twice is room enough.
+        // Specimens differ in where the load finds them: twice is room enough.
         let most = by_load.iter().take(rows).map(|size| 2.0 * size.abs());
         if s == 0 {
             return most.collect();
@@ -63,7 +63,7 @@ impl Reach<'_> {
         let lack = DVector::from_fn(s, |k, _| c.misfit[k].abs() + self.of_sets(|place| c.equations[(k, place)]));
         let of_rows = c.equations.columns(0, rows);
         let along = &compliance * of_rows.transpose();
-        // Equations of different units are compared each with its own flexibility.
+        // Equations of different specimens are compared each with its own flexibility.
         let flexibility = of_rows * &along;
         let scale = flexibility.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
         let scales = &scale * scale.transpose();

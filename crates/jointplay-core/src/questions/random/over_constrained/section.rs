@@ -72,9 +72,9 @@ impl Section {
             let zero = set.of_unit(&[0.0; MAX_SIZE]);
             middle += image(&zero);
             for (k, precision) in precisions.into_iter().enumerate().take(size) {
-                let mut unit = [0.0; MAX_SIZE];
-                unit[k] = 1.0;
-                let offset: Vec<f64> = set.of_unit(&unit).iter().zip(&zero).map(|(a, b)| a - b).collect();
+                let mut specimen = [0.0; MAX_SIZE];
+                specimen[k] = 1.0;
+                let offset: Vec<f64> = set.of_unit(&specimen).iter().zip(&zero).map(|(a, b)| a - b).collect();
                 if offset.iter().any(|d| *d != 0.0) {
                     places.push(Place { member, k, precision });
                     columns.push(image(&offset));
@@ -104,7 +104,7 @@ impl Section {
         let (s, n) = self.matrix.shape();
         let mut rest = self.matrix.clone();
         let mut done = DMatrix::<f64>::identity(s, s);
-        // Equations of different units are compared each with what the sets reach in it.
+        // Equations of different specimens are compared each with what the sets reach in it.
         for i in 0..s {
             let reach: f64 = rest.row(i).iter().map(|a| a.abs()).sum();
             if reach > 0.0 {
@@ -170,7 +170,7 @@ impl Section {
 
     /// A block of proposals; the first that is accepted.
     pub(crate) fn reject(&self, constant: &DVector<f64>, dice: &mut Dice) -> Option<Vec<f64>> {
-        let mut units = vec![Block::splat(0.0); self.places.len()];
+        let mut specimens = vec![Block::splat(0.0); self.places.len()];
         let mut drawn = [Block::splat(0.0); MAX_SIZE];
         let mut next = 0;
         for (m, member) in self.members.iter().enumerate() {
@@ -179,21 +179,21 @@ impl Section {
             next = places.end;
             if self.is_bound[m] {
                 // Their joint density with the bound coordinates is judged on acceptance.
-                places.for_each(|j| units[j] = dice.symmetric());
+                places.for_each(|j| specimens[j] = dice.symmetric());
                 continue;
             }
             let size = member.set.size();
             dice.draw(&member.set, member.law, &mut drawn[..size]);
             for lane in 0..LANES {
                 let offset: [f64; MAX_SIZE] = std::array::from_fn(|k| drawn[k].0[lane]);
-                let unit = member.set.to_unit(&offset[..size]);
-                places.clone().for_each(|j| units[j].0[lane] = unit[self.places[j].k]);
+                let specimen = member.set.to_unit(&offset[..size]);
+                places.clone().for_each(|j| specimens[j].0[lane] = specimen[self.places[j].k]);
             }
         }
-        let luck = dice.unit();
+        let luck = dice.uniform();
         let mut u = vec![0.0; self.places.len()];
         for lane in 0..LANES {
-            u.iter_mut().zip(&units).for_each(|(u, block)| *u = block.0[lane]);
+            u.iter_mut().zip(&specimens).for_each(|(u, block)| *u = block.0[lane]);
             for (r, &j) in self.bound.iter().enumerate() {
                 let moved: f64 = self.free.iter().enumerate().map(|(c, &i)| self.from_free[(r, c)] * u[i]).sum();
                 u[j] = constant[r] - moved;
@@ -208,8 +208,8 @@ impl Section {
 
     /// Whether the members with bound coordinates are in their sets.
     fn is_inside(&self, u: &[f64]) -> bool {
-        self.each_member(u).all(|(m, unit)| {
-            !self.is_bound[m] || self.members[m].set.contains_unit(&unit[..self.members[m].set.size()])
+        self.each_member(u).all(|(m, specimen)| {
+            !self.is_bound[m] || self.members[m].set.contains_unit(&specimen[..self.members[m].set.size()])
         })
     }
 
@@ -223,19 +223,19 @@ impl Section {
     pub(crate) fn each_member<'a>(&'a self, u: &'a [f64]) -> impl Iterator<Item = (usize, [f64; MAX_SIZE])> + 'a {
         let mut next = 0;
         (0..self.members.len()).map(move |m| {
-            let mut unit = [0.0; MAX_SIZE];
+            let mut specimen = [0.0; MAX_SIZE];
             while let Some(place) = self.places.get(next).filter(|place| place.member == m) {
-                unit[place.k] = u[next];
+                specimen[place.k] = u[next];
                 next += 1;
             }
-            (m, unit)
+            (m, specimen)
         })
     }
 
     fn offsets(&self, u: &[f64]) -> Vec<Vec<f64>> {
-        let offset = |(m, unit): (usize, [f64; MAX_SIZE])| {
+        let offset = |(m, specimen): (usize, [f64; MAX_SIZE])| {
             let set = &self.members[m].set;
-            set.of_unit(&unit)[..set.size()].to_vec()
+            set.of_unit(&specimen)[..set.size()].to_vec()
         };
         self.each_member(u).map(offset).collect()
     }
@@ -282,19 +282,19 @@ mod tests {
                 let constant = &section.from_right * (&right - &section.middle);
                 let start = section.offsets(&inside);
                 let (mut rejected, mut walked) = (Vec::new(), Vec::new());
-                for unit in 0..count {
-                    let mut dice = Dice::new(1, unit);
+                for specimen in 0..count {
+                    let mut dice = Dice::new(1, specimen);
                     rejected.push(
                         std::iter::repeat_with(|| section.reject(&constant, &mut dice)).flatten().next().unwrap(),
                     );
-                    walked.push(section.walk(&start, &mut Dice::new(2, unit)).unwrap());
+                    walked.push(section.walk(&start, &mut Dice::new(2, specimen)).unwrap());
                 }
                 for u in rejected.iter().chain(&walked) {
                     let left = &section.matrix * DVector::from_vec(u.clone()) + &section.middle - &right;
                     assert!(left.amax() < 1e-12, "{set:?}");
-                    for (m, unit) in section.each_member(u) {
+                    for (m, specimen) in section.each_member(u) {
                         let set = &section.members[m].set;
-                        assert!(set.contains(&set.of_unit(&unit)[..set.size()], 1e-9), "{set:?} {law:?}");
+                        assert!(set.contains(&set.of_unit(&specimen)[..set.size()], 1e-9), "{set:?} {law:?}");
                     }
                 }
                 let (a, b) = (moments(&rejected), moments(&walked));
@@ -322,8 +322,9 @@ mod tests {
         let mean: f64 = (0..20_000).map(|k| at(k) * density(at(k))).sum::<f64>() / all;
         let square: f64 = (0..20_000).map(|k| at(k).powi(2) * density(at(k))).sum::<f64>() / all;
         let count = 20_000;
-        let drawn: Vec<f64> =
-            (0..count).map(|unit| section.draw(&right, &mut Dice::new(5, unit), || None).unwrap()[0][0]).collect();
+        let drawn: Vec<f64> = (0..count)
+            .map(|specimen| section.draw(&right, &mut Dice::new(5, specimen), || None).unwrap()[0][0])
+            .collect();
         let n = count as f64;
         let error = 5.0 * (square - mean * mean).sqrt() / n.sqrt();
         assert!((drawn.iter().sum::<f64>() / n - mean).abs() < error);

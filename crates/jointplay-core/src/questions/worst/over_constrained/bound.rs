@@ -1,7 +1,7 @@
-//! What no unit exceeds, strained or not, to first order.
+//! What no specimen exceeds, strained or not, to first order.
 //!
-//! No unit stores more energy than E, the most that any corner of the deviations does (the energy is convex in
-//! them). Offsets, deviations and deformations that store at most E are a convex set. It holds all units where they
+//! No specimen stores more energy than E, the most that any corner of the deviations does (the energy is convex in
+//! them). Offsets, deviations and deformations that store at most E are a convex set. It holds all specimens where they
 //! can be, and for every `k > 0` it reaches along a direction u at most
 //!
 //! ```text
@@ -17,7 +17,7 @@ use crate::questions::worst::over_constrained::model::{Model, Tried};
 use crate::redundancy::balance::Balance;
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::equilibrium_batch::Pull;
-use crate::redundancy::system::{Give, System};
+use crate::redundancy::system::{Element, System};
 
 /// Deviations of which every corner is tried.
 const EVERY_CORNER: usize = 10;
@@ -31,10 +31,10 @@ impl Model<'_> {
     /// tell the most energy.
     pub fn bound(&self, range: &std::ops::Range<usize>) -> f64 {
         let Some(most) = self.most_energy() else { return f64::NAN };
-        let fixed = |(kind, columns)| Give { kind, columns, source: None };
-        let mut gives = self.system.gives.clone();
-        gives.extend(self.deviations.blocks().map(fixed));
-        let system = System { gives, ..self.system.clone() };
+        let fixed = |(kind, columns)| Element { kind, columns, source: None };
+        let mut elements = self.system.elements.clone();
+        elements.extend(self.deviations.blocks().map(fixed));
+        let system = System { elements, ..self.system.clone() };
         let weights: Vec<Vec<f64>> = directions(range.len())
             .iter()
             .map(|u| {
@@ -56,7 +56,7 @@ impl Model<'_> {
                     forces: Ask::Along(w.clone()).forces(c, &c.output.parameters) / *factor,
                 })
                 .collect();
-            for (number, balance) in system.pulled(&pulls).into_iter().enumerate() {
+            for (number, balance) in system.solve_many(&pulls).into_iter().enumerate() {
                 let Some(balance) = balance else { return f64::NAN };
                 let (factor, stored) = (factors[number], stored(&system, &balance));
                 let moved = &c.output.parameters * nalgebra::DVector::from_vec(system.displacements(&balance));
@@ -78,7 +78,7 @@ impl Model<'_> {
         if n > EVERY_CORNER || !self.deviations.is_box() {
             return None;
         }
-        let asks: Vec<Tried> = self.deviations.every_corner().map(|unit| self.unpulled(unit)).collect();
+        let asks: Vec<Tried> = self.deviations.every_corner().map(|specimen| self.unpulled(specimen)).collect();
         let stored = |strained: Option<crate::questions::worst::over_constrained::model::Strained>| {
             strained.map(|s| stored(self.system, &s.balance))
         };
@@ -89,9 +89,9 @@ impl Model<'_> {
 
 /// The energy that is stored.
 fn stored(system: &System<'_>, balance: &Balance) -> f64 {
-    let of = |(give, given): (&Give, &Vec<f64>)| match give.kind {
-        Kind::Spring(_) => 0.5 * give.columns.iter().zip(given).map(|(&c, v)| balance.forces[c] * v).sum::<f64>(),
+    let of = |(element, given): (&Element, &Vec<f64>)| match element.kind {
+        Kind::Spring(_) => 0.5 * element.columns.iter().zip(given).map(|(&c, v)| balance.forces[c] * v).sum::<f64>(),
         Kind::Clearance(_) | Kind::Fixed(_) => 0.0,
     };
-    system.gives.iter().zip(&balance.given).map(of).sum()
+    system.elements.iter().zip(&balance.given).map(of).sum()
 }

@@ -1,4 +1,4 @@
-//! All deviations together: what a built unit brings with it, whatever the clearances do.
+//! All deviations together: what a built specimen brings with it, whatever the clearances do.
 
 use crate::clearance::Set;
 use crate::cone::Kind;
@@ -35,24 +35,24 @@ impl<'m> Deviations<'m> {
         self.sources.iter().flat_map(|source| (0..source.set.size()).map(|k| source.set.half_width(k))).collect()
     }
 
-    /// The values of all parameters of a unit, clearances in the middle.
-    pub fn parameters(&self, unit: &[f64]) -> Vec<f64> {
+    /// The values of all parameters of a specimen, clearances in the middle.
+    pub fn parameters(&self, specimen: &[f64]) -> Vec<f64> {
         let mut parameters = self.mechanism.centre.clone();
         let own = self.sources.iter().flat_map(|source| source.range());
-        own.zip(unit).for_each(|(p, d)| parameters[p] += d);
+        own.zip(specimen).for_each(|(p, d)| parameters[p] += d);
         parameters
     }
 
-    /// The farthest unit along a direction; what that does not move stays where it is.
+    /// The farthest specimen along a direction; what that does not move stays where it is.
     pub fn farthest(&self, direction: &[f64], from: &[f64]) -> Vec<f64> {
-        let (mut unit, mut first) = (from.to_vec(), 0);
+        let (mut specimen, mut first) = (from.to_vec(), 0);
         for source in &self.sources {
             let own = first..first + source.set.size();
             let nearest = source.set.face(&direction[own.clone()], 0.0).nearest(&from[own.clone()]);
-            unit[own.clone()].iter_mut().zip(nearest).for_each(|(u, n)| *u = n);
+            specimen[own.clone()].iter_mut().zip(nearest).for_each(|(u, n)| *u = n);
             first = own.end;
         }
-        unit
+        specimen
     }
 
     /// Their sets, and where a basis keeps them.

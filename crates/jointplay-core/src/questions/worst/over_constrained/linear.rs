@@ -86,7 +86,7 @@ impl Site<'_> {
         Some(Farthest { value, displacements, contribution })
     }
 
-    /// A direction of some components of one unit among all.
+    /// A direction of some components of one specimen among all.
     fn whole(&self, range: &Range<usize>, u: Vec3<f64>) -> Vec<f64> {
         let mut direction = vec![0.0; self.system.mechanism.size()];
         direction[range.clone()].iter_mut().zip(u).for_each(|(d, u)| *d = u);
@@ -101,7 +101,7 @@ impl Site<'_> {
             right: &self.right,
             forces: Ask::Along(self.whole(range, u)).forces(c, &c.output.parameters),
         };
-        let balances = self.system.pulled(&directions.iter().map(pull).collect::<Vec<_>>());
+        let balances = self.system.solve_many(&directions.iter().map(pull).collect::<Vec<_>>());
         let reached = |(balance, &direction): (Option<Balance>, &Vec3<f64>)| {
             let mut error = [0.0; 3];
             error.iter_mut().zip(&self.error(&balance?)[range.clone()]).for_each(|(a, b)| *a = *b);

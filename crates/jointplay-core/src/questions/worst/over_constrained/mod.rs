@@ -3,7 +3,7 @@
 //! Offsets of all sources count that are compatible with each other. To first order the reach along a
 //! direction is the value of a cone program, and the largest error the largest reach over all directions
 //! ([`crate::questions::worst::first_order`] tells how much a mesh of them can miss). On the exact closure every
-//! extreme is a sequence of such programs, along the gradient of what is measured, from the first-order optima. Units
+//! extreme is a sequence of such programs, along the gradient of what is measured, from the first-order optima. Specimens
 //! that have to be strained are searched besides ([`strained`]).
 
 mod bound;
@@ -28,15 +28,15 @@ use crate::questions::worst::over_constrained::strained::{Elastic, Found};
 use crate::questions::worst::worker::Height;
 use crate::questions::worst::{Told, Worst};
 use crate::redundancy::compatibility::Compatibility;
-use crate::redundancy::system::{Give, System};
+use crate::redundancy::system::{Element, System};
 
 /// Of this many starts of `worst` one is made: a sequence of programs sees all offsets at once, where an ascent
 /// looks along one slope.
 const STARTS_PER_CLIMB: usize = 6;
 
 impl Mechanism {
-    /// The worst errors of every case of an over-constrained mechanism, whatever the load: over all units that go
-    /// together without force, which deforms nothing, and over those that have to be strained. Fewer sequences of
+    /// The worst errors of every case of an over-constrained mechanism, whatever the load: over all specimens that can be
+    /// assembled without force, which deforms nothing, and over those that have to be strained. Fewer sequences of
     /// programs than `starts` are begun, for each of them sees all offsets at once.
     #[must_use]
     pub fn worst_together(&self, cases: &[Case<'_>], starts: usize) -> Vec<Worst> {
@@ -124,7 +124,7 @@ impl Mechanism {
         Told { measure, first_order: value, bound, contribution, elastic, height }
     }
 
-    /// The extremes of all units that go together without strain; `None` where there are none.
+    /// The extremes of all specimens that can be assembled without strain; `None` where there are none.
     fn rigid_extremes(
         &self,
         system: &System<'_>,
@@ -133,13 +133,13 @@ impl Mechanism {
         nominal: &State,
         climbs: usize,
     ) -> Result<Option<Vec<Told>>, Status> {
-        let gives = self.sources.iter().enumerate().filter(|(_, source)| !source.set.is_zero());
-        let give = |(number, source): (usize, &Source)| Give {
+        let elements = self.sources.iter().enumerate().filter(|(_, source)| !source.set.is_zero());
+        let element = |(number, source): (usize, &Source)| Element {
             kind: Kind::Fixed(source.set),
             columns: source.range().map(|p| self.place_of(p)).collect(),
             source: Some(number),
         };
-        let system = System { gives: gives.map(give).collect(), ..system.clone() };
+        let system = System { elements: elements.map(element).collect(), ..system.clone() };
         let compatibility = Compatibility::at(system.basis, solver, nominal).ok_or(Status::Singular)?;
         let known = self.displacements(&self.centre);
         let right = self.first_order_right(&compatibility, &known, case, nominal);

@@ -1,8 +1,8 @@
-//! The linearised pose of a strained unit.
+//! The linearised pose of a strained specimen.
 //!
-//! Of the offsets and deformations that a unit's deviations allow those with the least energy are taken, and
+//! Of the offsets and deformations that a specimen's deviations allow those with the least energy are taken, and
 //! of these, where there are several, the farthest along a direction: both in one program under a load along the
-//! direction that is small beside the forces that strain a unit, and deforms nothing by more than a small part of the
+//! direction that is small beside the forces that strain a specimen, and deforms nothing by more than a small part of the
 //! displacements.
 
 use nalgebra::DVector;
@@ -27,19 +27,19 @@ pub(super) struct Model<'a> {
     /// What displacements must add up to, and the error, without deviations and displacements.
     pub right: DVector<f64>,
     pub base: Vec<f64>,
-    /// The strongest force that strains a unit ([`Self::strongest`]).
+    /// The strongest force that strains a specimen ([`Self::strongest`]).
     pub strain: f64,
 }
 
-/// A unit and where it is pulled.
+/// A specimen and where it is pulled.
 #[derive(Clone, Debug)]
 pub(super) struct Tried {
-    pub unit: Vec<f64>,
+    pub specimen: Vec<f64>,
     /// Weights of the output's components, or none.
     pub weights: Vec<f64>,
 }
 
-/// Where a unit is.
+/// Where a specimen is.
 #[derive(Clone, Debug)]
 pub(super) struct Strained {
     pub error: Vec<f64>,
@@ -47,20 +47,20 @@ pub(super) struct Strained {
 }
 
 impl Model<'_> {
-    /// The strength of a load along weights: such a part of the strongest forces that strain a unit, and of the
+    /// The strength of a load along weights: such a part of the strongest forces that strain a specimen, and of the
     /// displacements where what is elastic deforms by it alone.
     pub fn strength(&self, weights: &[f64], part: f64) -> f64 {
         let system = self.system;
         let forces = Ask::Along(weights.to_vec()).forces(self.compatibility, &self.compatibility.output.parameters);
         let unit = |column: usize| system.basis.unit(column);
         let (mut deforms, mut moves, mut size) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for give in &system.gives {
-            for (k, &column) in give.columns.iter().enumerate() {
+        for element in &system.elements {
+            for (k, &column) in element.columns.iter().enumerate() {
                 size = size.max(forces[column].abs() * unit(column));
-                match &give.kind {
+                match &element.kind {
                     Kind::Spring(compliance) => {
-                        let row = &compliance[k * give.columns.len()..(k + 1) * give.columns.len()];
-                        let deformation: f64 = row.iter().zip(&give.columns).map(|(f, &c)| f * forces[c]).sum();
+                        let row = &compliance[k * element.columns.len()..(k + 1) * element.columns.len()];
+                        let deformation: f64 = row.iter().zip(&element.columns).map(|(f, &c)| f * forces[c]).sum();
                         deforms = deforms.max(deformation.abs() / unit(column));
                     }
                     Kind::Clearance(set) | Kind::Fixed(set) => moves = moves.max(set.half_width(k) / unit(column)),
@@ -76,33 +76,34 @@ impl Model<'_> {
         if strength.is_finite() { strength } else { 1.0 }
     }
 
-    /// The strongest force on what is elastic where some units are, moments at the characteristic length.
-    pub fn strongest<'s>(&self, units: impl Iterator<Item = &'s Strained>) -> f64 {
+    /// The strongest force on what is elastic where some specimens are, moments at the characteristic length.
+    pub fn strongest<'s>(&self, specimens: impl Iterator<Item = &'s Strained>) -> f64 {
         let system = self.system;
-        let springs = || system.gives.iter().filter(|give| give.source.is_none()).flat_map(|give| &give.columns);
+        let springs =
+            || system.elements.iter().filter(|element| element.source.is_none()).flat_map(|element| &element.columns);
         let of = |strained: &Strained| {
             springs().fold(0.0, |most: f64, &c| most.max(strained.balance.forces[c].abs() * system.basis.unit(c)))
         };
-        units.map(of).fold(0.0, f64::max)
+        specimens.map(of).fold(0.0, f64::max)
     }
 
-    /// A unit without any pull.
-    pub fn unpulled(&self, unit: Vec<f64>) -> Tried {
-        Tried { unit, weights: vec![0.0; self.base.len()] }
+    /// A specimen without any pull.
+    pub fn unpulled(&self, specimen: Vec<f64>) -> Tried {
+        Tried { specimen, weights: vec![0.0; self.base.len()] }
     }
 
-    /// What the displacements of a unit must add up to.
-    pub fn right_of(&self, unit: &[f64]) -> DVector<f64> {
+    /// What the displacements of a specimen must add up to.
+    pub fn right_of(&self, specimen: &[f64]) -> DVector<f64> {
         let columns = self.deviations.columns();
         let mut right = self.right.clone();
-        columns.iter().zip(unit).for_each(|(&column, d)| right -= self.compatibility.equations.column(column) * *d);
+        columns.iter().zip(specimen).for_each(|(&column, d)| right -= self.compatibility.equations.column(column) * *d);
         right
     }
 
-    /// Where some units are, each pulled along its weights; `None` where it does not go together at all.
+    /// Where some specimens are, each pulled along its weights; `None` where it cannot be assembled at all.
     pub fn poses(&self, asks: &[Tried]) -> Vec<Option<Strained>> {
         let c = self.compatibility;
-        let rights: Vec<DVector<f64>> = asks.iter().map(|ask| self.right_of(&ask.unit)).collect();
+        let rights: Vec<DVector<f64>> = asks.iter().map(|ask| self.right_of(&ask.specimen)).collect();
         let pull = |(ask, right)| {
             let (ask, right): (&Tried, &DVector<f64>) = (ask, right);
             let forces =
@@ -112,24 +113,24 @@ impl Model<'_> {
         let pulls: Vec<(&DVector<f64>, DVector<f64>)> = asks.iter().zip(&rights).map(pull).collect();
         let pulls: Vec<Pull<'_>> =
             pulls.into_iter().map(|(right, forces)| Pull { compatibility: c, right, forces }).collect();
-        let strained = |(balance, ask): (Option<Balance>, &Tried)| Some(self.strained(&ask.unit, balance?));
-        self.system.pulled(&pulls).into_iter().zip(asks).map(strained).collect()
+        let strained = |(balance, ask): (Option<Balance>, &Tried)| Some(self.strained(&ask.specimen, balance?));
+        self.system.solve_many(&pulls).into_iter().zip(asks).map(strained).collect()
     }
 
-    /// The same of one unit by itself, under a load as small as is told.
-    pub fn pose_alone(&self, unit: &[f64], weights: &[f64], small: f64) -> Option<Strained> {
+    /// The same of one specimen by itself, under a load as small as is given.
+    pub fn pose_alone(&self, specimen: &[f64], weights: &[f64], small: f64) -> Option<Strained> {
         let forces = Ask::Along(weights.to_vec()).forces(self.compatibility, &self.compatibility.output.parameters);
         let pull = Pull {
             compatibility: self.compatibility,
-            right: &self.right_of(unit),
+            right: &self.right_of(specimen),
             forces: forces * self.strength(weights, small),
         };
-        Some(self.strained(unit, self.system.balance_alone(&pull)?))
+        Some(self.strained(specimen, self.system.balance_alone(&pull)?))
     }
 
-    fn strained(&self, unit: &[f64], balance: Balance) -> Strained {
+    fn strained(&self, specimen: &[f64], balance: Balance) -> Strained {
         let mut displacements = DVector::from_vec(self.system.displacements(&balance));
-        self.deviations.columns().iter().zip(unit).for_each(|(&column, d)| displacements[column] += d);
+        self.deviations.columns().iter().zip(specimen).for_each(|(&column, d)| displacements[column] += d);
         let moved = &self.compatibility.output.parameters * displacements;
         Strained { error: self.base.iter().zip(&moved).map(|(a, b)| a + b).collect(), balance }
     }

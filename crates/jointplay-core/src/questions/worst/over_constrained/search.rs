@@ -1,4 +1,4 @@
-//! The largest error of strained units: over all deviations, each unit where its energy is least.
+//! The largest error of strained specimens: over all deviations, each specimen where its energy is least.
 //!
 //! The error is a piecewise smooth function of the deviations, neither convex nor concave. It is climbed from the best
 //! of many corners: towards the corner that the slope points to, as far as is gained on the way (Frank and Wolfe).
@@ -21,7 +21,7 @@ const GAIN: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub(super) struct Climb {
     pub measure: Measure,
-    pub unit: Vec<f64>,
+    pub specimen: Vec<f64>,
     pub strained: Strained,
     pub value: f64,
     over: bool,
@@ -39,18 +39,18 @@ impl Model<'_> {
 
     /// The best climbs of every measure, from corners; the highest first.
     pub fn begin(&self, measures: &[Measure], corners: &[Vec<f64>]) -> Vec<Vec<Climb>> {
-        let still: Vec<Tried> = corners.iter().map(|unit| self.unpulled(unit.clone())).collect();
+        let still: Vec<Tried> = corners.iter().map(|specimen| self.unpulled(specimen.clone())).collect();
         let free = self.poses(&still);
         let of = |&measure: &Measure| {
-            let asks = corners.iter().zip(&free).filter_map(|(unit, strained)| {
+            let asks = corners.iter().zip(&free).filter_map(|(specimen, strained)| {
                 let weights = self.weights(measure, &strained.as_ref()?.error);
-                Some(Tried { unit: unit.clone(), weights })
+                Some(Tried { specimen: specimen.clone(), weights })
             });
             let asks: Vec<Tried> = asks.collect();
             let found = self.poses(&asks).into_iter().zip(asks).filter_map(|(strained, ask)| {
                 let strained = strained?;
                 let value = self.value(measure, &strained);
-                Some(Climb { measure, unit: ask.unit, strained, value, over: false })
+                Some(Climb { measure, specimen: ask.specimen, strained, value, over: false })
             });
             let mut found: Vec<Climb> = found.collect();
             found.sort_by(|a, b| b.value.total_cmp(&a.value));
@@ -71,11 +71,11 @@ impl Model<'_> {
             let slopes = self.slopes(&open);
             let mut asks = Vec::new();
             for (climb, (weights, slope)) in open.iter().zip(&slopes) {
-                let target = self.deviations.farthest(slope, &climb.unit);
-                asks.push(Tried { unit: climb.unit.clone(), weights: weights.clone() });
+                let target = self.deviations.farthest(slope, &climb.specimen);
+                asks.push(Tried { specimen: climb.specimen.clone(), weights: weights.clone() });
                 asks.extend(PARTS.map(|part| {
-                    let unit = climb.unit.iter().zip(&target).map(|(a, b)| a + part * (b - a)).collect();
-                    Tried { unit, weights: weights.clone() }
+                    let specimen = climb.specimen.iter().zip(&target).map(|(a, b)| a + part * (b - a)).collect();
+                    Tried { specimen, weights: weights.clone() }
                 }));
             }
             let mut found = self.poses(&asks).into_iter().zip(asks);
@@ -85,7 +85,7 @@ impl Model<'_> {
                     let Some(strained) = strained else { continue };
                     let value = self.value(climb.measure, &strained);
                     if value > climb.value {
-                        (climb.value, climb.unit, climb.strained) = (value, ask.unit, strained);
+                        (climb.value, climb.specimen, climb.strained) = (value, ask.specimen, strained);
                     }
                 }
                 climb.over = climb.value - before <= GAIN * climb.value.abs();
@@ -99,15 +99,15 @@ impl Model<'_> {
         let n = widths.len();
         let mut asks = Vec::new();
         // Inwards, where that is possible.
-        let step = |climb: &Climb, k: usize| if climb.unit[k] > 0.0 { -DIFFERENCE } else { DIFFERENCE } * widths[k];
+        let step = |climb: &Climb, k: usize| if climb.specimen[k] > 0.0 { -DIFFERENCE } else { DIFFERENCE } * widths[k];
         for climb in climbs {
             let weights = self.weights(climb.measure, &climb.strained.error);
             for k in 0..=n {
-                let mut unit = climb.unit.clone();
+                let mut specimen = climb.specimen.clone();
                 if k < n {
-                    unit[k] += step(climb, k);
+                    specimen[k] += step(climb, k);
                 }
-                asks.push(Tried { unit, weights: weights.clone() });
+                asks.push(Tried { specimen, weights: weights.clone() });
             }
         }
         let poses = self.poses(&asks);

@@ -1,4 +1,4 @@
-//! The worst of units that have to be strained to go together, to first order and on the exact closure.
+//! The worst of specimens that have to be strained to be assembled, to first order and on the exact closure.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ use crate::questions::worst::worker::Height;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::is_apart;
-use crate::redundancy::system::{Give, System};
+use crate::redundancy::system::{Element, System};
 
 /// What part the load of a direction is, where it is solved for by itself.
 const SMALL: f64 = 1e-6;
@@ -27,7 +27,7 @@ const NOTHING: f64 = 1e-12;
 const ROUNDS: usize = 8;
 /// An exact search is over when it gains less than this part.
 const GAIN: f64 = 1e-7;
-/// Units closer than this part of the deviations are the same.
+/// Specimens closer than this part of the deviations are the same.
 const SAME: f64 = 1e-9;
 /// Climbs whose first-order figure falls short of the best one by more than this part are not the highest on the exact
 /// closure, either.
@@ -82,18 +82,18 @@ impl Elastic<'_> {
         let mut corners = self.deviations.corners(&(0..c.equations.nrows()).map(row).collect::<Vec<_>>());
         let mut last = corners.clone();
         for _ in 0..STRAINS {
-            let asks: Vec<Tried> = last.iter().map(|unit| model.unpulled(unit.clone())).collect();
+            let asks: Vec<Tried> = last.iter().map(|specimen| model.unpulled(specimen.clone())).collect();
             // The energy is a convex function of the deviations; its slope are the self-stresses' works on them.
             let next = model.poses(&asks).into_iter().zip(asks).filter_map(|(strained, ask)| {
                 let forces = strained?.balance.forces;
                 let slope: Vec<f64> = columns.iter().map(|&column| -forces[column]).collect();
-                Some(self.deviations.farthest(&slope, &ask.unit))
+                Some(self.deviations.farthest(&slope, &ask.specimen))
             });
             last = next.collect();
             let known = corners.len();
-            for unit in last {
-                if !corners.contains(&unit) {
-                    corners.push(unit);
+            for specimen in last {
+                if !corners.contains(&specimen) {
+                    corners.push(specimen);
                 }
             }
             last = corners[known..].to_vec();
@@ -101,24 +101,24 @@ impl Elastic<'_> {
         corners
     }
 
-    /// The strongest force that strains a unit; `None` where none has to be strained.
+    /// The strongest force that strains a specimen; `None` where none has to be strained.
     fn strain(&self, model: &Model<'_>, corners: &[Vec<f64>]) -> Option<f64> {
-        let asks: Vec<Tried> = corners.iter().map(|unit| model.unpulled(unit.clone())).collect();
+        let asks: Vec<Tried> = corners.iter().map(|specimen| model.unpulled(specimen.clone())).collect();
         let found: Vec<Option<Strained>> = model.poses(&asks);
         let energy = |strained: &Strained| strained.balance.answer.as_ref().map_or(0.0, |a| a.value);
-        let energies = found.iter().zip(corners).filter_map(|(s, unit)| Some((energy(s.as_ref()?), unit)));
-        let (_, unit) = energies.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        self.is_strained(model, unit).then(|| model.strongest(found.iter().flatten()))
+        let energies = found.iter().zip(corners).filter_map(|(s, specimen)| Some((energy(s.as_ref()?), specimen)));
+        let (_, specimen) = energies.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        self.is_strained(model, specimen).then(|| model.strongest(found.iter().flatten()))
     }
 
-    /// Whether a unit does not go together without force.
-    fn is_strained(&self, model: &Model<'_>, unit: &[f64]) -> bool {
-        let right = model.right_of(unit);
+    /// Whether a specimen cannot be assembled without force.
+    fn is_strained(&self, model: &Model<'_>, specimen: &[f64]) -> bool {
+        let right = model.right_of(specimen);
         let factor = self.system.balance(model.compatibility, &right, &Ask::Factor).map_or(f64::INFINITY, |b| b.factor);
         is_apart(factor)
     }
 
-    /// The extremes over all units, in the order of the measures; `None` where none has to be strained.
+    /// The extremes over all specimens, in the order of the measures; `None` where none has to be strained.
     pub fn extremes(&self, measures: &[Measure], climbs: usize) -> Option<Vec<Option<Found>>> {
         let c = Compatibility::at(self.system.basis, self.solver, self.nominal)?;
         let unpulled = self.model(&c, 0.0);
@@ -140,18 +140,18 @@ impl Elastic<'_> {
             let nearly = first.value - NEAR * first.value.abs();
             let mut different: Vec<&Climb> = Vec::new();
             for climb in best.iter().filter(|climb| climb.value >= nearly) {
-                if different.iter().all(|other| !self.is_same(&other.unit, &climb.unit)) {
+                if different.iter().all(|other| !self.is_same(&other.specimen, &climb.specimen)) {
                     different.push(climb);
                 }
             }
-            // Those that go together without force are sought all at once, by programs of their own.
-            let strained = different.into_iter().filter(|climb| self.is_strained(&model, &climb.unit));
+            // Those that can be assembled without force are sought all at once, by programs of their own.
+            let strained = different.into_iter().filter(|climb| self.is_strained(&model, &climb.specimen));
             let heights = strained.take(climbs).filter_map(|climb| self.summit(climb, strain));
             let height = heights.max_by(|a, b| a.value.total_cmp(&b.value));
             let (measure, bound) = (first.measure, self.bound(&model, first));
-            let strained = model.pose_alone(&first.unit, &model.weights(measure, &first.strained.error), TINY)?;
+            let strained = model.pose_alone(&first.specimen, &model.weights(measure, &first.strained.error), TINY)?;
             let value = model.value(measure, &strained);
-            let (contribution, elastic) = self.shares(&model, measure, &first.unit, &strained);
+            let (contribution, elastic) = self.shares(&model, measure, &first.specimen, &strained);
             Some(Found { value, bound, contribution, elastic, height })
         };
         Some(found.into_par_iter().map(of).collect())
@@ -168,28 +168,34 @@ impl Elastic<'_> {
     }
 
     /// The parts of all sources, and of the joints' deformations, in a first-order figure.
-    fn shares(&self, model: &Model<'_>, measure: Measure, unit: &[f64], strained: &Strained) -> (Vec<f64>, Vec<f64>) {
+    fn shares(
+        &self,
+        model: &Model<'_>,
+        measure: Measure,
+        specimen: &[f64],
+        strained: &Strained,
+    ) -> (Vec<f64>, Vec<f64>) {
         let weights = DVector::from_vec(self.mechanism.weights(measure, &strained.error));
         let c = model.compatibility;
         let map = DMatrix::from_rows(&[c.output.parameters.tr_mul(&weights).transpose()]);
         let map = self.system.derivatives(c, &map, &strained.balance, NOTHING);
-        self.system.parts(&map, &self.deviations.parameters(unit), &strained.balance)
+        self.system.parts(&map, &self.deviations.parameters(specimen), &strained.balance)
     }
 
-    /// Whether two units are the same.
+    /// Whether two specimens are the same.
     fn is_same(&self, a: &[f64], b: &[f64]) -> bool {
         let widths = self.deviations.half_widths();
         a.iter().zip(b).zip(widths).all(|((a, b), width)| (a - b).abs() <= SAME * width)
     }
 
-    /// The exact extreme near a climb: the unit settled, everything linearised there, and climbed on.
+    /// The exact extreme near a climb: the specimen settled, everything linearised there, and climbed on.
     fn summit(&self, climb: &Climb, strain: f64) -> Option<Height> {
         let (m, basis) = (self.mechanism, self.system.basis);
         let known = m.displacements(&m.centre);
-        let mut unit = climb.unit.clone();
+        let mut specimen = climb.specimen.clone();
         let mut best: Option<Height> = None;
         for _ in 0..ROUNDS {
-            let built = Mechanism { centre: self.deviations.parameters(&unit), ..m.clone() };
+            let built = Mechanism { centre: self.deviations.parameters(&specimen), ..m.clone() };
             let own = m.displacements(&built.centre);
             let inputs = Inputs { drives: self.case.drives.to_vec(), parameters: own.clone() };
             let start = self.solver.follow(self.nominal, &inputs).ok()?;
@@ -224,13 +230,13 @@ impl Elastic<'_> {
                 base: error.iter().zip(&back).map(|(a, b)| a + b).collect(),
                 ..self.model(c, strain)
             };
-            let mut on = model.begin(&[climb.measure], std::slice::from_ref(&unit)).pop()?;
+            let mut on = model.begin(&[climb.measure], std::slice::from_ref(&specimen)).pop()?;
             model.climb(&mut on);
-            let next = on.pop()?.unit;
-            if self.is_same(&unit, &next) {
+            let next = on.pop()?.specimen;
+            if self.is_same(&specimen, &next) {
                 break;
             }
-            unit = next;
+            specimen = next;
         }
         best
     }
@@ -239,8 +245,8 @@ impl Elastic<'_> {
     fn proved(&self, measure: Measure, parameters: Vec<f64>) -> Option<Height> {
         let (m, basis) = (self.mechanism, self.system.basis);
         let known = m.displacements(&parameters);
-        let springs: Vec<Give> = self.system.springs();
-        let system = System { gives: springs, ..self.system.clone() };
+        let springs: Vec<Element> = self.system.springs();
+        let system = System { elements: springs, ..self.system.clone() };
         let inputs = Inputs { drives: self.case.drives.to_vec(), parameters: known.clone() };
         let start = self.solver.follow(self.nominal, &inputs).ok()?;
         let settled = system.settle(self.solver, start, &known, |_, _| Ask::Stress).ok()?;

@@ -124,13 +124,13 @@ impl Site<'_> {
     fn balances(&self, sequences: &[Sequence]) -> Vec<Option<Balance>> {
         let pulls: Vec<Pull<'_>> = sequences.iter().map(|sequence| sequence.place.pull()).collect();
         if sequences.first().is_none_or(|sequence| sequence.stiffness == 0.0) {
-            return self.system.pulled(&pulls);
+            return self.system.solve_many(&pulls);
         }
         let near = |sequence| {
             let Sequence { place, stiffness, .. }: &Sequence = sequence;
             Near { at: &place.at, stiffness: *stiffness }
         };
-        self.system.pulled_near(&pulls, &sequences.iter().map(near).collect::<Vec<_>>())
+        self.system.solve_many_near(&pulls, &sequences.iter().map(near).collect::<Vec<_>>())
     }
 
     /// The highest exact poses that the sequences of programs from the starts of every extreme meet. All of them

@@ -1,7 +1,7 @@
 //! Over-constrained and elastic mechanisms against what is known of them without a program: determinate
 //! ones by the engine for those, a cantilever, links that stay parallel.
 
-use jointplay_core::questions::loaded::Keep;
+use jointplay_core::questions::loaded::Columns;
 use jointplay_core::{Case, Mechanism, Spec, Status};
 use serde_json::{Value, json};
 
@@ -71,7 +71,7 @@ fn a_determinate_mechanism_is_none_the_wiser() {
         .map(|(drives, coordinates)| Case { drives, coordinates })
         .collect();
     for exact in [false, true] {
-        let (plain, strained) = (m.loaded(&cases, exact, Keep::ALL), m.strained(&cases, exact, true));
+        let (plain, strained) = (m.loaded(&cases, exact, Columns::ALL), m.strained(&cases, exact, true));
         assert_eq!(plain.status, strained.loaded.status);
         assert_near(&strained.loaded.error, &plain.error, 1e-9);
         assert_near(&strained.loaded.error_first_order, &plain.error_first_order, 1e-9);

@@ -1,4 +1,4 @@
-//! The random units by themselves, for analyses that solve them in another way.
+//! The random specimens by themselves, for analyses that solve them in another way.
 
 use rayon::prelude::*;
 
@@ -10,21 +10,21 @@ use crate::questions::random::CHUNK;
 use crate::questions::random::request::Request;
 
 impl Mechanism {
-    /// Parameter values of random units, unit after unit: those that [`Mechanism::random`] solves.
+    /// Parameter values of random specimens, specimen after specimen: those that [`Mechanism::random`] solves.
     #[must_use]
-    pub fn units(&self, request: &Request) -> Vec<f64> {
+    pub fn specimens(&self, request: &Request) -> Vec<f64> {
         let chunks = request.samples.div_ceil(CHUNK);
         let drawn: Vec<Vec<f64>> = (0..chunks)
             .into_par_iter()
-            .map(|chunk| self.units_of(request, chunk as u64, CHUNK.min(request.samples - chunk * CHUNK)))
+            .map(|chunk| self.specimens_of(request, chunk as u64, CHUNK.min(request.samples - chunk * CHUNK)))
             .collect();
         drawn.concat()
     }
 
-    fn units_of(&self, request: &Request, chunk: u64, count: usize) -> Vec<f64> {
+    fn specimens_of(&self, request: &Request, chunk: u64, count: usize) -> Vec<f64> {
         let mut stream = Stream::new(request.seed, chunk);
         let mut parameters = vec![Block::splat(0.0); self.n_parameters()];
-        let mut units = Vec::with_capacity(count * parameters.len());
+        let mut specimens = Vec::with_capacity(count * parameters.len());
         let mut left = count;
         while left > 0 {
             interrupt::check();
@@ -34,9 +34,9 @@ impl Mechanism {
                 stream.draw(&source.set, Self::law(source, request), &mut parameters[source.range()]);
             }
             for lane in 0..lanes {
-                units.extend(parameters.iter().zip(&self.centre).map(|(drawn, centre)| drawn.0[lane] + centre));
+                specimens.extend(parameters.iter().zip(&self.centre).map(|(drawn, centre)| drawn.0[lane] + centre));
             }
         }
-        units
+        specimens
     }
 }

@@ -1,4 +1,4 @@
-//! One unit: whether it goes together, and where.
+//! One specimen: whether it can be assembled, and where.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -17,8 +17,8 @@ use crate::redundancy::compatibility::{Compatibility, FITS, Ties};
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::is_apart;
 use crate::redundancy::specimen_batch::Nominal;
-use crate::redundancy::specimen_batch::sequence::Rested;
-use crate::redundancy::system::{Give, System, UNDECIDED_TOGETHER};
+use crate::redundancy::specimen_batch::sequence::SpecimenSolution;
+use crate::redundancy::system::{Element, System, UNDECIDED_TOGETHER};
 
 /// A clearance is loose when its force does less than this part of the largest one.
 const LOOSE: f64 = 1e-7;
@@ -44,7 +44,7 @@ pub struct Job<'a> {
     rigid: bool,
 }
 
-/// With how little clearance a unit goes together rigidly.
+/// With how little clearance a specimen can be assembled rigidly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loosest {
     /// The smallest factor on all clearances.
@@ -68,7 +68,7 @@ impl Loosest {
     }
 }
 
-/// How a unit goes together.
+/// How a specimen can be assembled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fit {
     /// Rigidly, within the clearances.
@@ -79,10 +79,10 @@ pub enum Fit {
     Apart,
 }
 
-/// What became of a unit.
-pub struct Unit {
+/// What became of a specimen.
+pub struct Specimen {
     pub status: Status,
-    /// The smallest factor on the clearances with which it goes together rigidly.
+    /// The smallest factor on the clearances with which it can be assembled rigidly.
     pub factor: f64,
     /// Offsets and deviations, corrected to keep the closed mechanism compatible.
     pub parameters: Vec<f64>,
@@ -107,15 +107,16 @@ impl<'a> Job<'a> {
         nominal: &'a Nominal<'a>,
         compatibility: &'a Compatibility,
     ) -> Self {
-        let takes_part = |give: &&Give| request.loaded || give.source.is_none() || System::is_tied(give, compatibility);
-        let gives = whole.gives.iter().filter(takes_part).cloned().collect();
-        let system = System { gives, ..whole.clone() };
+        let takes_part =
+            |element: &&Element| request.loaded || element.source.is_none() || System::is_tied(element, compatibility);
+        let elements = whole.elements.iter().filter(takes_part).cloned().collect();
+        let system = System { elements, ..whole.clone() };
         let is_tied =
-            |g: &usize| system.gives[*g].source.is_some() && System::is_tied(&system.gives[*g], compatibility);
-        let tied: Vec<usize> = (0..system.gives.len()).filter(is_tied).collect();
+            |g: &usize| system.elements[*g].source.is_some() && System::is_tied(&system.elements[*g], compatibility);
+        let tied: Vec<usize> = (0..system.elements.len()).filter(is_tied).collect();
         let section = section(&system, compatibility, &tied, request);
         let correction = least_displacements(&system, compatibility, &tied);
-        let rigid = system.gives.iter().all(|give| give.source.is_some());
+        let rigid = system.elements.iter().all(|element| element.source.is_some());
         Self {
             feels: system.mechanism.feels(nominal.compatibility),
             system,
@@ -133,14 +134,14 @@ impl<'a> Job<'a> {
         self.system.mechanism
     }
 
-    /// A unit with what has been drawn for it, as far as its parts scatter one by one.
-    pub fn drawn(&self, drawn: &[f64]) -> Unit {
+    /// A specimen with what has been drawn for it, as far as its parts scatter one by one.
+    pub fn drawn(&self, drawn: &[f64]) -> Specimen {
         let m = self.mechanism();
         let mut parameters = drawn.to_vec();
-        for source in self.system.gives.iter().filter_map(|give| give.source) {
+        for source in self.system.elements.iter().filter_map(|element| element.source) {
             m.sources[source].range().for_each(|p| parameters[p] = m.centre[p]);
         }
-        Unit {
+        Specimen {
             status: Status::Ok,
             factor: f64::NAN,
             displacements: m.displacements(&parameters),
@@ -154,17 +155,18 @@ impl<'a> Job<'a> {
     }
 
     /// How far an offset goes that nothing holds, as a multiple of its clearance.
-    pub fn spread(&self, give: &Give) -> Form {
-        let by_law = |source: usize| give.kind.spread(Mechanism::law(&self.mechanism().sources[source], self.request));
+    pub fn spread(&self, element: &Element) -> Form {
+        let by_law =
+            |source: usize| element.kind.spread(Mechanism::law(&self.mechanism().sources[source], self.request));
         let scatters = !self.request.loaded;
-        give.source.filter(|_| scatters).map_or([1.0; MAX_SIZE], by_law)
+        element.source.filter(|_| scatters).map_or([1.0; MAX_SIZE], by_law)
     }
 
     /// Notes the offset of a clearance.
-    fn put(&self, give: usize, offset: &[f64], unit: &mut Unit) {
+    fn put(&self, element: usize, offset: &[f64], specimen: &mut Specimen) {
         let m = self.mechanism();
-        let Some(source) = self.system.gives[give].source else { return };
-        m.sources[source].range().zip(offset).for_each(|(p, d)| unit.parameters[p] = m.centre[p] + d);
+        let Some(source) = self.system.elements[element].source else { return };
+        m.sources[source].range().zip(offset).for_each(|(p, d)| specimen.parameters[p] = m.centre[p] + d);
     }
 
     /// The smallest factor on the clearances.
@@ -176,7 +178,7 @@ impl<'a> Job<'a> {
         let [b] = misfit.as_slice() else { return self.loosest(misfit) };
         // The only self-stress, and what it does on the misfit and in the clearances.
         let support = |&g: &usize| {
-            let Give { kind, columns, .. } = &self.system.gives[g];
+            let Element { kind, columns, .. } = &self.system.elements[g];
             let stress: Vec<f64> = columns.iter().map(|&c| b.signum() * self.compatibility.equations[(0, c)]).collect();
             if let Kind::Clearance(set) = kind { set.support(&stress) } else { 0.0 }
         };
@@ -198,10 +200,10 @@ impl<'a> Job<'a> {
         })
     }
 
-    /// How the unit fits; where the clearances take up the misfit, offsets are drawn that do.
-    pub fn fit(&self, misfit: &DVector<f64>, loosest: Loosest, unit: &mut Unit, dice: &mut Dice) -> Fit {
+    /// How the specimen fits; where the clearances take up the misfit, offsets are drawn that do.
+    pub fn fit(&self, misfit: &DVector<f64>, loosest: Loosest, specimen: &mut Specimen, dice: &mut Dice) -> Fit {
         interrupt::check();
-        unit.factor = loosest.factor;
+        specimen.factor = loosest.factor;
         let apart = is_apart(loosest.factor);
         if apart && self.rigid {
             return Fit::Apart;
@@ -218,33 +220,33 @@ impl<'a> Job<'a> {
         };
         let Some(offsets) = self.section.draw(&misfit, dice, interior) else { return Fit::Apart };
         for (&g, offset) in self.tied.iter().zip(&offsets) {
-            self.put(g, offset, unit);
-            self.system.gives[g].columns.iter().zip(offset).for_each(|(&row, d)| unit.displacements[row] += d);
+            self.put(g, offset, specimen);
+            self.system.elements[g].columns.iter().zip(offset).for_each(|(&row, d)| specimen.displacements[row] += d);
         }
         Fit::Loose
     }
 
-    /// What decides where units are that do not go together by themselves.
+    /// What decides where specimens are that cannot be assembled by themselves.
     pub const fn ask(&self) -> Ask {
         if self.request.loaded { Ask::Load } else { Ask::Stress }
     }
 
-    /// Notes where a unit has settled. Clearances that carry nothing are drawn where they scatter, which leaves a
+    /// Notes where a specimen has settled. Clearances that carry nothing are drawn where they scatter, which leaves a
     /// misfit of the second order: then gives what corrects it.
-    pub fn take(&self, rested: Rested, unit: &mut Unit, dice: &mut Dice) -> Option<DMatrix<f64>> {
-        let known = std::mem::take(&mut unit.displacements);
-        let Rested { displacements, error, first, balance, ties, output, still, plainly } = rested;
-        unit.plainly |= plainly;
-        unit.error = Some(error);
-        unit.forces.clone_from(&balance.forces);
+    pub fn take(&self, rested: SpecimenSolution, specimen: &mut Specimen, dice: &mut Dice) -> Option<DMatrix<f64>> {
+        let known = std::mem::take(&mut specimen.displacements);
+        let SpecimenSolution { displacements, error, first, balance, ties, output, still, plainly } = rested;
+        specimen.plainly |= plainly;
+        specimen.error = Some(error);
+        specimen.forces.clone_from(&balance.forces);
         let c = self.nominal.compatibility;
         let forces = first.as_ref().unwrap_or(&balance);
-        let spread = |give: &Give| self.spread(give);
-        unit.held = Some(self.system.derivatives_by(c, &c.output.parameters, forces, UNDECIDED_TOGETHER, spread));
-        balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, unit));
+        let spread = |element: &Element| self.spread(element);
+        specimen.held = Some(self.system.derivatives_by(c, &c.output.parameters, forces, UNDECIDED_TOGETHER, spread));
+        balance.given.iter().enumerate().for_each(|(g, given)| self.put(g, given, specimen));
         let right = ties.right(&displacements, &known);
-        unit.displacements = displacements;
-        unit.status = if is_apart(unit.factor) {
+        specimen.displacements = displacements;
+        specimen.status = if is_apart(specimen.factor) {
             Status::Strained
         } else if self.request.loaded
             && (!still
@@ -260,19 +262,19 @@ impl<'a> Job<'a> {
             return None;
         }
         let mut rest = right;
-        for (g, (give, given)) in self.system.gives.iter().zip(&balance.given).enumerate() {
+        for (g, (element, given)) in self.system.elements.iter().zip(&balance.given).enumerate() {
             if !loose.contains(&g) {
-                give.columns.iter().zip(given).for_each(|(&row, d)| rest -= ties.equations.column(row) * *d);
+                element.columns.iter().zip(given).for_each(|(&row, d)| rest -= ties.equations.column(row) * *d);
             }
         }
         let section = section(&self.system, &ties, &loose, self.request);
         let interior = || Some(loose.iter().map(|&g| balance.given[g].clone()).collect());
         let offsets = section.draw(&rest, dice, interior)?;
         for (&g, offset) in loose.iter().zip(&offsets) {
-            let give = &self.system.gives[g];
-            self.put(g, offset, unit);
-            for ((&row, d), before) in give.columns.iter().zip(offset).zip(&balance.given[g]) {
-                unit.displacements[row] += d - before;
+            let element = &self.system.elements[g];
+            self.put(g, offset, specimen);
+            for ((&row, d), before) in element.columns.iter().zip(offset).zip(&balance.given[g]) {
+                specimen.displacements[row] += d - before;
             }
         }
         Some(least_displacements(&self.system, &ties, &loose))
@@ -291,20 +293,20 @@ impl<'a> Job<'a> {
             return Vec::new();
         }
         let reach = |&g: &usize| {
-            let give = &self.system.gives[g];
-            let force: Vec<f64> = give.columns.iter().map(|&row| balance.forces[row]).collect();
-            if let Kind::Clearance(set) = &give.kind { set.reach(&force) } else { 0.0 }
+            let element = &self.system.elements[g];
+            let force: Vec<f64> = element.columns.iter().map(|&row| balance.forces[row]).collect();
+            if let Kind::Clearance(set) = &element.kind { set.reach(&force) } else { 0.0 }
         };
         let most = self.tied.iter().map(reach).fold(0.0, f64::max);
         self.tied.iter().copied().filter(|g| reach(g) <= LOOSE * most).collect()
     }
 
     /// Notes a change of the rows' displacements in the offsets of the clearances.
-    pub fn move_offsets(&self, unit: &mut Unit, change: &DVector<f64>) {
-        for give in &self.system.gives {
-            let Some(source) = give.source else { continue };
-            let places = self.mechanism().sources[source].range().zip(&give.columns);
-            places.for_each(|(p, &row)| unit.parameters[p] += change[row]);
+    pub fn move_offsets(&self, specimen: &mut Specimen, change: &DVector<f64>) {
+        for element in &self.system.elements {
+            let Some(source) = element.source else { continue };
+            let places = self.mechanism().sources[source].range().zip(&element.columns);
+            places.for_each(|(p, &row)| specimen.parameters[p] += change[row]);
         }
     }
 }
@@ -312,10 +314,10 @@ impl<'a> Job<'a> {
 /// The section of some clearances.
 fn section(system: &System<'_>, c: &Ties, numbers: &[usize], request: &Request) -> Section {
     let member = |&g: &usize| {
-        let give = &system.gives[g];
-        let (Kind::Clearance(set), Some(source)) = (&give.kind, give.source) else { return None };
+        let element = &system.elements[g];
+        let (Kind::Clearance(set), Some(source)) = (&element.kind, element.source) else { return None };
         let law = Mechanism::law(&system.mechanism.sources[source], request);
-        Some(Member { set: *set, law, map: System::map(give, c) })
+        Some(Member { set: *set, law, map: System::map(element, c) })
     };
     Section::new(numbers.iter().filter_map(member).collect(), c.equations.nrows())
 }
@@ -328,11 +330,11 @@ pub fn least_displacements(system: &System<'_>, c: &Ties, clearances: &[usize]) 
         return DMatrix::zeros(rows, 0);
     }
     let mut weights = vec![0.0; rows];
-    for (g, give) in system.gives.iter().enumerate() {
-        for (k, &row) in give.columns.iter().enumerate() {
-            let (moves, weight) = match &give.kind {
+    for (g, element) in system.elements.iter().enumerate() {
+        for (k, &row) in element.columns.iter().enumerate() {
+            let (moves, weight) = match &element.kind {
                 Kind::Clearance(set) | Kind::Fixed(set) => (clearances.contains(&g) && set.half_width(k) > 0.0, 1.0),
-                Kind::Spring(compliance) => (compliance[k * (give.columns.len() + 1)] > 0.0, DEFORMS),
+                Kind::Spring(compliance) => (compliance[k * (element.columns.len() + 1)] > 0.0, DEFORMS),
             };
             if moves {
                 weights[row] = weight * system.basis.unit(row);

@@ -5,9 +5,9 @@ pub const UNDECIDED: f64 = 1e-9;
 
 /// The coordinates of a set, each with its own force, that are not pushed: a bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Mute(u8);
+pub struct Unforced(u8);
 
-impl Mute {
+impl Unforced {
     /// Whether every coordinate is listened to.
     #[inline]
     #[must_use]
@@ -21,7 +21,7 @@ impl Mute {
     }
 
     #[inline]
-    pub(crate) fn of<const N: usize>(mute: [bool; N]) -> Self {
-        Self(mute.iter().rev().fold(0, |bits, &m| bits << 1 | u8::from(m)))
+    pub(crate) fn of<const N: usize>(unforced: [bool; N]) -> Self {
+        Self(unforced.iter().rev().fold(0, |bits, &m| bits << 1 | u8::from(m)))
     }
 }

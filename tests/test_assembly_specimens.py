@@ -20,7 +20,7 @@ def test_units_are_those_that_random_solves(name: str, law: str | None) -> None:
     m = example(name)
     at = nominal(m)
     kept = m.core.random(at.drives[:1], at.poses[:1], 500, 7, np.array([0.5]), np.nan, np.nan, law, 1, True)
-    np.testing.assert_array_equal(m.core.units(500, 7, law), kept["kept_parameters"])
+    np.testing.assert_array_equal(m.core.specimens(500, 7, law), kept["kept_parameters"])
 
 
 def test_a_unit_of_many_is_the_unit_that_a_file_describes() -> None:
@@ -29,7 +29,7 @@ def test_a_unit_of_many_is_the_unit_that_a_file_describes() -> None:
     u = np.array([m.centre, m.centre])
     for name, deviation in DEVIATIONS.items():
         u[1, m.parameters.index(f"{name}.length")] = deviation * m.units.length
-    found = m.core.loaded_units(at.drives[:1], at.poses[:1], u)
+    found = m.core.loaded_specimens(at.drives[:1], at.poses[:1], u)
     for k, built in enumerate((m, m.with_({f"dimensions.{n}.deviation": d for n, d in DEVIATIONS.items()}))):
         alone = built.core.loaded(at.drives[:1], at.poses[:1], True)
         assert found["clearance_factor"][k] == pytest.approx(alone["clearance_factor"][0], rel=1e-7)
@@ -42,9 +42,9 @@ def test_errors_of_the_centres_are_those_of_the_built_unit() -> None:
     """What is found from poses and deviations is what the core says of every centre as an output."""
     from jointplay.analyses.assemble.forces import Members
     from jointplay.analyses.assemble.report import place
+    from jointplay.analyses.assemble.specimens import solve
     from jointplay.analyses.assemble.state import Held, state
     from jointplay.analyses.assemble.steps import steps
-    from jointplay.analyses.assemble.units import solve
 
     changes = {f"dimensions.{name}.deviation": deviation for name, deviation in DEVIATIONS.items()}
     m = example("antenna-support").with_(changes | {"joints.*.clearance.radial": 0.03})
@@ -75,5 +75,5 @@ def test_corners_of_many_tolerances_are_climbed_to_the_worst_of_all() -> None:
     corners = np.array(list(itertools.product((-1.0, 1.0), repeat=len(own))))[: 2 ** (len(own) - 1)]
     u = np.repeat(m.centre[None], len(corners), 0)
     u[:, own] += corners * high
-    best = m.core.loaded_units(at.drives[:1], at.poses[:1], u)["clearance_factor"].max()
+    best = m.core.loaded_specimens(at.drives[:1], at.poses[:1], u)["clearance_factor"].max()
     assert found == pytest.approx(best, rel=0.02)

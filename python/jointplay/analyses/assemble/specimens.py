@@ -70,7 +70,7 @@ def solve(held: Held, members: Members, u: Floats) -> Units:
     own = np.ascontiguousarray(u[:, part.parameters])
     if held.redundant:
         core = held.core()
-        found = core.loaded_units(held.drives, held.poses, np.where(_clearances(part), 0.0, own))
+        found = core.loaded_specimens(held.drives, held.poses, np.where(_clearances(part), 0.0, own))
         each = ({key: found[key][[n]] for key in ("force", "reaction")} for n in range(count))
         force = np.array([members.forces(part, core, answer) for answer in each]).T
         factor, own = found["clearance_factor"], found["offset"]
@@ -118,7 +118,8 @@ def bent_at_most(held: Held, u: Floats) -> dict[int, float]:
         return dict.fromkeys(held.points(), 0.0)
     known = np.where(_clearances(part), 0.0, u[:, part.parameters])
     ways = [
-        core.loaded_units(held.drives, held.poses, known) for core in (held.core(), held.core(joints=held.rigid_joints))
+        core.loaded_specimens(held.drives, held.poses, known)
+        for core in (held.core(), held.core(joints=held.rigid_joints))
     ]
     fits = np.all([(way["clearance_factor"] <= FITS) & np.isfinite(way["poses"]).all((1, 2)) for way in ways], axis=0)
     moved = {point: [_moved(held, point, way["poses"], way["offset"])[fits] for way in ways] for point in held.points()}
@@ -135,7 +136,7 @@ def _clearances(part: Part) -> NDArray[np.bool_]:
 
 
 def _moved(held: Held, point: int, placed: Floats, u: Floats) -> Floats:
-    """Position error of a point in units whose bodies are at given poses; shape (unit, axis)."""
+    """Position error of a point of specimens whose bodies are at given poses; shape (specimen, axis)."""
     spec, part = held.part.spec, held.part
     body, at = spec["points"][point]["body"], np.array(spec["points"][point]["at"])
     nominal = poses.place(_pose(part.poses, body), at)
