@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use jointplay_core::Case;
-use jointplay_core::questions::loaded::Columns;
+use jointplay_core::columns::Keep;
 use jointplay_core::questions::random::Request;
 
 const SAMPLES: usize = 1 << 14;
@@ -30,8 +30,8 @@ fn questions(c: &mut Criterion) {
         group.throughput(Throughput::Elements(rows as u64));
         group.bench_function("solve", |b| b.iter(|| black_box(m.solve(rows, &subject.drives))));
         group.bench_function("trace", |b| b.iter(|| black_box(m.trace(rows, &subject.drives))));
-        group.bench_function("loaded", |b| b.iter(|| black_box(m.loaded(&cases, true, Columns::ALL))));
-        group.bench_function("worst", |b| b.iter(|| black_box(m.worst(&cases, STARTS))));
+        group.bench_function("loaded", |b| b.iter(|| black_box(m.loaded(&cases, true, Keep::ALL))));
+        group.bench_function("worst", |b| b.iter(|| black_box(m.worst(&cases, STARTS, true))));
         group.throughput(Throughput::Elements(SAMPLES as u64));
         let request = Request {
             samples: SAMPLES,

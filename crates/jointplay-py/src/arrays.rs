@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use jointplay_core::{Case, Mechanism, Status};
+use jointplay_core::columns::{Answer, Values};
+use jointplay_core::{Case, Mechanism};
 use numpy::ndarray::{ArrayD, Dimension, IxDyn};
 use numpy::{Element, IntoPyArray, PyReadonlyArray, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -93,17 +94,27 @@ impl<'py> Table<'py> {
         Ok(self)
     }
 
-    /// Adds the statuses.
-    pub fn status(self, statuses: impl Iterator<Item = Status>) -> PyResult<Self> {
-        let codes: Vec<u8> = statuses.map(Status::code).collect();
-        let n = codes.len();
-        self.array("status", &[n], codes)
-    }
-
     /// Adds a single value.
     pub fn value<T: IntoPyObject<'py>>(self, name: &str, value: T) -> PyResult<Self> {
         self.dict.set_item(name, value)?;
         Ok(self)
+    }
+
+    /// All columns and counts of an answer.
+    pub fn of(py: Python<'py>, answer: Answer) -> PyResult<Bound<'py, PyDict>> {
+        let mut table = Self::new(py);
+        for column in answer.columns {
+            table = match column.values {
+                Values::Numbers(values) => table.array(column.name, &column.shape, values),
+                Values::Counts(values) => table.array(column.name, &column.shape, values),
+                Values::Flags(values) => table.array(column.name, &column.shape, values),
+                Values::Codes(values) => table.array(column.name, &column.shape, values),
+            }?;
+        }
+        for (name, count) in answer.totals {
+            table = table.value(name, count)?;
+        }
+        Ok(table.finish())
     }
 
     pub fn finish(self) -> Bound<'py, PyDict> {

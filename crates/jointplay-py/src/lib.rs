@@ -4,12 +4,14 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
-mod columns;
 mod cones;
 mod mechanism;
 mod work;
 
-use jointplay_core::{Kept, Status};
+use std::collections::BTreeMap;
+
+use jointplay_core::columns::Declared;
+use jointplay_core::{Kept, Status, nominal, questions};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -47,12 +49,20 @@ fn recordings() -> (u64, usize, usize) {
     (kept.recorded, kept.traces, kept.bytes)
 }
 
+/// The columns that every question can have: their element, and their dimensions beside the configuration.
+fn columns() -> BTreeMap<&'static str, BTreeMap<&'static str, (&'static str, Vec<&'static str>)>> {
+    let all = nominal::columns::declared().into_iter().chain(questions::columns::declared());
+    let told = |column: Declared| (column.name, (column.element, column.dims.iter().map(|dim| dim.name()).collect()));
+    all.map(|(question, columns)| (question, columns.into_iter().map(told).collect())).collect()
+}
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     if let Ok(name) = std::env::var(WIDTH) {
         simd(Some(&name))?;
     }
     module.add("STATUSES", Status::ALL.map(Status::name).to_vec())?;
+    module.add("COLUMNS", columns())?;
     module.add_function(wrap_pyfunction!(simd, module)?)?;
     module.add_function(wrap_pyfunction!(recordings, module)?)?;
     module.add_function(wrap_pyfunction!(cones::cone_programs, module)?)?;

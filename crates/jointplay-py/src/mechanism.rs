@@ -1,7 +1,7 @@
 //! A mechanism as Python holds it: arguments checked, the core called without the interpreter's lock.
 
 use jointplay_core::clearance::Law;
-use jointplay_core::questions::loaded::Columns;
+use jointplay_core::columns::Keep;
 use jointplay_core::questions::random::Request;
 use jointplay_core::{Case, Mechanism as Core, Spec};
 use numpy::ndarray::Array2;
@@ -13,7 +13,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Configurations, Table, flat_rows, rows};
-use crate::columns::{given, load, nominal, scatter, worst};
 use crate::work::{short, work, work_in_part};
 
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
@@ -121,20 +120,14 @@ impl Mechanism {
 
     fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", self.core.n_drives())?);
-        let configurations = work(py, || self.core.solve(n, &rows))?;
-        Ok(nominal::solved(&self.core, Table::new(py), &configurations)?.finish())
+        Table::of(py, work(py, || self.core.solved(&self.core.solve(n, &rows)))?)
     }
 
     /// Poses, output and status only: no singular values, for maps of many configurations.
     fn trace<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
-        let (trace, output) = work(py, || {
-            let trace = core.trace(n, &rows);
-            let output = core.outputs(&trace.coordinates);
-            (trace, output)
-        })?;
-        Ok(nominal::traced(core, Table::new(py), trace, output)?.finish())
+        Table::of(py, work(py, || core.traced(core.trace(n, &rows)))?)
     }
 
     /// Poses, output and status on a grid of drive values, reached from seeds: states with a node each. If it
@@ -160,12 +153,7 @@ impl Mechanism {
         {
             return Err(PyValueError::new_err("a row of drives per node of the grid and a node per seed are needed"));
         }
-        let (trace, output) = work(py, || {
-            let trace = core.trace_grid(&shape, &rows, &seeds, spread);
-            let output = core.outputs(&trace.coordinates);
-            (trace, output)
-        })?;
-        Ok(nominal::traced(core, Table::new(py), trace, output)?.finish())
+        Table::of(py, work(py, || core.traced(core.trace_grid(&shape, &rows, &seeds, spread)))?)
     }
 
     /// Drive values of configurations that are solved already, those nearest to given ones over full turns.
@@ -196,8 +184,7 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         let configurations = Configurations::new(&self.core, &drives, &poses)?;
         let cases = configurations.cases();
-        let measured = work(py, || self.core.measure(&cases))?;
-        Ok(nominal::solved(&self.core, Table::new(py), &measured)?.finish())
+        Table::of(py, work(py, || self.core.solved(&self.core.measure(&cases)))?)
     }
 
     fn inverse<'py>(
@@ -212,10 +199,7 @@ impl Mechanism {
         if weights.len() != self.core.size() || start.len() != self.core.n_drives() {
             return Err(PyValueError::new_err("one weight per component and one start value per drive are needed"));
         }
-        let configurations = work(py, || self.core.inverse(&targets, &weights, &start))?;
-        let mismatch = configurations.iter().map(|c| c.mismatch).collect();
-        let table = nominal::solved(&self.core, Table::new(py), &configurations)?;
-        Ok(table.array("mismatch", &[configurations.len()], mismatch)?.finish())
+        Table::of(py, work(py, || self.core.reached(&self.core.inverse(&targets, &weights, &start)))?)
     }
 
     fn given<'py>(
@@ -232,15 +216,7 @@ impl Mechanism {
         if parameters.len() != cases.len() {
             return Err(PyValueError::new_err("one row of u per configuration is needed"));
         }
-        let table = Table::new(py);
-        let table = if core.is_isostatic() {
-            let found = work(py, || core.given(&cases, &parameters))?;
-            given::given(core, table, &found.iter().collect::<Vec<_>>())
-        } else {
-            let found = work(py, || core.forced(&cases, &parameters))?;
-            given::forced(core, table, &found)
-        };
-        Ok(table?.finish())
+        Table::of(py, work(py, || core.given(&cases, &parameters))?)
     }
 
     fn sensitivity<'py>(
@@ -252,10 +228,7 @@ impl Mechanism {
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let isostatic = core.is_isostatic();
-        let found =
-            work(py, || if isostatic { core.sensitivities(&cases) } else { core.shared_sensitivities(&cases) })?;
-        Ok(given::sensitivity(core, Table::new(py), &found)?.finish())
+        Table::of(py, work(py, || core.sensitivity(&cases))?)
     }
 
     /// `offset` and `details` tell whether these columns are wanted beside error, undetermined, iterations, status.
@@ -274,15 +247,8 @@ impl Mechanism {
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let keep = Columns { offset, details };
-        if core.is_isostatic() {
-            let loaded = || core.loaded(&cases, exact, keep);
-            let found = work_in_part(py, 0, loaded, |found| !partly || found.status.is_empty())?;
-            return Ok(load::pushed(core, Table::new(py), found, keep)?.finish());
-        }
-        let strained = || core.strained(&cases, exact, keep.details);
-        let found = work_in_part(py, 0, strained, |found| !partly || found.gap.is_empty())?;
-        Ok(load::strained(core, Table::new(py), found, keep)?.finish())
+        let loaded = || core.loaded(&cases, exact, Keep { offset, details });
+        Table::of(py, work_in_part(py, 0, loaded, |found| !partly || found.is_empty())?)
     }
 
     /// The same for drive values alone, in one go, each row on the assembly branch of those before it.
@@ -297,14 +263,10 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
-        if !core.is_isostatic() {
-            return Err(PyValueError::new_err(
-                "this mechanism is not statically determinate: its clearances decide how loads are shared; trace it first",
-            ));
-        }
-        let keep = Columns { offset, details };
-        let found = work(py, || core.loaded_along(n, &rows, exact, keep))?;
-        Ok(load::pushed(core, Table::new(py), found, keep)?.finish())
+        let found = work(py, || core.loaded_along(n, &rows, exact, Keep { offset, details }))?;
+        let refused =
+            "this mechanism is not statically determinate: its clearances decide how loads are shared; trace it first";
+        Table::of(py, found.ok_or_else(|| PyValueError::new_err(refused))?)
     }
 
     /// An over-constrained or elastic mechanism in one configuration, for units with parameters of their own.
@@ -321,8 +283,7 @@ impl Mechanism {
         let [case] = configurations.cases()[..] else {
             return Err(PyValueError::new_err("one configuration is needed"));
         };
-        let found = work(py, || core.strained_specimens(case, &specimens))?;
-        Ok(load::specimens(core, Table::new(py), found)?.finish())
+        Table::of(py, work(py, || core.loaded_specimens(case, &specimens))?)
     }
 
     #[pyo3(signature = (drives, poses, starts = 24, lanes = true, partly = false))]
@@ -338,13 +299,8 @@ impl Mechanism {
         let core = &self.core;
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let worst = || match (core.is_isostatic(), lanes) {
-            (false, _) => core.worst_together(&cases, starts),
-            (true, true) => core.worst(&cases, starts),
-            (true, false) => core.worst_plainly(&cases, starts),
-        };
-        let found = work_in_part(py, 0, worst, |found| !partly || found.is_empty())?;
-        Ok(worst::worst(core, Table::new(py), &found)?.finish())
+        let worst = || core.worst(&cases, starts, lanes);
+        Table::of(py, work_in_part(py, 0, worst, |found| !partly || found.is_empty())?)
     }
 
     /// Parameters of random specimens: those that `random` solves with the same seed and law.
@@ -405,18 +361,8 @@ impl Mechanism {
         let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law, loaded, keep };
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
-        let table = Table::new(py);
-        // Without load and redundant rows nothing is elastically deformed.
-        let table = if core.n_rows() == core.n_unknowns() && !loaded {
-            let found =
-                work_in_part(py, threads, || core.random(&cases, &request), |found| !partly || found.is_empty())?;
-            scatter::scatter(core, table, &found.iter().collect::<Vec<_>>(), &request)
-        } else {
-            let random = || core.random_specimens(&cases, &request);
-            let found = work_in_part(py, threads, random, |found| !partly || found.is_empty())?;
-            scatter::specimens(core, table, &found, &request)
-        };
-        Ok(table?.finish())
+        let random = || core.random(&cases, &request);
+        Table::of(py, work_in_part(py, threads, random, |found| !partly || found.is_empty())?)
     }
 }
 

@@ -3,6 +3,7 @@
 
 mod build;
 pub(crate) mod case;
+pub mod columns;
 pub(crate) mod coupling;
 pub(crate) mod joint;
 mod spec;
@@ -272,6 +273,17 @@ impl Mechanism {
             let row = &self.rows[k];
             (row.joint, self.joints[row.joint].name_of(row.component))
         })
+    }
+
+    /// The rows of all elastic joints.
+    pub fn elastic_rows(&self) -> impl Iterator<Item = usize> + '_ {
+        self.elastic.iter().flat_map(|e| e.rows.clone())
+    }
+
+    /// Whether bodies turn about more than one axis. In the plane the largest rotation is one end or the
+    /// other of the angle's range.
+    pub(crate) fn turns_freely(&self) -> bool {
+        self.size() - self.n_translations() > 1
     }
 
     /// The largest angle among the parameters, twice the sets' own to leave room for untruncated laws.

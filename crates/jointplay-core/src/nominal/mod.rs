@@ -1,5 +1,6 @@
 //! The nominal mechanism along a path, over a grid, and its inverse kinematics.
 
+pub mod columns;
 mod grid;
 mod inverse;
 mod on_lanes;

@@ -1,6 +1,10 @@
 //! The four questions, each with its form on lanes and its form for over-constrained mechanisms.
 
+pub mod columns;
+mod form;
 pub mod given;
 pub mod loaded;
 pub mod random;
+#[cfg(test)]
+mod tests;
 pub mod worst;

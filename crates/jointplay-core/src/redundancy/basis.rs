@@ -21,12 +21,6 @@ const INDEPENDENT: [f64; 3] = [0.1, 1e-3, 1e-6];
 const PERTURBATIONS: [f64; 3] = [0.02, 0.1, 0.3];
 
 impl Mechanism {
-    /// Whether every row is needed and every joint rigid, so that load and closure need no compatibility.
-    #[must_use]
-    pub fn is_isostatic(&self) -> bool {
-        self.n_rows() == self.n_unknowns() && self.elastic.is_empty()
-    }
-
     /// The mechanism with some of its rows, each displaced by a parameter of its own, starting from given
     /// coordinates.
     fn displaced(&self, keep: &[usize], coordinates: &[f64]) -> Self {

@@ -2,48 +2,40 @@
 
 mod over_constrained;
 
-pub use over_constrained::Forced;
-
 use nalgebra::DMatrix;
 
 use crate::closure::equations::Inputs;
 use crate::closure::sensitivity::Output;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
+use crate::mechanism::columns::{Answer, Row, Wanted};
 use crate::mechanism::status::Status;
-
-/// The error of one configuration for given parameter values.
-#[derive(Clone, Debug)]
-pub struct Given {
-    /// Error on the exact closure, per component.
-    pub error: Vec<f64>,
-    /// Its linearisation at the nominal pose.
-    pub error_first_order: Vec<f64>,
-    /// Coordinates of all bodies.
-    pub coordinates: Vec<f64>,
-    /// Outcome.
-    pub status: Status,
-}
-
-/// First-order maps of one configuration.
-#[derive(Clone, Debug)]
-pub struct Sensitivity {
-    /// The maps; NaN where the nominal state is singular or missing.
-    pub output: Output,
-    /// Outcome.
-    pub status: Status,
-}
+use crate::questions::columns::{Given, Sensitivity};
+use crate::questions::form::Form;
 
 impl Mechanism {
     /// The error of every case for its own row of parameter values.
     #[must_use]
-    pub fn given(&self, cases: &[Case<'_>], parameters: &[Vec<f64>]) -> Vec<Given> {
-        let missing = |status| Given {
-            error: vec![f64::NAN; self.size()],
-            error_first_order: vec![f64::NAN; self.size()],
-            coordinates: vec![f64::NAN; self.n_coordinates()],
-            status,
+    pub fn given(&self, cases: &[Case<'_>], parameters: &[Vec<f64>]) -> Answer {
+        let wanted = Wanted::all(self);
+        match self.form(true) {
+            Form::Determinate => Answer::of_rows(self.given_determinate(cases, parameters).iter(), &wanted),
+            Form::OverConstrained => Answer::of_pairs(&self.given_over_constrained(cases, parameters), &wanted),
+        }
+    }
+
+    /// Sensitivity of the output of every case, at its nominal coordinates.
+    #[must_use]
+    pub fn sensitivity(&self, cases: &[Case<'_>]) -> Answer {
+        let found = match self.form(true) {
+            Form::Determinate => self.sensitivity_determinate(cases),
+            Form::OverConstrained => self.sensitivity_over_constrained(cases),
         };
+        Answer::of_rows(found.iter(), &Wanted::all(self))
+    }
+
+    pub(crate) fn given_determinate(&self, cases: &[Case<'_>], parameters: &[Vec<f64>]) -> Vec<Given> {
+        let missing = |status| Given { status, ..Given::unknown(&Wanted::all(self)) };
         self.each(
             self.solver(cases).as_ref(),
             cases,
@@ -60,7 +52,7 @@ impl Mechanism {
                     Ok(state) => Given {
                         error: self.error(&state, &nominal),
                         error_first_order,
-                        coordinates: state.coordinates,
+                        poses: state.coordinates,
                         status: self.status_of(&linearised, &nominal),
                     },
                     Err(status) => Given { error_first_order, ..missing(status) },
@@ -70,18 +62,16 @@ impl Mechanism {
         )
     }
 
-    /// Sensitivity of the output of every case, at its nominal coordinates.
-    #[must_use]
-    pub fn sensitivities(&self, cases: &[Case<'_>]) -> Vec<Sensitivity> {
+    fn sensitivity_determinate(&self, cases: &[Case<'_>]) -> Vec<Sensitivity> {
         self.each(
             self.solver(cases).as_ref(),
             cases,
             |solver, _, _, nominal| {
                 solver.linearise(&nominal).map_or_else(
                     || self.no_sensitivity(Status::Singular),
-                    |linearised| Sensitivity {
-                        output: self.output_sensitivity(&linearised, &nominal),
-                        status: self.status_of(&linearised, &nominal),
+                    |linearised| {
+                        let Output { parameters, drives } = self.output_sensitivity(&linearised, &nominal);
+                        of_maps(&parameters, &drives, self.status_of(&linearised, &nominal))
                     },
                 )
             },
@@ -91,7 +81,12 @@ impl Mechanism {
 
     /// The maps of a case that has none.
     pub(crate) fn no_sensitivity(&self, status: Status) -> Sensitivity {
-        let nan = |columns| DMatrix::from_element(self.size(), columns, f64::NAN);
-        Sensitivity { output: Output { parameters: nan(self.n_parameters()), drives: nan(self.n_drives()) }, status }
+        Sensitivity { status, ..Sensitivity::unknown(&Wanted::all(self)) }
     }
+}
+
+/// The maps row by row; nalgebra stores columns.
+pub(crate) fn of_maps(parameters: &DMatrix<f64>, drives: &DMatrix<f64>, status: Status) -> Sensitivity {
+    let by_rows = |m: &DMatrix<f64>| m.transpose().as_slice().to_vec();
+    Sensitivity { source: by_rows(parameters), drive: by_rows(drives), status }
 }

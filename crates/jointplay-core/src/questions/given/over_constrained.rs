@@ -4,48 +4,25 @@
 //! energy.
 
 use crate::closure::equations::Inputs;
-use crate::closure::sensitivity::Output;
 use crate::cone::scheduler::Rounds;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
+use crate::mechanism::columns::{Row, Wanted};
 use crate::mechanism::status::Status;
-use crate::questions::given::{Given, Sensitivity};
+use crate::questions::columns::{Forced, Given, Sensitivity};
+use crate::questions::given::of_maps;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::placed::{CHUNK, Placed};
 use crate::redundancy::sequence::Failure;
 use crate::redundancy::system::System;
 
-/// The error for given parameter values, and what it strains.
-#[derive(Clone, Debug)]
-pub struct Forced {
-    /// What every mechanism tells.
-    pub given: Given,
-    /// Reactions to the deformations.
-    pub prestress: Vec<f64>,
-    /// Deformation of every elastic component.
-    pub deformation: Vec<f64>,
-    /// The largest misfit of a redundant row where the basis is closed for the offsets.
-    pub lack_of_fit: f64,
-}
-
 impl Mechanism {
     /// The error of every case of an over-constrained or elastic mechanism for its own row of parameter
-    /// values.
-    #[must_use]
-    pub fn forced(&self, cases: &[Case<'_>], parameters: &[Vec<f64>]) -> Vec<Forced> {
-        let nan = |n: usize| vec![f64::NAN; n];
-        let missing = |status| Forced {
-            given: Given {
-                error: nan(self.size()),
-                error_first_order: nan(self.size()),
-                coordinates: nan(self.n_coordinates()),
-                status,
-            },
-            prestress: nan(self.n_joints() * self.size()),
-            deformation: nan(self.deformations().count()),
-            lack_of_fit: f64::NAN,
-        };
+    /// values, and what it strains.
+    pub(crate) fn given_over_constrained(&self, cases: &[Case<'_>], parameters: &[Vec<f64>]) -> Vec<(Given, Forced)> {
+        let wanted = Wanted::all(self);
+        let missing = |status| (Given { status, ..Given::unknown(&wanted) }, Forced::unknown(&wanted));
         self.chunks_on_basis(
             cases,
             CHUNK,
@@ -59,47 +36,52 @@ impl Mechanism {
     }
 
     /// One case; `found` is what is told of those that are not assembled.
-    async fn forced_at(&self, rounds: &Rounds, at: &Placed<'_>, parameters: &[f64], mut found: Forced) -> Forced {
+    async fn forced_at(
+        &self,
+        rounds: &Rounds,
+        at: &Placed<'_>,
+        parameters: &[f64],
+        (mut given, mut forced): (Given, Forced),
+    ) -> (Given, Forced) {
         let Placed { solver, case, nominal, .. } = at;
         let u = self.displacements(parameters);
         let system = System { elements: at.system.springs(), ..at.system.clone() };
         let Some(c) = Compatibility::at(system.basis, solver, nominal) else {
-            found.given.status = Status::Singular;
-            return found;
+            given.status = Status::Singular;
+            return (given, forced);
         };
         // First order at the nominal pose.
         let right = self.first_order_right(&c, &u, case, nominal);
         let first = system.balance_in(rounds, &c, &right, &Ask::Stress, None).await;
         if let Some(balance) = &first {
-            found.given.error_first_order = self.first_order_error(&system, &c, &u, case, nominal, balance);
+            given.error_first_order = self.first_order_error(&system, &c, &u, case, nominal, balance);
         }
         let start = Inputs { drives: case.drives.to_vec(), parameters: u.clone() };
-        let Ok(start) = solver.follow(nominal, &start) else { return found };
-        found.lack_of_fit = self.length * system.basis.scaled_misfit(&system.basis.misfit(&start));
+        let Ok(start) = solver.follow(nominal, &start) else { return (given, forced) };
+        forced.lack_of_fit = self.length * system.basis.scaled_misfit(&system.basis.misfit(&start));
         let settled = match system.rest_in(rounds, solver, start, &u, first.as_ref(), Ask::Stress).await {
             Ok(settled) => settled,
             Err(failure) => {
-                found.given.status = failure.status();
-                return found;
+                given.status = failure.status();
+                return (given, forced);
             }
         };
         let balance = &settled.balance;
         let unknown = system.unknown_reactions(&c);
-        found.prestress = self.bearable(system.basis, &settled.state, &balance.forces, &unknown);
-        found.deformation = self.deformation(&system, balance);
-        found.given.error = system.basis.kept.error(&settled.state, nominal);
-        found.given.coordinates = settled.state.coordinates;
+        forced.prestress = self.bearable(system.basis, &settled.state, &balance.forces, &unknown);
+        forced.deformation = self.deformation(&system, balance);
+        given.error = system.basis.kept.error(&settled.state, nominal);
+        given.poses = settled.state.coordinates;
         let strained = balance.given.iter().flatten().any(|v| *v != 0.0);
-        found.given.status = match at.nominal_status() {
+        given.status = match at.nominal_status() {
             Status::Ok if strained => Status::Strained,
             status => status,
         };
-        found
+        (given, forced)
     }
 
     /// Sensitivity of the output of every case to displacements that keep compatible, others giving way.
-    #[must_use]
-    pub fn shared_sensitivities(&self, cases: &[Case<'_>]) -> Vec<Sensitivity> {
+    pub(crate) fn sensitivity_over_constrained(&self, cases: &[Case<'_>]) -> Vec<Sensitivity> {
         self.each_on_basis(
             cases,
             |system, solver, _, _, nominal| {
@@ -107,13 +89,8 @@ impl Mechanism {
                     return self.no_sensitivity(Status::Singular);
                 };
                 let columns: Vec<usize> = (0..self.n_parameters()).map(|p| self.place_of(p)).collect();
-                Sensitivity {
-                    output: Output {
-                        parameters: system.derivatives_given(&c).select_columns(&columns),
-                        drives: c.output.drives,
-                    },
-                    status: self.nominal_status(&nominal),
-                }
+                let parameters = system.derivatives_given(&c).select_columns(&columns);
+                of_maps(&parameters, &c.output.drives, self.nominal_status(&nominal))
             },
             |status| self.no_sensitivity(status),
         )

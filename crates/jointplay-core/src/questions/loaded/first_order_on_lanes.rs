@@ -17,7 +17,7 @@ use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
 use crate::program::symbol::{Recorder, Symbol};
 use crate::program::tape::Program;
-use crate::questions::loaded::columns::Rows;
+use crate::questions::columns::LoadedRows;
 
 /// The recorded statics of one mechanism under its loads.
 #[derive(Clone, Debug)]
@@ -60,7 +60,7 @@ impl<'m> FirstOrder<'m> {
         &self,
         registers: &mut [Block],
         cases: &[Case<'_>],
-        rows: &mut Rows<'_>,
+        rows: &mut LoadedRows<'_>,
         first: usize,
     ) -> [bool; LANES] {
         let m = self.mechanism;
@@ -161,7 +161,14 @@ impl<'m> FirstOrder<'m> {
 
     /// As [`Mechanism::leave_open`].
     #[inline(always)]
-    fn put_openings(&self, openings: &[Opening], reaches: &[Block; 6], n: usize, rows: &mut Rows<'_>, first: usize) {
+    fn put_openings(
+        &self,
+        openings: &[Opening],
+        reaches: &[Block; 6],
+        n: usize,
+        rows: &mut LoadedRows<'_>,
+        first: usize,
+    ) {
         let size = self.mechanism.size();
         for opening in openings {
             let mut observable = Block::splat(0.0);
@@ -180,8 +187,8 @@ impl<'m> FirstOrder<'m> {
                     for k in 0..size {
                         let width = opening.widths[k].0[i];
                         rows.undetermined.row(first + i)[k] += width;
-                        if rows.open.is_kept() {
-                            rows.open.row(first + i)[opening.source * size + k] = width;
+                        if rows.undetermined_contribution.is_kept() {
+                            rows.undetermined_contribution.row(first + i)[opening.source * size + k] = width;
                         }
                     }
                 }

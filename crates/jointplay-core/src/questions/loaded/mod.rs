@@ -6,14 +6,10 @@
 //! does not decide: the offset is put in the middle of the exposed face, and the half-width of the
 //! output's error over all exposed faces that it feels is given beside it.
 
-mod columns;
 mod first_order_on_lanes;
 mod on_lanes;
 mod over_constrained;
 mod pressing;
-
-pub use columns::{Columns, Table};
-pub use over_constrained::StrainTable;
 
 use rayon::prelude::*;
 
@@ -25,14 +21,19 @@ use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::mechanism::case::Case;
+use crate::mechanism::columns::{Answer, Keep, Row, Rows, Table, Wanted};
 use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
 use crate::nominal::trace::{self, trace_runs};
-use crate::questions::loaded::columns::{Loaded, Rows};
+use crate::questions::columns::{Loaded, LoadedRows, LoadedTable};
+use crate::questions::form::Form;
 use crate::questions::loaded::first_order_on_lanes::FirstOrder;
 use crate::questions::loaded::on_lanes::Contact;
 use crate::questions::loaded::pressing::Pressing;
 
+/// Counts configurations that the batch engine handed to the plain solver; of over-constrained mechanisms, cone programs
+/// that were solved by themselves.
+const FALLBACKS: &str = "fallbacks";
 /// Configurations that one task solves.
 const RUN: usize = 16 * LANES;
 
@@ -60,16 +61,16 @@ struct Run<'r, 'm> {
     programs: &'r Programs<'m>,
     cases: &'r [Case<'r>],
     exact: bool,
-    rows: Rows<'r>,
+    rows: LoadedRows<'r>,
     workspace: &'r mut Vec<Block>,
 }
 
 impl<'r> Kernel for Run<'r, '_> {
     /// With the rows.
-    type Output = (u64, Rows<'r>);
+    type Output = (u64, LoadedRows<'r>);
 
     #[inline(always)]
-    fn run(mut self) -> (u64, Rows<'r>) {
+    fn run(mut self) -> (u64, LoadedRows<'r>) {
         let m = self.solver.mechanism;
         let mut fallbacks = 0;
         match self.programs {
@@ -80,17 +81,15 @@ impl<'r> Kernel for Run<'r, '_> {
                 fallbacks = self.cases.len() as u64;
             }
             Programs::Exact(contact) => {
-                let plainly = |case: &Case<'_>, table: &mut Table| {
-                    table.fallbacks += 1;
-                    table.push(m.loaded_plainly(self.solver, case, true));
+                let mut workspace = contact.workspace();
+                let mut plainly = |case: &Case<'_>| {
+                    fallbacks += 1;
+                    m.loaded_plainly(self.solver, case, true)
                 };
-                let (mut workspace, mut table) = (contact.workspace(), Table::default());
-                for block in self.cases.chunks(LANES) {
+                for (number, block) in self.cases.chunks(LANES).enumerate() {
                     interrupt::check();
-                    contact.solve(&mut workspace, block, &mut table, plainly);
+                    contact.solve(&mut workspace, block, &mut self.rows, number * LANES, &mut plainly);
                 }
-                self.rows.put_table(&table);
-                fallbacks = table.fallbacks;
             }
             Programs::FirstOrder(program) => {
                 if self.workspace.is_empty() {
@@ -132,54 +131,79 @@ impl Mechanism {
         interrupt::before_the_stop(found)
     }
 
-    /// Where the load pushes the output, for every case, in blocks on all cores; if not `exact`, everything
-    /// is told to first order at the nominal pose, and the closure is not solved again.
+    /// Where the load pushes the output, for every case; if not `exact`, everything is told to first order at the nominal
+    /// pose, and the closure is not solved again.
     #[must_use]
-    pub fn loaded(&self, cases: &[Case<'_>], exact: bool, keep: Columns) -> Table {
-        let mut table = Table::sized(self, cases.len(), keep);
-        let Some(solver) = self.solver(cases) else { return self.none_assembled(table) };
-        let programs = if cases.len() >= LANES { Programs::record(&solver, exact) } else { Programs::None };
-        let runs = table.rows().runs(RUN).into_par_iter().zip(cases.par_chunks(RUN));
-        let run = |workspace: &mut Vec<Block>, (rows, cases)| {
-            let run = Run { solver: &solver, programs: &programs, cases, exact, rows, workspace };
-            interrupt::until_stopped(|| [dispatch(run).0])
-        };
-        let fallbacks = interrupt::before_the_stop(runs.map_init(Vec::new, run).collect());
-        table.keep_first(RUN * fallbacks.len());
-        table.fallbacks = fallbacks.into_iter().sum();
-        table
+    pub fn loaded(&self, cases: &[Case<'_>], exact: bool, keep: Keep) -> Answer {
+        match self.form(true) {
+            Form::Determinate => self.loaded_determinate(cases, exact, keep),
+            Form::OverConstrained => self.loaded_over_constrained(cases, exact, keep),
+        }
     }
 
     /// The same for `n` rows of drive values, each on the assembly branch of those before it, as
-    /// [`Self::trace`] finds them, without the memory that the nominal coordinates of all rows would take.
+    /// [`Self::trace`] finds them, without the memory that the nominal coordinates of all rows would take; `None` of a
+    /// mechanism that is not statically determinate.
     #[must_use]
-    pub fn loaded_along(&self, n: usize, drives: &[f64], exact: bool, keep: Columns) -> Table {
-        let mut table = Table::sized(self, n, keep);
-        let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
-        let Some((solver, from)) = first else { return self.none_assembled(table) };
-        let programs = if n >= LANES { Programs::record(&solver, exact) } else { Programs::None };
-        let runs = table.rows().runs(trace::RUN);
-        let fallbacks = trace_runs(&solver, &from, n, drives, runs, Vec::new, |workspace, rows, drives, trace| {
-            let width = self.n_drives();
-            let case = |(row, coordinates)| Case { drives: &drives[row * width..(row + 1) * width], coordinates };
-            let coordinates = trace.coordinates.chunks_exact(self.n_coordinates());
-            let cases: Vec<Case<'_>> = coordinates.enumerate().map(case).collect();
-            let run = Run { solver: &solver, programs: &programs, cases: &cases, exact, rows, workspace };
-            let (fallbacks, mut rows) = dispatch(run);
-            for (row, status) in trace.status.iter().enumerate().filter(|(_, status)| **status != Status::Ok) {
-                rows.status.row(row)[0] = *status;
-            }
-            fallbacks
-        });
-        table.fallbacks = fallbacks.into_iter().sum();
-        table
+    pub fn loaded_along(&self, n: usize, drives: &[f64], exact: bool, keep: Keep) -> Option<Answer> {
+        match self.form(true) {
+            Form::Determinate => Some(self.loaded_along_determinate(n, drives, exact, keep)),
+            Form::OverConstrained => None,
+        }
     }
 
-    fn none_assembled(&self, mut table: Table) -> Table {
+    /// In blocks on all cores.
+    pub(crate) fn loaded_determinate(&self, cases: &[Case<'_>], exact: bool, keep: Keep) -> Answer {
+        let wanted = Wanted { keep, ..Wanted::all(self) };
+        let mut table = LoadedTable::sized(&wanted, cases.len());
+        let mut fallbacks = 0;
+        if let Some(solver) = self.solver(cases) {
+            let programs = if cases.len() >= LANES { Programs::record(&solver, exact) } else { Programs::None };
+            let runs = table.rows().runs(RUN).into_par_iter().zip(cases.par_chunks(RUN));
+            let run = |workspace: &mut Vec<Block>, (rows, cases)| {
+                let run = Run { solver: &solver, programs: &programs, cases, exact, rows, workspace };
+                interrupt::until_stopped(|| [dispatch(run).0])
+            };
+            let by_run = interrupt::before_the_stop(runs.map_init(Vec::new, run).collect());
+            table.keep_first(RUN * by_run.len());
+            fallbacks = by_run.into_iter().sum();
+        } else {
+            self.put_none_assembled(&mut table);
+        }
+        Answer::of(table, &wanted).total(FALLBACKS, fallbacks)
+    }
+
+    fn loaded_along_determinate(&self, n: usize, drives: &[f64], exact: bool, keep: Keep) -> Answer {
+        let wanted = Wanted { keep, ..Wanted::all(self) };
+        let mut table = LoadedTable::sized(&wanted, n);
+        let mut fallbacks = 0;
+        let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
+        if let Some((solver, from)) = first {
+            let programs = if n >= LANES { Programs::record(&solver, exact) } else { Programs::None };
+            let runs = table.rows().runs(trace::RUN);
+            let by_run = trace_runs(&solver, &from, n, drives, runs, Vec::new, |workspace, rows, drives, trace| {
+                let width = self.n_drives();
+                let case = |(row, coordinates)| Case { drives: &drives[row * width..(row + 1) * width], coordinates };
+                let coordinates = trace.coordinates.chunks_exact(self.n_coordinates());
+                let cases: Vec<Case<'_>> = coordinates.enumerate().map(case).collect();
+                let run = Run { solver: &solver, programs: &programs, cases: &cases, exact, rows, workspace };
+                let (fallbacks, mut rows) = dispatch(run);
+                for (row, status) in trace.status.iter().enumerate().filter(|(_, status)| **status != Status::Ok) {
+                    rows.status.row(row)[0] = *status;
+                }
+                fallbacks
+            });
+            fallbacks = by_run.into_iter().sum();
+        } else {
+            self.put_none_assembled(&mut table);
+        }
+        Answer::of(table, &wanted).total(FALLBACKS, fallbacks)
+    }
+
+    fn put_none_assembled(&self, table: &mut LoadedTable) {
         let missing = self.no_load_result(Status::NotAssembled);
         let mut rows = table.rows();
-        (0..rows.n).for_each(|row| rows.put(row, &missing));
-        table
+        (0..rows.n()).for_each(|row| rows.put(row, &missing));
     }
 
     fn loaded_plainly(&self, solver: &Solver<'_>, case: &Case<'_>, exact: bool) -> Loaded {
@@ -190,19 +214,7 @@ impl Mechanism {
     }
 
     pub(crate) fn no_load_result(&self, status: Status) -> Loaded {
-        let nan = |n: usize| vec![f64::NAN; n];
-        Loaded {
-            error: nan(self.size()),
-            error_first_order: nan(self.size()),
-            undetermined: nan(self.size()),
-            open: nan(self.sources.len() * self.size()),
-            decided: vec![false; self.sources.len()],
-            reaction: nan(self.n_joints() * self.size()),
-            offset: nan(self.n_parameters()),
-            contribution: nan(self.sources.len() * self.size()),
-            steps: 0,
-            status,
-        }
+        Loaded { status, ..Loaded::unknown(&Wanted::all(self)) }
     }
 
     fn loaded_at(&self, solver: &Solver<'_>, case: &Case<'_>, nominal: &State, exact: bool) -> Loaded {
@@ -246,12 +258,12 @@ impl Mechanism {
                 error: error_first_order.clone(),
                 error_first_order,
                 undetermined: sum(&open),
-                open,
+                undetermined_contribution: open,
                 decided,
                 reaction: self.reactions(&at_nominal.poses, &at_nominal.parameters, &gradient.multipliers),
                 offset: offsets.parameters,
                 contribution,
-                steps: 0,
+                iterations: 0,
                 status: if observable && status == Status::Ok { Status::Undetermined } else { status },
             };
         }
@@ -295,12 +307,12 @@ impl Mechanism {
             error,
             error_first_order,
             undetermined: sum(&open),
-            open,
+            undetermined_contribution: open,
             decided,
             reaction: self.reactions(&displaced.poses, &displaced.parameters, &contact.gradient.multipliers),
             offset: contact.state.inputs.parameters,
             contribution,
-            steps: contact.steps,
+            iterations: contact.steps as u64,
             status: match status {
                 Status::Ok if !reached || contact.blocked && !contact.settled => Status::Singular,
                 Status::Ok if observable || !contact.settled => Status::Undetermined,

@@ -18,10 +18,11 @@ use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Space;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
+use crate::mechanism::columns::Rows;
 use crate::mechanism::status::Status;
 use crate::program::symbol::Recorder;
 use crate::program::tape::Program;
-use crate::questions::loaded::columns::Table;
+use crate::questions::columns::{Loaded, LoadedRows};
 use crate::questions::loaded::pressing::Pressing;
 
 /// Steps that a block takes at most.
@@ -68,15 +69,16 @@ impl<'m> Contact<'m> {
         [self.statics.registers(&[]), registers]
     }
 
-    /// Solves up to a block of cases; appends a row for each to the table, by `plainly` where the
+    /// Solves up to a block of cases and puts their rows, from row `first` on, by `plainly` where the
     /// batch is in doubt.
     #[inline(always)]
-    pub fn solve(
+    pub(crate) fn solve(
         &self,
         workspace: &mut [Vec<Block>; 2],
         cases: &[Case<'_>],
-        table: &mut Table,
-        mut plainly: impl FnMut(&Case<'_>, &mut Table),
+        rows: &mut LoadedRows<'_>,
+        first: usize,
+        mut plainly: impl FnMut(&Case<'_>) -> Loaded,
     ) {
         let m = self.mechanism;
         let (n_u, size) = (m.n_parameters(), m.size());
@@ -102,7 +104,7 @@ impl<'m> Contact<'m> {
         }
         let unforced = unforced_of(m, |p| out(at.gradient + p), out(at.scale));
         let open = push(m, Some(&unforced), &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
-        let first: Vec<Block> = pushed.clone();
+        let at_nominal: Vec<Block> = pushed.clone();
 
         let inputs = n_u + self.layout.n_varying();
         step[n_u..inputs].copy_from_slice(&statics[n_u..inputs]);
@@ -137,8 +139,9 @@ impl<'m> Contact<'m> {
         let mut widths = vec![0.0; m.sources().len() * size];
         let mut decided = vec![true; m.sources().len()];
         for (i, case) in cases.iter().enumerate() {
+            let row = first + i;
             if !(good[i] && still[i]) || self.turns_far(step, i) {
-                plainly(case, table);
+                rows.put(row, &plainly(case));
                 continue;
             }
             let map = |k: usize, p: usize| self.statics.output(statics, at.map + k * n_u + p).0[i];
@@ -156,23 +159,20 @@ impl<'m> Contact<'m> {
                 observable |= m.leave_open(&load, map, map, &mut widths, &mut decided);
             }
             if observable {
-                plainly(case, table);
+                rows.put(row, &plainly(case));
                 continue;
             }
             let lane = |b: &Block| b.0[i];
-            self.tell_shares(statics, &first, i, table);
-            for k in 0..size {
-                let nominal = self.statics.output(statics, at.output + k);
-                table.error.push(lane(self.finish.output(step, k)) - lane(nominal));
-                table.undetermined.push(0.0);
-            }
-            table.open.extend_from_slice(&widths);
-            table.decided.extend_from_slice(&decided);
-            let reactions = to.reactions..to.reactions + m.n_joints() * size;
-            table.reaction.extend(reactions.map(|k| lane(self.step.output(step, k))));
-            table.offset.extend(step[..n_u].iter().map(lane));
-            table.steps.push(steps[i]);
-            table.status.push(Status::Ok);
+            self.put_shares(statics, &at_nominal, i, rows, row);
+            let nominal = |k: usize| lane(self.statics.output(statics, at.output + k));
+            rows.error.fill(row, |k| lane(self.finish.output(step, k)) - nominal(k));
+            rows.undetermined.fill(row, |_| 0.0);
+            rows.undetermined_contribution.put(row, &widths);
+            rows.decided.put(row, &decided);
+            rows.reaction.fill(row, |k| lane(self.step.output(step, to.reactions + k)));
+            rows.offset.fill(row, |p| lane(&step[p]));
+            rows.iterations.put(row, &[steps[i]]);
+            rows.status.put(row, &[Status::Ok]);
         }
     }
 
@@ -228,21 +228,24 @@ impl<'m> Contact<'m> {
         m.space == Space::Spatial && (m.n_translations()..m.size()).map(square).sum::<f64>() > LARGEST_TURN.powi(2)
     }
 
-    /// Appends the first-order error of one lane and the share of every source in it.
+    /// Puts the first-order error of one lane and the share of every source in it.
     #[inline(always)]
-    fn tell_shares(&self, statics: &[Block], offsets: &[Block], lane: usize, table: &mut Table) {
+    fn put_shares(&self, statics: &[Block], offsets: &[Block], lane: usize, rows: &mut LoadedRows<'_>, row: usize) {
+        if !rows.contribution.is_kept() {
+            return;
+        }
         let m = self.mechanism;
         let (map, n_u, size) = (StaticsOutputs::new(m).map, m.n_parameters(), m.size());
         let mut error = [0.0; 6];
-        for source in m.sources() {
+        for (s, source) in m.sources().iter().enumerate() {
             for k in 0..size {
                 let part = |p: usize| self.statics.output(statics, map + k * n_u + p).0[lane] * offsets[p].0[lane];
                 let share: f64 = source.range().map(part).sum();
-                table.contribution.push(share);
+                rows.contribution.row(row)[s * size + k] = share;
                 error[k] += share;
             }
         }
-        table.error_first_order.extend_from_slice(&error[..size]);
+        rows.error_first_order.put(row, &error[..size]);
     }
 }
 

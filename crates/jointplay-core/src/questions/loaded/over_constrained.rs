@@ -10,9 +10,11 @@ use crate::closure::newton::State;
 use crate::cone::scheduler::Rounds;
 use crate::contact::flanks::FLANKS;
 use crate::mechanism::case::Case;
+use crate::mechanism::columns::{Answer, Keep, Row as _, Wanted};
 use crate::mechanism::status::Status;
 use crate::mechanism::{Basis, Elastic, Mechanism, Row, Source};
-use crate::questions::loaded::columns::{Loaded, Table};
+use crate::questions::columns::{Loaded, Strain};
+use crate::questions::loaded::FALLBACKS;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
@@ -23,54 +25,6 @@ use crate::redundancy::system::{System, UNDECIDED_TOGETHER};
 /// What is left open is felt by the output when it moves it by more than this part of what all play together
 /// could. Below is rounding: cone programs give offsets in round sets to about 1e-7 of the clearance.
 const OBSERVABLE: f64 = 1e-6;
-/// What an over-constrained or elastic mechanism tells of one configuration.
-#[derive(Clone, Debug)]
-pub struct Strain {
-    /// What every mechanism tells.
-    pub loaded: Loaded,
-    /// The smallest factor on the clearances with which the rigid mechanism can be assembled.
-    pub clearance_factor: f64,
-    /// Reactions without any load.
-    pub prestress: Vec<f64>,
-    /// Force or moment on the displacement of every row, in the joint's axes: what pulls its second body along.
-    pub force: Vec<f64>,
-    /// Deformation of every elastic component.
-    pub deformation: Vec<f64>,
-    /// Part of every joint's compliance in the first-order error, joint by joint, per component.
-    pub elastic: Vec<f64>,
-    /// Relative duality gap of the last program.
-    pub gap: f64,
-    /// The largest misfit of a redundant row at the nominal pose; angles at the characteristic length.
-    pub lack_of_fit: f64,
-}
-
-/// Strained configurations, column by column, row after row.
-#[derive(Clone, Debug, Default)]
-#[allow(missing_docs)] // the columns are the fields of [`Strain`]
-pub struct StrainTable {
-    pub loaded: Table,
-    pub clearance_factor: Vec<f64>,
-    pub prestress: Vec<f64>,
-    pub force: Vec<f64>,
-    pub deformation: Vec<f64>,
-    pub elastic: Vec<f64>,
-    pub gap: Vec<f64>,
-    pub lack_of_fit: Vec<f64>,
-}
-
-impl StrainTable {
-    fn push(&mut self, row: Strain) {
-        self.loaded.push(row.loaded);
-        self.clearance_factor.push(row.clearance_factor);
-        self.prestress.extend(row.prestress);
-        self.force.extend(row.force);
-        self.deformation.extend(row.deformation);
-        self.elastic.extend(row.elastic);
-        self.gap.push(row.gap);
-        self.lack_of_fit.push(row.lack_of_fit);
-    }
-}
-
 /// What is known at the nominal pose to first order.
 struct FirstOrder {
     factor: Option<Balance>,
@@ -79,19 +33,17 @@ struct FirstOrder {
 }
 
 impl Mechanism {
-    /// Where the load pushes the output of an over-constrained or elastic mechanism, for every case; if not
-    /// `exact`, told to first order at the nominal pose; without `details` the parts of the first-order error are left
-    /// out. A determinate rigid one is welcome, too.
-    #[must_use]
-    pub fn strained(&self, cases: &[Case<'_>], exact: bool, details: bool) -> StrainTable {
+    /// Where the load pushes the output of an over-constrained or elastic mechanism, for every case; without details the
+    /// parts of the first-order error are not computed. A determinate rigid one is welcome, too.
+    pub(crate) fn loaded_over_constrained(&self, cases: &[Case<'_>], exact: bool, keep: Keep) -> Answer {
         let fallbacks = AtomicU64::new(0);
-        let found: Vec<Strain> = self.chunks_on_basis(
+        let found: Vec<(Loaded, Strain)> = self.chunks_on_basis(
             cases,
             CHUNK,
             |placed| {
                 let alone = Cell::new(0);
                 let rows = Rounds::each(placed.iter(), async |rounds, at| {
-                    let found = self.strain_at(rounds, at, exact, details).await;
+                    let found = self.strain_at(rounds, at, exact, keep.details).await;
                     // All share the rounds, so that the last one to end knows of all.
                     alone.set(rounds.alone_so_far());
                     found
@@ -101,28 +53,15 @@ impl Mechanism {
             },
             |status| self.no_strain(status),
         );
-        let mut table = StrainTable::default();
-        for row in found {
-            table.push(row);
-        }
-        table.loaded.fallbacks = fallbacks.into_inner();
-        table
+        let wanted = Wanted { keep, ..Wanted::all(self) };
+        Answer::of_pairs(&found, &wanted).total(FALLBACKS, fallbacks.into_inner())
     }
 
-    fn no_strain(&self, status: Status) -> Strain {
-        Strain {
-            loaded: self.no_load_result(status),
-            clearance_factor: f64::NAN,
-            prestress: nan(self.n_joints() * self.size()),
-            force: nan(self.n_rows()),
-            deformation: nan(self.deformations().count()),
-            elastic: nan(self.n_joints() * self.size()),
-            gap: f64::NAN,
-            lack_of_fit: f64::NAN,
-        }
+    fn no_strain(&self, status: Status) -> (Loaded, Strain) {
+        (self.no_load_result(status), Strain::unknown(&Wanted::all(self)))
     }
 
-    async fn strain_at(&self, rounds: &Rounds, at: &Placed<'_>, exact: bool, details: bool) -> Strain {
+    async fn strain_at(&self, rounds: &Rounds, at: &Placed<'_>, exact: bool, details: bool) -> (Loaded, Strain) {
         let Placed { system, solver, case, nominal, .. } = at;
         let basis = system.basis;
         let known = self.displacements(&self.centre);
@@ -134,7 +73,10 @@ impl Mechanism {
         let right = self.first_order_right(&c, &known, case, nominal);
         let loosest = system.balance_in(rounds, &c, &right, &Ask::Factor, None).await;
         let factor = loosest.as_ref().map_or(f64::INFINITY, |balance| balance.factor);
-        let apart = |status, clearance_factor| Strain { clearance_factor, lack_of_fit, ..self.no_strain(status) };
+        let apart = |status, clearance_factor| {
+            let (loaded, strain) = self.no_strain(status);
+            (loaded, Strain { clearance_factor, lack_of_fit, ..strain })
+        };
         if is_apart(factor) && system.is_rigid() {
             return apart(Status::NotAssemblable, factor);
         }
@@ -142,7 +84,7 @@ impl Mechanism {
             return apart(Status::NotAssemblable, factor);
         };
         let unknown = system.unknown_reactions(&c);
-        let (contribution, elastic) = if details {
+        let (contribution, contribution_elastic) = if details {
             let map = system.derivatives(&c, &c.output.parameters, &balance, UNDECIDED_TOGETHER);
             system.parts(&map, &self.centre, &balance)
         } else {
@@ -153,24 +95,20 @@ impl Mechanism {
         let mut decided = vec![true; self.sources.len()];
         let widths = system.leave_open(rounds, &c, &right, &balance, &mut open, &mut decided).await;
         let mut widths = self.observable(&c, widths);
-        let mut found = Strain {
-            loaded: Loaded {
-                error: error_first_order.clone(),
-                error_first_order,
-                undetermined: Vec::new(),
-                open: Vec::new(),
-                decided: Vec::new(),
-                reaction: self.bearable(basis, &flanks, &balance.forces, &unknown),
-                offset: self.offsets(system, &balance),
-                contribution,
-                steps: 0,
-                status,
-            },
+        let mut loaded = Loaded {
+            error: error_first_order.clone(),
+            error_first_order,
+            reaction: self.bearable(basis, &flanks, &balance.forces, &unknown),
+            offset: self.offsets(system, &balance),
+            contribution,
+            ..self.no_load_result(status)
+        };
+        let mut strain = Strain {
             clearance_factor: factor,
             prestress: vec![0.0; self.n_joints() * self.size()],
             force: self.known(&balance.forces, &unknown),
             deformation: self.deformation(system, &balance),
-            elastic,
+            contribution_elastic,
             gap: balance.gap,
             lack_of_fit,
         };
@@ -179,43 +117,43 @@ impl Mechanism {
             if is_apart(factor) { system.balance_in(rounds, &c, &right, &Ask::Stress, None).await } else { None };
         if exact {
             let first = FirstOrder { factor: loosest, stress, load: balance };
-            let (rest, stress) = match self.rest_exactly(rounds, at, &first, &mut found.clearance_factor).await {
+            let (rest, stress) = match self.rest_exactly(rounds, at, &first, &mut strain.clearance_factor).await {
                 Ok(found) => found,
-                Err(failure) => return apart(failure.status(), found.clearance_factor),
+                Err(failure) => return apart(failure.status(), strain.clearance_factor),
             };
             let Rest { state, balance, .. } = &rest;
             if system.leaves_open(&c, &balance.forces) {
                 let Some(c) = Compatibility::at(basis, solver, state) else {
-                    return apart(Status::Singular, found.clearance_factor);
+                    return apart(Status::Singular, strain.clearance_factor);
                 };
                 let right = c.right(&state.inputs.parameters, &known);
                 let wider = system.leave_open(rounds, &c, &right, balance, &mut open, &mut decided).await;
                 let wider = self.observable(&c, wider);
                 widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
             }
-            found.loaded.error = basis.kept.error(state, nominal);
-            found.loaded.reaction = self.bearable(basis, state, &balance.forces, &unknown);
-            found.loaded.offset = self.offsets(system, balance);
-            found.loaded.steps = rest.steps;
-            found.force = self.known(&balance.forces, &unknown);
-            found.deformation = self.deformation(system, balance);
-            found.gap = balance.gap;
+            loaded.error = basis.kept.error(state, nominal);
+            loaded.reaction = self.bearable(basis, state, &balance.forces, &unknown);
+            loaded.offset = self.offsets(system, balance);
+            loaded.iterations = rest.steps as u64;
+            strain.force = self.known(&balance.forces, &unknown);
+            strain.deformation = self.deformation(system, balance);
+            strain.gap = balance.gap;
             settled_all = rest.still && balance.solved;
             if let Some(stress) = stress {
-                found.prestress = self.bearable(basis, &stress.state, &stress.balance.forces, &unknown);
+                strain.prestress = self.bearable(basis, &stress.state, &stress.balance.forces, &unknown);
             }
         } else if let Some(stress) = stress {
-            found.prestress = self.bearable(basis, &flanks, &stress.forces, &unknown);
+            strain.prestress = self.bearable(basis, &flanks, &stress.forces, &unknown);
         }
         let observable = widths.iter().any(|width| *width > 0.0);
-        found.loaded.undetermined = widths;
-        (found.loaded.open, found.loaded.decided) = (open, decided);
-        found.loaded.status = match status {
-            Status::Ok if is_apart(found.clearance_factor) => Status::Strained,
+        loaded.undetermined = widths;
+        (loaded.undetermined_contribution, loaded.decided) = (open, decided);
+        loaded.status = match status {
+            Status::Ok if is_apart(strain.clearance_factor) => Status::Strained,
             Status::Ok if observable || !settled_all => Status::Undetermined,
             other => other,
         };
-        found
+        (loaded, strain)
     }
 
     /// The linearisation at the nominal pose, for the flanks of couplings that the load closes, and the displacements

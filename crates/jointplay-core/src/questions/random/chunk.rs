@@ -10,8 +10,9 @@ use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::math::vector::norm;
 use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
+use crate::questions::columns::Sample;
 use crate::questions::random::request::Request;
-use crate::questions::random::tally::{Kept, Ranges, Tally};
+use crate::questions::random::tally::{Ranges, Tally};
 
 /// What all chunks of one configuration share.
 pub struct Job<'a> {
@@ -86,7 +87,7 @@ impl Kernel for Chunk<'_, '_> {
         let n = m.size();
         let translations = m.n_translations();
         let mut tally = Tally::new(n, job.ranges);
-        tally.kept = job.request.keep.then(Kept::default);
+        tally.kept = job.request.keep.then(Vec::new);
         let mut sums = crate::questions::random::tally::Sums::new(n, n + 2);
         let mut stream = Stream::new(job.request.seed, self.number);
         let mut bound = job.bound.clone();
@@ -130,14 +131,10 @@ impl Kernel for Chunk<'_, '_> {
                     break 'blocks;
                 };
                 if let Some(kept) = &mut tally.kept {
-                    kept.parameters.extend(parameters.iter().map(|b| b.0[i]));
-                    if let Some((error, status)) = plain {
-                        kept.errors.extend(error);
-                        kept.statuses.push(status);
-                    } else {
-                        kept.errors.extend(quantities[..n].iter().map(|b| b.0[i]));
-                        kept.statuses.push(Status::Ok);
-                    }
+                    let solved = || (quantities[..n].iter().map(|b| b.0[i]).collect(), Status::Ok);
+                    let (kept_errors, kept_status) = plain.unwrap_or_else(solved);
+                    let kept_parameters = parameters.iter().map(|b| b.0[i]).collect();
+                    kept.push(Sample { kept_parameters, kept_errors, kept_status });
                 }
             }
             sums.add(&quantities, &good, job.shift);

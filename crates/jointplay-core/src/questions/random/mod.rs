@@ -10,10 +10,7 @@ mod request;
 mod specimens;
 mod tally;
 
-pub use over_constrained::SpecimenScatter;
 pub use request::Request;
-pub use specimens::SpecimenTable;
-pub use tally::BINS;
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -24,97 +21,62 @@ use crate::closure::recorded::program::Newton;
 use crate::closure::sensitivity::Output;
 use crate::interrupt;
 use crate::mechanism::case::Case;
+use crate::mechanism::columns::{Answer, Row, Wanted};
 use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
-use crate::questions::random::tally::{Kept, Ranges, Tally};
+use crate::questions::columns::{Sample, Scatter};
+use crate::questions::form::Form;
+use crate::questions::random::tally::{Ranges, Tally};
 
 /// Samples per random stream.
 pub(crate) const CHUNK: usize = 8192;
 /// Chunks in memory at once.
 pub(crate) const BLOCK: usize = 64;
 
-/// Scatter of one configuration. Quantities: the components, the size of the position error, the size
-/// of the rotation.
-#[derive(Clone, Debug)]
-pub struct Scatter {
-    /// Mean of every component.
-    pub mean: Vec<f64>,
-    /// Covariance of the components, row by row.
-    pub covariance: Vec<f64>,
-    /// Mean to first order.
-    pub mean_first_order: Vec<f64>,
-    /// Covariance to first order.
-    pub covariance_first_order: Vec<f64>,
-    /// First-order variance of every component by source, source by source.
-    pub contribution: Vec<f64>,
-    /// Quantiles, probability by probability, of every quantity.
-    pub quantile: Vec<f64>,
-    /// The width within which every quantity's quantiles are known.
-    pub quantile_resolution: Vec<f64>,
-    /// Histogram of every quantity.
-    pub histogram: Vec<u64>,
-    /// Edges of its bins.
-    pub edges: Vec<f64>,
-    /// Share of the solved samples beyond an acceptance limit; NaN without limits.
-    pub outside: f64,
-    /// Largest size of every quantity met.
-    pub largest: Vec<f64>,
-    /// Number of samples by status.
-    pub failures: [u64; Status::ALL.len()],
-    /// Samples that the batch engine handed to the plain solver.
-    pub fallbacks: u64,
-    /// The samples themselves, if asked for.
-    pub kept: Option<Kept>,
-    /// Outcome of the nominal configuration.
-    pub status: Status,
-}
-
 impl Mechanism {
-    /// Number of quantities of a scatter.
-    #[must_use]
-    pub fn n_quantities(&self) -> usize {
-        self.size() + 2
-    }
-
     pub(crate) fn law(source: &Source, request: &Request) -> Law {
         if source.is_clearance { request.law.unwrap_or(source.law) } else { source.law }
     }
 
-    /// Scatter of every case; when stopped, that of the samples until then.
+    /// Scatter of every case; when stopped, that of the samples until then. Specimens under load are settled one by one,
+    /// whatever holds them.
     #[must_use]
-    pub fn random(&self, cases: &[Case<'_>], request: &Request) -> Vec<Scatter> {
+    pub fn random(&self, cases: &[Case<'_>], request: &Request) -> Answer {
+        let wanted = self.wanted(request);
+        let form = if request.loaded { Form::OverConstrained } else { self.form(false) };
+        let (answer, kept): (_, Vec<Sample>) = match form {
+            Form::Determinate => {
+                let (found, kept): (Vec<_>, Vec<_>) = self.random_determinate(cases, request).into_iter().unzip();
+                (Answer::of_rows(found.iter(), &wanted), kept.into_iter().flatten().collect())
+            }
+            Form::OverConstrained => {
+                let (found, kept): (Vec<_>, Vec<_>) = self.random_over_constrained(cases, request).into_iter().unzip();
+                (Answer::of_pairs(&found, &wanted), kept.into_iter().flatten().collect())
+            }
+        };
+        if request.keep { answer.beside(Answer::of_rows(kept.iter(), &wanted)) } else { answer }
+    }
+
+    fn wanted(&self, request: &Request) -> Wanted<'_> {
+        Wanted { probabilities: request.probabilities.len(), ..Wanted::all(self) }
+    }
+
+    /// The scatter of every case with the samples that are kept.
+    fn random_determinate(&self, cases: &[Case<'_>], request: &Request) -> Vec<(Scatter, Vec<Sample>)> {
         let solver = self.solver(cases);
         let newton = solver.as_ref().and_then(Newton::record);
         self.each(
             solver.as_ref(),
             cases,
             |solver, _, case, nominal| self.scatter(solver, newton.as_ref(), case, &nominal, request),
-            || self.no_scatter(request, Status::NotAssembled),
+            || (self.no_scatter(request, Status::NotAssembled), Vec::new()),
         )
     }
 
     pub(crate) fn no_scatter(&self, request: &Request, status: Status) -> Scatter {
-        let n = self.size();
-        let nan = |n: usize| vec![f64::NAN; n];
-        let mut failures = [0; Status::ALL.len()];
-        failures[status as usize] = request.samples as u64;
-        Scatter {
-            mean: nan(n),
-            covariance: nan(n * n),
-            mean_first_order: nan(n),
-            covariance_first_order: nan(n * n),
-            contribution: nan(self.sources.len() * n),
-            quantile: nan(request.probabilities.len() * self.n_quantities()),
-            quantile_resolution: nan(self.n_quantities()),
-            histogram: vec![0; self.n_quantities() * BINS],
-            edges: nan(self.n_quantities() * (BINS + 1)),
-            outside: f64::NAN,
-            largest: nan(self.n_quantities()),
-            failures,
-            fallbacks: 0,
-            kept: None,
-            status,
-        }
+        let mut scatter = Scatter { status, ..Scatter::unknown(&self.wanted(request)) };
+        scatter.failures[status as usize] = request.samples as u64;
+        scatter
     }
 
     fn scatter(
@@ -124,13 +86,14 @@ impl Mechanism {
         case: &Case<'_>,
         nominal: &State,
         request: &Request,
-    ) -> Scatter {
+    ) -> (Scatter, Vec<Sample>) {
         let n = self.size();
-        let Some(linearised) = solver.linearise(nominal) else { return self.no_scatter(request, Status::Singular) };
+        let none = |status| (self.no_scatter(request, status), Vec::new());
+        let Some(linearised) = solver.linearise(nominal) else { return none(Status::Singular) };
         let map = self.output_sensitivity(&linearised, nominal);
         let built = match solver.follow(nominal, &self.built(case.drives)) {
             Ok(state) => state,
-            Err(status) => return self.no_scatter(request, status),
+            Err(status) => return none(status),
         };
         let mut mean_first_order = self.drive_shift(&map, case, nominal);
         for (i, mean) in mean_first_order.iter_mut().enumerate() {
@@ -178,7 +141,7 @@ impl Mechanism {
         if tally.statuses.iter().all(|n| *n == 0) {
             interrupt::check();
         }
-        Scatter {
+        let scatter = Scatter {
             mean: tally.mean.clone(),
             covariance: tally.covariance(),
             mean_first_order,
@@ -194,11 +157,11 @@ impl Mechanism {
                 tally.outside as f64 / tally.count as f64
             },
             largest: tally.largest,
-            failures: tally.statuses,
+            failures: tally.statuses.to_vec(),
             fallbacks: tally.fallbacks,
-            kept: tally.kept,
             status: self.status_of(&linearised, nominal),
-        }
+        };
+        (scatter, tally.kept.unwrap_or_default())
     }
 
     /// Ranges of the histograms: the first-order worst case with room to spare.

@@ -9,7 +9,9 @@ use crate::closure::recorded::self_stress::SelfStress;
 use crate::math::lanes::block::LANES;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
+use crate::mechanism::columns::{Answer, Row, Wanted};
 use crate::mechanism::status::Status;
+use crate::questions::columns::Specimen;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::is_apart;
@@ -20,37 +22,11 @@ use crate::redundancy::system::System;
 /// Specimens that one task solves together.
 const CHUNK: usize = 256;
 
-/// What is asked of every specimen, column by column, row after row.
-#[derive(Clone, Debug, Default)]
-pub struct SpecimenTable {
-    /// The smallest factor on the clearances with which the rigid specimen can be assembled.
-    pub clearance_factor: Vec<f64>,
-    /// Coordinates of all bodies.
-    pub coordinates: Vec<f64>,
-    /// Force on every row.
-    pub force: Vec<f64>,
-    /// Force and moment on the second body of every joint at its joint point, ground axes.
-    pub reaction: Vec<f64>,
-    /// The values of all parameters.
-    pub offset: Vec<f64>,
-    /// Outcome.
-    pub status: Vec<Status>,
-}
-
-struct Specimen {
-    clearance_factor: f64,
-    coordinates: Vec<f64>,
-    force: Vec<f64>,
-    reaction: Vec<f64>,
-    offset: Vec<f64>,
-    status: Status,
-}
-
 impl Mechanism {
     /// The exact pose under load, and what it strains, of specimens whose parameters have their own values in the
     /// middle of their sets. What the load leaves open is in its middle.
     #[must_use]
-    pub fn strained_specimens(&self, case: Case<'_>, centres: &[Vec<f64>]) -> SpecimenTable {
+    pub fn loaded_specimens(&self, case: Case<'_>, centres: &[Vec<f64>]) -> Answer {
         let none = |status| centres.iter().map(|_| self.no_specimen(status, f64::NAN)).collect();
         let found: Vec<Vec<Specimen>> = self.each_on_basis(
             &[case],
@@ -59,28 +35,11 @@ impl Mechanism {
             },
             none,
         );
-        let mut table = SpecimenTable::default();
-        for specimen in found.into_iter().flatten() {
-            table.clearance_factor.push(specimen.clearance_factor);
-            table.coordinates.extend(specimen.coordinates);
-            table.force.extend(specimen.force);
-            table.reaction.extend(specimen.reaction);
-            table.offset.extend(specimen.offset);
-            table.status.push(specimen.status);
-        }
-        table
+        Answer::of_rows(found.concat().iter(), &Wanted::all(self))
     }
 
     fn no_specimen(&self, status: Status, clearance_factor: f64) -> Specimen {
-        let nan = |n: usize| vec![f64::NAN; n];
-        Specimen {
-            clearance_factor,
-            coordinates: nan(self.n_coordinates()),
-            force: nan(self.n_rows()),
-            reaction: nan(self.n_joints() * self.size()),
-            offset: nan(self.n_parameters()),
-            status,
-        }
+        Specimen { clearance_factor, status, ..Specimen::unknown(&Wanted::all(self)) }
     }
 
     fn specimens_at(
@@ -149,7 +108,7 @@ impl Mechanism {
             reaction: self.bearable(at.system.basis, &state, forces, &unknown),
             offset,
             status: if is_apart(factor) { Status::Strained } else { Status::Ok },
-            coordinates: state.coordinates,
+            poses: state.coordinates,
         })
     }
 }

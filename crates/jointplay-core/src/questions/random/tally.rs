@@ -1,10 +1,10 @@
 //! Moments, histograms and counts of samples, mergeable without loss.
 
 use crate::math::lanes::block::{Block, LANES, Mask};
+use crate::mechanism::columns::BINS;
 use crate::mechanism::status::Status;
+use crate::questions::columns::Sample;
 
-/// Bins of the histograms that are handed out.
-pub const BINS: usize = 128;
 /// Fine bins per handed-out bin; quantiles are read from the fine ones.
 const FINE: usize = 8;
 /// Room beyond the first-order range, for what the exact closure adds.
@@ -50,17 +50,6 @@ impl Ranges {
     }
 }
 
-/// Single samples, kept only when asked for.
-#[derive(Clone, Debug, Default)]
-pub struct Kept {
-    /// Parameter values, sample by sample.
-    pub parameters: Vec<f64>,
-    /// Errors, sample by sample.
-    pub errors: Vec<f64>,
-    /// Outcomes.
-    pub statuses: Vec<Status>,
-}
-
 /// What is kept of a set of samples.
 #[derive(Clone)]
 pub struct Tally {
@@ -80,7 +69,7 @@ pub struct Tally {
     /// Samples solved plainly.
     pub fallbacks: u64,
     /// The samples themselves.
-    pub kept: Option<Kept>,
+    pub kept: Option<Vec<Sample>>,
 }
 
 /// Sums of the components and of their products about a common shift, and the largest size of every
@@ -254,10 +243,7 @@ impl Tally {
         self.outside += other.outside;
         self.fallbacks += other.fallbacks;
         if let Some(more) = &other.kept {
-            let kept = self.kept.get_or_insert_default();
-            kept.parameters.extend(&more.parameters);
-            kept.errors.extend(&more.errors);
-            kept.statuses.extend(&more.statuses);
+            self.kept.get_or_insert_default().extend_from_slice(more);
         }
         self.bins.iter_mut().zip(&other.bins).for_each(|(a, b)| *a += b);
         self.statuses.iter_mut().zip(&other.statuses).for_each(|(a, b)| *a += b);

@@ -22,7 +22,10 @@ use crate::contact::flanks::FLANKS;
 use crate::interrupt;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
+use crate::mechanism::columns::{Answer, Row, Wanted};
 use crate::mechanism::status::Status;
+use crate::questions::columns::Worst;
+use crate::questions::form::Form;
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::on_lanes::{Climb, Site};
 use crate::questions::worst::prepared::Prepared;
@@ -33,45 +36,7 @@ use crate::questions::worst::worker::Height;
 /// Configurations at most that one task climbs.
 const RUN: usize = 16;
 
-/// Extremes of one configuration. The order of the extremes: position, rotation, then lowest and
-/// highest of every component.
-#[derive(Clone, Debug)]
-pub struct Worst {
-    /// Largest distance of the output point from nominal.
-    pub position: f64,
-    /// To first order.
-    pub position_first_order: f64,
-    /// What the first-order figure certainly does not exceed.
-    pub position_bound: f64,
-    /// Largest rotation from nominal, absolute.
-    pub rotation: f64,
-    /// To first order.
-    pub rotation_first_order: f64,
-    /// What the first-order figure certainly does not exceed.
-    pub rotation_bound: f64,
-    /// Lowest and highest error of every component.
-    pub component: Vec<[f64; 2]>,
-    /// To first order.
-    pub component_first_order: Vec<[f64; 2]>,
-    /// Direction of the largest position error.
-    pub direction: Vec<f64>,
-    /// Axis of the largest rotation; empty in the plane.
-    pub rotation_direction: Vec<f64>,
-    /// The parameter values that attain each extreme.
-    pub offset: Vec<Vec<f64>>,
-    /// Share of every source in the first-order figure of each extreme.
-    pub contribution: Vec<Vec<f64>>,
-    /// Share of every joint's deformation in it.
-    pub elastic: Vec<Vec<f64>>,
-    /// Starts that the batch engine handed to the plain solver.
-    pub fallbacks: u64,
-    /// Extremes whose climb was ended by its budget of work before it stood still.
-    pub unsettled: u64,
-    /// Outcome.
-    pub status: Status,
-}
-
-/// One extreme as it is told.
+/// One extreme as it is told. Their order in a result: position, rotation, then lowest and highest of every component.
 pub(crate) struct Told {
     pub measure: Measure,
     pub first_order: f64,
@@ -82,25 +47,18 @@ pub(crate) struct Told {
 }
 
 impl Mechanism {
-    /// Number of extremes that [`Self::worst`] gives.
+    /// The worst errors of every case, each extreme climbed from `starts` starts; without `lanes` every climb is by the
+    /// plain solver, which is the measure of the batch engine.
     #[must_use]
-    pub fn n_extremes(&self) -> usize {
-        2 + 2 * self.size()
+    pub fn worst(&self, cases: &[Case<'_>], starts: usize, lanes: bool) -> Answer {
+        let found = match self.form(true) {
+            Form::Determinate => self.worst_determinate(cases, starts, lanes),
+            Form::OverConstrained => self.worst_over_constrained(cases, starts),
+        };
+        Answer::of_rows(found.iter(), &Wanted::all(self))
     }
 
-    /// The worst errors of every case, each extreme climbed from `starts` starts.
-    #[must_use]
-    pub fn worst(&self, cases: &[Case<'_>], starts: usize) -> Vec<Worst> {
-        self.worst_by(cases, starts, true)
-    }
-
-    /// As [`Self::worst`], every climb by the plain solver: the measure of the batch engine.
-    #[must_use]
-    pub fn worst_plainly(&self, cases: &[Case<'_>], starts: usize) -> Vec<Worst> {
-        self.worst_by(cases, starts, false)
-    }
-
-    fn worst_by(&self, cases: &[Case<'_>], starts: usize, lanes: bool) -> Vec<Worst> {
+    pub(crate) fn worst_determinate(&self, cases: &[Case<'_>], starts: usize, lanes: bool) -> Vec<Worst> {
         let Some(solver) = self.solver(cases) else {
             return cases.iter().map(|_| self.no_worst(Status::NotAssembled)).collect();
         };
@@ -112,27 +70,7 @@ impl Mechanism {
     }
 
     pub(crate) fn no_worst(&self, status: Status) -> Worst {
-        Worst {
-            position: f64::NAN,
-            position_first_order: f64::NAN,
-            position_bound: f64::NAN,
-            rotation: f64::NAN,
-            rotation_first_order: f64::NAN,
-            rotation_bound: f64::NAN,
-            component: vec![[f64::NAN; 2]; self.size()],
-            component_first_order: vec![[f64::NAN; 2]; self.size()],
-            direction: vec![f64::NAN; self.n_translations()],
-            rotation_direction: vec![
-                f64::NAN;
-                if self.turns_freely() { self.size() - self.n_translations() } else { 0 }
-            ],
-            offset: vec![vec![f64::NAN; self.n_parameters()]; self.n_extremes()],
-            contribution: vec![vec![f64::NAN; self.sources.len()]; self.n_extremes()],
-            elastic: vec![vec![f64::NAN; self.n_joints()]; self.n_extremes()],
-            fallbacks: 0,
-            unsettled: 0,
-            status,
-        }
+        Worst { status, ..Worst::unknown(&Wanted::all(self)) }
     }
 
     /// What is to be climbed at a nominal state.
@@ -186,12 +124,6 @@ impl Mechanism {
             found.bound = found.bound.max(bound);
         }
         Ok(found)
-    }
-
-    /// Whether bodies turn about more than one axis. In the plane the largest rotation is one end or the
-    /// other of the angle's range.
-    pub(crate) fn turns_freely(&self) -> bool {
-        self.size() - self.n_translations() > 1
     }
 
     /// The worst errors of a few configurations.
@@ -262,12 +194,15 @@ impl Mechanism {
         let order = || [0, rotation].into_iter().chain(1..=2 * size);
         let sign =
             |k: usize| if matches!(extremes[k].measure, Measure::Component { lowest: true, .. }) { -1.0 } else { 1.0 };
-        let ends = |of: &dyn Fn(&Told) -> f64| -> Vec<[f64; 2]> {
-            (0..size).map(|i| [2 * i + 1, 2 * i + 2].map(|k| sign(k) * of(&extremes[k]))).collect()
+        let ends = |of: &dyn Fn(&Told) -> f64| -> Vec<f64> {
+            (0..size).flat_map(|i| [2 * i + 1, 2 * i + 2].map(|k| sign(k) * of(&extremes[k]))).collect()
         };
         let along = |k: usize, range: std::ops::Range<usize>| -> Vec<f64> {
             let height = &extremes[k].height;
             height.error[range].iter().map(|e| e / height.value).collect()
+        };
+        let parts = |of: fn(&Told) -> &Vec<f64>| -> Vec<f64> {
+            order().flat_map(|k| of(&extremes[k]).iter().map(move |c| sign(k) * c)).collect()
         };
         Worst {
             position: extremes[0].height.value,
@@ -280,9 +215,9 @@ impl Mechanism {
             component_first_order: ends(&|told| told.first_order),
             direction: along(0, 0..translations),
             rotation_direction: if self.turns_freely() { along(rotation, translations..size) } else { Vec::new() },
-            offset: order().map(|k| extremes[k].height.parameters.clone()).collect(),
-            contribution: order().map(|k| extremes[k].contribution.iter().map(|c| sign(k) * c).collect()).collect(),
-            elastic: order().map(|k| extremes[k].elastic.iter().map(|c| sign(k) * c).collect()).collect(),
+            offset: order().flat_map(|k| extremes[k].height.parameters.clone()).collect(),
+            contribution: parts(|told| &told.contribution),
+            contribution_elastic: parts(|told| &told.elastic),
             fallbacks: 0,
             unsettled: 0,
             status,

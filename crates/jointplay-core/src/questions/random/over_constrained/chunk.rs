@@ -10,10 +10,11 @@ use crate::math::stats::sketch::Sketch;
 use crate::math::vector::norm;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
+use crate::questions::columns::Sample;
 use crate::questions::random::CHUNK;
 use crate::questions::random::over_constrained::group::Group;
 use crate::questions::random::over_constrained::specimen::{Job, Specimen, least_displacements};
-use crate::questions::random::tally::{Kept, Ranges, Sums, Tally};
+use crate::questions::random::tally::{Ranges, Sums, Tally};
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::specimen_batch::Together;
 
@@ -150,7 +151,7 @@ pub fn draw(
     let m = job.system.mechanism;
     let n = m.size();
     let mut count = Count::new(m, ranges);
-    count.tally.kept = job.request.keep.then(Kept::default);
+    count.tally.kept = job.request.keep.then(Vec::new);
     let mut sums = Sums::new(n, n + 2);
     let mut stream = Stream::new(job.request.seed, number);
     let mut drawn = vec![Block::splat(0.0); m.n_parameters()];
@@ -201,9 +202,11 @@ impl Count {
             self.factor.add(specimen.factor);
         }
         if let Some(kept) = &mut self.tally.kept {
-            kept.parameters.extend(&specimen.parameters);
-            kept.errors.extend(specimen.error.clone().unwrap_or_else(|| vec![f64::NAN; m.size()]));
-            kept.statuses.push(specimen.status);
+            kept.push(Sample {
+                kept_parameters: specimen.parameters.clone(),
+                kept_errors: specimen.error.clone().unwrap_or_else(|| vec![f64::NAN; m.size()]),
+                kept_status: specimen.status,
+            });
         }
         if specimen.error.is_some() {
             self.first_order.add(&linear.parts(&specimen));

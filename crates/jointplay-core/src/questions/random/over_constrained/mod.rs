@@ -22,37 +22,24 @@ use crate::closure::recorded::self_stress::SelfStress;
 use crate::interrupt;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
+use crate::mechanism::columns::Row;
 use crate::mechanism::status::Status;
+use crate::questions::columns::{Sample, Scatter, StrainScatter};
 use crate::questions::random::over_constrained::chunk::{Count, Linear};
 use crate::questions::random::over_constrained::group::Group;
 use crate::questions::random::over_constrained::ranges::Reach;
 use crate::questions::random::over_constrained::specimen::Job;
 use crate::questions::random::request::Request;
 use crate::questions::random::tally::Ranges;
-use crate::questions::random::{BLOCK, CHUNK, Scatter};
+use crate::questions::random::{BLOCK, CHUNK};
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::specimen_batch::{Nominal, Together};
 use crate::redundancy::system::System;
 
-/// Scatter of an over-constrained or elastic mechanism.
-#[derive(Clone, Debug)]
-pub struct SpecimenScatter {
-    /// What every mechanism tells.
-    pub scatter: Scatter,
-    /// Quantiles of the smallest factor on the clearances with which a specimen can be assembled rigidly.
-    pub clearance_factor: Vec<f64>,
-    /// Quantiles of the force on every row of the elastic joints, probability by probability.
-    pub force: Vec<f64>,
-    /// Part of every joint's compliance in the first-order variance, joint by joint, per component.
-    pub elastic: Vec<f64>,
-}
+/// What is found, and the samples that are kept.
+type Found = ((Scatter, StrainScatter), Vec<Sample>);
 
 impl Mechanism {
-    /// The rows of all elastic joints.
-    pub fn elastic_rows(&self) -> impl Iterator<Item = usize> + '_ {
-        self.elastic.iter().flat_map(|e| e.rows.clone())
-    }
-
     /// The clearances that compatibility ties to others in any case.
     #[must_use]
     pub fn tied(&self, cases: &[Case<'_>]) -> Vec<usize> {
@@ -70,8 +57,7 @@ impl Mechanism {
 
     /// Scatter of every case, whatever ties the displacements of its joints or pushes them; when stopped, that of the
     /// specimens until then.
-    #[must_use]
-    pub fn random_specimens(&self, cases: &[Case<'_>], request: &Request) -> Vec<SpecimenScatter> {
+    pub(crate) fn random_over_constrained(&self, cases: &[Case<'_>], request: &Request) -> Vec<Found> {
         self.each_on_basis(
             cases,
             |system, solver, _, case, nominal| {
@@ -82,15 +68,8 @@ impl Mechanism {
         )
     }
 
-    fn no_specimens(&self, request: &Request, status: Status) -> SpecimenScatter {
-        let nan = |n: usize| vec![f64::NAN; n];
-        let probabilities = request.probabilities.len();
-        SpecimenScatter {
-            scatter: self.no_scatter(request, status),
-            clearance_factor: nan(probabilities),
-            force: nan(probabilities * self.elastic_rows().count()),
-            elastic: nan(self.n_joints() * self.size()),
-        }
+    fn no_specimens(&self, request: &Request, status: Status) -> Found {
+        ((self.no_scatter(request, status), StrainScatter::unknown(&self.wanted(request))), Vec::new())
     }
 
     fn scatter_specimens(
@@ -100,7 +79,7 @@ impl Mechanism {
         case: &Case<'_>,
         nominal: &State,
         request: &Request,
-    ) -> Result<SpecimenScatter, Status> {
+    ) -> Result<Found, Status> {
         let at_nominal = Compatibility::at(system.basis, solver, nominal).ok_or(Status::Singular)?;
         let known = Inputs { drives: case.drives.to_vec(), parameters: self.displacements(&self.centre) };
         let built = solver.follow(nominal, &known)?;
@@ -147,10 +126,11 @@ impl Mechanism {
         if count.tally.statuses.iter().all(|n| *n == 0) {
             interrupt::check();
         }
-        Ok(self.table(&count, &ranges, request, self.nominal_status(nominal.state)))
+        let scatter = self.table(&count, &ranges, request, self.nominal_status(nominal.state));
+        Ok((scatter, count.tally.kept.unwrap_or_default()))
     }
 
-    fn table(&self, count: &Count, ranges: &Ranges, request: &Request, status: Status) -> SpecimenScatter {
+    fn table(&self, count: &Count, ranges: &Ranges, request: &Request, status: Status) -> (Scatter, StrainScatter) {
         let (n, sources) = (self.size(), self.sources.len());
         let (tally, moments) = (&count.tally, &count.first_order);
         let covariances = |range: std::ops::Range<usize>| range.map(|k| moments.covariance(k));
@@ -163,8 +143,8 @@ impl Mechanism {
         let solved = tally.count > 0;
         let or_nan = |values: Vec<f64>| if solved { values } else { vec![f64::NAN; values.len()] };
         let limits = !(request.limit_position.is_nan() && request.limit_rotation.is_nan());
-        SpecimenScatter {
-            scatter: Scatter {
+        (
+            Scatter {
                 mean: or_nan(tally.mean.clone()),
                 covariance: tally.covariance(),
                 mean_first_order: moments.mean()[..n].to_vec(),
@@ -176,17 +156,18 @@ impl Mechanism {
                 edges: ranges.edges(),
                 outside: if limits { tally.outside as f64 / tally.count as f64 } else { f64::NAN },
                 largest: or_nan(tally.largest.clone()),
-                failures: tally.statuses,
+                failures: tally.statuses.to_vec(),
                 fallbacks: tally.fallbacks,
-                kept: tally.kept.clone(),
                 status,
             },
-            clearance_factor: quantiles(&count.factor),
-            force: {
-                let by_row: Vec<Vec<f64>> = count.forces.iter().map(quantiles).collect();
-                (0..request.probabilities.len()).flat_map(|p| by_row.iter().map(move |row| row[p])).collect()
+            StrainScatter {
+                clearance_factor: quantiles(&count.factor),
+                force: {
+                    let by_row: Vec<Vec<f64>> = count.forces.iter().map(quantiles).collect();
+                    (0..request.probabilities.len()).flat_map(|p| by_row.iter().map(move |row| row[p])).collect()
+                },
+                contribution_elastic: parts(first..first + self.n_joints() * n),
             },
-            elastic: parts(first..first + self.n_joints() * n),
-        }
+        )
     }
 }

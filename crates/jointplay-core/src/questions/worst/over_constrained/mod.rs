@@ -21,12 +21,13 @@ use crate::math::space::Component;
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
+use crate::questions::columns::Worst;
+use crate::questions::worst::Told;
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::over_constrained::deviations::Deviations;
 use crate::questions::worst::over_constrained::linear::{Extreme, Site};
 use crate::questions::worst::over_constrained::strained::{Elastic, Found};
 use crate::questions::worst::worker::Height;
-use crate::questions::worst::{Told, Worst};
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::system::{Element, System};
 
@@ -38,8 +39,7 @@ impl Mechanism {
     /// The worst errors of every case of an over-constrained mechanism, whatever the load: over all specimens that can be
     /// assembled without force, which deforms nothing, and over those that have to be strained. Fewer sequences of
     /// programs than `starts` are begun, for each of them sees all offsets at once.
-    #[must_use]
-    pub fn worst_together(&self, cases: &[Case<'_>], starts: usize) -> Vec<Worst> {
+    pub(crate) fn worst_over_constrained(&self, cases: &[Case<'_>], starts: usize) -> Vec<Worst> {
         let climbs = starts.div_ceil(STARTS_PER_CLIMB).max(1);
         self.each_on_basis(
             cases,

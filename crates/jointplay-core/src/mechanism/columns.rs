@@ -1,0 +1,545 @@
+//! Answers column by column: arrays with one row per configuration.
+//!
+//! A question declares its columns once, by [`columns!`]: name, element, the dimensions beside the configuration and, for
+//! those that are given on request only, their group in [`Keep`]. From that follow rows as they are solved, tables that
+//! all cores fill part by part, and the arrays of an [`Answer`].
+
+use crate::math::memory::filled;
+use crate::mechanism::Mechanism;
+use crate::mechanism::status::Status;
+
+/// Bins of the histograms that are handed out.
+pub const BINS: usize = 128;
+
+/// A dimension of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // their names say what they count
+pub enum Dim {
+    Component,
+    ComponentOther,
+    Wrench,
+    /// The components, the size of the position error, the size of the rotation.
+    Quantity,
+    /// The largest position error, the largest rotation, both ends of every component.
+    Extreme,
+    Side,
+    /// Components of a position.
+    Axis,
+    /// Components of a rotation about any axis; none in the plane.
+    Turn,
+    Parameter,
+    Drive,
+    Source,
+    Joint,
+    Body,
+    /// Of one body.
+    Coordinate,
+    Row,
+    /// Rows of the elastic joints.
+    ElasticRow,
+    /// Components that give way elastically.
+    Elastic,
+    Probability,
+    Bin,
+    BinEdge,
+    Outcome,
+}
+
+impl Dim {
+    /// The name that results carry.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Component => "component",
+            Self::ComponentOther => "component_other",
+            Self::Wrench => "wrench",
+            Self::Quantity => "quantity",
+            Self::Extreme => "extreme",
+            Self::Side => "side",
+            Self::Axis => "axis",
+            Self::Turn => "turn",
+            Self::Parameter => "parameter",
+            Self::Drive => "drive",
+            Self::Source => "source",
+            Self::Joint => "joint",
+            Self::Body => "body",
+            Self::Coordinate => "coordinate",
+            Self::Row => "row",
+            Self::ElasticRow => "elastic_row",
+            Self::Elastic => "elastic",
+            Self::Probability => "probability",
+            Self::Bin => "bin",
+            Self::BinEdge => "bin_edge",
+            Self::Outcome => "outcome",
+        }
+    }
+
+    fn size(self, of: &Wanted<'_>) -> usize {
+        let m = of.mechanism;
+        match self {
+            Self::Component | Self::ComponentOther | Self::Wrench => m.size(),
+            Self::Quantity => m.size() + 2,
+            Self::Extreme => 2 + 2 * m.size(),
+            Self::Side => 2,
+            Self::Axis => m.n_translations(),
+            Self::Turn if m.turns_freely() => m.size() - m.n_translations(),
+            Self::Turn => 0,
+            Self::Parameter => m.n_parameters(),
+            Self::Drive => m.n_drives(),
+            Self::Source => m.sources().len(),
+            Self::Joint => m.n_joints(),
+            Self::Body => m.n_bodies(),
+            Self::Coordinate => m.n_body_coordinates(),
+            Self::Row => m.n_rows(),
+            Self::ElasticRow => m.elastic_rows().count(),
+            Self::Elastic => m.deformations().count(),
+            Self::Probability => of.probabilities,
+            Self::Bin => BINS,
+            Self::BinEdge => BINS + 1,
+            Self::Outcome => Status::ALL.len(),
+        }
+    }
+
+    /// The number of values in a row of these dimensions.
+    pub(crate) fn width(dims: &[Self], of: &Wanted<'_>) -> usize {
+        dims.iter().map(|dim| dim.size(of)).product()
+    }
+}
+
+/// A column as it is declared.
+#[derive(Clone, Copy, Debug)]
+pub struct Declared {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is made of.
+    pub element: &'static str,
+    /// Its dimensions beside the configuration.
+    pub dims: &'static [Dim],
+}
+
+/// Which columns are wanted beside those that are always given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Keep {
+    /// The values of all parameters.
+    pub offset: bool,
+    /// Everything else.
+    pub details: bool,
+}
+
+impl Keep {
+    /// All columns.
+    pub const ALL: Self = Self { offset: true, details: true };
+}
+
+/// What a table is made for.
+#[derive(Clone, Copy)]
+pub(crate) struct Wanted<'m> {
+    pub mechanism: &'m Mechanism,
+    pub keep: Keep,
+    /// Quantiles asked for.
+    pub probabilities: usize,
+}
+
+impl<'m> Wanted<'m> {
+    /// All columns, no quantiles.
+    pub const fn all(mechanism: &'m Mechanism) -> Self {
+        Self { mechanism, keep: Keep::ALL, probabilities: 0 }
+    }
+}
+
+/// What a column can be made of.
+pub(crate) trait Element: Copy + Send + Sync {
+    const NAME: &'static str;
+    /// Where nothing has been put.
+    const UNTOUCHED: Self;
+    /// Where nothing is known.
+    const UNKNOWN: Self;
+    fn values(all: Vec<Self>) -> Values;
+}
+
+impl Element for f64 {
+    const NAME: &'static str = "float64";
+    const UNTOUCHED: Self = 0.0;
+    const UNKNOWN: Self = Self::NAN;
+    fn values(all: Vec<Self>) -> Values {
+        Values::Numbers(all)
+    }
+}
+
+impl Element for u64 {
+    const NAME: &'static str = "uint64";
+    const UNTOUCHED: Self = 0;
+    const UNKNOWN: Self = 0;
+    fn values(all: Vec<Self>) -> Values {
+        Values::Counts(all)
+    }
+}
+
+impl Element for bool {
+    const NAME: &'static str = "bool";
+    const UNTOUCHED: Self = true;
+    const UNKNOWN: Self = false;
+    fn values(all: Vec<Self>) -> Values {
+        Values::Flags(all)
+    }
+}
+
+impl Element for Status {
+    const NAME: &'static str = "uint8";
+    const UNTOUCHED: Self = Self::Ok;
+    const UNKNOWN: Self = Self::NotAssembled;
+    fn values(all: Vec<Self>) -> Values {
+        Values::Codes(all.into_iter().map(Self::code).collect())
+    }
+}
+
+/// The values of a column in one row.
+pub(crate) trait Cell<E: Element>: Sized {
+    fn unknown(width: usize) -> Self;
+    fn values(&self) -> &[E];
+}
+
+impl<E: Element> Cell<E> for E {
+    fn unknown(_: usize) -> Self {
+        Self::UNKNOWN
+    }
+    fn values(&self) -> &[E] {
+        std::slice::from_ref(self)
+    }
+}
+
+impl<E: Element> Cell<E> for Vec<E> {
+    fn unknown(width: usize) -> Self {
+        vec![E::UNKNOWN; width]
+    }
+    fn values(&self) -> &[E] {
+        self
+    }
+}
+
+/// What is found in one configuration.
+pub(crate) trait Row: Sized {
+    const DECLARED: &'static [Declared];
+    type Table: Table<Row = Self>;
+    /// A row of which nothing is known.
+    fn unknown(of: &Wanted<'_>) -> Self;
+}
+
+/// Many rows, column by column.
+pub(crate) trait Table: Sized {
+    type Row: Row<Table = Self>;
+    type Rows<'t>: Rows<Row = Self::Row>
+    where
+        Self: 't;
+    /// Room for `n` rows.
+    fn sized(of: &Wanted<'_>, n: usize) -> Self;
+    /// Rows one after the other.
+    fn of<'r>(of: &Wanted<'_>, rows: impl ExactSizeIterator<Item = &'r Self::Row> + Clone) -> Self
+    where
+        Self::Row: 'r;
+    /// Number of rows.
+    fn n(&self) -> usize;
+    /// The rows, to be filled.
+    fn rows(&mut self) -> Self::Rows<'_>;
+    /// Leaves out the rows after the first ones, if there are any.
+    fn keep_first(&mut self, n: usize);
+    /// The arrays that are wanted.
+    fn columns(self, of: &Wanted<'_>) -> Vec<Column>;
+}
+
+/// Rows of a table, to be filled.
+pub(crate) trait Rows: Sized {
+    type Row;
+    fn n(&self) -> usize;
+    fn split_at(self, n: usize) -> (Self, Self);
+    /// Puts a row.
+    fn put(&mut self, row: usize, of: &Self::Row);
+
+    /// Runs of up to `n` rows each.
+    fn runs(self, n: usize) -> Vec<Self> {
+        let (mut runs, mut rest) = (Vec::with_capacity(self.n().div_ceil(n)), self);
+        while rest.n() > n {
+            let (first, second) = rest.split_at(n);
+            runs.push(first);
+            rest = second;
+        }
+        runs.push(rest);
+        runs
+    }
+}
+
+/// Some rows of a column; rows of no numbers where it is not kept.
+pub(crate) struct Part<'t, T> {
+    values: &'t mut [T],
+    width: usize,
+}
+
+impl<'t, T: Copy> Part<'t, T> {
+    pub fn new(values: &'t mut [T], n: usize) -> Self {
+        let width = values.len() / n.max(1);
+        Self { values, width }
+    }
+
+    /// Whether it is kept.
+    #[inline(always)]
+    pub const fn is_kept(&self) -> bool {
+        self.width > 0
+    }
+
+    /// A row.
+    #[inline(always)]
+    pub fn row(&mut self, row: usize) -> &mut [T] {
+        &mut self.values[row * self.width..(row + 1) * self.width]
+    }
+
+    /// Puts a row, if it is kept.
+    #[inline(always)]
+    pub fn put(&mut self, row: usize, values: &[T]) {
+        if self.is_kept() {
+            self.row(row).copy_from_slice(values);
+        }
+    }
+
+    /// Puts the values of a row, if it is kept.
+    #[inline(always)]
+    pub fn fill(&mut self, row: usize, value: impl Fn(usize) -> T) {
+        for (k, place) in self.row(row).iter_mut().enumerate() {
+            *place = value(k);
+        }
+    }
+
+    pub fn split_at(self, n: usize) -> (Self, Self) {
+        let (first, second) = self.values.split_at_mut(n * self.width);
+        (Self { values: first, width: self.width }, Self { values: second, width: self.width })
+    }
+}
+
+/// Room for a column of `n` rows.
+pub(crate) fn room<E: Element>(of: &Wanted<'_>, n: usize, dims: &[Dim], kept: bool) -> Vec<E> {
+    filled(if kept { n * Dim::width(dims, of) } else { 0 }, E::UNTOUCHED)
+}
+
+/// The values of a column row after row.
+pub(crate) fn joined<'r, E: Element + 'r>(rows: impl Iterator<Item = &'r [E]>, kept: bool) -> Vec<E> {
+    if kept { rows.flatten().copied().collect() } else { Vec::new() }
+}
+
+/// An array with a name.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// Its name.
+    pub name: &'static str,
+    /// Its shape, configurations first.
+    pub shape: Vec<usize>,
+    /// Its values, the last dimension running fastest.
+    pub values: Values,
+}
+
+impl Column {
+    pub(crate) fn new<E: Element>(name: &'static str, of: &Wanted<'_>, n: usize, dims: &[Dim], all: Vec<E>) -> Self {
+        let shape = std::iter::once(n).chain(dims.iter().map(|dim| dim.size(of))).collect();
+        Self { name, shape, values: E::values(all) }
+    }
+}
+
+/// The values of a column.
+#[derive(Clone, Debug)]
+#[allow(missing_docs)] // their types say it
+pub enum Values {
+    Numbers(Vec<f64>),
+    Counts(Vec<u64>),
+    Flags(Vec<bool>),
+    /// Of statuses.
+    Codes(Vec<u8>),
+}
+
+/// The answer to a question: arrays by name.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// Number of configurations.
+    pub rows: usize,
+    /// The columns.
+    pub columns: Vec<Column>,
+    /// Counts over all configurations, by name.
+    pub totals: Vec<(&'static str, u64)>,
+}
+
+impl Answer {
+    pub(crate) fn of(table: impl Table, wanted: &Wanted<'_>) -> Self {
+        Self { rows: table.n(), columns: table.columns(wanted), totals: Vec::new() }
+    }
+
+    /// The answer that is found row by row.
+    pub(crate) fn of_rows<'r, R: Row + 'r>(
+        rows: impl ExactSizeIterator<Item = &'r R> + Clone,
+        wanted: &Wanted<'_>,
+    ) -> Self {
+        Self::of(R::Table::of(wanted, rows), wanted)
+    }
+
+    /// The answer of which two parts are found row by row.
+    pub(crate) fn of_pairs<A: Row, B: Row>(rows: &[(A, B)], wanted: &Wanted<'_>) -> Self {
+        let (first, second) = (rows.iter().map(|(row, _)| row), rows.iter().map(|(_, row)| row));
+        Self::of_rows(first, wanted).beside(Self::of_rows(second, wanted))
+    }
+
+    /// With the columns of another one beside.
+    #[must_use]
+    pub(crate) fn beside(mut self, other: Self) -> Self {
+        self.columns.extend(other.columns);
+        self.totals.extend(other.totals);
+        self
+    }
+
+    /// With a count over all configurations.
+    #[must_use]
+    pub(crate) fn total(mut self, name: &'static str, count: u64) -> Self {
+        self.totals.push((name, count));
+        self
+    }
+
+    /// Whether there is no configuration in it.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.rows == 0
+    }
+
+    /// The numbers of a column; none where it is not there, or is none of numbers.
+    #[must_use]
+    pub fn numbers(&self, name: &str) -> &[f64] {
+        match self.columns.iter().find(|column| column.name == name) {
+            Some(Column { values: Values::Numbers(numbers), .. }) => numbers,
+            _ => &[],
+        }
+    }
+
+    /// The outcomes.
+    #[must_use]
+    pub fn status(&self) -> Vec<Status> {
+        match self.columns.iter().find(|column| column.name == "status") {
+            Some(Column { values: Values::Codes(codes), .. }) => {
+                codes.iter().map(|code| Status::ALL[usize::from(*code)]).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// The value of a column in one row: a number by itself, or as many as its dimensions ask for.
+macro_rules! cell {
+    ($element:ident []) => { $element };
+    ($element:ident [$($dim:ident),+]) => { Vec<$element> };
+}
+
+/// Declares the columns of a question: its row, its table, and the rows of the table.
+///
+/// Each is `name: element [dimensions] if group;` with the dimensions of [`Dim`] and, of those that are given on request
+/// only, the group of [`Keep`].
+macro_rules! columns {
+    (
+        $(#[$doc:meta])* $Row:ident in $Table:ident by $Rows:ident:
+        $($(#[$about:meta])* $name:ident: $element:ident [$($dim:ident),*] $(if $group:ident)?;)+
+    ) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug)]
+        pub(crate) struct $Row {
+            $($(#[$about])* pub $name: $crate::mechanism::columns::cell!($element [$($dim),*]),)+
+        }
+
+        /// Many of them, column by column.
+        pub(crate) struct $Table {
+            n: usize,
+            $($(#[$about])* pub $name: Vec<$element>,)+
+        }
+
+        /// Rows of the table, to be filled.
+        pub(crate) struct $Rows<'t> {
+            n: usize,
+            $($(#[$about])* pub $name: $crate::mechanism::columns::Part<'t, $element>,)+
+        }
+
+        impl $crate::mechanism::columns::Row for $Row {
+            const DECLARED: &'static [Declared] = &[$(Declared {
+                name: stringify!($name),
+                element: <$element as $crate::mechanism::columns::Element>::NAME,
+                dims: &[$(Dim::$dim),*],
+            }),+];
+            type Table = $Table;
+
+            fn unknown(of: &Wanted<'_>) -> Self {
+                Self { $($name: $crate::mechanism::columns::Cell::unknown(Dim::width(&[$(Dim::$dim),*], of)),)+ }
+            }
+        }
+
+        impl $crate::mechanism::columns::Table for $Table {
+            type Row = $Row;
+            type Rows<'t> = $Rows<'t>;
+
+            fn sized(of: &Wanted<'_>, n: usize) -> Self {
+                Self {
+                    n,
+                    $($name: $crate::mechanism::columns::room(of, n, &[$(Dim::$dim),*], true $(&& of.keep.$group)?),)+
+                }
+            }
+
+            fn of<'r>(of: &Wanted<'_>, rows: impl ExactSizeIterator<Item = &'r $Row> + Clone) -> Self {
+                let _ = of;
+                Self {
+                    n: rows.len(),
+                    $($name: $crate::mechanism::columns::joined(
+                        rows.clone().map(|row| $crate::mechanism::columns::Cell::values(&row.$name)),
+                        true $(&& of.keep.$group)?,
+                    ),)+
+                }
+            }
+
+            fn n(&self) -> usize {
+                self.n
+            }
+
+            fn rows(&mut self) -> $Rows<'_> {
+                let n = self.n;
+                $Rows { n, $($name: $crate::mechanism::columns::Part::new(&mut self.$name, n),)+ }
+            }
+
+            fn keep_first(&mut self, n: usize) {
+                if n < self.n {
+                    $(self.$name.truncate(self.$name.len() / self.n * n);)+
+                    self.n = n;
+                }
+            }
+
+            fn columns(self, of: &Wanted<'_>) -> Vec<$crate::mechanism::columns::Column> {
+                let mut columns = Vec::new();
+                $(if true $(&& of.keep.$group)? {
+                    columns.push($crate::mechanism::columns::Column::new(
+                        stringify!($name), of, self.n, &[$(Dim::$dim),*], self.$name,
+                    ));
+                })+
+                columns
+            }
+        }
+
+        impl $crate::mechanism::columns::Rows for $Rows<'_> {
+            type Row = $Row;
+
+            fn n(&self) -> usize {
+                self.n
+            }
+
+            fn split_at(self, n: usize) -> (Self, Self) {
+                $(let $name = self.$name.split_at(n);)+
+                (
+                    Self { n, $($name: $name.0,)+ },
+                    Self { n: self.n - n, $($name: $name.1,)+ },
+                )
+            }
+
+            fn put(&mut self, row: usize, of: &$Row) {
+                $(self.$name.put(row, $crate::mechanism::columns::Cell::values(&of.$name));)+
+            }
+        }
+    };
+}
+
+pub(crate) use {cell, columns};

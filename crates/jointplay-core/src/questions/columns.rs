@@ -1,0 +1,207 @@
+//! The columns of the answers to all questions.
+//!
+//! A new one is declared here and filled where the question is answered; arrays follow, in Python, too.
+
+use crate::mechanism::columns::{Declared, Dim, Row, Wanted, columns};
+use crate::mechanism::status::Status;
+
+columns! {
+    /// The pose for given parameter values.
+    Given in GivenTable by GivenRows:
+    /// Error on the exact closure.
+    error: f64 [Component];
+    /// Its linearisation at the nominal pose.
+    error_first_order: f64 [Component];
+    /// Coordinates of all bodies.
+    poses: f64 [Body, Coordinate];
+    /// Outcome.
+    status: Status [];
+}
+
+columns! {
+    /// What given parameter values strain, where more than statics shares the load.
+    Forced in ForcedTable by ForcedRows:
+    /// Reactions to the deformations.
+    prestress: f64 [Joint, Wrench];
+    /// Deformation of every elastic component.
+    deformation: f64 [Elastic];
+    /// The largest misfit of a redundant row where the basis is closed for the offsets.
+    lack_of_fit: f64 [];
+}
+
+columns! {
+    /// First-order maps; NaN where the nominal state is singular or missing.
+    Sensitivity in SensitivityTable by SensitivityRows:
+    /// Error of the output per parameter.
+    source: f64 [Component, Parameter];
+    /// Error of the output per drive value.
+    drive: f64 [Component, Drive];
+    /// Outcome.
+    status: Status [];
+}
+
+columns! {
+    /// The load-determined error.
+    Loaded in LoadedTable by LoadedRows:
+    /// Error on the exact closure.
+    error: f64 [Component];
+    /// Its linearisation at the nominal pose.
+    error_first_order: f64 [Component] if details;
+    /// Half-width of what the load does not decide.
+    undetermined: f64 [Component];
+    /// Share of every source in it.
+    undetermined_contribution: f64 [Source, Component] if details;
+    /// Whether the load decides where every source is; no load moves what is no clearance.
+    decided: bool [Source] if details;
+    /// Force and moment on the second body of every joint at its joint point, ground axes.
+    reaction: f64 [Joint, Wrench] if details;
+    /// The values of all parameters.
+    offset: f64 [Parameter] if offset;
+    /// Share of every source in the first-order error.
+    contribution: f64 [Source, Component] if details;
+    /// Steps until contact and reactions agreed.
+    iterations: u64 [];
+    /// Outcome.
+    status: Status [];
+}
+
+columns! {
+    /// What the load strains, where more than statics shares it.
+    Strain in StrainTable by StrainRows:
+    /// The smallest factor on the clearances with which the rigid mechanism can be assembled.
+    clearance_factor: f64 [];
+    /// Reactions without any load.
+    prestress: f64 [Joint, Wrench];
+    /// Force or moment on the displacement of every row, in the joint's axes: what pulls its second body along.
+    force: f64 [Row];
+    /// Deformation of every elastic component.
+    deformation: f64 [Elastic];
+    /// Part of every joint's compliance in the first-order error.
+    contribution_elastic: f64 [Joint, Component];
+    /// Relative duality gap of the last program.
+    gap: f64 [];
+    /// The largest misfit of a redundant row at the nominal pose; angles at the characteristic length.
+    lack_of_fit: f64 [];
+}
+
+columns! {
+    /// A specimen under load; here a row is a specimen.
+    Specimen in SpecimenTable by SpecimenRows:
+    /// The smallest factor on the clearances with which the rigid specimen can be assembled.
+    clearance_factor: f64 [];
+    /// Coordinates of all bodies.
+    poses: f64 [Body, Coordinate];
+    /// Force on every row.
+    force: f64 [Row];
+    /// Force and moment on the second body of every joint at its joint point, ground axes.
+    reaction: f64 [Joint, Wrench];
+    /// The values of all parameters.
+    offset: f64 [Parameter];
+    /// Outcome.
+    status: Status [];
+}
+
+columns! {
+    /// The largest errors.
+    Worst in WorstTable by WorstRows:
+    /// Largest distance of the output point from nominal.
+    position: f64 [];
+    /// To first order.
+    position_first_order: f64 [];
+    /// What the first-order figure certainly does not exceed.
+    position_bound: f64 [];
+    /// Largest rotation from nominal, absolute.
+    rotation: f64 [];
+    /// To first order.
+    rotation_first_order: f64 [];
+    /// What the first-order figure certainly does not exceed.
+    rotation_bound: f64 [];
+    /// Lowest and highest error of every component.
+    component: f64 [Component, Side];
+    /// To first order.
+    component_first_order: f64 [Component, Side];
+    /// Direction of the largest position error.
+    direction: f64 [Axis];
+    /// Axis of the largest rotation.
+    rotation_direction: f64 [Turn];
+    /// The parameter values that attain each extreme.
+    offset: f64 [Extreme, Parameter];
+    /// Share of every source in the first-order figure of each extreme.
+    contribution: f64 [Extreme, Source];
+    /// Share of every joint's deformation in it.
+    contribution_elastic: f64 [Extreme, Joint];
+    /// Starts that the batch engine handed to the plain solver.
+    fallbacks: u64 [];
+    /// Extremes whose climb was ended by its budget of work before it stood still.
+    unsettled: u64 [];
+    /// Outcome.
+    status: Status [];
+}
+
+columns! {
+    /// Scatter from specimen to specimen.
+    Scatter in ScatterTable by ScatterRows:
+    /// Mean of every component.
+    mean: f64 [Component];
+    /// Covariance of the components.
+    covariance: f64 [Component, ComponentOther];
+    /// Mean to first order.
+    mean_first_order: f64 [Component];
+    /// Covariance to first order.
+    covariance_first_order: f64 [Component, ComponentOther];
+    /// First-order variance of every component by source.
+    contribution: f64 [Source, Component];
+    /// Quantiles of every quantity.
+    quantile: f64 [Probability, Quantity];
+    /// The width within which every quantity's quantiles are known.
+    quantile_resolution: f64 [Quantity];
+    /// Histogram of every quantity.
+    histogram: u64 [Quantity, Bin];
+    /// Edges of its bins.
+    edges: f64 [Quantity, BinEdge];
+    /// Share of the solved samples beyond an acceptance limit; NaN without limits.
+    outside: f64 [];
+    /// Largest size of every quantity met.
+    largest: f64 [Quantity];
+    /// Number of samples by status.
+    failures: u64 [Outcome];
+    /// Samples that the batch engine handed to the plain solver.
+    fallbacks: u64 [];
+    /// Outcome of the nominal configuration.
+    status: Status [];
+}
+
+columns! {
+    /// What strains specimens of over-constrained and elastic mechanisms, and those under load.
+    StrainScatter in StrainScatterTable by StrainScatterRows:
+    /// Quantiles of the smallest factor on the clearances with which a specimen can be assembled rigidly.
+    clearance_factor: f64 [Probability];
+    /// Quantiles of the force on every row of the elastic joints.
+    force: f64 [Probability, ElasticRow];
+    /// Part of every joint's compliance in the first-order variance.
+    contribution_elastic: f64 [Joint, Component];
+}
+
+columns! {
+    /// A random sample, kept only when asked for; here a row is a sample.
+    Sample in SampleTable by SampleRows:
+    /// Parameter values.
+    kept_parameters: f64 [Parameter];
+    /// Error.
+    kept_errors: f64 [Component];
+    /// Outcome.
+    kept_status: Status [];
+}
+
+/// The columns that a question can have.
+#[must_use]
+pub fn declared() -> [(&'static str, Vec<Declared>); 6] {
+    [
+        ("given", [Given::DECLARED, Forced::DECLARED].concat()),
+        ("sensitivity", Sensitivity::DECLARED.to_vec()),
+        ("loaded", [Loaded::DECLARED, Strain::DECLARED].concat()),
+        ("loaded_specimens", Specimen::DECLARED.to_vec()),
+        ("worst", Worst::DECLARED.to_vec()),
+        ("random", [Scatter::DECLARED, StrainScatter::DECLARED, Sample::DECLARED].concat()),
+    ]
+}
