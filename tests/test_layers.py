@@ -24,6 +24,8 @@ LAYERS = (
     "units",
     "poses",
     "schema",
+    "spec",
+    "answers",
     "_core",
     "compile",
     "model",

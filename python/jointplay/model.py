@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -19,10 +19,22 @@ from jointplay.compile import Compiled, compile_file
 from jointplay.errors import InputError, not_known, one_line
 from jointplay.schema import validate
 from jointplay.schema.keys import change, expand, value_at
+from jointplay.spec import Spec
 from jointplay.typed import typed
 
 #: no mechanism that a person wrote is longer; the bound keeps devices and archives out
 LARGEST_FILE = 8_000_000
+
+
+def in_core(spec: Spec) -> _core.Mechanism:
+    """A mechanism in the compiled core.
+
+    Raises
+    ------
+    ValueError
+        When the core refuses it.
+    """
+    return _core.Mechanism(json.dumps(dict(spec), allow_nan=False))
 
 
 class Mechanism(Compiled):
@@ -76,13 +88,13 @@ class Mechanism(Compiled):
     def core(self) -> _core.Mechanism:
         """The mechanism in the compiled core, made when first needed."""
         try:
-            return _core.Mechanism(json.dumps(self.spec(), allow_nan=False))
+            return in_core(self.core_spec)
         except ValueError as error:
             raise InputError(str(error), file=self.file) from error
 
-    def spec(self) -> dict[str, Any]:
+    def spec(self) -> Spec:
         """The mechanism as the core reads it: SI units, radians, points and bodies by index. A copy."""
-        return copy.deepcopy(dict(self.core_spec))
+        return cast("Spec", copy.deepcopy(dict(self.core_spec)))
 
     @typed
     def value(self, key: str) -> Any:

@@ -5,7 +5,9 @@ use std::borrow::Cow;
 use jointplay_core::columns::{Answer, Values};
 use jointplay_core::{Case, Mechanism};
 use numpy::ndarray::{ArrayD, Dimension, IxDyn};
-use numpy::{Element, IntoPyArray, PyReadonlyArray, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
+use numpy::{
+    Element, IntoPyArray, PyArrayDyn, PyReadonlyArray, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -35,6 +37,24 @@ pub fn flat_rows<'a>(matrix: &'a PyReadonlyArray2<'_, f64>, name: &str, columns:
         return Err(PyValueError::new_err(format!("{name} has {found} columns, {columns} are needed")));
     }
     Ok(in_rows(matrix))
+}
+
+/// The numbers of an array whose last dimensions have these sizes, and the sizes of those before.
+pub fn leading<'a, D: Dimension>(
+    array: &'a PyReadonlyArray<'_, f64, D>,
+    last: &[usize],
+    name: &str,
+) -> PyResult<(&'a [usize], Cow<'a, [f64]>)> {
+    match array.shape().split_at_checked(array.shape().len().saturating_sub(last.len())) {
+        Some((first, sizes)) if sizes == last => Ok((first, in_rows(array))),
+        _ => Err(PyValueError::new_err(format!("{name} of shape {:?}, it has to end in {last:?}", array.shape()))),
+    }
+}
+
+/// An array of a shape.
+pub fn reshaped<'py>(py: Python<'py>, shape: &[usize], values: Vec<f64>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let array = ArrayD::from_shape_vec(IxDyn(shape), values).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    Ok(array.into_pyarray(py))
 }
 
 /// Drive values and nominal coordinates of many configurations, in one piece each.

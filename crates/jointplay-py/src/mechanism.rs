@@ -6,13 +6,14 @@ use jointplay_core::questions::random::Request;
 use jointplay_core::{Case, Mechanism as Core, Spec};
 use numpy::ndarray::Array2;
 use numpy::{
-    IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
+    IntoPyArray, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+    PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Configurations, Table, flat_rows, rows};
+use crate::arrays::{Configurations, Table, flat_rows, leading, reshaped, rows};
 use crate::work::{short, work, work_in_part};
 
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
@@ -34,6 +35,15 @@ impl Mechanism {
             return Err(PyValueError::new_err(format!("{} drive values are needed", self.core.n_drives())));
         }
         Ok(drives)
+    }
+
+    /// One pose of all bodies.
+    fn coordinates(&self, poses: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<f64>> {
+        let coordinates = flat_rows(poses, "poses", self.core.n_body_coordinates())?.into_owned();
+        if coordinates.len() != self.core.n_coordinates() {
+            return Err(PyValueError::new_err(format!("poses of {} bodies are needed", self.core.n_bodies())));
+        }
+        Ok(coordinates)
     }
 }
 
@@ -90,32 +100,56 @@ impl Mechanism {
         work(py, || self.core.is_regular(&drives))
     }
 
-    fn jacobian<'py>(&self, py: Python<'py>, poses: PyReadonlyArray2<'py, f64>) -> PyResult<Matrix<'py>> {
-        let coordinates = rows(&poses, "poses", self.core.n_body_coordinates())?.concat();
-        if coordinates.len() != self.core.n_coordinates() {
-            return Err(PyValueError::new_err(format!("poses of {} bodies are needed", self.core.n_bodies())));
-        }
-        let matrix = short(|| self.core.jacobian(&coordinates))?;
-        let array = Array2::from_shape_fn(matrix.shape(), |at| matrix[at]);
-        Ok(array.into_pyarray(py))
+    /// Shape (row, unknown), at one pose of all bodies or at each of several.
+    fn jacobian<'py>(
+        &self,
+        py: Python<'py>,
+        poses: PyReadonlyArrayDyn<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (shape, coordinates) = leading(&poses, &[self.core.n_bodies(), self.core.n_body_coordinates()], "poses")?;
+        let found = short(|| self.core.jacobians(&coordinates))?;
+        reshaped(py, &[shape, &[self.core.n_rows(), self.core.n_unknowns()]].concat(), found)
     }
 
-    /// What every row is off by where the bodies are, in metres and radians; joints first, then drives.
+    /// What every row is off by where the bodies are, in metres and radians; joints first, then drives. At one pose of
+    /// all bodies or at each of several.
     fn gaps<'py>(
         &self,
         py: Python<'py>,
-        drives: PyReadonlyArray1<'py, f64>,
-        poses: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Bound<'py, numpy::PyArray1<f64>>> {
-        let coordinates = rows(&poses, "poses", self.core.n_body_coordinates())?.concat();
-        let drives = drives.as_array().to_vec();
-        if coordinates.len() != self.core.n_coordinates() || drives.len() != self.core.n_drives() {
-            let (bodies, drives) = (self.core.n_bodies(), self.core.n_drives());
-            return Err(PyValueError::new_err(format!(
-                "poses of {bodies} bodies and {drives} drive values are needed"
-            )));
+        drives: PyReadonlyArrayDyn<'py, f64>,
+        poses: PyReadonlyArrayDyn<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let core = &self.core;
+        let (shape, coordinates) = leading(&poses, &[core.n_bodies(), core.n_body_coordinates()], "poses")?;
+        let (as_many, values) = leading(&drives, &[core.n_drives()], "drives")?;
+        if shape != as_many {
+            return Err(PyValueError::new_err("one row of drives per pose is needed"));
         }
-        Ok(short(|| self.core.gaps(&coordinates, &drives))?.into_pyarray(py))
+        let n = shape.iter().product::<usize>();
+        let at = |k: usize| {
+            let (body, drive) = (core.n_coordinates(), core.n_drives());
+            core.gaps(&coordinates[k * body..(k + 1) * body], &values[k * drive..(k + 1) * drive])
+        };
+        let found = short(|| (0..n).flat_map(at).collect())?;
+        reshaped(py, &[shape, &[core.n_rows()]].concat(), found)
+    }
+
+    /// How near configurations are to a singularity with lengths divided by a characteristic one, where these components
+    /// of the output's twist count; without `details` the closure alone.
+    #[pyo3(signature = (poses, length, components, details = true))]
+    fn nearness<'py>(
+        &self,
+        py: Python<'py>,
+        poses: PyReadonlyArray3<'py, f64>,
+        length: f64,
+        components: Vec<usize>,
+        details: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let (_, coordinates) = leading(&poses, &[core.n_bodies(), core.n_body_coordinates()], "poses")?;
+        let found = work(py, || core.nearness(&coordinates, length, &components, details))?;
+        let refused = "as many rows as unknowns and components of the output are needed";
+        Table::of(py, found.ok_or_else(|| PyValueError::new_err(refused))?)
     }
 
     fn solve<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
@@ -123,11 +157,20 @@ impl Mechanism {
         Table::of(py, work(py, || self.core.solved(&self.core.solve(n, &rows)))?)
     }
 
-    /// Poses, output and status only: no singular values, for maps of many configurations.
-    fn trace<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
+    /// Poses, output and status only: no singular values, for maps of many configurations. From the guess or from other
+    /// poses of all bodies.
+    #[pyo3(signature = (drives, start = None))]
+    fn trace<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        start: Option<PyReadonlyArray2<'py, f64>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
         let (n, rows) = (drives.shape()[0], flat_rows(&drives, "drives", core.n_drives())?);
-        Table::of(py, work(py, || core.traced(core.trace(n, &rows)))?)
+        let Some(start) = start else { return Table::of(py, work(py, || core.traced(core.trace(n, &rows)))?) };
+        let start = self.coordinates(&start)?;
+        Table::of(py, work(py, || core.traced(core.guessed_at(&start).trace(n, &rows)))?)
     }
 
     /// Poses, output and status on a grid of drive values, reached from seeds: states with a node each. If it

@@ -11,11 +11,11 @@ and elastic mechanisms need a cone program; its multipliers of compatibility are
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jointplay.answers import Loaded
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, to_dataset
@@ -107,7 +107,7 @@ def compute(
     return finished(builder, done, count)
 
 
-def _details(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
+def _details(builder: Builder, found: Loaded) -> None:
     """What every joint and every source does."""
     words = "error to first order"
     builder.add("error_first_order", ("configuration", "component"), found["error_first_order"], words, "component")
@@ -136,7 +136,7 @@ def _details(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
     )
 
 
-def _strain(m: Mechanism, builder: Builder, found: dict[str, NDArray[Any]]) -> None:
+def _strain(m: Mechanism, builder: Builder, found: Loaded) -> None:
     """The further results of over-constrained and elastic mechanisms."""
     words = "reaction without any load"
     builder.add("prestress", ("configuration", "joint", "wrench"), found["prestress"], words, "wrench")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.answers import Solved
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.mobility import require_determinate
@@ -107,7 +108,7 @@ def follow(m: Mechanism, targets: Floats, components: tuple[str, ...]) -> Nomina
     return _of(m.core.inverse(targets, weights, m.start_drives))
 
 
-def _of(solved: dict[str, NDArray[Any]]) -> Nominal:
+def _of(solved: Solved) -> Nominal:
     return Nominal(
         drives=solved["drives"],
         poses=solved["poses"],
@@ -127,12 +128,16 @@ def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float)
     return builder
 
 
+#: arrays by name, the status among them
+Columns = TypeVar("Columns", bound=Mapping[str, Any])
+
+
 def batched(
     count: int,
     size: int,
-    run: Callable[[slice], dict[str, NDArray[Any]]],
+    run: Callable[[slice], Columns],
     progress: Progress | None,
-) -> tuple[dict[str, NDArray[Any]], int]:
+) -> tuple[Columns, int]:
     """Run over configurations in batches; after Ctrl-C a batch may give fewer than it was asked for.
 
     Returns
@@ -142,7 +147,7 @@ def batched(
     done : int
         How many configurations they cover: fewer than `count` after Ctrl-C, never none.
     """
-    parts: list[dict[str, NDArray[Any]]] = []
+    parts: list[Columns] = []
     done = 0
     try:
         while done < count:
@@ -159,7 +164,8 @@ def batched(
         if not parts:
             raise
     done = sum(len(part["status"]) for part in parts)
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}, done
+    joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    return cast("Columns", joined), done
 
 
 def finished(builder: Builder, done: int, count: int, unfinished: str = "") -> Result:

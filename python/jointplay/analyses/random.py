@@ -8,11 +8,12 @@ specimen; specimens whose clearances cannot fulfil it are strained, or cannot be
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.answers import Random
 from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.model import Mechanism
 from jointplay.result import STATUSES, Builder, Result, to_dataset
@@ -119,7 +120,7 @@ def compute(
 
     drawn = samples
 
-    def run(part: slice) -> dict[str, NDArray[Any]]:
+    def run(part: slice) -> Random:
         # One configuration a call, so that the bar moves.
         nonlocal drawn
         if drawn < samples:
@@ -191,12 +192,12 @@ def _require_room(m: Mechanism, law: str | None, at: Nominal) -> None:
         raise InputError(problem, file=m.file, key="law")
 
 
-def _moments(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
+def _moments(builder: Builder, found: Random) -> None:
     pose, square = ("configuration", "component"), ("configuration", "component", "component_other")
-    for suffix, words in (("", ""), ("_first_order", ", to first order")):
-        covariance = found[f"covariance{suffix}"]
+    exact, linear = (found["mean"], found["covariance"]), (found["mean_first_order"], found["covariance_first_order"])
+    for (mean, covariance), suffix, words in ((exact, "", ""), (linear, "_first_order", ", to first order")):
         std = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-        builder.add(f"error_mean{suffix}", pose, found[f"mean{suffix}"], f"mean error{words}", "component")
+        builder.add(f"error_mean{suffix}", pose, mean, f"mean error{words}", "component")
         builder.add(f"error_std{suffix}", pose, std, f"standard deviation of the error{words}", "component")
         words = f"covariance of the error{words}"
         builder.add(f"error_covariance{suffix}", square, covariance, words, ("component", "component_other"))
@@ -205,7 +206,7 @@ def _moments(builder: Builder, found: dict[str, NDArray[Any]]) -> None:
     builder.add("contribution", parts, found["contribution"], words, "component", power=2)
 
 
-def _distribution(builder: Builder, found: dict[str, NDArray[Any]], levels: NDArray[np.float64], m: Mechanism) -> None:
+def _distribution(builder: Builder, found: Random, levels: NDArray[np.float64], m: Mechanism) -> None:
     per = ("configuration", "quantity")
     builder.labels("probability", levels, "share of the specimens below the quantile")
     quantile = ("configuration", "probability", "quantity")
@@ -224,7 +225,7 @@ def _distribution(builder: Builder, found: dict[str, NDArray[Any]], levels: NDAr
         builder.attrs["limit_rotation"] = m.limits.rotation / builder.units.angle
 
 
-def _assembly(builder: Builder, found: dict[str, NDArray[Any]], m: Mechanism) -> None:
+def _assembly(builder: Builder, found: Random, m: Mechanism) -> None:
     """The further results of over-constrained and elastic mechanisms."""
     words = "clearance scale factor required for assembly without strain, quantile"
     builder.add("clearance_factor_quantile", ("configuration", "probability"), found["clearance_factor"], words)

@@ -8,14 +8,13 @@ function theorem, it only does where the closure is singular). Each is then clos
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import _core, poses
+from jointplay import poses
 from jointplay.compile import ANGULAR
 
 from .nominal import Nominal
@@ -118,7 +117,6 @@ class Path:
         self.at = at
         self.values = values
         self.limit = limit
-        self.spec = self.m.spec() | {"loads": [], "sources": []}
         steps = np.abs(np.diff(at.drives, axis=0)) / [self._unit(moves) for moves in self.m.drive_moves] / STEP
         largest = np.max(steps, axis=1, initial=0.0) if steps.size else np.zeros(max(0, len(at) - 1))
         #: steps of every segment; 0 where a drive value is not known
@@ -209,8 +207,7 @@ class Path:
 
     def _trace(self, pose: Floats, along: Floats) -> Floats:
         """Poses along the path, from the pose at the first of the places."""
-        core = _core.Mechanism(json.dumps(self.spec | {"guess": pose.tolist()}))
-        return np.asarray(core.trace(np.ascontiguousarray(self.drives(along)))["poses"])
+        return self.m.core.trace(np.ascontiguousarray(self.drives(along)), pose)["poses"]
 
     def _state(self, anchor: _State, along: float) -> _State:
         """The state at a place, followed from another one."""
@@ -222,11 +219,12 @@ class Path:
 
     def _output(self, states: Floats) -> Floats:
         """Position of the output point, three coordinates."""
-        point = self.spec["points"][self.spec["output"]["point"]]
+        spec = self.m.core_spec
+        point = spec["points"][spec["output"]["point"]]
         return poses.place(states[:, point["body"]], point["at"])
 
     def _kind(self, pose: Floats) -> str:
-        values = self.scaled.measure(pose[None], range(len(self.scaled.units))).values[0]
+        values = self.scaled.measure(pose[None], range(len(self.scaled.units)))["values"][0]
         return kind(values[:2], self.limit)
 
     def _places(self, track: _Track) -> list[Place]:

@@ -128,7 +128,6 @@ def compute(
 
 def _judged(scaled: Scaled, at: Nominal, part: slice, counted: Sequence[int], limit: float) -> dict[str, NDArray[Any]]:
     """All figures of some configurations, nan where one is not assembled."""
-    m = scaled.m
     known = np.asarray(np.isfinite(at.poses[part]).all(axis=(1, 2)))
     measures = scaled.measure(at.poses[part][known], counted)
 
@@ -137,17 +136,16 @@ def _judged(scaled: Scaled, at: Nominal, part: slice, counted: Sequence[int], li
         table[known] = values
         return table
 
-    values, closure = full(measures.values), full(measures.closure)
+    values, closure = full(measures["values"]), full(measures["closure"])
     with np.errstate(invalid="ignore"):
         singular = closure < limit
     codes = np.where(singular, _core.STATUSES.index("singular"), _core.STATUSES.index("ok"))
-    units = np.tile(scaled.units, len(m.bodies))
     return {
         "values": values,
         "closure": closure,
-        "sign": np.where(singular | ~known, 0.0, full(measures.sign)).astype(np.int8),
-        "motions": (full(measures.motions) * units).reshape(len(known), len(KINDS), len(m.bodies), -1),
-        "twists": full(measures.twists) * scaled.units,
+        "sign": np.where(singular | ~known, 0.0, full(measures["sign"])).astype(np.int8),
+        "motions": full(measures["motions"]) * scaled.units,
+        "twists": full(measures["twists"]) * scaled.units,
         "kind": np.array([kind(row, limit) for row in values], dtype=object),
         "status": np.where(known, codes, at.status[part]),
     }
@@ -211,5 +209,5 @@ def _components(m: Mechanism, scaled: Scaled, at: Nominal, asked: Sequence[str] 
         return everything
     some = known[np.linspace(0, known.size - 1, min(LOOKS, known.size)).round().astype(int)]
     positions = scaled.positions.tolist()
-    shown_by_position = scaled.measure(at.poses[some], positions).values[:, KINDS.index("output")]
+    shown_by_position = scaled.measure(at.poses[some], positions)["values"][:, KINDS.index("output")]
     return positions if bool((shown_by_position > RANK).any()) else everything

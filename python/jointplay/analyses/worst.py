@@ -10,10 +10,9 @@ count as well, each at its pose of least energy.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from numpy.typing import NDArray
-
+from jointplay.answers import Worst
 from jointplay.errors import in_range
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
@@ -71,23 +70,27 @@ def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progre
     at = at or nominal(m)
     drives, poses = at.drives, at.poses
 
-    def run(part: slice) -> dict[str, NDArray[Any]]:
+    def run(part: slice) -> Worst:
         return m.core.worst(drives[part], poses[part], starts, partly=True)
 
     found, done = batched(len(at), BATCH, run, progress)
     at = at.first(done)
     builder = report(m, "worst", at)
     sides = ("configuration", "component", "side")
-    for suffix, words in (("", ""), ("_first_order", ", to first order")):
-        position, rotation = found[f"position{suffix}"], found[f"rotation{suffix}"]
-        component = found[f"component{suffix}"]
+    exact = found["position"], found["rotation"], found["component"]
+    linear = found["position_first_order"], found["rotation_first_order"], found["component_first_order"]
+    for (position, rotation, component), suffix, words in (
+        (exact, "", ""),
+        (linear, "_first_order", ", to first order"),
+    ):
         builder.add(f"worst_position{suffix}", "configuration", position, f"largest position error{words}", "length")
         builder.add(f"worst_rotation{suffix}", "configuration", rotation, f"largest rotation{words}", "angle")
         words = f"lowest and highest error of the component{words}"
         builder.add(f"worst_component{suffix}", sides, component, words, "component")
-    for name, kind in (("position", "length"), ("rotation", "angle")):
+    bounds = ("position", "length", found["position_bound"]), ("rotation", "angle", found["rotation_bound"])
+    for name, kind, bound in bounds:
         words = f"upper bound of the largest {name} error to first order"
-        builder.add(f"worst_{name}_first_order_bound", "configuration", found[f"{name}_bound"], words, kind)
+        builder.add(f"worst_{name}_first_order_bound", "configuration", bound, words, kind)
     words = "direction of the largest position error"
     builder.add("worst_direction", ("configuration", "axis"), found["direction"], words)
     words = "offset of the parameter at the extreme"

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from jointplay import poses
 from jointplay.errors import not_known
 from jointplay.schema import MechanismFile, PlanarFile, SpatialFile
+from jointplay.spec import CouplingSpec, DriveSpec, JointSpec, LoadSpec, Spec
 from jointplay.units import Units
 
 from .assembly import Assembly, compile_assembly
@@ -148,7 +149,7 @@ class Compiled:
         Whether any force or moment acts.
     length : float
         Characteristic length, by which angles and lengths are compared; never zero.
-    core_spec : mapping
+    core_spec : Spec
         The mechanism as the core reads it.
     """
 
@@ -183,7 +184,7 @@ class Compiled:
     assembly: Assembly | None
     has_loads: bool
     length: float
-    core_spec: Mapping[str, Any]
+    core_spec: Spec
 
 
 def compile_file(data: MechanismFile, file: str) -> Compiled:
@@ -216,7 +217,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
     limits = _limits(data, graph, commands)
     components = COMPONENTS[data.space]
     component_factors = _fixed([units.length if c in LENGTHS else units.angle for c in components])
-    spec = {
+    spec: Spec = {
         "space": data.space,
         "n_bodies": len(guess),
         "guess": guess.tolist(),
@@ -227,7 +228,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         "drives": [_drive_spec(moves) for moves in commands.moves],
         "output": {"point": output},
         "loads": loads,
-        "sources": [{"kind": s.kind, "centre": list(s.centre), **s.spec} for s in sources],
+        "sources": [s.core_spec for s in sources],
     }
     return Compiled(
         file=file,
@@ -263,11 +264,11 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         assembly=compile_assembly(data, graph),
         has_loads=any(any(load["force"]) or any(load["moment"]) for load in loads),
         length=length,
-        core_spec=MappingProxyType(spec),
+        core_spec=cast("Spec", MappingProxyType(spec)),
     )
 
 
-def _loaded(data: MechanismFile, loads: list[dict[str, Any]], output: int) -> dict[int, str]:
+def _loaded(data: MechanismFile, loads: list[LoadSpec], output: int) -> dict[int, str]:
     """What the points are where loads act, beside the output."""
     names = [f"load{k}" for k in range(len(data.loads))]
     names += ["centre"] * (len(loads) - len(names))
@@ -314,9 +315,9 @@ def _limits(data: MechanismFile, graph: Graph, commands: Commands) -> Limits:
     )
 
 
-def _drive_spec(moves: Moves) -> dict[str, Any]:
+def _drive_spec(moves: Moves) -> DriveSpec:
     (joint, coefficient), *others = moves
-    told: dict[str, Any] = {"joint": joint}
+    told: DriveSpec = {"joint": joint}
     if coefficient != 1.0:
         told["coefficient"] = coefficient
     if others:
@@ -324,18 +325,21 @@ def _drive_spec(moves: Moves) -> dict[str, Any]:
     return told
 
 
-def _joint_spec(joint: CompiledJoint, space: str, coupling: dict[str, Any] | None) -> dict[str, Any]:
-    sides = {"side_first": list(joint.side_first), "side_second": list(joint.side_second)}
-    return {
+def _joint_spec(joint: CompiledJoint, space: str, coupling: CouplingSpec | None) -> JointSpec:
+    told: JointSpec = {
         "kind": joint.kind,
         "first": joint.first,
         "second": joint.second,
         "axis_first": list(joint.axis_first),
         "axis_second": list(joint.axis_second),
-        **(sides if space == "spatial" else {}),
-        **({} if joint.compliance is None else {"compliance": list(joint.compliance)}),
-        **({} if coupling is None else {"coupling": coupling}),
     }
+    if space == "spatial":
+        told["side_first"], told["side_second"] = list(joint.side_first), list(joint.side_second)
+    if joint.compliance is not None:
+        told["compliance"] = list(joint.compliance)
+    if coupling is not None:
+        told["coupling"] = coupling
+    return told
 
 
 def _fixed(values: list[float]) -> Floats:

@@ -6,25 +6,23 @@ prismatic, cylindrical, pin_in_slot    distance along the first body's axis from
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import poses
+from jointplay.spec import Spec
 
 from .graph import ANGULAR, SLIDING
 
 Floats = NDArray[np.float64]
 
 
-def coordinate(spec: Mapping[str, Any], index: int, at: Floats) -> Floats:
+def coordinate(spec: Spec, index: int, at: Floats) -> Floats:
     """Coordinate of a joint, SI and radians; nan for joints that have none.
 
     Parameters
     ----------
-    spec : mapping
+    spec : Spec
         The mechanism as the core reads it.
     index : int
         Which joint.
@@ -45,7 +43,7 @@ def coordinate(spec: Mapping[str, Any], index: int, at: Floats) -> Floats:
     return np.full(at.shape[:-2], np.nan)
 
 
-def _bodies(spec: Mapping[str, Any], index: int, at: Floats) -> tuple[Floats, Floats]:
+def _bodies(spec: Spec, index: int, at: Floats) -> tuple[Floats, Floats]:
     """Poses of the two bodies of a joint."""
     ground = np.broadcast_to(poses.ground(at.shape[-1]), (*at.shape[:-2], 1, at.shape[-1]))
     placed = np.concatenate([at, ground], axis=-2)  # the ground has index -1
@@ -54,7 +52,7 @@ def _bodies(spec: Mapping[str, Any], index: int, at: Floats) -> tuple[Floats, Fl
     return first, second
 
 
-def _along(spec: Mapping[str, Any], index: int, at: Floats) -> Floats:
+def _along(spec: Spec, index: int, at: Floats) -> Floats:
     joint = spec["joints"][index]
     first, second = _bodies(spec, index, at)
     axis = poses.matrix(first) @ np.array(joint["axis_first"])
@@ -62,15 +60,16 @@ def _along(spec: Mapping[str, Any], index: int, at: Floats) -> Floats:
     return np.asarray(((poses.place(second, ends[1]) - poses.place(first, ends[0])) * axis).sum(axis=-1))
 
 
-def _about(spec: Mapping[str, Any], index: int, at: Floats) -> Floats:
+def _about(spec: Spec, index: int, at: Floats) -> Floats:
     """Angle about a joint's axis in space, within half a turn."""
     joint = spec["joints"][index]
-    a, b = (poses.joint_axes(joint[f"axis_{end}"], joint[f"side_{end}"]) for end in ("first", "second"))
+    a = poses.joint_axes(joint["axis_first"], joint["side_first"])
+    b = poses.joint_axes(joint["axis_second"], joint["side_second"])
     first, second = _bodies(spec, index, at)
     return poses.twist_angle((poses.matrix(first) @ a).swapaxes(-1, -2) @ poses.matrix(second) @ b)
 
 
-def _screwed(spec: Mapping[str, Any], index: int, at: Floats) -> Floats:
+def _screwed(spec: Spec, index: int, at: Floats) -> Floats:
     """Angle of a screw, its full turns since the start counted by how far it has gone."""
     turn, lead = 2.0 * np.pi, spec["joints"][index]["coupling"]["lead"]
     start, angle = np.array(spec["guess"]), _about(spec, index, at)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from jointplay import poses
 from jointplay.errors import InputError
 from jointplay.schema import BeltClearance, BeltKeys, FlankClearance, GearKeys, MechanismFile, Mesh, Screw
+from jointplay.spec import CouplingSpec
 from jointplay.units import Units
 
 from .frames import Frame, Vector, across, cross_product, dot
@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 Refuse = Callable[[str, str], InputError]
 
 
-def compile_couplings(data: MechanismFile, graph: Graph, guess: Floats) -> dict[int, dict[str, Any]]:
+def compile_couplings(data: MechanismFile, graph: Graph, guess: Floats) -> dict[int, CouplingSpec]:
     """What the core is told of every coupling, by the index of its joint; refuses wheels that cannot mesh.
 
     Parameters
@@ -43,7 +43,7 @@ def compile_couplings(data: MechanismFile, graph: Graph, guess: Floats) -> dict[
     guess : ndarray
         Pose of every body at the start, SI.
     """
-    found: dict[int, dict[str, Any]] = {}
+    found: dict[int, CouplingSpec] = {}
     for index, joint in enumerate(graph.joints):
         entry = data.joints.get(joint.pin)
         if isinstance(entry, Mesh):
@@ -96,13 +96,14 @@ class _Wheels:
         apart = self.turns[0].T @ (second - first)
         self.apart = [dot(tuple(apart), direction) for direction in self._plane(0)]
 
-    def spec(self) -> dict[str, Any]:
+    def spec(self) -> CouplingSpec:
         """Its geometry as the core takes it."""
         entry = self.entry
         if self.in_space:
             self._check_parallel()
         self._check_play()
         first, second = self.radii[0], self.radii[-1]
+        told: CouplingSpec
         counts = [entry.counts[0], entry.counts[-1]]
         if isinstance(entry, BeltKeys):
             distance = self._distance_of_pulleys(entry)

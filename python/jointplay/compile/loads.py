@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from jointplay.schema import LoadTable, MechanismFile
+from jointplay.spec import LoadSpec
 from jointplay.units import Units
 
 from .frames import vector
@@ -27,9 +27,9 @@ def _point(graph: Graph, body: str, at: Sequence[float] | str, key: str) -> int:
     return graph.add_point(index, tuple(at))
 
 
-def compile_loads(data: MechanismFile, graph: Graph, output: int) -> list[dict[str, Any]]:
+def compile_loads(data: MechanismFile, graph: Graph, output: int) -> list[LoadSpec]:
     """Loads and weights as the core wants them, in SI and ground axes."""
-    loads: list[dict[str, Any]] = []
+    loads: list[LoadSpec] = []
     for k, load in enumerate(data.loads):
         key = f"loads.{k}"
         body = load.body or data.output.body
@@ -41,18 +41,18 @@ def compile_loads(data: MechanismFile, graph: Graph, output: int) -> list[dict[s
             point = output
         else:
             point = _point(graph, body, ORIGIN, key)
-        loads.append({"point": point, **_wrench(load, graph.units)})
+        loads.append(_wrench(load, graph.units, point))
     return loads + _weights(data, graph)
 
 
-def _wrench(load: LoadTable, units: Units) -> dict[str, list[float]]:
+def _wrench(load: LoadTable, units: Units, point: int) -> LoadSpec:
     force = vector(load.force or (), units.force)
     # A moment in the plane is about the axis that points out of it.
     about = load.moment if isinstance(load.moment, tuple) else (0.0, 0.0, load.moment)
-    return {"force": list(force), "moment": list(vector(about, units.moment))}
+    return {"point": point, "force": list(force), "moment": list(vector(about, units.moment))}
 
 
-def _weights(data: MechanismFile, graph: Graph) -> list[dict[str, Any]]:
+def _weights(data: MechanismFile, graph: Graph) -> list[LoadSpec]:
     if not any(data.gravity):
         return []
     heavy = {name: body for name, body in data.bodies.items() if body.mass > 0.0}

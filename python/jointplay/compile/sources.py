@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 from jointplay.schema import (
     BallClearance,
@@ -27,6 +26,7 @@ from jointplay.schema import (
     ToleranceLaw,
     ToleranceTable,
 )
+from jointplay.spec import SetSpec, SourcePart, SourceSpec
 from jointplay.units import Units
 
 from .couplings import play_at_rim
@@ -54,7 +54,7 @@ class Source:
         SI per file unit of each parameter.
     centre : tuple of float
         Known deviation of each parameter, SI.
-    spec : dict
+    spec : SourcePart
         The rest of it as the core wants it.
     """
 
@@ -63,7 +63,12 @@ class Source:
     components: tuple[str, ...]
     factors: tuple[float, ...]
     centre: tuple[float, ...]
-    spec: dict[str, Any] = field(repr=False)
+    spec: SourcePart = field(repr=False)
+
+    @property
+    def core_spec(self) -> SourceSpec:
+        """All of it as the core wants it."""
+        return {"kind": self.kind, "centre": list(self.centre), **self.spec}
 
 
 def compile_sources(data: MechanismFile, graph: Graph, commands: Commands, output: int, length: float) -> list[Source]:
@@ -78,7 +83,7 @@ def compile_sources(data: MechanismFile, graph: Graph, commands: Commands, outpu
             label = f"drive {name}" if name in taken else name
             factor = float(commands.factors[index])
             spec = _interval(drive.error, drive.law or "uniform", factor)
-            sources.append(Source(label, "drive", ("value",), (factor,), (0.0,), {"drive": index, **spec}))
+            sources.append(Source(label, "drive", ("value",), (factor,), (0.0,), spec | {"drive": index}))
     return sources
 
 
@@ -93,10 +98,10 @@ def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoin
             # The pin of a locked hinge is given in the joint's own axes, as its angle is.
             components = ("along", "normal")
         factors = tuple(units.angle if component in TURNS else units.length for component in components)
-        spec = {"joint": index, "set": shape, "law": play.law}
+        spec: SourcePart = {"joint": index, "set": shape, "law": play.law}
         sources.append(Source(joint.name, "clearance", components, factors, (0.0,) * len(components), spec))
     if isinstance(locked, LockedAngle):
-        spec = {"joint": index, **_interval(locked.tolerance, locked.law or "normal", units.angle)}
+        spec = _interval(locked.tolerance, locked.law or "normal", units.angle) | {"joint": index}
         name = f"{joint.name}.lock" if sources else joint.name
         sources.append(Source(name, "angle", ("angle",), (units.angle,), (locked.deviation * units.angle,), spec))
     if isinstance(entry, Coupling):
@@ -108,7 +113,7 @@ def _of_coupling(entry: Coupling, joint: CompiledJoint, index: int, unit: float)
     """Transmission error and eccentric wheels."""
     error = entry.ratio_error
     if error is not None:
-        spec = {"joint": index, **_interval(error.tolerance, error.law or "normal", unit)}
+        spec = _interval(error.tolerance, error.law or "normal", unit) | {"joint": index}
         yield Source(f"{joint.name}.ratio", "ratio", ("length",), (unit,), (error.deviation * unit,), spec)
     for body, runout in entry.runout.items() if isinstance(entry, Mesh) else ():
         disc = {"disc": {"radius": (runout.tolerance or 0.0) * unit}}
@@ -118,7 +123,7 @@ def _of_coupling(entry: Coupling, joint: CompiledJoint, index: int, unit: float)
         yield Source(f"{joint.name}.runout.{body}", "runout", components, (unit, unit), (x * unit, y * unit), spec)
 
 
-def _set(entry: object, play: object, units: Units, length: float) -> tuple[tuple[str, ...], dict[str, Any]]:
+def _set(entry: object, play: object, units: Units, length: float) -> tuple[tuple[str, ...], SetSpec]:
     """Components of a clearance in the order of the joint's locked directions, and its set."""
     unit = units.length
     if isinstance(entry, Mesh):
@@ -183,11 +188,11 @@ def _of_dimension(data: MechanismFile, graph: Graph, name: str, output: int, len
         problem = f"{' and '.join(dimension.between)} are at the same point of '{dimension.body}'"
         raise graph.refuse(problem, f"{key}.between")
     unit = graph.units.length
-    spec = {"from": ends[0], "to": ends[1], **_interval(dimension.tolerance, dimension.law or "normal", unit)}
+    spec = _interval(dimension.tolerance, dimension.law or "normal", unit) | {"from": ends[0], "to": ends[1]}
     return Source(name, "dimension", ("length",), (unit,), (dimension.deviation * unit,), spec)
 
 
-def _interval(tolerance: ToleranceTable | None, law: ToleranceLaw, factor: float) -> dict[str, Any]:
+def _interval(tolerance: ToleranceTable | None, law: ToleranceLaw, factor: float) -> SourcePart:
     if tolerance is None:
         return {"set": {"interval": {"low": 0.0, "high": 0.0}}, "law": law}
     interval = {"low": tolerance.low * factor, "high": tolerance.high * factor}

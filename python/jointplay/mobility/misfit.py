@@ -9,15 +9,14 @@ removes is Y^T g, and a length l closes all loops to first order if
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay import _core, poses
+from jointplay import poses
 from jointplay.compile import LENGTHS, TURNS
-from jointplay.model import Mechanism
+from jointplay.model import Mechanism, in_core
 
 from .probe import Floats
 
@@ -60,7 +59,7 @@ def misfit(m: Mechanism, drives: Floats, placed: Floats) -> Misfit | None:
         Poses of all bodies there; shape (configuration, body, pose).
     """
     turns = np.array([component in TURNS for _, component in m.core.rows])
-    gaps = np.array([m.core.gaps(*at) for at in zip(drives, placed, strict=True)])
+    gaps = m.core.gaps(drives, placed)
     sizes = np.abs(gaps).max(axis=0) / np.where(turns, 1.0, m.length)
     open_ = sizes > max(CLOSED, SECOND_ORDER * float(sizes.max()))
     if not open_.any():
@@ -76,10 +75,10 @@ def misfit(m: Mechanism, drives: Floats, placed: Floats) -> Misfit | None:
 
 def _cures(m: Mechanism, drives: Floats, placed: Floats, gaps: Floats) -> list[tuple[str, str, str, float]]:
     """Single lengths that close everything everywhere."""
-    stresses = [_self_stresses(m, poses_) for poses_ in placed]
+    stresses = _self_stresses(m, placed)
 
     def observable(gaps: Floats) -> Floats:
-        return np.concatenate([y.T @ gap for y, gap in zip(stresses, gaps, strict=True)])
+        return np.asarray(np.einsum("nrs,nr->ns", stresses, gaps)).ravel()
 
     missing, found = observable(gaps), []
     for body, first, second, moves in _lengths(m, placed[0]):
@@ -87,9 +86,8 @@ def _cures(m: Mechanism, drives: Floats, placed: Floats, gaps: Floats) -> list[t
         for point, along in moves.items():
             at = np.array(spec["points"][point]["at"]) + STEP * m.length * along
             spec["points"][point]["at"] = at.tolist()
-        core = _core.Mechanism(json.dumps(spec, allow_nan=False))
-        moved = np.array([core.gaps(*at) for at in zip(drives, placed, strict=True)])
-        slope = observable(moved - gaps) / (STEP * m.length)
+        core = in_core(spec)
+        slope = observable(core.gaps(drives, placed) - gaps) / (STEP * m.length)
         if not slope @ slope > 0.0:
             continue
         length = -float(slope @ missing / (slope @ slope))
@@ -99,12 +97,12 @@ def _cures(m: Mechanism, drives: Floats, placed: Floats, gaps: Floats) -> list[t
 
 
 def _self_stresses(m: Mechanism, placed: Floats) -> Floats:
-    """Left null space of the closure Jacobian; shape (row, number)."""
+    """Left null spaces of the closure Jacobians; shape (configuration, row, number)."""
     turns = np.array([component in TURNS for _, component in m.core.rows])
     units = np.where(turns, 1.0, m.length)[:, None]
     unit = np.where(np.isin(m.components, LENGTHS), m.length, 1.0)
-    scaled = m.core.jacobian(np.ascontiguousarray(placed)) / units * np.tile(unit, len(m.bodies))
-    return np.asarray(np.linalg.svd(scaled)[0][:, scaled.shape[1] :] / units)
+    scaled = m.core.jacobian(placed) / units * np.tile(unit, len(m.bodies))
+    return np.asarray(np.linalg.svd(scaled)[0][..., scaled.shape[-1] :] / units)
 
 
 def _lengths(m: Mechanism, placed: Floats) -> Iterator[tuple[str, str, str, dict[int, Floats]]]:

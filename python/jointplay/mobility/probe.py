@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,8 @@ from numpy.typing import NDArray
 
 from jointplay import _core, poses
 from jointplay.compile import ANGULAR, DRIVABLE, LENGTHS, TURNS
-from jointplay.model import Mechanism
+from jointplay.model import Mechanism, in_core
+from jointplay.spec import DriveSpec
 
 #: singular values below this share of the largest count as zero; assembly is exact to 1e-11 of the length
 RANK = 1e-6
@@ -63,8 +63,8 @@ class Probe:
         self.core = self._core([{"joint": joint} for joint in self.drivable], self.spec["guess"])
         self.rows = self.core.rows
 
-    def _core(self, drives: list[dict[str, int]], guess: list[list[float]]) -> _core.Mechanism:
-        return _core.Mechanism(json.dumps(self.spec | {"drives": drives, "guess": guess}))
+    def _core(self, drives: list[DriveSpec], guess: list[list[float]]) -> _core.Mechanism:
+        return in_core(self.spec | {"drives": drives, "guess": guess})
 
     def sample(self, perturbation: float) -> Sample:
         """The Jacobian where the joints close near the (moved) guess, whatever the drives say."""

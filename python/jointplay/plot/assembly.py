@@ -15,6 +15,7 @@ from jointplay.analyses.assemble.report import place
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Result
+from jointplay.spec import ENDS
 from jointplay.table import VERDICTS
 from jointplay.typed import typed
 
@@ -43,7 +44,6 @@ NAME_ASIDE = 0.02
 #: points nearer to a line than this share of the mechanism are on it
 STRAIGHT = 1e-6
 NEW, TENSION, COMPRESSION, ERROR = COLOURS[2], COLOURS[3], COLOURS[0], "black"
-ENDS = ("first", "second")
 #: the variable that says how far off a centre can be, in each of the questions
 REACH = {
     which: [f"{name}_{end}" for end in ("shaft", "bearing")]

@@ -15,6 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Circle
 
+from jointplay.spec import JointSpec
+
 from .style import GREY
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -64,7 +66,7 @@ def strands(first: Points, second: Points, across: Points, radii: tuple[float, f
     return [np.array([first + radii[0] * out, second + (-radii[1] if crossed else radii[1]) * out]) for out in outward]
 
 
-def contact(joint: dict[str, Any], ends: tuple[Points, Points], along: Points, unit: float) -> Points:
+def contact(joint: JointSpec, ends: tuple[Points, Points], along: Points, unit: float) -> Points:
     """Where a coupling acts: the pitch point of teeth, the middle between pulleys. `along`: of a rack's pitch line."""
     apart = ends[1] - ends[0]
     distance = float(np.linalg.norm(apart))
@@ -79,13 +81,13 @@ def contact(joint: dict[str, Any], ends: tuple[Points, Points], along: Points, u
     return pitch_point
 
 
-def direction(joint: dict[str, Any], turn: float) -> Points:
+def direction(joint: JointSpec, turn: float) -> Points:
     """The axis of a joint in the plane whose first body is turned so far, ground axes."""
     angle = turn + np.arctan2(joint["axis_first"][1], joint["axis_first"][0])
     return np.array([np.cos(angle), np.sin(angle)])
 
 
-def draw(axes: Axes, joint: dict[str, Any], ends: tuple[Points, Points], turns: tuple[float, float],
+def draw(axes: Axes, joint: JointSpec, ends: tuple[Points, Points], turns: tuple[float, float],
          colours: tuple[str, str], unit: float) -> None:  # fmt: skip
     """A coupling between two bodies.
 
@@ -120,7 +122,7 @@ def draw(axes: Axes, joint: dict[str, Any], ends: tuple[Points, Points], turns: 
             axes.plot(*strand.T, color=GREY, linewidth=1.6, zorder=2)
 
 
-def draw_in_space(axes: Any, joint: dict[str, Any], ends: tuple[Points, Points], frames: tuple[Frame, Frame],
+def draw_in_space(axes: Any, joint: JointSpec, ends: tuple[Points, Points], frames: tuple[Frame, Frame],
                   colours: tuple[str, str], unit: float) -> None:  # fmt: skip
     """A coupling in space: circles about the axes of its wheels, a rack as its pitch line, the strands of a belt.
 

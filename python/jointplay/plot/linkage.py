@@ -14,6 +14,7 @@ from jointplay.analyses.nominal import Nominal, nominal
 from jointplay.errors import InputError, shown
 from jointplay.model import Mechanism
 from jointplay.result import Result
+from jointplay.spec import JointSpec
 from jointplay.typed import typed
 
 from . import couplings
@@ -187,7 +188,7 @@ class _Drawing:
         ground = np.array([place[0] - 1.2 * s, place[1] - 1.3 * s])
         self.axes.plot([ground[0], ground[0] + 2.4 * s], [ground[1]] * 2, color=GREY, linewidth=2.0, zorder=2)
 
-    def _guide(self, joint: dict[str, Any], first: Points, second: Points, kind: str) -> None:
+    def _guide(self, joint: JointSpec, first: Points, second: Points, kind: str) -> None:
         along = couplings.direction(joint, self._turn(joint["first"]))
         across = np.array([-along[1], along[0]])
         reach = max(abs(float((second - first) @ along)), 1e-9) + 1.5 * SLIDER * self.extent
@@ -203,7 +204,7 @@ class _Drawing:
                 Polygon(np.array(box), closed=True, facecolor="white", edgecolor=colours[1], linewidth=1.6, zorder=4)
             )
 
-    def _coupling(self, joint: dict[str, Any], first: Points, second: Points) -> None:
+    def _coupling(self, joint: JointSpec, first: Points, second: Points) -> None:
         turns = (self._turn(joint["first"]), self._turn(joint["second"]))
         colours = (point_colour(self.m, joint["first"]), point_colour(self.m, joint["second"]))
         couplings.draw(self.axes, joint, (first, second), turns, colours, self.m.units.length)
@@ -212,7 +213,7 @@ class _Drawing:
         """Angle of the body that carries a point, radians."""
         return float(self.poses[self.spec["points"][point]["body"]][2])
 
-    def _named_at(self, joint: dict[str, Any]) -> Points:
+    def _named_at(self, joint: JointSpec) -> Points:
         """Where the name of a joint is written: a coupling's where it acts."""
         ends = (self.place(joint["first"]), self.place(joint["second"]))
         if "coupling" not in joint:

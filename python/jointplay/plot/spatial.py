@@ -9,6 +9,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-u
 
 from jointplay import poses
 from jointplay.result import Result
+from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
 
 from . import couplings
 from .style import COLOURS, GREY, body_colour, point_colour
@@ -90,7 +91,7 @@ class Sketch:
         output = self.places[self.spec["output"]["point"]]
         self.axes.plot(*output[:, None], marker="*", color="black", markersize=9, linestyle="", label="output")
 
-    def _axis(self, joint: dict[str, Any], place: Points) -> None:
+    def _axis(self, joint: JointSpec, place: Points) -> None:
         """The axis of a joint; of a guide or screw the line from the one body's point to the other's, too."""
         along = AXIS * self.extent * self._frame(joint, "first")[0]
         ends = np.stack([self.places[joint["first"]], place])
@@ -104,21 +105,21 @@ class Sketch:
         ends = np.stack([place - along, place + along])
         self.axes.plot(*ends.T, color="black", linewidth=2.2, linestyle=":" if slides else "-")
 
-    def _wheels(self, joint: dict[str, Any]) -> Points:
+    def _wheels(self, joint: JointSpec) -> Points:
         """A gear pair, rack or belt; gives the place of its name."""
         ends = (self.places[joint["first"]], self.places[joint["second"]])
         frames = (self._frame(joint, "first"), self._frame(joint, "second"))
         colours = (point_colour(self.m, joint["first"]), point_colour(self.m, joint["second"]))
-        for end, colour in zip(("first", "second"), colours, strict=True):
+        for end, colour in zip(ENDS, colours, strict=True):
             body = self.spec["points"][joint[end]]["body"]
             self.axes.plot([], [], [], color=colour, label=None if body == -1 else self.m.owners[body])
         couplings.draw_in_space(self.axes, joint, ends, frames, colours, self.m.units.length)
         return couplings.contact(joint, ends, frames[0][1], self.m.units.length)
 
-    def _frame(self, joint: dict[str, Any], end: str) -> tuple[Points, Points]:
+    def _frame(self, joint: JointSpec, end: End) -> tuple[Points, Points]:
         """Axis and side of a joint as one of its bodies carries them, ground axes."""
         turn = poses.matrix(self.poses[self.spec["points"][joint[end]]["body"]])
-        return turn @ np.array(joint[f"axis_{end}"]), turn @ np.array(joint[f"side_{end}"])
+        return turn @ np.array(joint[AXIS_ON[end]]), turn @ np.array(joint[SIDE_ON[end]])
 
     def error(self, exaggerate: float, result: Result | None) -> None:
         """The position error of the output as an arrow."""

@@ -38,6 +38,13 @@ impl Mechanism {
         self.dense(coordinates, &vec![0.0; self.n_drives()]).1
     }
 
+    /// The same for many configurations, coordinates given one after the other; row by row.
+    #[must_use]
+    pub fn jacobians(&self, coordinates: &[f64]) -> Vec<f64> {
+        let by_rows = |at: &[f64]| self.jacobian(at).transpose().as_slice().to_vec();
+        coordinates.chunks_exact(self.n_coordinates().max(1)).flat_map(by_rows).collect()
+    }
+
     /// What joints and drives are off by at given coordinates, row by row.
     #[must_use]
     pub fn gaps(&self, coordinates: &[f64], drives: &[f64]) -> Vec<f64> {
@@ -72,15 +79,30 @@ impl Mechanism {
         for (k, row) in self.rows.iter().enumerate() {
             if matches!(row.component, Component::Along(_)) {
                 residual[k] /= self.length;
-                matrix.row_mut(k).scale_mut(1.0 / self.length);
+            }
+        }
+        self.scale(&mut matrix, self.length);
+        (residual, matrix)
+    }
+
+    /// The closure Jacobian with every length divided by a given one.
+    pub(crate) fn scaled_jacobian(&self, coordinates: &[f64], length: f64) -> DMatrix<f64> {
+        let mut matrix = self.jacobian(coordinates);
+        self.scale(&mut matrix, length);
+        matrix
+    }
+
+    fn scale(&self, matrix: &mut DMatrix<f64>, length: f64) {
+        for (k, row) in self.rows.iter().enumerate() {
+            if matches!(row.component, Component::Along(_)) {
+                matrix.row_mut(k).scale_mut(1.0 / length);
             }
         }
         for j in 0..self.n_unknowns() {
             if matches!(self.space.components()[j % self.size()], Component::Along(_)) {
-                matrix.column_mut(j).scale_mut(self.length);
+                matrix.column_mut(j).scale_mut(length);
             }
         }
-        (residual, matrix)
     }
 
     /// Brings the bodies together from the guess by damped steps of least norm; works for any number

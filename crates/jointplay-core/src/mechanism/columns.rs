@@ -39,6 +39,8 @@ pub enum Dim {
     ElasticRow,
     /// Components that give way elastically.
     Elastic,
+    /// Of the constraints, of the drives, of the output.
+    Singularity,
     Probability,
     Bin,
     BinEdge,
@@ -67,6 +69,7 @@ impl Dim {
             Self::Row => "row",
             Self::ElasticRow => "elastic_row",
             Self::Elastic => "elastic",
+            Self::Singularity => "singularity",
             Self::Probability => "probability",
             Self::Bin => "bin",
             Self::BinEdge => "bin_edge",
@@ -93,6 +96,7 @@ impl Dim {
             Self::Row => m.n_rows(),
             Self::ElasticRow => m.elastic_rows().count(),
             Self::Elastic => m.deformations().count(),
+            Self::Singularity => 3,
             Self::Probability => of.probabilities,
             Self::Bin => BINS,
             Self::BinEdge => BINS + 1,

@@ -280,6 +280,13 @@ impl Mechanism {
         })
     }
 
+    /// The same mechanism, guessed to be elsewhere.
+    #[must_use]
+    pub fn guessed_at(&self, coordinates: &[f64]) -> Self {
+        let guess = coordinates.chunks_exact(self.n_body_coordinates()).map(<[f64]>::to_vec).collect();
+        Self { guess, ..self.clone() }
+    }
+
     /// Coordinates of all bodies at the guess.
     #[must_use]
     pub fn guess(&self) -> Vec<f64> {

@@ -42,6 +42,21 @@ columns! {
     status: Status [];
 }
 
+columns! {
+    /// Nearness to singularities; motions and twists are length-scaled, their largest part one.
+    Nearness in NearnessTable by NearnessRows:
+    /// Smallest singular values.
+    values: f64 [Singularity] if details;
+    /// The motions that belong to them.
+    motions: f64 [Singularity, Body, Component] if details;
+    /// What these do to the output.
+    twists: f64 [Singularity, Component] if details;
+    /// Smallest singular value of the whole Jacobian.
+    closure: f64 [];
+    /// Sign of its determinant.
+    sign: f64 [];
+}
+
 impl Mechanism {
     /// Configurations, column by column.
     #[must_use]
@@ -81,10 +96,11 @@ impl Mechanism {
 
 /// The columns that a nominal question can have.
 #[must_use]
-pub fn declared() -> [(&'static str, Vec<Declared>); 3] {
+pub fn declared() -> [(&'static str, Vec<Declared>); 4] {
     [
         ("solve", Solved::DECLARED.to_vec()),
         ("inverse", [Solved::DECLARED, Missed::DECLARED].concat()),
         ("trace", Traced::DECLARED.to_vec()),
+        ("nearness", Nearness::DECLARED.to_vec()),
     ]
 }

@@ -3,6 +3,7 @@
 pub mod columns;
 mod grid;
 mod inverse;
+mod nearness;
 mod on_lanes;
 mod over_constrained;
 mod path;

@@ -10,12 +10,12 @@ which are equal where nothing loads it in between. Rigid bodies with joints at m
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from jointplay import _core, poses
+from jointplay.answers import Loaded
 from jointplay.model import Mechanism
+from jointplay.spec import ENDS
 
 from .part import Floats, Part
 
@@ -39,7 +39,7 @@ class Members:
         for body, owner in enumerate(m.owners):
             ends: dict[int, list[tuple[int, float]]] = {}
             for k, joint in enumerate(spec["joints"]):
-                for end, sign in (("first", -1.0), ("second", 1.0)):
+                for end, sign in zip(ENDS, (-1.0, 1.0), strict=True):
                     if spec["points"][joint[end]]["body"] == body:
                         ends.setdefault(joint[end], []).append((k, sign))
             is_link = len(ends) == 2 and body not in m.crosses and owner not in elastic
@@ -53,13 +53,13 @@ class Members:
         first, second = (np.array(m.core_spec["points"][point]["at"]) for point in (a, b))
         return float(np.linalg.norm(second - first))
 
-    def forces(self, part: Part, core: _core.Mechanism, answer: dict[str, Any]) -> Floats:
+    def forces(self, part: Part, core: _core.Mechanism, reaction: Floats, force: Floats | None) -> Floats:
         """Force along every member, N; nan where a member is not there or hangs on one end."""
-        elastic = self._along(part, core.rows, answer.get("force"), np.nan)
-        rigid = [self._force(part, answer["reaction"][0], body, ends) for body, ends in self.ends.items()]
+        elastic = self._along(part, core.rows, force, np.nan)
+        rigid = [self._force(part, reaction[0], body, ends) for body, ends in self.ends.items()]
         return np.array([*elastic, *rigid])
 
-    def elongations(self, part: Part, core: _core.Mechanism, answer: dict[str, Any]) -> Floats:
+    def elongations(self, part: Part, core: _core.Mechanism, answer: Loaded) -> Floats:
         """Elastic elongation of every member, m; zero where it is rigid or only bends, nan where it is not there."""
         elastic = self._along(part, core.deformations, answer.get("deformation"), 0.0)
         return np.array([*elastic, *(0.0 if body in part.bodies else np.nan for body in self.ends)])

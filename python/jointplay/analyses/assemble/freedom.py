@@ -12,19 +12,26 @@ coordinates of joints as the file has them, then ground coordinates of bodies th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from jointplay.compile import DRIVABLE, LENGTHS, TURNS
+from jointplay.spec import Changes, DriveSpec, JointSpec, PointSpec
 
 from .part import GROUND, Floats, Part
 
 #: singular values and what is left of rows below this share of the largest count as zero
 RANK = 1e-7
 #: how a joint that holds a point of a body to the ground is written for the core
-TARGET: dict[str, Any] = {"kind": "target", "axis_first": [1.0, 0.0, 0.0], "axis_second": [1.0, 0.0, 0.0]}
-TARGET |= {"side_first": [0.0, 1.0, 0.0], "side_second": [0.0, 1.0, 0.0]}
+TARGET: JointSpec = {
+    "kind": "target",
+    "first": -1,
+    "second": -1,
+    "axis_first": [1.0, 0.0, 0.0],
+    "axis_second": [1.0, 0.0, 0.0],
+    "side_first": [0.0, 1.0, 0.0],
+    "side_second": [0.0, 1.0, 0.0],
+}
 
 
 @dataclass(frozen=True)
@@ -46,11 +53,11 @@ class Freedom:
     mobility: int
     redundancy: int
     held: tuple[str, ...]
-    points: tuple[dict[str, Any], ...]
-    joints: tuple[dict[str, Any], ...]
-    drives: tuple[dict[str, Any], ...]
+    points: tuple[PointSpec, ...]
+    joints: tuple[JointSpec, ...]
+    drives: tuple[DriveSpec, ...]
 
-    def holding(self, part: Part) -> dict[str, Any]:
+    def holding(self, part: Part) -> Changes:
         """The changes of the part's specification that hold what is free."""
         own = part.spec
         return {
@@ -65,7 +72,7 @@ def examine(part: Part) -> Freedom:
     own, m = len(part.spec["joints"]), part.m
     drivable = [k for k, j in enumerate(part.joints) if m.joint_kinds[j] in DRIVABLE and k not in part.driven]
     points, joints, places = _targets(part)
-    drives: list[dict[str, Any]] = [{"joint": k} for k in drivable]
+    drives: list[DriveSpec] = [{"joint": k} for k in drivable]
     owners = [m.joints[part.joints[k]] for k in drivable]
     for k, body in enumerate(places):
         drives += [{"joint": own + k, "component": name} for name in m.components if name in LENGTHS]
@@ -90,14 +97,15 @@ def examine(part: Part) -> Freedom:
     )
 
 
-def _targets(part: Part) -> tuple[list[dict[str, Any]], list[dict[str, Any]], list[int]]:
+def _targets(part: Part) -> tuple[list[PointSpec], list[JointSpec], list[int]]:
     """Points that could be held to the ground, the joints that would, and the body of each joint.
 
     As many points of a body as hold it when it is free: two in the plane, three in space.
     """
     first = len(part.spec["points"])
-    points: list[dict[str, Any]] = [{"body": GROUND, "at": [0.0, 0.0, 0.0]}]
-    joints, bodies = [], []
+    points: list[PointSpec] = [{"body": GROUND, "at": [0.0, 0.0, 0.0]}]
+    joints: list[JointSpec] = []
+    bodies: list[int] = []
     for body in range(len(part.bodies)):
         for corner in np.vstack([np.zeros(3), part.m.length * np.eye(3)])[: part.lengths]:
             points.append({"body": body, "at": corner.tolist()})

@@ -117,7 +117,8 @@ def _cost(
     else:
         held = Held(step)
         answer = held.loaded()
-        value = float(np.max(np.abs(np.nan_to_num(members.forces(part, held.core(), answer))), initial=0.0))
+        forces = members.forces(part, held.core(), answer["reaction"], answer.get("force"))
+        value = float(np.max(np.abs(np.nan_to_num(forces)), initial=0.0))
         status = held.status(answer)
     # Values that differ by rounding alone are equal, so that the order of the file counts.
     return freedom.mobility, np.inf if status in IMPASSABLE else round(value, DIGITS)

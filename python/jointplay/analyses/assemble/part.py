@@ -6,24 +6,31 @@ and loads on them. The base is where it nominally is; the ground, when it is not
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Unpack, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core, poses
 from jointplay.compile import LENGTHS
-from jointplay.model import Mechanism
+from jointplay.model import Mechanism, in_core
+from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, Changes, DriveSpec, JointSpec, MoveSpec, PointSpec, SourceSpec, Spec
 
 GROUND = -1
 #: sources on a joint; the others are on a drive, or dimensions between two points
 ON_JOINT = ("clearance", "angle", "ratio", "centre")
 
 Floats = NDArray[np.float64]
+
+
+def rigid(joint: JointSpec) -> JointSpec:
+    """A joint without compliance."""
+    own = joint.copy()
+    own.pop("compliance", None)
+    return own
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +49,7 @@ class Part:
         Index in the whole mechanism of every entry of the vector of offsets.
     nominal : ndarray
         Nominal poses of all bodies of the whole mechanism and, last, of the ground.
-    spec : dict
+    spec : Spec
         The part as the core reads it. Its output is arbitrary, see `core`.
     """
 
@@ -55,7 +62,7 @@ class Part:
     sources: tuple[int, ...]
     parameters: NDArray[np.int64]
     nominal: Floats
-    spec: dict[str, Any]
+    spec: Spec
 
     @cached_property
     def driven(self) -> tuple[int, ...]:
@@ -67,10 +74,10 @@ class Part:
         """Directions of the plane or of space."""
         return sum(component in LENGTHS for component in self.m.components)
 
-    def core(self, output: int | None = None, **changes: Any) -> _core.Mechanism:
+    def core(self, output: int | None = None, **changes: Unpack[Changes]) -> _core.Mechanism:
         """The part in the compiled core, with one of its points as output and other changes of its specification."""
         point = self.spec["output"] if output is None else {"point": output}
-        return _core.Mechanism(json.dumps(self.spec | {"output": point} | changes, allow_nan=False))
+        return in_core(cast("Spec", {**self.spec, "output": point, **changes}))
 
     def commands(self, core: _core.Mechanism, count: int) -> Floats:
         """Values of so many drives at which the nominal poses are."""
@@ -108,19 +115,20 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
     def body_of(point: int) -> int:
         return int(spec["points"][point]["body"])
 
-    def placed(point: dict[str, Any]) -> dict[str, Any]:
+    def placed(point: PointSpec) -> PointSpec:
         at = poses.place(every[base], point["at"]).tolist() if point["body"] == base != GROUND else point["at"]
         return {"body": index[point["body"]], "at": at}
 
     points = [k for k in range(len(spec["points"])) if body_of(k) in index]
     renumbered = {point: k for k, point in enumerate(points)}
 
-    def renamed(joint: dict[str, Any]) -> dict[str, Any]:
-        own = dict(joint)
-        for end in ("first", "second"):
+    def renamed(joint: JointSpec) -> JointSpec:
+        own = joint.copy()
+        for end in ENDS:
             if body_of(joint[end]) == base != GROUND:
-                for axis in {f"axis_{end}", f"side_{end}"} & set(joint):
-                    own[axis] = (turn @ joint[axis]).tolist()
+                for axis in (AXIS_ON[end], SIDE_ON[end]):
+                    if axis in joint:
+                        own[axis] = (turn @ joint[axis]).tolist()
             own[end] = renumbered[joint[end]]
         return own
 
@@ -134,7 +142,7 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
         "guess": every[list(bodies)].tolist(),
         "points": [placed(spec["points"][k]) for k in points],
         "joints": [renamed(spec["joints"][k]) for k in joints],
-        "drives": [moves[k][0] | ({"also": moves[k][1:]} if moves[k][1:] else {}) for k in drives],
+        "drives": [_drive(*moves[k]) for k in drives],
         "sources": [_renumbered(spec["sources"][k], joints, drives, renumbered) for k in sources],
         "loads": [
             load | {"point": renumbered[load["point"]]}
@@ -153,7 +161,7 @@ def _with_pieces(m: Mechanism, there: set[int]) -> set[int]:
     return there | {k for k, owner in enumerate(m.owners) if owner in names}
 
 
-def _with_crosses(spec: dict[str, Any], there: set[int], m: Mechanism) -> set[int]:
+def _with_crosses(spec: Spec, there: set[int], m: Mechanism) -> set[int]:
     """The bodies with the crosses of those universal joints whose bodies are both there."""
     beside: dict[int, set[int]] = {}
     for joint in spec["joints"]:
@@ -164,7 +172,7 @@ def _with_crosses(spec: dict[str, Any], there: set[int], m: Mechanism) -> set[in
     return there | {cross for cross, bodies in beside.items() if bodies <= there}
 
 
-def _moves(drive: dict[str, Any], joints: list[int]) -> list[dict[str, Any]]:
+def _moves(drive: DriveSpec, joints: list[int]) -> list[MoveSpec]:
     """What a drive moves of what is there, renumbered; a motor may move joints that come later."""
     own = {key: value for key, value in drive.items() if key != "also"}
     return [
@@ -174,13 +182,20 @@ def _moves(drive: dict[str, Any], joints: list[int]) -> list[dict[str, Any]]:
     ]
 
 
-def _belongs(source: dict[str, Any], joints: list[int], drives: list[int], points: list[int]) -> bool:
+def _drive(first: MoveSpec, *others: MoveSpec) -> DriveSpec:
+    drive = cast("DriveSpec", first.copy())
+    if others:
+        drive["also"] = list(others)
+    return drive
+
+
+def _belongs(source: SourceSpec, joints: list[int], drives: list[int], points: list[int]) -> bool:
     if source["kind"] in ON_JOINT:
         return source["joint"] in joints
     return source["drive"] in drives if source["kind"] == "drive" else source["to"] in points
 
 
-def _renumbered(source: dict[str, Any], joints: list[int], drives: list[int], points: dict[int, int]) -> dict[str, Any]:
+def _renumbered(source: SourceSpec, joints: list[int], drives: list[int], points: dict[int, int]) -> SourceSpec:
     if source["kind"] in ON_JOINT:
         return source | {"joint": joints.index(source["joint"])}
     if source["kind"] == "drive":

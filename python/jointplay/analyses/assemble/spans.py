@@ -9,15 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
 from jointplay import poses
 from jointplay.model import Mechanism
+from jointplay.spec import ENDS, Changes, DriveSpec
 
 from .freedom import TARGET
-from .part import GROUND, Floats, Part, cut
+from .part import GROUND, Floats, Part, cut, rigid
 from .steps import body_of
 
 #: two ends nearer than this share of the characteristic length have no direction between them
@@ -69,7 +69,7 @@ def _outer(part: Part) -> list[tuple[int, int]]:
     there = [k for k, point in enumerate(spec["points"]) if point["body"] in (*part.bodies, part.base)]
     found: dict[int, tuple[int, int]] = {}
     for k, joint in enumerate(spec["joints"]):
-        bodies = {end: spec["points"][joint[end]]["body"] for end in ("first", "second")}
+        bodies = {end: spec["points"][joint[end]]["body"] for end in ENDS}
         inside = [end for end, body in bodies.items() if body in own]
         if len(inside) == 1:
             # Several riders on one pin are one end.
@@ -92,16 +92,16 @@ class _Gauge:
         aside = points[a]["at"] + poses.matrix(self.poses[0, body]).T @ [0.0, part.m.length, 0.0]
         first, own = len(points), len(part.spec["joints"])
         held = {a: "xyz"[: part.lengths], b: "yz"[: part.lengths - 1], first + 1: "z" if part.lengths == 3 else ""}
-        self.changes: dict[str, Any] = {
+        self.changes: Changes = {
             "points": [*points, {"body": GROUND, "at": [0.0] * 3}, {"body": body, "at": aside.tolist()}],
             # How long it is by itself does not depend on how it gives.
             "joints": [
-                *({**joint, "compliance": None} for joint in part.spec["joints"]),
+                *(rigid(joint) for joint in part.spec["joints"]),
                 *(TARGET | {"first": first, "second": point} for point in held),
             ],
             "drives": [
                 *part.spec["drives"],
-                *({"joint": own + k, "component": c} for k, names in enumerate(held.values()) for c in names),
+                *(DriveSpec(joint=own + k, component=c) for k, names in enumerate(held.values()) for c in names),
             ],
             "guess": self.poses[0].tolist(),
             "loads": [],

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from jointplay import poses
 from jointplay.result import STATUSES
+from jointplay.spec import ENDS
 
 from .forces import Members
 from .part import GROUND, Floats, Part
-from .state import ENDS, Held
+from .state import Held
 
 #: rounding of the factor on the clearances
 FITS = 1.0 + 1e-9
@@ -71,17 +72,21 @@ def solve(held: Held, members: Members, u: Floats) -> Units:
     if held.redundant:
         core = held.core()
         found = core.loaded_specimens(held.drives, held.poses, np.where(_clearances(part), 0.0, own))
-        each = ({key: found[key][[n]] for key in ("force", "reaction")} for n in range(count))
-        force = np.array([members.forces(part, core, answer) for answer in each]).T
+        each = ((found["reaction"][[n]], found["force"][[n]]) for n in range(count))
+        force = np.array([members.forces(part, core, *shares) for shares in each]).T
         factor, own = found["clearance_factor"], found["offset"]
+        placed, status = found["poses"], found["status"]
     else:
         core = held.core(joints=held.rigid_joints)
-        found = core.given(held.drives.repeat(count, 0), held.poses.repeat(count, 0), own)
-        loaded = held.core()
-        force = np.repeat(members.forces(part, loaded, loaded.loaded(held.drives, held.poses, True))[:, None], count, 1)
+        given = core.given(held.drives.repeat(count, 0), held.poses.repeat(count, 0), own)
+        placed, status = given["poses"], given["status"]
+        core = held.core()
+        under_load = core.loaded(held.drives, held.poses, True)
+        force = members.forces(part, core, under_load["reaction"], under_load.get("force"))
+        force = np.repeat(force[:, None], count, 1)
         factor = np.zeros(count)
     by_loads = {point: bent(held, point) for point in held.points()}
-    errors = {point: _moved(held, point, found["poses"], own) + by[: part.lengths] for point, by in by_loads.items()}
+    errors = {point: _moved(held, point, placed, own) + by[: part.lengths] for point, by in by_loads.items()}
     sizes = {point: np.asarray(np.linalg.norm(error, axis=1)) for point, error in errors.items()}
     centres = np.full((2, len(m.joints), count), np.nan)
     for k, ends in held.centres().items():
@@ -90,11 +95,11 @@ def solve(held: Held, members: Members, u: Floats) -> Units:
     output = np.full((count, len(m.components)), np.nan)
     if held.output is not None:
         body = part.spec["points"][held.output]["body"]
-        placed, nominal = poses.components(found["poses"][:, body]), poses.components(part.poses[body])
-        output = poses.difference(placed, np.broadcast_to(nominal, placed.shape))
+        there, nominal = poses.components(placed[:, body]), poses.components(part.poses[body])
+        output = poses.difference(there, np.broadcast_to(nominal, there.shape))
         output += by_loads[held.output]
         output[:, : part.lengths] = errors[held.output]
-    return Units(centres, output, sizes, force, factor, STATUSES[found["status"]])
+    return Units(centres, output, sizes, force, factor, STATUSES[status])
 
 
 def bent(held: Held, point: int) -> Floats:

@@ -7,21 +7,22 @@ under the loads, and the half-width of the indeterminacy that the loads leave.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import _core
 from jointplay.analyses.offsets import beyond
+from jointplay.answers import Given, Loaded
 from jointplay.model import Mechanism
 from jointplay.result import STATUSES
+from jointplay.spec import ENDS, Changes, End, JointSpec
 
 from .forces import Members
-from .part import Floats
+from .part import Floats, rigid
 from .steps import Step
 
-ENDS = ("first", "second")
 #: outcomes from the least to the most serious
 SERIOUS = ("ok", "undetermined", "underconstrained", "strained", "not_assemblable", "singular", "not_assembled")
 #: share of the characteristic length within which a clearance is taken up
@@ -80,30 +81,30 @@ class Held:
         self.drives = self.part.commands(self.core(), len(self.changes["drives"]))
         self.poses = np.ascontiguousarray(self.part.poses[None])
 
-    def core(self, output: int | None = None, **changes: Any) -> _core.Mechanism:
+    def core(self, output: int | None = None, **changes: Unpack[Changes]) -> _core.Mechanism:
         """The part in the core, with a point as output and other changes of its specification."""
         return self.part.core(output, **(self.changes | changes))
 
     @property
-    def rigid_joints(self) -> list[dict[str, Any]]:
+    def rigid_joints(self) -> list[JointSpec]:
         """The joints without any compliance, for what does not depend on forces."""
-        return [{**joint, "compliance": None} for joint in self.changes["joints"]]
+        return [rigid(joint) for joint in self.changes["joints"]]
 
     @property
     def is_rigid(self) -> bool:
         """Whether no joint has any compliance."""
-        return all(joint.get("compliance") is None for joint in self.part.spec["joints"])
+        return all("compliance" not in joint for joint in self.part.spec["joints"])
 
-    def loaded(self, output: int | None = None, **changes: Any) -> dict[str, Any]:
+    def loaded(self, output: int | None = None, **changes: Unpack[Changes]) -> Loaded:
         """What the core says of the part under its loads."""
         return self.core(output, **changes).loaded(self.drives, self.poses, True)
 
-    def status(self, *answers: dict[str, Any]) -> str:
+    def status(self, *answers: Given | Loaded) -> str:
         """The most serious outcome of some answers."""
         outcomes = [str(STATUSES[answer["status"][0]]) for answer in answers]
         return max([*outcomes, "underconstrained" if self.free else "ok"], key=SERIOUS.index)
 
-    def centres(self) -> dict[int, dict[str, int]]:
+    def centres(self) -> dict[int, dict[End, int]]:
         """The points of the joints of the file whose bodies are there, by the joint's index in the whole mechanism.
 
         A joint that is not closed yet has one of its ends: where the next member will find it.
@@ -155,7 +156,7 @@ def state(step: Step, members: Members) -> State:
         offset=spread(part.parameters, answer["offset"], len(m.parameters)),
         decided=spread(part.sources, answer["decided"], len(m.sources)) == 1.0,
         reaction=spread(part.joints, answer["reaction"], joints),
-        force=members.forces(part, core, answer),
+        force=members.forces(part, core, answer["reaction"], answer.get("force")),
         elongation=members.elongations(part, core, answer),
         clearance_factor=float(answer["clearance_factor"][0]) if "clearance_factor" in answer else 0.0,
         status=held.status(*answers.values()),
@@ -181,7 +182,7 @@ def contact(m: Mechanism, found: State) -> list[str]:
     return words
 
 
-def _error(answer: dict[str, Any]) -> tuple[Floats, Floats]:
+def _error(answer: Loaded) -> tuple[Floats, Floats]:
     return answer["error"][0], answer["undetermined"][0]
 
 

@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from jointplay.analyses.nominal import Progress
 from jointplay.model import Mechanism
 from jointplay.result import STATUSES, Result
+from jointplay.spec import ENDS
 
 from .forces import Members
 from .part import Floats
 from .report import Place, each, finished, report
 from .specimens import FITS, bent_at_most, solve
-from .state import ENDS, SERIOUS, Held
+from .state import SERIOUS, Held
 from .steps import Step, steps
 
 #: places from which the worst of the output, and that of every other centre, is climbed

@@ -7,20 +7,18 @@ there is then read off the poses.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointplay import _core, poses
 from jointplay.analyses.nominal import Floats, Nominal
+from jointplay.answers import Traced
 from jointplay.compile import Grid
 from jointplay.errors import InputError, listed
 from jointplay.mobility import require_determinate
-from jointplay.model import Mechanism
+from jointplay.model import Mechanism, in_core
 
 from .lattice import Lattice
 
@@ -118,9 +116,7 @@ class Reach:
             at.drives, at.poses, at.output, status, found["singular_value"], found["singular_motion"], at.units
         )
 
-    def _trace_grid(
-        self, shape: list[int], rows: Floats, seeds: Sequence[Seed], *, spread: bool = True
-    ) -> dict[str, NDArray[Any]]:
+    def _trace_grid(self, shape: list[int], rows: Floats, seeds: Sequence[Seed], *, spread: bool = True) -> Traced:
         width, bodies = rows.shape[1], self.start.poses.shape[1:]
         return self.core.trace_grid(
             shape,
@@ -158,14 +154,13 @@ def _commanding_output(m: Mechanism, grid: Grid, commanded: list[str], start: No
     ground, output = len(spec["points"]), spec["output"]["point"]
     spec["points"].append({"body": -1, "at": [0.0, 0.0, 0.0]})
     frame = np.eye(3)
-    joint = {"kind": "target", "first": ground, "second": output}
-    spec["joints"].append(joint | _axes(frame, frame))
+    spec["joints"].append({"kind": "target", "first": ground, "second": output, **_axes(frame, frame)})
     target = len(spec["joints"]) - 1
     spec["drives"] = [{"joint": target, "component": name} for name in commanded]
     if any(name in grid.held for name in ROTATIONS):
         held = poses.turned_by([grid.held[name] for name in ROTATIONS])
-        spec["joints"].append(joint | {"kind": "orientation"} | _axes(held.T, frame))
-    return _core.Mechanism(json.dumps(spec, allow_nan=False))
+        spec["joints"].append({"kind": "orientation", "first": ground, "second": output, **_axes(held.T, frame)})
+    return in_core(spec)
 
 
 def _axes(first: Floats, second: Floats) -> dict[str, list[float]]:

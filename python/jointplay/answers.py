@@ -1,0 +1,177 @@
+"""What the core answers: arrays by name, first dimension the configuration; SI units and radians.
+
+The columns are declared in the core (`_core.COLUMNS`); these are their names and types for the type checker.
+`NotRequired` are those that not every mechanism has, or that are only given on request.
+"""
+
+from __future__ import annotations
+
+from typing import NotRequired, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Counts = NDArray[np.uint64]
+Flags = NDArray[np.bool_]
+Codes = NDArray[np.uint8]
+
+
+class Assembled(TypedDict):
+    """The nominal mechanism, put together from its guess: one pose of all bodies."""
+
+    poses: Floats
+    residual: float
+    converged: bool
+
+
+class Traced(TypedDict):
+    """Nominal poses alone."""
+
+    poses: Floats
+    output: Floats
+    status: Codes
+
+
+class Solved(Traced):
+    """Nominal configurations with their nearness to a singular one."""
+
+    drives: Floats
+    singular_value: Floats
+    singular_motion: Floats
+
+
+class Reached(Solved):
+    """Nominal configurations at targets of the output."""
+
+    mismatch: Floats
+
+
+class Nearness(TypedDict):
+    """Nearness to singularities; motions and twists are length-scaled, their largest part one."""
+
+    values: NotRequired[Floats]
+    motions: NotRequired[Floats]
+    twists: NotRequired[Floats]
+    closure: Floats
+    sign: Floats
+
+
+class Given(TypedDict):
+    """Poses for given offsets and deviations."""
+
+    error: Floats
+    error_first_order: Floats
+    poses: Floats
+    status: Codes
+    # over-constrained
+    prestress: NotRequired[Floats]
+    deformation: NotRequired[Floats]
+    lack_of_fit: NotRequired[Floats]
+
+
+class Sensitivity(TypedDict):
+    """First-order maps."""
+
+    source: Floats
+    drive: Floats
+    status: Codes
+
+
+class Loaded(TypedDict):
+    """Where the load pushes every joint."""
+
+    error: Floats
+    undetermined: Floats
+    iterations: Counts
+    status: Codes
+    fallbacks: int
+    # on request
+    offset: NotRequired[Floats]
+    error_first_order: NotRequired[Floats]
+    undetermined_contribution: NotRequired[Floats]
+    decided: NotRequired[Flags]
+    reaction: NotRequired[Floats]
+    contribution: NotRequired[Floats]
+    # over-constrained
+    clearance_factor: NotRequired[Floats]
+    prestress: NotRequired[Floats]
+    force: NotRequired[Floats]
+    deformation: NotRequired[Floats]
+    contribution_elastic: NotRequired[Floats]
+    gap: NotRequired[Floats]
+    lack_of_fit: NotRequired[Floats]
+
+
+class LoadedSpecimens(TypedDict):
+    """Specimens under load in one configuration; first dimension the specimen."""
+
+    clearance_factor: Floats
+    poses: Floats
+    force: Floats
+    reaction: Floats
+    offset: Floats
+    status: Codes
+
+
+class Worst(TypedDict):
+    """The largest errors."""
+
+    position: Floats
+    position_first_order: Floats
+    position_bound: Floats
+    rotation: Floats
+    rotation_first_order: Floats
+    rotation_bound: Floats
+    component: Floats
+    component_first_order: Floats
+    direction: Floats
+    rotation_direction: Floats
+    offset: Floats
+    contribution: Floats
+    contribution_elastic: Floats
+    fallbacks: Counts
+    unsettled: Counts
+    status: Codes
+
+
+class Random(TypedDict):
+    """Scatter from specimen to specimen."""
+
+    mean: Floats
+    covariance: Floats
+    mean_first_order: Floats
+    covariance_first_order: Floats
+    contribution: Floats
+    quantile: Floats
+    quantile_resolution: Floats
+    histogram: Counts
+    edges: Floats
+    outside: Floats
+    largest: Floats
+    failures: Counts
+    fallbacks: Counts
+    status: Codes
+    # over-constrained, or under load
+    clearance_factor: NotRequired[Floats]
+    force: NotRequired[Floats]
+    contribution_elastic: NotRequired[Floats]
+    # on request; first dimension the sample
+    kept_parameters: NotRequired[Floats]
+    kept_errors: NotRequired[Floats]
+    kept_status: NotRequired[Codes]
+
+
+class Cones(TypedDict):
+    """Answers of cone programs; first dimension the program."""
+
+    outcome: Codes
+    displacements: Floats
+    multipliers: Floats
+    factor: Floats
+    value: Floats
+    dual_value: Floats
+    gap: Floats
+    alone: Counts
+    compared: Counts
+    difference: Floats

@@ -1,0 +1,131 @@
+"""A mechanism as the core reads it: plain data in SI units and radians, everything by index.
+
+These are names and types for the type checker; the core says what they mean (`mechanism/spec.rs`) and checks them.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NotRequired, TypedDict
+
+End = Literal["first", "second"]
+ENDS: tuple[End, End] = ("first", "second")
+#: the direction of a joint on each of its bodies, and one across
+AXIS_ON: dict[End, Literal["axis_first", "axis_second"]] = {"first": "axis_first", "second": "axis_second"}
+SIDE_ON: dict[End, Literal["side_first", "side_second"]] = {"first": "side_first", "second": "side_second"}
+
+
+class PointSpec(TypedDict):
+    """A point of a body; the ground is body -1."""
+
+    body: int
+    at: list[float]
+
+
+class CouplingSpec(TypedDict, total=False):
+    """What a coupling needs beside its points and axes; every kind has its own part of it."""
+
+    radii: list[float]
+    teeth: list[int]
+    pressure_angle: float
+    internal: bool
+    crossed: bool
+    lead: float
+    distance: float | None
+    marks: list[float] | None
+
+
+class JointSpec(TypedDict):
+    """A joint between two points."""
+
+    kind: str
+    first: int
+    second: int
+    axis_first: list[float]
+    axis_second: list[float]
+    side_first: NotRequired[list[float]]
+    side_second: NotRequired[list[float]]
+    compliance: NotRequired[list[float]]
+    coupling: NotRequired[CouplingSpec]
+
+
+class MoveSpec(TypedDict):
+    """A joint coordinate that is commanded."""
+
+    joint: int
+    component: NotRequired[str]
+    coefficient: NotRequired[float]
+
+
+class DriveSpec(MoveSpec):
+    """A drive with all coordinates that it commands."""
+
+    also: NotRequired[list[MoveSpec]]
+
+
+class OutputSpec(TypedDict):
+    """The output point."""
+
+    point: int
+
+
+class LoadSpec(TypedDict):
+    """A dead load in ground axes."""
+
+    point: int
+    force: list[float]
+    moment: list[float]
+
+
+#: a shape by name, with its sizes
+SetSpec = dict[str, dict[str, float]]
+_Ends = TypedDict("_Ends", {"from": NotRequired[int], "to": NotRequired[int]})
+
+
+class _Moved(_Ends):
+    """What a source moves, by the keys of its kind; where its offset can be, and how it scatters there."""
+
+    set: SetSpec
+    law: str
+    joint: NotRequired[int]
+    drive: NotRequired[int]
+    second: NotRequired[bool]
+
+
+class SourcePart(_Moved):
+    """A source without its known deviation, and without its kind where results have the same word for it."""
+
+    kind: NotRequired[str]
+
+
+class SourceSpec(_Moved):
+    """One thing that can be off."""
+
+    kind: str
+    centre: list[float]
+
+
+class Changes(TypedDict, total=False):
+    """What takes the place of parts of a mechanism, the output apart."""
+
+    guess: list[list[float]]
+    points: list[PointSpec]
+    joints: list[JointSpec]
+    drives: list[DriveSpec]
+    loads: list[LoadSpec]
+    sources: list[SourceSpec]
+
+
+class Spec(TypedDict):
+    """A whole mechanism."""
+
+    space: str
+    n_bodies: int
+    guess: list[list[float]]
+    length: float
+    singular_value: float
+    points: list[PointSpec]
+    joints: list[JointSpec]
+    drives: list[DriveSpec]
+    output: OutputSpec
+    loads: list[LoadSpec]
+    sources: list[SourceSpec]
