@@ -4,8 +4,6 @@ The columns are declared in the core (`_core.COLUMNS`); these are their names an
 `NotRequired` are those that not every mechanism has, or that are only given on request.
 """
 
-from __future__ import annotations
-
 from typing import NotRequired, TypedDict
 
 import numpy as np

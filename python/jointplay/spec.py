@@ -3,8 +3,6 @@
 These are names and types for the type checker; the core says what they mean (`mechanism/spec.rs`) and checks them.
 """
 
-from __future__ import annotations
-
 from typing import Literal, NotRequired, TypedDict
 
 End = Literal["first", "second"]

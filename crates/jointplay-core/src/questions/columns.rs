@@ -184,6 +184,7 @@ columns! {
 
 columns! {
     /// A random sample, kept only when asked for; here a row is a sample.
+    #[allow(clippy::struct_field_names)] // they stand beside those of [`Scatter`]
     Sample in SampleTable by SampleRows:
     /// Parameter values.
     kept_parameters: f64 [Parameter];
