@@ -24,6 +24,8 @@ use crate::nominal::columns::Nearness;
 
 /// A singular value of A below this part of its largest one is none.
 const RANK: f64 = 1e-6;
+/// Parts of a motion are equally large that differ by less.
+const EQUAL: f64 = 1e-9;
 
 /// What of a configuration is judged by how much.
 struct Scale<'s> {
@@ -160,8 +162,11 @@ fn least(rates: &DMatrix<f64>, free: &DMatrix<f64>) -> (f64, DVector<f64>) {
     (svd.singular_values[last], free * right.row(last).transpose())
 }
 
-/// The motion whose largest part is one characteristic length or one radian, and positive.
+/// The motion whose largest part is one characteristic length or one radian, and positive; of parts that rounding alone
+/// tells apart the first.
 fn of_unit_size(motion: DVector<f64>) -> DVector<f64> {
-    let largest = motion.iter().fold(0.0_f64, |a, v| if v.abs() > a.abs() { *v } else { a });
-    motion / largest
+    let largest = motion.amax();
+    let place = motion.iter().position(|part| part.abs() >= (1.0 - EQUAL) * largest);
+    let part = place.map_or(f64::NAN, |k| motion[k]);
+    motion / part
 }
