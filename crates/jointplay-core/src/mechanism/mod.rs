@@ -5,6 +5,7 @@ mod build;
 pub(crate) mod case;
 pub(crate) mod coupling;
 pub(crate) mod joint;
+mod kind;
 mod spec;
 pub(crate) mod status;
 
