@@ -6,6 +6,7 @@ pub(crate) mod case;
 pub mod columns;
 pub(crate) mod coupling;
 pub(crate) mod joint;
+mod kind;
 mod spec;
 pub(crate) mod status;
 
