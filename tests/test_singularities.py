@@ -127,6 +127,65 @@ def test_length_is_the_scale_of_every_value() -> None:
     assert float(result.singular_value[4]) == pytest.approx(np.linalg.svd(jacobian, compute_uv=False)[-1], rel=1e-12)
 
 
+@pytest.mark.parametrize("name", ["five-bar", "belt-arm", "3-upu", "stewart-gough"])
+def test_many_configurations_at_once_are_as_each_by_itself(name: str) -> None:
+    """They crossed the border to the core one by one, which took most of the time."""
+    m = example(name)
+    at = nominal(m)
+    counted = list(range(len(m.components)))
+    together = m.core.nearness(at.poses, m.length, counted)
+    for k in range(len(at)):
+        alone = m.core.nearness(at.poses[k : k + 1], m.length, counted)
+        for column, values in together.items():
+            np.testing.assert_array_equal(alone[column][0], values[k], err_msg=column)  # type: ignore[literal-required]
+    lean = m.core.nearness(at.poses, m.length, [], details=False)
+    assert set(lean) == {"closure", "sign"}
+    np.testing.assert_array_equal(lean["closure"], together["closure"])
+    jacobians = m.core.jacobian(at.poses)
+    gaps = m.core.gaps(at.drives, at.poses)
+    for k in range(len(at)):
+        np.testing.assert_array_equal(jacobians[k], m.core.jacobian(at.poses[k]))
+        np.testing.assert_array_equal(gaps[k], m.core.gaps(at.drives[k], at.poses[k]))
+        assert together["sign"][k] == np.linalg.slogdet(jacobians[k])[0]
+
+
+def test_poses_of_a_wrong_shape_are_refused() -> None:
+    m = example("five-bar")
+    at = nominal(m)
+    for refused in (at.poses[:, 1:], at.poses[..., 1:], at.poses[0, 0]):
+        with pytest.raises(ValueError, match="poses of shape"):
+            m.core.jacobian(refused)
+    with pytest.raises(ValueError, match="one row of drives per pose"):
+        m.core.gaps(at.drives[:1], at.poses)
+    with pytest.raises(ValueError, match="components of the output"):
+        m.core.nearness(at.poses, m.length, [3])
+    bar = example("redundant-bar")
+    poses_of_bar = nominal(bar).poses
+    with pytest.raises(ValueError, match="as many rows as unknowns"):
+        bar.core.nearness(poses_of_bar, bar.length, [0])
+
+
+def test_a_path_goes_on_from_given_poses() -> None:
+    """The other assembly branch, which the guess of the file does not lead to."""
+    m = example("four-bar")
+    at = nominal(m)
+    mirrored = m.spec()
+    other = m.core.trace(at.drives[3:], at.poses[3])
+    np.testing.assert_allclose(other["poses"], at.poses[3:], rtol=0, atol=1e-12)
+    start = at.poses[0].copy()
+    # Coupler and rocker mirrored about the line from the crank's end to the rocker's foot.
+    points = mirrored["points"]
+    foot = next(p["at"] for p in points if p["body"] == -1 and np.abs(p["at"]).max() > 0)
+    end = at.poses[0, 1, :2]
+    along = np.arctan2(*(np.array(foot[:2]) - end)[::-1])
+    start[1:, 2] = 2 * along - start[1:, 2]
+    there = m.core.trace(at.drives[:1], start)
+    assert there["status"][0] == 0
+    assert np.abs(there["poses"][0, 1:, 2] - at.poses[0, 1:, 2]).min() > 0.1
+    with pytest.raises(ValueError, match="poses"):
+        m.core.trace(at.drives, at.poses[0, 1:])
+
+
 # --- planar closed forms ---------------------------------------------------------------------------------------------
 
 
