@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use jointplay_core::Case;
-use jointplay_core::columns::Keep;
+use jointplay_core::Keep;
 use jointplay_core::questions::random::Request;
 
 const SAMPLES: usize = 1 << 14;

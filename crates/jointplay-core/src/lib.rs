@@ -34,4 +34,4 @@ mod redundancy;
 
 pub use program::kept::Kept;
 
-pub use mechanism::{Case, Mechanism, Spec, SpecError, Status, columns};
+pub use mechanism::{Answer, Case, Column, Declared, Dim, Keep, Mechanism, Spec, SpecError, Status, Values};

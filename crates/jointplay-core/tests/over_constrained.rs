@@ -1,8 +1,7 @@
 //! Over-constrained and elastic mechanisms against what is known of them without a program: a cantilever, links that stay
 //! parallel.
 
-use jointplay_core::columns::Keep;
-use jointplay_core::{Case, Mechanism, Spec, Status};
+use jointplay_core::{Case, Keep, Mechanism, Spec, Status};
 use serde_json::{Value, json};
 
 fn build(spec: &Value) -> Mechanism {

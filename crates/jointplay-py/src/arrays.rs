@@ -2,8 +2,7 @@
 
 use std::borrow::Cow;
 
-use jointplay_core::columns::{Answer, Values};
-use jointplay_core::{Case, Mechanism};
+use jointplay_core::{Answer, Case, Mechanism, Values};
 use numpy::ndarray::{ArrayD, Dimension, IxDyn};
 use numpy::{
     Element, IntoPyArray, PyArrayDyn, PyReadonlyArray, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,

@@ -10,8 +10,7 @@ mod work;
 
 use std::collections::BTreeMap;
 
-use jointplay_core::columns::Declared;
-use jointplay_core::{Kept, Status, nominal, questions};
+use jointplay_core::{Declared, Kept, Status, nominal, questions};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 

@@ -1,7 +1,7 @@
 //! A mechanism as Python holds it: arguments checked, the core called without the interpreter's lock.
 
+use jointplay_core::Keep;
 use jointplay_core::clearance::Law;
-use jointplay_core::columns::Keep;
 use jointplay_core::questions::random::Request;
 use jointplay_core::{Case, Mechanism as Core, Spec};
 use numpy::ndarray::Array2;

@@ -1,155 +1,13 @@
 //! Answers column by column: arrays with one row per configuration.
 //!
 //! A question declares its columns once, by [`columns!`]: name, element, the dimensions beside the configuration and, for
-//! those that are given on request only, their group in [`Keep`]. From that follow rows as they are solved, tables that
+//! those that are given on request only, their group in [`crate::mechanism::Keep`]. From that follow rows as they are solved, tables that
 //! all cores fill part by part, and the arrays of an [`Answer`].
 
 use crate::math::memory::filled;
-use crate::mechanism::Mechanism;
+use crate::mechanism::answer::{Answer, Column, Values};
+use crate::mechanism::dim::{Declared, Dim, Wanted};
 use crate::mechanism::status::Status;
-
-/// Bins of the histograms that are handed out.
-pub const BINS: usize = 128;
-
-/// A dimension of a column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)] // their names say what they count
-pub enum Dim {
-    Component,
-    ComponentOther,
-    Wrench,
-    /// The components, the size of the position error, the size of the rotation.
-    Quantity,
-    /// The largest position error, the largest rotation, both ends of every component.
-    Extreme,
-    Side,
-    /// Components of a position.
-    Axis,
-    /// Components of a rotation about any axis; none in the plane.
-    Turn,
-    Parameter,
-    Drive,
-    Source,
-    Joint,
-    Body,
-    /// Of one body.
-    Coordinate,
-    Row,
-    /// Rows of the elastic joints.
-    ElasticRow,
-    /// Components that give way elastically.
-    Elastic,
-    /// Of the constraints, of the drives, of the output.
-    Singularity,
-    Probability,
-    Bin,
-    BinEdge,
-    Outcome,
-}
-
-impl Dim {
-    /// The name that results carry.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Component => "component",
-            Self::ComponentOther => "component_other",
-            Self::Wrench => "wrench",
-            Self::Quantity => "quantity",
-            Self::Extreme => "extreme",
-            Self::Side => "side",
-            Self::Axis => "axis",
-            Self::Turn => "turn",
-            Self::Parameter => "parameter",
-            Self::Drive => "drive",
-            Self::Source => "source",
-            Self::Joint => "joint",
-            Self::Body => "body",
-            Self::Coordinate => "coordinate",
-            Self::Row => "row",
-            Self::ElasticRow => "elastic_row",
-            Self::Elastic => "elastic",
-            Self::Singularity => "singularity",
-            Self::Probability => "probability",
-            Self::Bin => "bin",
-            Self::BinEdge => "bin_edge",
-            Self::Outcome => "outcome",
-        }
-    }
-
-    fn size(self, of: &Wanted<'_>) -> usize {
-        let m = of.mechanism;
-        match self {
-            Self::Component | Self::ComponentOther | Self::Wrench => m.size(),
-            Self::Quantity => m.size() + 2,
-            Self::Extreme => 2 + 2 * m.size(),
-            Self::Side => 2,
-            Self::Axis => m.n_translations(),
-            Self::Turn if m.turns_freely() => m.size() - m.n_translations(),
-            Self::Turn => 0,
-            Self::Parameter => m.n_parameters(),
-            Self::Drive => m.n_drives(),
-            Self::Source => m.sources().len(),
-            Self::Joint => m.n_joints(),
-            Self::Body => m.n_bodies(),
-            Self::Coordinate => m.n_body_coordinates(),
-            Self::Row => m.n_rows(),
-            Self::ElasticRow => m.elastic_rows().count(),
-            Self::Elastic => m.deformations().count(),
-            Self::Singularity => 3,
-            Self::Probability => of.probabilities,
-            Self::Bin => BINS,
-            Self::BinEdge => BINS + 1,
-            Self::Outcome => Status::ALL.len(),
-        }
-    }
-
-    /// The number of values in a row of these dimensions.
-    pub(crate) fn width(dims: &[Self], of: &Wanted<'_>) -> usize {
-        dims.iter().map(|dim| dim.size(of)).product()
-    }
-}
-
-/// A column as it is declared.
-#[derive(Clone, Copy, Debug)]
-pub struct Declared {
-    /// Its name.
-    pub name: &'static str,
-    /// What it is made of.
-    pub element: &'static str,
-    /// Its dimensions beside the configuration.
-    pub dims: &'static [Dim],
-}
-
-/// Which columns are wanted beside those that are always given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Keep {
-    /// The values of all parameters.
-    pub offset: bool,
-    /// Everything else.
-    pub details: bool,
-}
-
-impl Keep {
-    /// All columns.
-    pub const ALL: Self = Self { offset: true, details: true };
-}
-
-/// What a table is made for.
-#[derive(Clone, Copy)]
-pub(crate) struct Wanted<'m> {
-    pub mechanism: &'m Mechanism,
-    pub keep: Keep,
-    /// Quantiles asked for.
-    pub probabilities: usize,
-}
-
-impl<'m> Wanted<'m> {
-    /// All columns, no quantiles.
-    pub const fn all(mechanism: &'m Mechanism) -> Self {
-        Self { mechanism, keep: Keep::ALL, probabilities: 0 }
-    }
-}
 
 /// What a column can be made of.
 pub(crate) trait Element: Copy + Send + Sync {
@@ -328,47 +186,14 @@ pub(crate) fn joined<'r, E: Element + 'r>(rows: impl Iterator<Item = &'r [E]>, k
     if kept { rows.flatten().copied().collect() } else { Vec::new() }
 }
 
-/// An array with a name.
-#[derive(Clone, Debug)]
-pub struct Column {
-    /// Its name.
-    pub name: &'static str,
-    /// Its shape, configurations first.
-    pub shape: Vec<usize>,
-    /// Its values, the last dimension running fastest.
-    pub values: Values,
-}
-
-impl Column {
-    pub(crate) fn new<E: Element>(name: &'static str, of: &Wanted<'_>, n: usize, dims: &[Dim], all: Vec<E>) -> Self {
-        let shape = std::iter::once(n).chain(dims.iter().map(|dim| dim.size(of))).collect();
-        Self { name, shape, values: E::values(all) }
-    }
-}
-
-/// The values of a column.
-#[derive(Clone, Debug)]
-#[allow(missing_docs)] // their types say it
-pub enum Values {
-    Numbers(Vec<f64>),
-    Counts(Vec<u64>),
-    Flags(Vec<bool>),
-    /// Of statuses.
-    Codes(Vec<u8>),
-}
-
-/// The answer to a question: arrays by name.
-#[derive(Clone, Debug)]
-pub struct Answer {
-    /// Number of configurations.
-    pub rows: usize,
-    /// The columns.
-    pub columns: Vec<Column>,
-    /// Counts over all configurations, by name.
-    pub totals: Vec<(&'static str, u64)>,
+/// A column with its shape.
+pub(crate) fn column<E: Element>(name: &'static str, of: &Wanted<'_>, n: usize, dims: &[Dim], all: Vec<E>) -> Column {
+    let shape = std::iter::once(n).chain(dims.iter().map(|dim| dim.size(of))).collect();
+    Column { name, shape, values: E::values(all) }
 }
 
 impl Answer {
+    /// The answer that is found column by column.
     pub(crate) fn of(table: impl Table, wanted: &Wanted<'_>) -> Self {
         Self { rows: table.n(), columns: table.columns(wanted), totals: Vec::new() }
     }
@@ -386,47 +211,6 @@ impl Answer {
         let (first, second) = (rows.iter().map(|(row, _)| row), rows.iter().map(|(_, row)| row));
         Self::of_rows(first, wanted).beside(Self::of_rows(second, wanted))
     }
-
-    /// With the columns of another one beside.
-    #[must_use]
-    pub(crate) fn beside(mut self, other: Self) -> Self {
-        self.columns.extend(other.columns);
-        self.totals.extend(other.totals);
-        self
-    }
-
-    /// With a count over all configurations.
-    #[must_use]
-    pub(crate) fn total(mut self, name: &'static str, count: u64) -> Self {
-        self.totals.push((name, count));
-        self
-    }
-
-    /// Whether there is no configuration in it.
-    #[must_use]
-    pub const fn is_empty(&self) -> bool {
-        self.rows == 0
-    }
-
-    /// The numbers of a column; none where it is not there, or is none of numbers.
-    #[must_use]
-    pub fn numbers(&self, name: &str) -> &[f64] {
-        match self.columns.iter().find(|column| column.name == name) {
-            Some(Column { values: Values::Numbers(numbers), .. }) => numbers,
-            _ => &[],
-        }
-    }
-
-    /// The outcomes.
-    #[must_use]
-    pub fn status(&self) -> Vec<Status> {
-        match self.columns.iter().find(|column| column.name == "status") {
-            Some(Column { values: Values::Codes(codes), .. }) => {
-                codes.iter().map(|code| Status::ALL[usize::from(*code)]).collect()
-            }
-            _ => Vec::new(),
-        }
-    }
 }
 
 /// The value of a column in one row: a number by itself, or as many as its dimensions ask for.
@@ -438,7 +222,7 @@ macro_rules! cell {
 /// Declares the columns of a question: its row, its table, and the rows of the table.
 ///
 /// Each is `name: element [dimensions] if group;` with the dimensions of [`Dim`] and, of those that are given on request
-/// only, the group of [`Keep`].
+/// only, the group of [`crate::mechanism::Keep`].
 macro_rules! columns {
     (
         $(#[$doc:meta])* $Row:ident in $Table:ident by $Rows:ident:
@@ -486,8 +270,8 @@ macro_rules! columns {
                 }
             }
 
+            #[allow(unused_variables)] // no column has a group
             fn of<'r>(of: &Wanted<'_>, rows: impl ExactSizeIterator<Item = &'r $Row> + Clone) -> Self {
-                let _ = of;
                 Self {
                     n: rows.len(),
                     $($name: $crate::mechanism::columns::joined(
@@ -513,10 +297,10 @@ macro_rules! columns {
                 }
             }
 
-            fn columns(self, of: &Wanted<'_>) -> Vec<$crate::mechanism::columns::Column> {
+            fn columns(self, of: &Wanted<'_>) -> Vec<$crate::mechanism::answer::Column> {
                 let mut columns = Vec::new();
                 $(if true $(&& of.keep.$group)? {
-                    columns.push($crate::mechanism::columns::Column::new(
+                    columns.push($crate::mechanism::columns::column(
                         stringify!($name), of, self.n, &[$(Dim::$dim),*], self.$name,
                     ));
                 })+

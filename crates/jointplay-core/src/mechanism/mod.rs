@@ -1,17 +1,21 @@
 //! A mechanism: bodies, points, joints as locked components, sources of error. Checked once, then
 //! immutable.
 
+pub(crate) mod answer;
 mod build;
 pub(crate) mod case;
-pub mod columns;
+pub(crate) mod columns;
 pub(crate) mod coupling;
+pub(crate) mod dim;
 pub(crate) mod joint;
 mod kind;
 mod spec;
 pub(crate) mod status;
 
+pub use answer::{Answer, Column, Values};
 pub use build::SpecError;
 pub use case::Case;
+pub use dim::{Declared, Dim, Keep};
 pub use spec::Spec;
 pub use status::Status;
 

@@ -2,7 +2,9 @@
 
 use crate::closure::newton::State;
 use crate::mechanism::Mechanism;
-use crate::mechanism::columns::{Answer, Declared, Dim, Row, Wanted, columns};
+use crate::mechanism::answer::Answer;
+use crate::mechanism::columns::{Row, columns};
+use crate::mechanism::dim::{Declared, Dim, Wanted};
 use crate::mechanism::status::Status;
 use crate::nominal::path::Configuration;
 use crate::nominal::trace::Trace;

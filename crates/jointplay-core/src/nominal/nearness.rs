@@ -19,7 +19,9 @@ use crate::math::decomposition::singular_values;
 use crate::math::space::Component;
 use crate::math::vector::{Vec3, cross};
 use crate::mechanism::Mechanism;
-use crate::mechanism::columns::{Answer, Keep, Row, Wanted};
+use crate::mechanism::answer::Answer;
+use crate::mechanism::columns::Row;
+use crate::mechanism::dim::{Keep, Wanted};
 use crate::nominal::columns::Nearness;
 
 /// A singular value of A below this part of its largest one is none.

@@ -2,7 +2,8 @@
 //!
 //! A new one is declared here and filled where the question is answered; arrays follow, in Python, too.
 
-use crate::mechanism::columns::{Declared, Dim, Row, Wanted, columns};
+use crate::mechanism::columns::{Row, columns};
+use crate::mechanism::dim::{Declared, Dim, Wanted};
 use crate::mechanism::status::Status;
 
 columns! {

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::mechanism::columns::Keep;
+use crate::mechanism::dim::Keep;
 use crate::mechanism::{Case, Mechanism, Spec};
 use crate::questions::columns::Worst;
 

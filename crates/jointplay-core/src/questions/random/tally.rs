@@ -1,7 +1,7 @@
 //! Moments, histograms and counts of samples, mergeable without loss.
 
 use crate::math::lanes::block::{Block, LANES, Mask};
-use crate::mechanism::columns::BINS;
+use crate::mechanism::dim::BINS;
 use crate::mechanism::status::Status;
 use crate::questions::columns::Sample;
 
