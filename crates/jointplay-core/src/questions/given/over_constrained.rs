@@ -5,14 +5,14 @@
 
 use crate::closure::equations::Inputs;
 use crate::closure::sensitivity::Output;
-use crate::cone::scheduler::Rounds;
+use crate::cone::scheduler::{CHUNK, Rounds};
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::questions::given::{Given, Sensitivity};
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
-use crate::redundancy::placed::{CHUNK, Placed};
+use crate::redundancy::placed::Placed;
 use crate::redundancy::sequence::Failure;
 use crate::redundancy::system::System;
 
