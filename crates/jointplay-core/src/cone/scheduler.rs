@@ -222,3 +222,71 @@ impl Asked {
             && a.blocks.iter().zip(&b.blocks).all(same)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cone::Kind;
+
+    /// What a spring of this compliance and another one give so that both add up to one.
+    fn springs(compliance: f64, blocks: usize) -> Program {
+        let block = |k: usize| Block {
+            kind: Kind::Spring(vec![compliance * (k + 1) as f64]),
+            map: vec![1.0],
+            force: vec![0.0],
+        };
+        Program { right: vec![1.0], blocks: (0..blocks).map(block).collect() }
+    }
+
+    #[test]
+    fn every_course_gets_its_own_answers_whatever_others_ask_for() {
+        let shares = Rounds::each(0..20, async |rounds, k: usize| {
+            // Unlike structures, unlike numbers of programs.
+            let mut shares = Vec::new();
+            for step in 0..k % 4 {
+                let answer = rounds.ask(Question::Pose, springs((k + 1) as f64, 2 + (k + step) % 3)).await;
+                shares.push((answer.displacements[0][0], 2 + (k + step) % 3));
+            }
+            shares
+        });
+        for (k, shares) in shares.into_iter().enumerate() {
+            assert_eq!(shares.len(), k % 4);
+            for (share, n) in shares {
+                // Springs in a row share by their compliances, 1, 2, .. n.
+                assert!((share * (n * (n + 1) / 2) as f64 - 1.0).abs() < 1e-9, "{k} {n} {share}");
+            }
+        }
+    }
+
+    #[test]
+    fn courses_gather_at_a_desk_until_none_waits_for_a_program() {
+        let (desk, served) = (Desk::default(), RefCell::new(Vec::new()));
+        let ends = Rounds::each_beside(
+            0..5,
+            async |rounds, k: usize| {
+                for _ in 0..k {
+                    rounds.ask(Question::Pose, springs(1.0, 2)).await;
+                }
+                (desk.ask(k).await, desk.ask(100).await)
+            },
+            || {
+                desk.serve(|asked: Vec<usize>| {
+                    served.borrow_mut().push(asked.len());
+                    asked.into_iter().map(|k| 10 * k).collect()
+                })
+            },
+        );
+        assert_eq!(ends, [0, 10, 20, 30, 40].map(|end| (end, 1000)));
+        assert_eq!(served.into_inner(), [5, 5]);
+    }
+
+    #[test]
+    fn chunks_end_in_the_order_of_their_items() {
+        let items: Vec<usize> = (0..100).collect();
+        let ends = Rounds::each_in_chunks(&items, 8, async |rounds, &k| {
+            rounds.solve(Question::Pose, &springs(1.0, 1 + k % 3), None).await;
+            k
+        });
+        assert_eq!(ends, items);
+    }
+}

@@ -129,7 +129,7 @@ impl System<'_> {
     }
 
     /// Where nothing ties displacements to each other, forces alone decide them.
-    pub(crate) fn free(&self, c: &Ties, forces: &DVector<f64>) -> Balance {
+    fn free(&self, c: &Ties, forces: &DVector<f64>) -> Balance {
         Balance {
             given: self.given(c, forces, &[]),
             forces: forces.clone(),

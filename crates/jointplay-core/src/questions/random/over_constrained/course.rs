@@ -34,9 +34,10 @@ impl Job<'_> {
         let closed = together.close(&specimen.displacements).await?;
         specimen.plainly = closed.plainly;
         let mut loosest = self.factor(rounds, &closed.misfit).await;
-        // Near one, where it decides, the factor is that of the exact closure.
+        // Near one, where it decides, the factor is that of the exact closure. What few specimens go through is boxed:
+        // a course is as large as the largest it waits for.
         if (loosest.factor - 1.0).abs() < NEAR
-            && let Ok(exactly) = together.settle(rounds, &specimen.displacements, &Ask::Factor).await
+            && let Ok(exactly) = Box::pin(together.settle(rounds, &specimen.displacements, &Ask::Factor)).await
         {
             loosest.settle_at(exactly.balance.factor);
         }
@@ -45,7 +46,7 @@ impl Job<'_> {
             Fit::Loose => self.correct(together, specimen, &self.correction).await,
             // Where load or misfit strain what is elastic, or push rigid bodies.
             Fit::Forced => {
-                let settled = together.settle(rounds, &specimen.displacements, &self.ask()).await?;
+                let settled = Box::pin(together.settle(rounds, &specimen.displacements, &self.ask())).await?;
                 match self.take(settled, specimen) {
                     Some(correction) => self.correct(together, specimen, &correction).await,
                     None => Ok(()),

@@ -9,7 +9,7 @@ use nalgebra::DVector;
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
-use crate::cone::scheduler::Rounds;
+use crate::cone::scheduler::{CHUNK, Rounds};
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::over_constrained::linear::{Extreme, Site};
 use crate::questions::worst::worker::Height;
@@ -18,8 +18,6 @@ use crate::redundancy::compatibility::{Compatibility, FITS};
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::step;
 
-/// Sequences that one thread takes: enough to fill eight lanes first.
-const SIDE_BY_SIDE: usize = 64;
 /// Programs in a row.
 const MOST_STEPS: usize = 24;
 /// A sequence is at its end when the next program promises less than this part: programs that are solved together
@@ -134,7 +132,7 @@ impl Site<'_> {
     pub fn summits(&self, solver: &Solver<'_>, built: &State, extremes: &[Extreme]) -> Vec<Option<Height>> {
         let starts = extremes.iter().enumerate().flat_map(|(number, e)| e.starts.iter().map(move |s| (number, s)));
         let starts: Vec<(usize, &Vec<f64>)> = starts.collect();
-        let met = Rounds::each_in_chunks(&starts, SIDE_BY_SIDE, async |rounds, &(extreme, start)| {
+        let met = Rounds::each_in_chunks(&starts, CHUNK, async |rounds, &(extreme, start)| {
             (extreme, self.summit(rounds, solver, built, extremes[extreme].measure, start).await)
         });
         let mut best: Vec<Option<Height>> = vec![None; extremes.len()];
