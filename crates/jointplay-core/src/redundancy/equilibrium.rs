@@ -84,7 +84,8 @@ impl System<'_> {
         let program = self.program(c, right, &forces);
         let unloaded = ask.is_unloaded();
         if unloaded && program.right.iter().all(|b| *b == 0.0) {
-            return Some(Balance { factor: 0.0, ..self.nothing(&forces) });
+            let given = self.elements.iter().map(|element| vec![0.0; element.columns.len()]).collect();
+            return Some(Balance { given, forces, factor: 0.0, gap: 0.0, solved: true, answer: None });
         }
         if program.n_equations() == 0 {
             return Some(self.free(c, &forces));
@@ -104,10 +105,33 @@ impl System<'_> {
         Some(self.answered(c, &program, &forces, ask, answer))
     }
 
-    /// No displacement, whatever the forces.
-    fn nothing(&self, forces: &DVector<f64>) -> Balance {
+    /// Where displacements go under forces, as good as programs solved together prove it; `None` where none are
+    /// compatible. What the forces leave open is somewhere, not necessarily in its middle.
+    pub async fn pushed(
+        &self,
+        rounds: &Rounds,
+        c: &Ties,
+        right: &DVector<f64>,
+        forces: &DVector<f64>,
+    ) -> Option<Balance> {
+        let answer = rounds.roughly().ask(Question::Pose, self.program(c, right, forces)).await;
+        self.pushed_by(c, forces, answer)
+    }
+
+    /// The same of one configuration, to more digits.
+    pub fn pushed_alone(&self, c: &Ties, right: &DVector<f64>, forces: &DVector<f64>) -> Option<Balance> {
+        self.pushed_by(c, forces, self.program(c, right, forces).pose())
+    }
+
+    fn pushed_by(&self, c: &Ties, forces: &DVector<f64>, answer: Answer) -> Option<Balance> {
+        let possible = answer.outcome != Outcome::Infeasible;
+        possible.then(|| self.balanced(c, c.with_stress(forces, &answer.multipliers), answer, None))
+    }
+
+    /// Where nothing ties displacements to each other, forces alone decide them.
+    fn free(&self, c: &Ties, forces: &DVector<f64>) -> Balance {
         Balance {
-            given: self.elements.iter().map(|element| vec![0.0; element.columns.len()]).collect(),
+            given: self.given(c, forces, &[]),
             forces: forces.clone(),
             factor: 1.0,
             gap: 0.0,
@@ -116,34 +140,24 @@ impl System<'_> {
         }
     }
 
-    /// Where nothing ties displacements to each other, forces alone decide them.
-    pub(crate) fn free(&self, c: &Ties, forces: &DVector<f64>) -> Balance {
-        let mut balance = self.nothing(forces);
-        self.fill(&mut balance, &[], |element| Self::is_tied(element, c));
-        balance
+    /// What the answer of the program of the tied gives tells of all of them.
+    fn answered(&self, c: &Ties, program: &Program, forces: &DVector<f64>, ask: &Ask, answer: Answer) -> Balance {
+        let forces = c.with_stress(forces, &answer.multipliers);
+        // What the forces leave open is put in the middle.
+        let middle = if ask.is_unloaded() { None } else { self.middle(c, program, &forces, &answer) };
+        self.balanced(c, forces, answer, middle.as_deref())
     }
 
-    /// What the answer of the program of the tied gives tells of all of them.
-    pub(crate) fn answered(
-        &self,
-        c: &Ties,
-        program: &Program,
-        forces: &DVector<f64>,
-        ask: &Ask,
-        answer: Answer,
-    ) -> Balance {
-        let mut balance = Balance {
+    /// The tied gives as an answer says or in another place, and the others by the forces.
+    fn balanced(&self, c: &Ties, forces: DVector<f64>, answer: Answer, tied: Option<&[Vec<f64>]>) -> Balance {
+        Balance {
+            given: self.given(c, &forces, tied.unwrap_or(&answer.displacements)),
+            forces,
             factor: answer.factor,
             gap: answer.gap,
             solved: answer.outcome == Outcome::Solved,
-            ..self.nothing(&c.with_stress(forces, &answer.multipliers))
-        };
-        // What the forces leave open is put in the middle.
-        let middle = if ask.is_unloaded() { None } else { self.middle(c, program, &balance.forces, &answer) };
-        let tied = middle.as_ref().unwrap_or(&answer.displacements);
-        self.fill(&mut balance, tied, |element| Self::is_tied(element, c));
-        balance.answer = Some(answer);
-        balance
+            answer: Some(answer),
+        }
     }
 
     /// Whether nothing pushes and the clearances take up all of the misfit, so that no joint transmits anything.
@@ -172,11 +186,26 @@ impl System<'_> {
         stiffness: f64,
     ) -> Option<Balance> {
         let program = self.program_near(c, right, forces, at, stiffness);
-        self.balance_of_near(c, forces, rounds.solve(Question::Pose, &program, None).await)
+        let mut answer = rounds.solve(Question::Pose, &program, None).await;
+        if answer.outcome == Outcome::Infeasible {
+            return None;
+        }
+        answer.multipliers.truncate(c.equations.nrows());
+        let given = answer.displacements[..self.elements.len()].to_vec();
+        let tied = given.iter().zip(&self.elements).filter(|(_, element)| Self::is_tied(element, c));
+        answer.displacements = tied.map(|(given, _)| given.clone()).collect();
+        Some(Balance {
+            given,
+            forces: c.with_stress(forces, &answer.multipliers),
+            factor: 1.0,
+            gap: answer.gap,
+            solved: answer.outcome == Outcome::Solved,
+            answer: Some(answer),
+        })
     }
 
     /// The program of all gives, tied or not, and of their springs.
-    pub(crate) fn program_near(
+    fn program_near(
         &self,
         c: &Ties,
         right: &DVector<f64>,
@@ -211,25 +240,6 @@ impl System<'_> {
         Program { right, blocks }
     }
 
-    /// What the answer to [`Self::program_near`] says of the gives and the forces on them.
-    pub(crate) fn balance_of_near(&self, c: &Ties, forces: &DVector<f64>, mut answer: Answer) -> Option<Balance> {
-        if answer.outcome == Outcome::Infeasible {
-            return None;
-        }
-        answer.multipliers.truncate(c.equations.nrows());
-        let given = answer.displacements[..self.elements.len()].to_vec();
-        let tied = given.iter().zip(&self.elements).filter(|(_, element)| Self::is_tied(element, c));
-        answer.displacements = tied.map(|(given, _)| given.clone()).collect();
-        Some(Balance {
-            given,
-            forces: c.with_stress(forces, &answer.multipliers),
-            factor: 1.0,
-            gap: answer.gap,
-            solved: answer.outcome == Outcome::Solved,
-            answer: Some(answer),
-        })
-    }
-
     /// The middle of what is open among the tied gives; `None` where nothing is.
     fn middle(&self, c: &Ties, program: &Program, forces: &DVector<f64>, answer: &Answer) -> Option<Vec<Vec<f64>>> {
         let open = |element: &Element| self.face(element, c, forces).is_some_and(|face| !face.is_point());
@@ -237,23 +247,23 @@ impl System<'_> {
         if any { program.middle(answer, UNDECIDED_TOGETHER) } else { None }
     }
 
-    /// Puts the displacements: of what is tied as the program says, of the others by the forces.
-    pub(crate) fn fill(&self, balance: &mut Balance, tied: &[Vec<f64>], is_tied: impl Fn(&Element) -> bool) {
+    /// Displacements of all gives: of what is tied as the program says, of the others by the forces.
+    fn given(&self, c: &Ties, forces: &DVector<f64>, tied: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut tied = tied.iter();
-        let tolerance = UNDECIDED * self.force_scale(&balance.forces);
-        for (element, slot) in self.elements.iter().zip(&mut balance.given) {
-            if is_tied(element) {
-                *slot = tied.next().cloned().unwrap_or_default();
-                continue;
+        let tolerance = UNDECIDED * self.force_scale(forces);
+        let of = |element: &Element| {
+            if Self::is_tied(element, c) {
+                return tied.next().cloned().unwrap_or_default();
             }
-            let force: Vec<f64> = element.columns.iter().map(|&column| balance.forces[column]).collect();
-            *slot = match &element.kind {
+            let force = Self::along(element, forces);
+            match &element.kind {
                 Kind::Clearance(set) | Kind::Fixed(set) => set.face(&force, tolerance).centre[..force.len()].to_vec(),
                 Kind::Spring(compliance) => compliance
                     .chunks_exact(force.len())
                     .map(|row| row.iter().zip(&force).map(|(c, f)| c * f).sum())
                     .collect(),
-            };
-        }
+            }
+        };
+        self.elements.iter().map(of).collect()
     }
 }

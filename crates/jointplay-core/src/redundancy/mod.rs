@@ -9,7 +9,6 @@ pub(crate) mod balance;
 pub(crate) mod basis;
 pub(crate) mod compatibility;
 pub(crate) mod equilibrium;
-pub(crate) mod equilibrium_batch;
 mod indeterminacy;
 mod observable;
 mod parts;

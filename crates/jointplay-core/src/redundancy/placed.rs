@@ -10,8 +10,6 @@ use crate::mechanism::status::Status;
 use crate::redundancy::basis::Basis;
 use crate::redundancy::system::System;
 
-/// Configurations of a chunk whose programs are solved together: enough to fill eight lanes in the last rounds, too.
-pub(crate) const CHUNK: usize = 64;
 /// A basis whose smallest singular value is below this part of that of all rows is left for another one.
 const OUTGROWN: f64 = 0.1;
 

@@ -154,7 +154,7 @@ impl System<'_> {
     }
 
     /// Known displacements, and those that a balance gives.
-    fn target(&self, known: &[f64], balance: &Balance) -> Vec<f64> {
+    pub(crate) fn target(&self, known: &[f64], balance: &Balance) -> Vec<f64> {
         let mut target = known.to_vec();
         target.iter_mut().zip(self.displacements(balance)).for_each(|(t, d)| *t += d);
         target

@@ -4,7 +4,6 @@ use nalgebra::DVector;
 
 use crate::clearance::face::Face;
 use crate::clearance::undecided::UNDECIDED;
-use crate::cone::lanes::programs::Programs;
 use crate::cone::{Block, Kind, Program};
 use crate::math::space::Component;
 use crate::mechanism::Mechanism;
@@ -81,33 +80,6 @@ impl<'m> System<'m> {
         };
         let tied = self.elements.iter().filter(|element| Self::is_tied(element, c));
         Program { right: self.cleaned(right), blocks: tied.map(block).collect() }
-    }
-
-    /// The programs of these gives in several states, of one structure: for what ties the gives there, what their
-    /// displacements add up to, and the forces.
-    pub(crate) fn programs<'a>(
-        &self,
-        tied: &[&Element],
-        states: impl Iterator<Item = (&'a Ties, &'a DVector<f64>, &'a DVector<f64>)>,
-    ) -> Programs<'static> {
-        let columns: Vec<usize> = tied.iter().flat_map(|element| &element.columns).copied().collect();
-        let (mut maps, mut pushes, mut rights) = (Vec::new(), Vec::new(), Vec::new());
-        let mut n = 0;
-        for (ties, right, forces) in states {
-            n += 1;
-            maps.extend(ties.equations.row_iter().flat_map(|row| columns.iter().map(move |&c| row[c])));
-            pushes.extend(columns.iter().map(|&c| forces[c]));
-            rights.extend(self.cleaned(right));
-        }
-        Programs {
-            n,
-            n_equations: self.basis.redundancy(),
-            n_blocks: tied.len(),
-            kinds: tied.iter().map(|element| element.kind.clone()).collect(),
-            maps: maps.into(),
-            forces: pushes.into(),
-            rights: rights.into(),
-        }
     }
 
     /// Right sides without what rounding leaves of a closed loop: that is no misfit.

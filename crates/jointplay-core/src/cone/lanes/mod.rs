@@ -20,6 +20,8 @@ mod vector;
 
 pub use programs::Programs;
 
+use std::borrow::Borrow;
+
 use rayon::prelude::*;
 
 use crate::cone::answer::{Answer, Outcome};
@@ -108,7 +110,8 @@ impl Programs<'_> {
 
     /// Programs with the same numbers of equations and of blocks, and of components of these.
     #[must_use]
-    pub fn of(programs: &[Program]) -> Self {
+    pub fn of<P: Borrow<Program>>(programs: &[P]) -> Self {
+        let programs: Vec<&Program> = programs.iter().map(Borrow::borrow).collect();
         let mut all = Self { n: programs.len(), ..Self::default() };
         let (mut maps, mut forces, mut rights) = (Vec::new(), Vec::new(), Vec::new());
         if let Some(first) = programs.first() {
@@ -116,14 +119,14 @@ impl Programs<'_> {
         }
         let same =
             programs.windows(2).all(|two| two[0].blocks.iter().zip(&two[1].blocks).all(|(a, b)| a.kind == b.kind));
-        for (number, program) in programs.iter().enumerate() {
+        for (number, program) in programs.into_iter().enumerate() {
             if !same || number == 0 {
                 all.kinds.extend(program.blocks.iter().map(|block| block.kind.clone()));
             }
             for i in 0..program.n_equations() {
-                maps.extend(program.blocks.iter().flat_map(|block| block.row(i)));
+                program.blocks.iter().for_each(|block| maps.extend_from_slice(block.row(i)));
             }
-            forces.extend(program.blocks.iter().flat_map(|block| &block.force));
+            program.blocks.iter().for_each(|block| forces.extend_from_slice(&block.force));
             rights.extend(&program.right);
         }
         (all.maps, all.forces, all.rights) = (maps.into(), forces.into(), rights.into());

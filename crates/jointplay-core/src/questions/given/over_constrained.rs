@@ -4,7 +4,7 @@
 //! energy.
 
 use crate::closure::equations::Inputs;
-use crate::cone::scheduler::Rounds;
+use crate::cone::scheduler::{CHUNK, Rounds};
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::mechanism::columns::Row;
@@ -14,7 +14,7 @@ use crate::questions::columns::{Forced, Given, Sensitivity};
 use crate::questions::given::of_maps;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
-use crate::redundancy::placed::{CHUNK, Placed};
+use crate::redundancy::placed::Placed;
 use crate::redundancy::sequence::Failure;
 use crate::redundancy::system::System;
 

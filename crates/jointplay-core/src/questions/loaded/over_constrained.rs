@@ -7,7 +7,7 @@ use nalgebra::DVector;
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::State;
-use crate::cone::scheduler::Rounds;
+use crate::cone::scheduler::{CHUNK, Rounds};
 use crate::contact::flanks::FLANKS;
 use crate::mechanism::answer::Answer;
 use crate::mechanism::case::Case;
@@ -21,7 +21,7 @@ use crate::redundancy::balance::Balance;
 use crate::redundancy::basis::Basis;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
-use crate::redundancy::placed::{CHUNK, Placed};
+use crate::redundancy::placed::Placed;
 use crate::redundancy::sequence::{Failure, Rest, is_apart};
 use crate::redundancy::system::{System, UNDECIDED_TOGETHER};
 

@@ -1,4 +1,4 @@
-//! Many units of one over-constrained or elastic mechanism: the same case, each with deviations of its own.
+//! Many specimens of one over-constrained or elastic mechanism: the same case, each with deviations of its own.
 
 use rayon::prelude::*;
 
@@ -6,6 +6,7 @@ use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::program::Newton;
 use crate::closure::recorded::self_stress::SelfStress;
+use crate::cone::scheduler::Rounds;
 use crate::math::lanes::block::LANES;
 use crate::mechanism::Mechanism;
 use crate::mechanism::answer::Answer;
@@ -63,44 +64,36 @@ impl Mechanism {
         let newton = (centres.len() >= LANES).then(record).flatten();
         let bound = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal.state, case.drives));
         let chunk = |centres: &[Vec<f64>]| {
-            let together = Together { system, solver, nominal: &nominal, built: &built, bound: bound.clone() };
-            self.specimens_together(together, centres)
+            let together = Together::new(system, solver, &nominal, &built, bound.clone());
+            together.each(centres.iter(), async |rounds, centre| self.specimen(rounds, &together, centre).await)
         };
         Ok(centres.par_chunks(CHUNK).map(chunk).collect::<Vec<_>>().into_iter().flatten().collect())
     }
 
-    fn specimens_together(&self, mut together: Together<'_>, centres: &[Vec<f64>]) -> Vec<Specimen> {
-        let known: Vec<Vec<f64>> = centres.iter().map(|centre| self.displacements(centre)).collect();
-        let assembled = together.settle(&known, &Ask::Factor);
-        let rested = together.settle(&known, &Ask::Load);
-        let mut specimens = Vec::with_capacity(centres.len());
-        for (centre, (assembled, rested)) in centres.iter().zip(assembled.into_iter().zip(rested)) {
-            let factor = match assembled {
-                Ok(assembled) => assembled.balance.factor,
-                Err(Status::NotAssemblable | Status::NotAssembled) => f64::INFINITY,
-                Err(status) => {
-                    specimens.push(self.no_specimen(status, f64::NAN));
-                    continue;
-                }
-            };
-            let found = rested.and_then(|rested| self.unit_of(&together, centre, factor, &rested));
-            specimens.push(found.unwrap_or_else(|status| self.no_specimen(status, factor)));
-        }
-        specimens
+    async fn specimen(&self, rounds: &Rounds, together: &Together<'_>, centre: &[f64]) -> Specimen {
+        let known = self.displacements(centre);
+        let factor = match together.settle(rounds, &known, &Ask::Factor).await {
+            Ok(assembled) => assembled.balance.factor,
+            Err(Status::NotAssemblable | Status::NotAssembled) => f64::INFINITY,
+            Err(status) => return self.no_specimen(status, f64::NAN),
+        };
+        let settled = together.settle(rounds, &known, &Ask::Load).await;
+        let found = settled.and_then(|settled| self.told_of(together, centre, factor, &settled));
+        found.unwrap_or_else(|status| self.no_specimen(status, factor))
     }
 
-    fn unit_of(
+    fn told_of(
         &self,
         at: &Together<'_>,
         centre: &[f64],
         factor: f64,
-        rested: &SpecimenSolution,
+        settled: &SpecimenSolution,
     ) -> Result<Specimen, Status> {
-        let state = at.close_plainly(&rested.displacements)?;
-        let forces = &rested.balance.forces;
-        let unknown = at.system.unknown_reactions(&rested.ties);
+        let state = at.close_plainly(&settled.displacements)?;
+        let forces = &settled.balance.forces;
+        let unknown = at.system.unknown_reactions(&settled.ties);
         let mut offset = centre.to_vec();
-        for (element, given) in at.system.elements.iter().zip(&rested.balance.given) {
+        for (element, given) in at.system.elements.iter().zip(&settled.balance.given) {
             let Some(source) = element.source else { continue };
             self.sources[source].range().zip(given).for_each(|(p, d)| offset[p] += d);
         }

@@ -1,10 +1,12 @@
-//! Many units of one configuration, side by side.
+//! Many specimens of one configuration, side by side.
 //!
-//! Specimens differ in what is known of their displacements. The basis is closed for all of them lane by lane, on the
-//! recorded iteration; where a lane is in doubt, or nothing has been recorded, plainly. Specimens
-//! [settle](Together::settle) in rounds of closures and programs.
+//! Specimens differ in what is known of their displacements. What becomes of one is a course ([`Rounds`]) that waits for
+//! its programs and for the closure of its basis, which is done lane by lane on the recorded iteration; where a lane is
+//! in doubt, or nothing has been recorded, plainly.
 
 pub(crate) mod sequence;
+
+use std::cell::RefCell;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -12,6 +14,7 @@ use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::program::Bound;
 use crate::closure::recorded::self_stress::Borne;
+use crate::cone::scheduler::{Desk, Rounds};
 use crate::interrupt;
 use crate::math::lanes::block::LANES;
 use crate::math::lanes::simd::{Kernel, dispatch};
@@ -28,7 +31,9 @@ pub(crate) struct Together<'a> {
     /// The basis, closed for deviations that the specimens' are near to.
     pub built: &'a State,
     /// The recorded iteration of the basis.
-    pub bound: Option<Bound<'a>>,
+    bound: RefCell<Option<Bound<'a>>>,
+    closures: Desk<Vec<f64>, Result<Closed, Status>>,
+    linearisations: Desk<Linearisation, Result<(Closed, Linearised), Status>>,
 }
 
 /// The pose where everything is perfect, which all specimens are near to.
@@ -57,6 +62,12 @@ pub(crate) struct Closed {
     pub plainly: bool,
 }
 
+/// Displacements for which a specimen is closed and linearised, and whether the output is.
+struct Linearisation {
+    displacements: Vec<f64>,
+    of_output: bool,
+}
+
 /// The linearisation where a specimen is closed.
 struct Linearised {
     ties: Ties,
@@ -80,10 +91,39 @@ impl Kernel for Close<'_, '_> {
     }
 }
 
-impl Together<'_> {
-    /// Closes the basis for the displacements of every specimen.
-    pub fn close<'d>(&mut self, displacements: impl Iterator<Item = &'d [f64]>) -> Vec<Result<Closed, Status>> {
-        let displacements: Vec<&[f64]> = displacements.collect();
+impl<'a> Together<'a> {
+    pub fn new(
+        system: &'a System<'a>,
+        solver: &'a Solver<'a>,
+        nominal: &'a Nominal<'a>,
+        built: &'a State,
+        bound: Option<Bound<'a>>,
+    ) -> Self {
+        let bound = RefCell::new(bound);
+        Self { system, solver, nominal, built, bound, closures: Desk::default(), linearisations: Desk::default() }
+    }
+
+    /// Takes a course for every specimen, all of them side by side.
+    pub fn each<I, T>(&self, specimens: impl Iterator<Item = I>, course: impl AsyncFn(&Rounds, I) -> T) -> Vec<T> {
+        // Specimens that only close wait for those that settle, to be closed together once more.
+        Rounds::each_beside(specimens, course, || {
+            self.linearisations.serve(|asked| self.linearise_all(&asked))
+                || self.closures.serve(|asked| self.close_all(&asked))
+        })
+    }
+
+    /// Closes the basis for the displacements of a specimen.
+    pub async fn close(&self, displacements: &[f64]) -> Result<Closed, Status> {
+        self.closures.ask(displacements.to_vec()).await
+    }
+
+    /// The same with the linearisation there, that of the output where it is wanted.
+    async fn linearise(&self, displacements: &[f64], of_output: bool) -> Result<(Closed, Linearised), Status> {
+        self.linearisations.ask(Linearisation { displacements: displacements.to_vec(), of_output }).await
+    }
+
+    fn close_all(&self, specimens: &[Vec<f64>]) -> Vec<Result<Closed, Status>> {
+        let displacements: Vec<&[f64]> = specimens.iter().map(Vec::as_slice).collect();
         let closed = self.close_lanes(&displacements, false, |_, _, _| ());
         let or_plainly = |(own, closed): (&&[f64], Option<(Closed, ())>)| match closed {
             Some((closed, ())) => Ok(closed),
@@ -92,23 +132,19 @@ impl Together<'_> {
         displacements.iter().zip(closed).map(or_plainly).collect()
     }
 
-    /// The same with the linearisation there, that of the output for some specimens only.
-    fn linearise(
-        &mut self,
-        displacements: &[&[f64]],
-        of_output: impl Fn(usize) -> bool,
-    ) -> Vec<Result<(Closed, Linearised), Status>> {
+    fn linearise_all(&self, specimens: &[Linearisation]) -> Vec<Result<(Closed, Linearised), Status>> {
         let basis = self.system.basis;
-        let closed = self.close_lanes(displacements, true, |specimen, bound, lane| Linearised {
+        let displacements: Vec<&[f64]> = specimens.iter().map(|one| one.displacements.as_slice()).collect();
+        let closed = self.close_lanes(&displacements, true, |specimen, bound, lane| Linearised {
             ties: Ties::of_lane(basis, bound, lane),
-            output: if of_output(specimen) { map_of_lane(basis, bound, lane) } else { DMatrix::zeros(0, 0) },
+            output: if specimens[specimen].of_output { map_of_lane(basis, bound, lane) } else { DMatrix::zeros(0, 0) },
         });
         let or_plainly = |(own, closed): (&&[f64], Option<_>)| {
             if let Some(found) = closed {
                 return Ok(found);
             }
             let state = self.close_plainly(own)?;
-            let c = Compatibility::at(self.system.basis, self.solver, &state).ok_or(Status::Singular)?;
+            let c = Compatibility::at(basis, self.solver, &state).ok_or(Status::Singular)?;
             Ok((self.closed(&state), Linearised { ties: c.ties, output: c.output.parameters }))
         };
         displacements.iter().zip(closed).map(or_plainly).collect()
@@ -116,13 +152,14 @@ impl Together<'_> {
 
     /// Closes lane by lane and takes something of every specimen from its lane; `None` where one is in doubt.
     fn close_lanes<T>(
-        &mut self,
+        &self,
         displacements: &[&[f64]],
         statics: bool,
         take: impl Fn(usize, &Bound<'_>, usize) -> T,
     ) -> Vec<Option<(Closed, T)>> {
         let basis = self.system.basis;
-        let Some(bound) = &mut self.bound else { return displacements.iter().map(|_| None).collect() };
+        let mut bound = self.bound.borrow_mut();
+        let Some(bound) = bound.as_mut() else { return displacements.iter().map(|_| None).collect() };
         let mut taken = Vec::with_capacity(displacements.len());
         for block in displacements.chunks(LANES) {
             interrupt::check();
@@ -225,15 +262,17 @@ mod tests {
                 let beside = SelfStress { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
                 let newton = Newton::record_beside(solver, m.largest_angle(), Some(&beside)).unwrap();
                 let bound = Some(newton.bind(&system.basis.kept, &state, case.drives));
-                let mut lanes = Together { system, solver, nominal: &nominal, built: &state, bound };
+                let lanes = Together::new(system, solver, &nominal, &state, bound);
                 // More specimens than lanes, the offsets and the length without a pattern.
                 let number = |specimen: usize, p: usize| 2e-4 * ((0.618 * (7 * specimen + p) as f64).fract() - 0.5);
                 let of = |specimen: usize| (0..m.n_parameters()).map(|p| number(specimen, p)).collect::<Vec<f64>>();
                 let specimens: Vec<Vec<f64>> = (0..LANES + 3).map(|specimen| m.displacements(&of(specimen))).collect();
-                let all: Vec<&[f64]> = specimens.iter().map(Vec::as_slice).collect();
-                let found = lanes.linearise(&all, |_| true);
-                lanes.bound = None;
-                for (found, plain) in found.into_iter().zip(lanes.linearise(&all, |_| true)) {
+                let linearised = || {
+                    lanes.each(specimens.iter(), async |_, displacements| lanes.linearise(displacements, true).await)
+                };
+                let found = linearised();
+                lanes.bound.replace(None);
+                for (found, plain) in found.into_iter().zip(linearised()) {
                     let ((closed, at), (closed_plainly, plainly)) = (found.unwrap(), plain.unwrap());
                     assert!(!closed.plainly && closed_plainly.plainly);
                     let near = |a: &[f64], b: &[f64], size: f64| {

@@ -12,14 +12,13 @@ use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::questions::columns::Sample;
 use crate::questions::random::CHUNK;
-use crate::questions::random::over_constrained::group::Group;
 use crate::questions::random::over_constrained::specimen::{Job, Specimen, least_displacements};
 use crate::questions::random::tally::{Ranges, Sums, Tally};
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::specimen_batch::Together;
 
 /// Specimens that are solved together.
-const UNITS: usize = 1024;
+const UNITS: usize = 256;
 /// A sum of terms below this part of their sizes is zero.
 const ROUNDING: f64 = 1e-13;
 
@@ -141,7 +140,7 @@ impl<'a> Linear<'a> {
 /// Products are summed about `shift`, an error near the mean.
 pub fn draw(
     job: &Job<'_>,
-    mut together: Together<'_>,
+    together: &Together<'_>,
     linear: &Linear<'_>,
     ranges: &Ranges,
     shift: &[f64],
@@ -169,8 +168,8 @@ pub fn draw(
             let lanes = 0..LANES.min(n_specimens - at);
             specimens_drawn.extend(lanes.map(|lane| drawn.iter().map(|block| block.0[lane]).collect::<Vec<f64>>()));
         }
-        let group = Group::new(job, &mut together, &specimens_drawn, number * CHUNK as u64 + first as u64);
-        let Some(solved) = interrupt::until_stopped(|| group.solve()) else { break };
+        let first = number * CHUNK as u64 + first as u64;
+        let Some(solved) = interrupt::until_stopped(|| job.solve(together, &specimens_drawn, first)) else { break };
         let mut specimens = solved.into_iter();
         for _ in (0..n_specimens).step_by(LANES) {
             let mut good = Mask::NONE;

@@ -7,8 +7,8 @@
 
 mod chain;
 mod chunk;
+mod course;
 mod dice;
-mod group;
 mod ranges;
 mod section;
 mod specimen;
@@ -26,7 +26,6 @@ use crate::mechanism::columns::Row;
 use crate::mechanism::status::Status;
 use crate::questions::columns::{Sample, Scatter, StrainScatter};
 use crate::questions::random::over_constrained::chunk::{Count, Linear};
-use crate::questions::random::over_constrained::group::Group;
 use crate::questions::random::over_constrained::ranges::Reach;
 use crate::questions::random::over_constrained::specimen::Job;
 use crate::questions::random::request::Request;
@@ -91,10 +90,9 @@ impl Mechanism {
         let beside = SelfStress { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
         let newton = Newton::record_beside(solver, self.largest_angle(), Some(&beside));
         let bound = newton.as_ref().map(|newton| newton.bind(&system.basis.kept, nominal.state, case.drives));
-        let together =
-            || Together { system: &job.system, solver, nominal: &nominal, built: &built, bound: bound.clone() };
+        let together = || Together::new(&job.system, solver, &nominal, &built, bound.clone());
         // The specimen with nothing but known deviations.
-        let middle = Group::new(&job, &mut together(), std::slice::from_ref(&self.centre), u64::MAX).solve().remove(0);
+        let middle = job.solve(&together(), std::slice::from_ref(&self.centre), u64::MAX).remove(0);
         let shift = middle.error.unwrap_or_else(|| linear.error(&known.parameters));
 
         let ranges = Reach { system, c: &at_nominal, request }.ranges(&linear.error(&known.parameters));
@@ -107,7 +105,7 @@ impl Mechanism {
                     let samples = CHUNK.min(request.samples - chunk * CHUNK);
                     crate::questions::random::over_constrained::chunk::draw(
                         &job,
-                        together(),
+                        &together(),
                         &linear,
                         &ranges,
                         &shift,

@@ -3,8 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::offset::MAX_SIZE;
-use crate::cone::Kind;
+use crate::cone::answer::Outcome;
 use crate::cone::bodies::Form;
+use crate::cone::lanes::layout::Question;
+use crate::cone::scheduler::Rounds;
+use crate::cone::{Block, Kind, Program};
 use crate::interrupt;
 use crate::math::decomposition::pseudo_inverse;
 use crate::mechanism::Mechanism;
@@ -40,6 +43,8 @@ pub struct Job<'a> {
     /// The clearances that compatibility ties, by the numbers of their gives.
     pub tied: Vec<usize>,
     pub section: Section,
+    /// How these take up a misfit, without the misfit.
+    rigid_program: Program,
     /// Whether nothing is elastic.
     rigid: bool,
 }
@@ -81,6 +86,8 @@ pub enum Fit {
 
 /// What became of a specimen.
 pub struct Specimen {
+    /// Among all.
+    pub number: u64,
     pub status: Status,
     /// The smallest factor on the clearances with which it can be assembled rigidly.
     pub factor: f64,
@@ -116,6 +123,12 @@ impl<'a> Job<'a> {
         let tied: Vec<usize> = (0..system.elements.len()).filter(is_tied).collect();
         let section = section(&system, compatibility, &tied, request);
         let correction = least_displacements(&system, compatibility, &tied);
+        let block = |&g: &usize| {
+            let element = &system.elements[g];
+            let map = System::map(element, compatibility);
+            Block { kind: element.kind.clone(), map, force: vec![0.0; element.columns.len()] }
+        };
+        let rigid_program = Program { right: Vec::new(), blocks: tied.iter().map(block).collect() };
         let rigid = system.elements.iter().all(|element| element.source.is_some());
         Self {
             feels: system.mechanism.feels(nominal.compatibility),
@@ -126,6 +139,7 @@ impl<'a> Job<'a> {
             correction,
             tied,
             section,
+            rigid_program,
             rigid,
         }
     }
@@ -135,13 +149,14 @@ impl<'a> Job<'a> {
     }
 
     /// A specimen with what has been drawn for it, as far as its parts scatter one by one.
-    pub fn drawn(&self, drawn: &[f64]) -> Specimen {
+    pub fn drawn(&self, drawn: &[f64], number: u64) -> Specimen {
         let m = self.mechanism();
         let mut parameters = drawn.to_vec();
         for source in self.system.elements.iter().filter_map(|element| element.source) {
             m.sources[source].range().for_each(|p| parameters[p] = m.centre[p]);
         }
         Specimen {
+            number,
             status: Status::Ok,
             factor: f64::NAN,
             displacements: m.displacements(&parameters),
@@ -152,6 +167,11 @@ impl<'a> Job<'a> {
             forces: DVector::zeros(self.compatibility.load.len()),
             held: None,
         }
+    }
+
+    /// What a specimen draws from. It draws once, whatever becomes of it.
+    fn dice(&self, specimen: &Specimen) -> Dice {
+        Dice::new(self.request.seed, specimen.number)
     }
 
     /// How far an offset goes that nothing holds, as a multiple of its clearance.
@@ -169,21 +189,26 @@ impl<'a> Job<'a> {
         m.sources[source].range().zip(offset).for_each(|(p, d)| specimen.parameters[p] = m.centre[p] + d);
     }
 
-    /// The smallest factor on the clearances.
-    pub fn factor(&self, misfit: &DVector<f64>) -> Loosest {
-        let none = |factor| Loosest::new(factor, None);
+    /// With how little clearance a specimen can be assembled rigidly, by the linearisation.
+    pub async fn factor(&self, rounds: &Rounds, misfit: &DVector<f64>) -> Loosest {
         if self.fits(misfit) {
-            return none(0.0);
+            return Loosest::new(0.0, None);
         }
-        let [b] = misfit.as_slice() else { return self.loosest(misfit) };
-        // The only self-stress, and what it does on the misfit and in the clearances.
-        let support = |&g: &usize| {
-            let Element { kind, columns, .. } = &self.system.elements[g];
-            let stress: Vec<f64> = columns.iter().map(|&c| b.signum() * self.compatibility.equations[(0, c)]).collect();
-            if let Kind::Clearance(set) = kind { set.support(&stress) } else { 0.0 }
-        };
-        let reach: f64 = self.tied.iter().map(support).sum();
-        none(if reach > 0.0 { b.abs() / reach } else { f64::INFINITY })
+        let impossible = Loosest::new(f64::INFINITY, None);
+        if self.tied.is_empty() {
+            return impossible;
+        }
+        if let [b] = misfit.as_slice() {
+            // The only self-stress, and what it does on the misfit and in the clearances.
+            let stress = |row: &[f64]| row.iter().map(|a| b.signum() * a).collect::<Vec<f64>>();
+            let support = |block: &Block| block.kind.set().map_or(0.0, |set| set.support(&stress(block.row(0))));
+            let reach: f64 = self.rigid_program.blocks.iter().map(support).sum();
+            return if reach > 0.0 { Loosest::new(b.abs() / reach, None) } else { impossible };
+        }
+        let program = Program { right: misfit.as_slice().to_vec(), ..self.rigid_program.clone() };
+        let answer = rounds.roughly().ask(Question::Assembly, program).await;
+        let possible = answer.outcome != Outcome::Infeasible;
+        if possible { Loosest::new(answer.factor, Some(answer.displacements)) } else { impossible }
     }
 
     /// Whether a misfit is none.
@@ -201,7 +226,7 @@ impl<'a> Job<'a> {
     }
 
     /// How the specimen fits; where the clearances take up the misfit, offsets are drawn that do.
-    pub fn fit(&self, misfit: &DVector<f64>, loosest: Loosest, specimen: &mut Specimen, dice: &mut Dice) -> Fit {
+    pub fn fit(&self, misfit: &DVector<f64>, loosest: Loosest, specimen: &mut Specimen) -> Fit {
         interrupt::check();
         specimen.factor = loosest.factor;
         let apart = is_apart(loosest.factor);
@@ -218,7 +243,7 @@ impl<'a> Job<'a> {
             offsets.iter_mut().flatten().for_each(|d| *d *= loosest.part);
             Some(offsets)
         };
-        let Some(offsets) = self.section.draw(&misfit, dice, interior) else { return Fit::Apart };
+        let Some(offsets) = self.section.draw(&misfit, &mut self.dice(specimen), interior) else { return Fit::Apart };
         for (&g, offset) in self.tied.iter().zip(&offsets) {
             self.put(g, offset, specimen);
             self.system.elements[g].columns.iter().zip(offset).for_each(|(&row, d)| specimen.displacements[row] += d);
@@ -233,7 +258,7 @@ impl<'a> Job<'a> {
 
     /// Notes where a specimen has settled. Clearances that carry nothing are drawn where they scatter, which leaves a
     /// misfit of the second order: then gives what corrects it.
-    pub fn take(&self, rested: SpecimenSolution, specimen: &mut Specimen, dice: &mut Dice) -> Option<DMatrix<f64>> {
+    pub fn take(&self, rested: SpecimenSolution, specimen: &mut Specimen) -> Option<DMatrix<f64>> {
         let known = std::mem::take(&mut specimen.displacements);
         let SpecimenSolution { displacements, error, first, balance, ties, output, still, plainly } = rested;
         specimen.plainly |= plainly;
@@ -269,7 +294,7 @@ impl<'a> Job<'a> {
         }
         let section = section(&self.system, &ties, &loose, self.request);
         let interior = || Some(loose.iter().map(|&g| balance.given[g].clone()).collect());
-        let offsets = section.draw(&rest, dice, interior)?;
+        let offsets = section.draw(&rest, &mut self.dice(specimen), interior)?;
         for (&g, offset) in loose.iter().zip(&offsets) {
             let element = &self.system.elements[g];
             self.put(g, offset, specimen);

@@ -10,13 +10,15 @@
 //!
 //! which is the value of a program under a load. k is improved until the energy there is E.
 
+use nalgebra::DVector;
+
 use crate::clearance::offset::inner;
 use crate::cone::Kind;
+use crate::cone::scheduler::{CHUNK, Rounds};
 use crate::questions::worst::over_constrained::linear::{covered, directions};
 use crate::questions::worst::over_constrained::model::{Model, Tried};
 use crate::redundancy::balance::Balance;
 use crate::redundancy::equilibrium::Ask;
-use crate::redundancy::equilibrium_batch::Pull;
 use crate::redundancy::system::{Element, System};
 
 /// Deviations of which every corner is tried.
@@ -44,31 +46,24 @@ impl Model<'_> {
             })
             .collect();
         let c = self.compatibility;
-        let mut factors: Vec<f64> = weights.iter().map(|w| 1.0 / self.strength(w, 1.0)).collect();
-        let mut bounds = vec![f64::INFINITY; weights.len()];
-        for _ in 0..ROUNDS {
-            let pulls: Vec<Pull<'_>> = weights
-                .iter()
-                .zip(&factors)
-                .map(|(w, factor)| Pull {
-                    compatibility: c,
-                    right: &self.right,
-                    forces: Ask::Along(w.clone()).forces(c, &c.output.parameters) / *factor,
-                })
-                .collect();
-            for (number, balance) in system.solve_many(&pulls).into_iter().enumerate() {
-                let Some(balance) = balance else { return f64::NAN };
-                let (factor, stored) = (factors[number], stored(&system, &balance));
-                let moved = &c.output.parameters * nalgebra::DVector::from_vec(system.displacements(&balance));
+        let bounds = Rounds::each_in_chunks(&weights, CHUNK, async |rounds, weights| {
+            let (mut factor, mut least) = (1.0 / self.strength(weights, 1.0), f64::INFINITY);
+            let forces = Ask::Along(weights.clone()).forces(c, &c.output.parameters);
+            for _ in 0..ROUNDS {
+                let balance = system.pushed(rounds, c, &self.right, &(&forces / factor)).await?;
+                let stored = stored(&system, &balance);
+                let moved = &c.output.parameters * DVector::from_vec(system.displacements(&balance));
                 let error: Vec<f64> = self.base.iter().zip(&moved).map(|(a, b)| a + b).collect();
-                let bound = inner(&weights[number], &error) + factor * (most - stored);
-                bounds[number] = bounds[number].min(bound + ROUNDING * bound.abs());
+                let bound = inner(weights, &error) + factor * (most - stored);
+                least = least.min(bound + ROUNDING * bound.abs());
                 if stored > 0.0 {
-                    factors[number] *= (stored / most).sqrt();
+                    factor *= (stored / most).sqrt();
                 }
             }
-        }
-        covered(range.len(), &|k| bounds[k])
+            Some(least)
+        });
+        let bounds: Option<Vec<f64>> = bounds.into_iter().collect();
+        bounds.map_or(f64::NAN, |bounds| covered(range.len(), &|k| bounds[k]))
     }
 
     /// The most energy that deviations store; `None` where there are too many to try all corners, or some do not go

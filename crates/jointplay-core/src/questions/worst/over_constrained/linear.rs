@@ -9,6 +9,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use crate::closure::newton::{Solver, State};
+use crate::cone::scheduler::{CHUNK, Rounds};
 use crate::contact::flanks::FLANKS;
 use crate::math::mesh::{cosine_of_radius, mesh, spread};
 use crate::math::vector::{Vec3, dot, norm, scale};
@@ -17,7 +18,6 @@ use crate::questions::worst::ascent::Measure;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
-use crate::redundancy::equilibrium_batch::Pull;
 use crate::redundancy::system::System;
 
 /// Directions of the plane: the bound is within a thousandth of the largest reach.
@@ -93,42 +93,29 @@ impl Site<'_> {
         direction
     }
 
-    /// How far the error reaches along directions of some components.
-    fn reaches(&self, range: &Range<usize>, directions: &[Vec3<f64>]) -> Option<Vec<Reached>> {
+    /// How far the error reaches along a direction of some components.
+    async fn reach(&self, rounds: &Rounds, range: &Range<usize>, direction: Vec3<f64>) -> Option<Reached> {
         let c = &self.compatibility;
-        let pull = |&u: &Vec3<f64>| Pull {
-            compatibility: c,
-            right: &self.right,
-            forces: Ask::Along(self.whole(range, u)).forces(c, &c.output.parameters),
-        };
-        let balances = self.system.solve_many(&directions.iter().map(pull).collect::<Vec<_>>());
-        let reached = |(balance, &direction): (Option<Balance>, &Vec3<f64>)| {
-            let mut error = [0.0; 3];
-            error.iter_mut().zip(&self.error(&balance?)[range.clone()]).for_each(|(a, b)| *a = *b);
-            Some(Reached { direction, value: dot(direction, error), error })
-        };
-        balances.into_iter().zip(directions).map(reached).collect()
+        let forces = Ask::Along(self.whole(range, direction)).forces(c, &c.output.parameters);
+        let balance = self.system.pushed(rounds, c, &self.right, &forces).await?;
+        let mut error = [0.0; 3];
+        error.iter_mut().zip(&self.error(&balance)[range.clone()]).for_each(|(a, b)| *a = *b);
+        Some(Reached { direction, value: dot(direction, error), error })
     }
 
-    /// Goes from directions to those of their support points, until nothing is gained.
-    fn climb(&self, range: &Range<usize>, mut at: Vec<Reached>) -> Option<Vec<Reached>> {
-        let mut open: Vec<usize> = (0..at.len()).filter(|&k| norm(&at[k].error) > 0.0).collect();
+    /// Goes from a direction to that of its support point, until nothing is gained.
+    async fn climb(&self, rounds: &Rounds, range: &Range<usize>, mut at: Reached) -> Option<Reached> {
         for _ in 0..ALTERNATIONS {
-            if open.is_empty() {
+            let size = norm(&at.error);
+            if !(size > 0.0) {
                 break;
             }
-            let directions: Vec<Vec3<f64>> =
-                open.iter().map(|&k| scale(at[k].error, 1.0 / norm(&at[k].error))).collect();
-            let next = self.reaches(range, &directions)?;
-            for (&k, next) in open.iter().zip(&next) {
-                // Where only rounding is gained the direction before is as good.
-                if next.value > at[k].value * (1.0 + GAIN) {
-                    at[k] = *next;
-                } else {
-                    at[k].error = [0.0; 3];
-                }
+            let next = self.reach(rounds, range, scale(at.error, 1.0 / size)).await?;
+            // Where only rounding is gained the direction before is as good.
+            if !(next.value > at.value * (1.0 + GAIN)) {
+                break;
             }
-            open.retain(|&k| norm(&at[k].error) > 0.0);
+            at = next;
         }
         Some(at)
     }
@@ -136,7 +123,8 @@ impl Site<'_> {
     /// The largest size of some components: position or rotation.
     fn largest(&self, measure: Measure, range: Range<usize>, starts: usize) -> Option<Extreme> {
         let corners = directions(range.len());
-        let reached = self.reaches(&range, &corners)?;
+        let reached = Rounds::each_in_chunks(&corners, CHUNK, async |rounds, &u| self.reach(rounds, &range, u).await);
+        let reached: Vec<Reached> = reached.into_iter().collect::<Option<_>>()?;
         let value = |k: usize| reached[k].value;
         let n = corners.len();
         let is_maximum = |k: &usize| {
@@ -147,7 +135,9 @@ impl Site<'_> {
                 mesh().neighbours[*k].iter().all(|&other| lower(other))
             }
         };
-        let mut maxima = self.climb(&range, (0..n).filter(is_maximum).map(|k| reached[k]).collect())?;
+        let maxima: Vec<Reached> = (0..n).filter(is_maximum).map(|k| reached[k]).collect();
+        let maxima = Rounds::each_in_chunks(&maxima, CHUNK, async |rounds, &at| self.climb(rounds, &range, at).await);
+        let mut maxima: Vec<Reached> = maxima.into_iter().collect::<Option<_>>()?;
         maxima.sort_by(|a, b| b.value.total_cmp(&a.value));
         let bound = covered(range.len(), &value);
         let found = maxima.iter().take(starts).map(|at| self.along(&self.whole(&range, at.direction)));

@@ -8,11 +8,11 @@
 use nalgebra::DVector;
 
 use crate::cone::Kind;
+use crate::cone::scheduler::{CHUNK, Rounds};
 use crate::questions::worst::over_constrained::deviations::Deviations;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
-use crate::redundancy::equilibrium_batch::Pull;
 use crate::redundancy::system::System;
 
 /// What part of those the load of a direction is.
@@ -100,32 +100,25 @@ impl Model<'_> {
         right
     }
 
+    /// A load along weights that is such a part as [`Self::strength`] says.
+    fn load(&self, weights: &[f64], part: f64) -> DVector<f64> {
+        let c = self.compatibility;
+        Ask::Along(weights.to_vec()).forces(c, &c.output.parameters) * self.strength(weights, part)
+    }
+
     /// Where some specimens are, each pulled along its weights; `None` where it cannot be assembled at all.
     pub fn poses(&self, asks: &[Tried]) -> Vec<Option<Strained>> {
-        let c = self.compatibility;
-        let rights: Vec<DVector<f64>> = asks.iter().map(|ask| self.right_of(&ask.specimen)).collect();
-        let pull = |(ask, right)| {
-            let (ask, right): (&Tried, &DVector<f64>) = (ask, right);
-            let forces =
-                Ask::Along(ask.weights.clone()).forces(c, &c.output.parameters) * self.strength(&ask.weights, SMALL);
-            (right, forces)
-        };
-        let pulls: Vec<(&DVector<f64>, DVector<f64>)> = asks.iter().zip(&rights).map(pull).collect();
-        let pulls: Vec<Pull<'_>> =
-            pulls.into_iter().map(|(right, forces)| Pull { compatibility: c, right, forces }).collect();
-        let strained = |(balance, ask): (Option<Balance>, &Tried)| Some(self.strained(&ask.specimen, balance?));
-        self.system.solve_many(&pulls).into_iter().zip(asks).map(strained).collect()
+        Rounds::each_in_chunks(asks, CHUNK, async |rounds, Tried { specimen, weights }| {
+            let (right, load) = (self.right_of(specimen), self.load(weights, SMALL));
+            let balance = self.system.pushed(rounds, self.compatibility, &right, &load).await?;
+            Some(self.strained(specimen, balance))
+        })
     }
 
     /// The same of one specimen by itself, under a load as small as is given.
     pub fn pose_alone(&self, specimen: &[f64], weights: &[f64], small: f64) -> Option<Strained> {
-        let forces = Ask::Along(weights.to_vec()).forces(self.compatibility, &self.compatibility.output.parameters);
-        let pull = Pull {
-            compatibility: self.compatibility,
-            right: &self.right_of(specimen),
-            forces: forces * self.strength(weights, small),
-        };
-        Some(self.strained(specimen, self.system.balance_alone(&pull)?))
+        let (right, load) = (self.right_of(specimen), self.load(weights, small));
+        Some(self.strained(specimen, self.system.pushed_alone(self.compatibility, &right, &load)?))
     }
 
     fn strained(&self, specimen: &[f64], balance: Balance) -> Strained {

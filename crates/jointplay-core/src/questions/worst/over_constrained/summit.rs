@@ -6,17 +6,16 @@
 //! the more often that happens, and the softer the more steps are made.
 
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
+use crate::cone::scheduler::{CHUNK, Rounds};
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::over_constrained::linear::{Extreme, Site};
 use crate::questions::worst::worker::Height;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::{Compatibility, FITS};
 use crate::redundancy::equilibrium::Ask;
-use crate::redundancy::equilibrium_batch::{Near, Pull};
 use crate::redundancy::sequence::step;
 
 /// Programs in a row.
@@ -33,7 +32,6 @@ const FIRST: f64 = 1.0 / 16.0;
 
 /// A sequence of programs on its way to an extreme.
 struct Sequence {
-    extreme: usize,
     state: State,
     place: Place,
     /// Stiffness of the springs that hold the offsets, zero for none.
@@ -120,64 +118,66 @@ impl Site<'_> {
         Some(to)
     }
 
-    /// The next programs of sequences that are all held by springs, or all free.
-    fn balances(&self, sequences: &[Sequence]) -> Vec<Option<Balance>> {
-        let pulls: Vec<Pull<'_>> = sequences.iter().map(|sequence| sequence.place.pull()).collect();
-        if sequences.first().is_none_or(|sequence| sequence.stiffness == 0.0) {
-            return self.system.solve_many(&pulls);
+    /// What the next program of a sequence gives.
+    async fn balance(&self, rounds: &Rounds, at: &Sequence) -> Option<Balance> {
+        let (system, Place { compatibility: c, right, forces, at: offsets, .. }) = (self.system, &at.place);
+        if at.stiffness == 0.0 {
+            return system.pushed(rounds, c, right, forces).await;
         }
-        let near = |sequence| {
-            let Sequence { place, stiffness, .. }: &Sequence = sequence;
-            Near { at: &place.at, stiffness: *stiffness }
-        };
-        self.system.solve_many_near(&pulls, &sequences.iter().map(near).collect::<Vec<_>>())
+        system.balance_near(&rounds.roughly(), c, right, forces, offsets, at.stiffness).await
     }
 
     /// The highest exact poses that the sequences of programs from the starts of every extreme meet. All of them
     /// are admissible, and those that close count.
     pub fn summits(&self, solver: &Solver<'_>, built: &State, extremes: &[Extreme]) -> Vec<Option<Height>> {
-        let mut best: Vec<Option<Height>> = vec![None; extremes.len()];
         let starts = extremes.iter().enumerate().flat_map(|(number, e)| e.starts.iter().map(move |s| (number, s)));
         let starts: Vec<(usize, &Vec<f64>)> = starts.collect();
-        let begin = |(extreme, start): (usize, &Vec<f64>)| {
-            let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: start.clone() };
-            let state = solver.follow(built, &inputs).unwrap_or_else(|_| built.clone());
-            let place = self.place(solver, extremes[extreme].measure, &state)?;
-            let stresses = vec![0.0; self.system.basis.redundancy()];
-            Some(Sequence { extreme, state, place, stiffness: 0.0, stresses })
-        };
-        let mut sequences: Vec<Sequence> = starts.into_par_iter().filter_map(begin).collect();
-        for _ in 0..MOST_STEPS {
-            if sequences.is_empty() {
-                break;
-            }
-            keep(&mut best, &sequences);
-            let (held, free): (Vec<_>, Vec<_>) = sequences.into_iter().partition(|at| at.stiffness > 0.0);
-            let balances = [&free, &held].map(|sequences| self.balances(sequences)).concat();
-            // Where a sequence breaks off, what it met before counts all the same.
-            let next = |(at, balance): (Sequence, Option<Balance>)| {
-                self.next(solver, extremes[at.extreme].measure, at, &balance?)
-            };
-            let all: Vec<Sequence> = free.into_iter().chain(held).collect();
-            sequences = all.into_par_iter().zip(balances).filter_map(next).collect();
+        let met = Rounds::each_in_chunks(&starts, CHUNK, async |rounds, &(extreme, start)| {
+            (extreme, self.summit(rounds, solver, built, extremes[extreme].measure, start).await)
+        });
+        let mut best: Vec<Option<Height>> = vec![None; extremes.len()];
+        for (extreme, height) in met {
+            best[extreme] = higher(best[extreme].take(), height);
         }
-        keep(&mut best, &sequences);
+        best
+    }
+
+    /// The highest one that the sequence from a start meets.
+    async fn summit(
+        &self,
+        rounds: &Rounds,
+        solver: &Solver<'_>,
+        built: &State,
+        measure: Measure,
+        start: &[f64],
+    ) -> Option<Height> {
+        let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: start.to_vec() };
+        let state = solver.follow(built, &inputs).unwrap_or_else(|_| built.clone());
+        let place = self.place(solver, measure, &state)?;
+        let mut at = Sequence { state, place, stiffness: 0.0, stresses: vec![0.0; self.system.basis.redundancy()] };
+        let mut best = at.place.closed();
+        for _ in 0..MOST_STEPS {
+            // Where a sequence breaks off, what it met before counts all the same.
+            let Some(balance) = self.balance(rounds, &at).await else { break };
+            let Some(next) = self.next(solver, measure, at, &balance) else { break };
+            at = next;
+            best = higher(best, at.place.closed());
+        }
         best
     }
 }
 
 impl Place {
-    fn pull(&self) -> Pull<'_> {
-        Pull { compatibility: &self.compatibility, right: &self.right, forces: self.forces.clone() }
+    /// The pose, where all joints close.
+    fn closed(&self) -> Option<Height> {
+        self.closed.then(|| self.height.clone())
     }
 }
 
-/// Keeps the highest poses where all joints close.
-fn keep(best: &mut [Option<Height>], sequences: &[Sequence]) {
-    for Sequence { extreme, place, .. } in sequences.iter().filter(|sequence| sequence.place.closed) {
-        let slot = &mut best[*extreme];
-        if slot.as_ref().is_none_or(|best| place.height.value > best.value) {
-            *slot = Some(place.height.clone());
-        }
+/// The higher one of two poses.
+fn higher(a: Option<Height>, b: Option<Height>) -> Option<Height> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.value > a.value { b } else { a }),
+        (a, b) => a.or(b),
     }
 }
