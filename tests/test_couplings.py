@@ -491,6 +491,25 @@ def test_sensitivities_are_differences(seed):
         np.testing.assert_allclose(told[:, p], (ends[0] - ends[1]) / (2 * step), atol=1e-7 * np.abs(told).max())
 
 
+@pytest.mark.parametrize("part", [0.2, 0.22, 0.249])
+def test_teeth_with_wide_play_stay_in_their_gap_on_lanes(part):
+    """Newton's method took the tangent of the phase for the phase, which vanishes half a tooth away, too: with play of
+    0.4 pitches and more the worst case and a third of the samples were there, three to six times too large."""
+    m = pair((20, 41))
+    play = part * np.pi * 1e-3
+    m.source("clearance", play, joint=2)
+    m.source("clearance", {"disc": {"radius": 2e-6}}, joint=1)
+    core = m.core()
+    drives = np.zeros((1, 1))
+    poses = core.trace(drives)["poses"]
+    most = (play + 1.01 * 2e-6 / np.cos(PRESSURE)) / 0.0205
+    worst = core.worst(drives, poses)["rotation"][0]
+    assert play / 0.0205 < worst < most
+    drawn = core.random(drives, poses, 1000, 3, np.array([0.5]), np.nan, np.nan, keep=True)
+    assert (drawn["kept_status"] == OK).all()
+    assert np.abs(drawn["kept_errors"][:, 2]).max() <= worst * (1 + 1e-12)
+
+
 def test_wheels_in_space_on_lanes_and_alone():
     """Two wheels on pins with axial play in space, pushed across and along: all components agree."""
     m = Machine("spatial", length=0.03)

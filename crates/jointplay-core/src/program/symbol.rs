@@ -266,9 +266,10 @@ impl Real for Symbol<'_> {
         (sine, cosine)
     }
 
-    // Close to the solution the tangent serves as well as the angle.
+    // Close to the solution the tangent serves as well as the angle. It vanishes at half a turn, too, where the cosine
+    // is negative: there the step is infinite, so that nothing converges.
     fn small_angle(sine: Self, cosine: Self) -> Self {
-        sine / cosine
+        sine / cosine.max(Self::Constant(0.0))
     }
 
     // Recorded programs start near the solution.
