@@ -273,6 +273,18 @@ def test_backlash_as_an_angle_is_that_of_the_second_body() -> None:
     assert rack.spec()["sources"][0]["set"]["interval"]["low"] == pytest.approx(-0.05e-3)
 
 
+@pytest.mark.parametrize("backlash", ["1e-300", "1e-20", "1e-12", "1e-9"])
+@pytest.mark.parametrize("name", ["gear", "rack"])
+def test_a_trace_of_backlash_is_none(name: str, backlash: str) -> None:
+    """Whether flanks pass through each other was decided by the rounding of a pose: some configurations were
+    `singular`."""
+    m = jp.loads(TEXTS[name].replace("backlash = 0.1", f"backlash = {backlash}"))
+    for question in (jp.loaded, jp.worst):
+        result = question(m)
+        assert (result.status == "ok").all()
+    assert np.abs(result.worst_position).max() <= 2 * float(backlash)
+
+
 def test_keys_with_and_without_a_wildcard() -> None:
     m = load("gear")
     wider = m.with_({"joints.*.clearance.backlash": 0.2})

@@ -82,6 +82,18 @@ pub struct Play {
     pub half: f64,
 }
 
+impl Play {
+    /// An offset as far on the other side of the centre.
+    pub(crate) fn mirrored(&self, offset: f64) -> f64 {
+        2.0 * self.centre - offset
+    }
+
+    /// Whether two offsets are towards opposite flanks.
+    pub(crate) fn parts(&self, a: f64, b: f64) -> bool {
+        (a - self.centre) * (b - self.centre) < -0.25 * self.half * self.half
+    }
+}
+
 /// The rate of a quantity of two bodies: `linear . (velocity of point 2 - of point 1) + first . w1 + second . w2`.
 #[derive(Clone, Copy)]
 pub(crate) struct Rate<S> {
@@ -202,6 +214,11 @@ impl Coupling {
             Measure::Along(axis) => Some(axis),
             Measure::Bearing { .. } | Measure::Roll => None,
         })
+    }
+
+    /// Play up to this is none: the rounding of a pose would decide whether the flanks pass through each other.
+    pub(crate) fn rounding(&self) -> f64 {
+        1e-10 * self.radian
     }
 
     fn times(&self, coefficient: f64) -> i32 {
