@@ -108,6 +108,7 @@ impl Mechanism {
             chosen: OnceLock::new(),
             joints,
             rows,
+            left_out: Vec::new(),
         };
         for (number, joint) in spec.joints.iter().enumerate() {
             let pair = built.pair_at_guess(number);

@@ -266,10 +266,12 @@ impl Real for Symbol<'_> {
         (sine, cosine)
     }
 
-    // Close to the solution the tangent serves as well as the angle. It vanishes at half a turn, too, where the cosine
-    // is negative: there the step is infinite, so that nothing converges.
+    /// The angle by a quotient of its tangent t, `t (15 + 4 t^2) / (15 + 9 t^2)`, to 0.01 t^7. The tangent vanishes at
+    /// half a turn, too, where the cosine is negative: there it is infinite, so that nothing converges.
     fn small_angle(sine: Self, cosine: Self) -> Self {
-        sine / cosine.max(Self::Constant(0.0))
+        let cosine = cosine.max(Self::Constant(0.0));
+        let (s, c) = (sine * sine, Self::Constant(15.0) * cosine * cosine);
+        sine * (c + Self::Constant(4.0) * s) / (cosine * (c + Self::Constant(9.0) * s))
     }
 
     // Recorded programs start near the solution.
