@@ -223,8 +223,8 @@ def test_a_grid_that_does_not_spread_is_reached_at_its_seeds_only():
     drives = _dense_path(mechanism, 80)
     seeds = [10, 11, 40]
     given = [drives, seeds, np.repeat(at.drives[:1], 3, 0), np.repeat(at.poses[:1], 3, 0)]
-    found = mechanism.core.flood([80], *given, spread=False)
+    found = mechanism.core.trace_grid([80], *given, spread=False)
     assert np.flatnonzero(found["status"] == 0).tolist() == seeds
-    everywhere = mechanism.core.flood([80], *given)
+    everywhere = mechanism.core.trace_grid([80], *given)
     assert (everywhere["status"] == 0).all()
     assert np.abs(found["poses"][seeds] - everywhere["poses"][seeds]).max() < 1e-9

@@ -138,7 +138,7 @@ def test_the_command_tells_what_is_done(tmp_path: Path) -> None:
         out, err = process.communicate(timeout=20)
     assert process.returncode == 130
     assert err == "interrupted; what is done:\n"
-    assert "Interrupted after 1 of 11 configurations, the last with" in out
+    assert "Interrupted after 1 of 11 configurations, the last with" in " ".join(out.split())
     assert "Traceback" not in err
 
 

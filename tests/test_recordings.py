@@ -126,7 +126,7 @@ def counted() -> dict[str, Any]:
 @pytest.mark.parametrize("change", NUMBERS)
 def test_a_copy_with_other_numbers_records_nothing(counted: dict[str, Any], change: str) -> None:
     """A sweep over a length, a clearance or a load recorded and compiled the same programs for every value."""
-    assert counted["first"][0] > 10
+    assert counted["first"][0] > 5
     assert counted[change][0] == 0
 
 
@@ -166,6 +166,38 @@ def test_repeated_questions_record_nothing(name: str, change: dict[str, Any]) ->
 
 def repeated(name: str) -> list[Any]:
     return list(jp.random(example(name), samples=200)["error_std"].values.tolist())
+
+
+#: radii at which a leg of a robot in space stands
+RADII = [301.3 + 1.3 * k for k in range(9)]
+
+SWEPT = """
+import json, sys
+from test_recordings import RADII, swept
+from jointplay import _core
+found = []
+for radius in (RADII if len(sys.argv) < 2 else [float(sys.argv[1])]):
+    before = _core.recordings()[0]
+    found.append((swept(radius), _core.recordings()[0] - before))
+print(json.dumps(found))
+"""
+
+
+def swept(radius: float) -> list[Any]:
+    """The scatter with a leg there."""
+    m = example("3-upu", joints__base1__at=[radius, 1.7, 2.1])
+    return list(jp.random(m, samples=200)["error_std"].values.tolist())
+
+
+def test_a_sweep_over_a_length_in_space_records_once() -> None:
+    """Constants that are equal in theory were equal to the last bit or not, as luck had it, and every length recorded.
+
+    The order of elimination follows the sizes of the pivots: one of the lengths may ask for another order.
+    """
+    found = fresh(SWEPT)
+    assert found[0][1] > 0
+    assert sum(recorded > 0 for _, recorded in found[1:]) <= 1
+    assert fresh(SWEPT, str(RADII[4]))[0][0] == found[4][0]
 
 
 def test_what_is_kept_is_bounded() -> None:

@@ -1,4 +1,4 @@
-"""The kinds of joint in the plane and in space: the one list that says which there are."""
+"""The kinds of joint in the plane and in space: the classes of joints.py, spatial_joints.py and couplings.py."""
 
 from __future__ import annotations
 
@@ -9,41 +9,25 @@ from pydantic import BeforeValidator, Discriminator, Tag
 
 from jointplay.errors import listed, nearest, shown, suggestion
 
-from .couplings import Belt, Gear, Rack, Screw, SpatialBelt, SpatialGear, SpatialRack
-from .joints import Fixed, JointTable, PinInSlot, PlanarJoint, Prismatic, Revolute
-from .spatial_joints import (
-    Cylindrical,
-    Planar,
-    SpatialFixed,
-    SpatialJoint,
-    SpatialPrismatic,
-    SpatialRevolute,
-    Spherical,
-    Universal,
-)
+from . import couplings  # noqa: F401  (its kinds are found where their classes are)
+from .joints import JointTable, PlanarJoint
+from .spatial_joints import SpatialJoint
 from .values import problem
 
 Kinds = Mapping[str, type[JointTable]]
 
 
-def _kinds(*joints: type[JointTable]) -> Kinds:
-    return {str(joint.model_fields["type"].annotation.__args__[0]): joint for joint in joints}  # type: ignore[union-attr]
+def _kinds(base: type[JointTable]) -> Kinds:
+    """The classes below a base that are a kind of joint, by the `type` that a file writes, as they are defined."""
+    found: dict[str, type[JointTable]] = {}
+    for joint in base.__subclasses__():
+        field = joint.model_fields.get("type")
+        found |= {str(field.annotation.__args__[0]): joint} if field else _kinds(joint)  # type: ignore[union-attr]
+    return found
 
 
-PLANAR = _kinds(Revolute, Prismatic, PinInSlot, Fixed, Gear, Rack, Belt)
-SPATIAL = _kinds(
-    SpatialRevolute,
-    SpatialPrismatic,
-    Cylindrical,
-    Spherical,
-    Universal,
-    Planar,
-    SpatialFixed,
-    Screw,
-    SpatialGear,
-    SpatialRack,
-    SpatialBelt,
-)
+PLANAR = _kinds(PlanarJoint)
+SPATIAL = _kinds(SpatialJoint)
 
 
 def with_coordinate(coordinate: str) -> tuple[str, ...]:

@@ -16,7 +16,8 @@
 use crate::clearance::face::Face;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State, between};
-use crate::contact::indeterminacy::{Faces, Open, Rest};
+use crate::contact::indeterminacy::{Open, Rest};
+use crate::contact::open_faces::Faces;
 use crate::contact::state::Contact;
 
 /// Rounds in which an end is approached at most; each leaves the part that the play is of the mechanism.

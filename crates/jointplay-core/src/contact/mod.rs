@@ -9,9 +9,11 @@
 mod extent;
 pub(crate) mod flanks;
 mod indeterminacy;
+mod open_faces;
 pub(crate) mod push_on_lanes;
 mod semismooth;
 mod state;
+mod ties;
 
 use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::closure::equations::Inputs;

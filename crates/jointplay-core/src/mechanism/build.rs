@@ -1,7 +1,6 @@
 //! Building a mechanism from its specification, with every reference checked.
 
 use std::iter;
-use std::sync::OnceLock;
 
 use crate::clearance::Set;
 use crate::cone::springs::factor;
@@ -11,6 +10,7 @@ use crate::mechanism::coupling::{Coupling, Pair, Play};
 use crate::mechanism::joint::Joint;
 use crate::mechanism::spec::{SourceSpec, Spec, Target};
 use crate::mechanism::{Driven, Elastic, Mechanism, Point, Row, Source};
+use crate::program::memo::Memo;
 
 /// A mistake in a specification: an index out of range or a set that does not fit its joint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -105,7 +105,7 @@ impl Mechanism {
             sources,
             elastic,
             centre,
-            chosen: OnceLock::new(),
+            memo: Memo::default(),
             joints,
             rows,
             left_out: Vec::new(),

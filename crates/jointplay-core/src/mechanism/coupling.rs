@@ -32,7 +32,8 @@
 use crate::math::real::Real;
 use crate::math::rotation::{turn_back, turn_on, turn_times};
 use crate::math::vector::{Vec3, add, cross, dot, scale, sub};
-use crate::mechanism::spec::{CouplingSpec, JointKind};
+use crate::mechanism::kind::JointKind;
+use crate::mechanism::spec::CouplingSpec;
 
 /// What a term of a coupling measures.
 #[derive(Clone, Copy, Debug, PartialEq)]

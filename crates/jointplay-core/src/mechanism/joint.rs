@@ -1,20 +1,4 @@
-//! Joint kinds as locked and free components of the relative displacement of two bodies.
-//!
-//! | joint | axes | locked in the plane | locked in space | coordinate |
-//! |---|---|---|---|---|
-//! | revolute | ground; first body's in space | x, y | along, side, normal, tilts | angle |
-//! | prismatic | first body's | normal, angle | side, normal, roll, tilts | along |
-//! | pin in slot | first body's | normal | | along |
-//! | cylindrical | first body's | | side, normal, tilts | along |
-//! | spherical | ground | | x, y, z | none |
-//! | planar | first body's | | along, tilts | none |
-//! | fixed | first body's | along, normal, angle | along, side, normal, roll, tilts | none |
-//! | target | ground | nothing | nothing | none of its own |
-//! | orientation | first body's | | roll, tilts | none |
-//! | gear, rack, belt | first body's | coupling | coupling | none |
-//! | screw | first body's | | coupling, side, normal, tilts | angle |
-//!
-//! A coupling (see [`crate::mechanism::coupling`]) is given as a displacement along axis 0.
+//! A joint of two bodies: its points, its axes, and the components of their relative displacement that it holds.
 //!
 //! Axis 0 of the joint's axes is the joint's direction. In the plane axis 1 is its normal (90 degrees
 //! on) and axis 2 completes them; a revolute joint in the plane has no direction of its own, so that its
@@ -23,7 +7,7 @@
 use crate::math::space::{Component, Space};
 use crate::math::vector::{Mat3, Vec3, cross, dot, norm, scale, sub};
 use crate::mechanism::coupling::Coupling;
-use crate::mechanism::spec::{Coordinate, JointKind, JointSpec};
+use crate::mechanism::spec::{Coordinate, JointSpec};
 
 /// The axes in which a joint's displacement is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,39 +48,9 @@ const IDENTITY: Mat3<f64> = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 impl Joint {
     /// Builds a joint.
     pub(crate) fn new(space: Space, spec: &JointSpec) -> Result<Self, &'static str> {
-        use Component::{About, Along};
-        use JointKind as Kind;
-        let (locked, coordinate) = match (space, spec.kind) {
-            (Space::Planar, Kind::Revolute) => (vec![Along(0), Along(1)], Some(About(2))),
-            (Space::Planar, Kind::Prismatic) => (vec![Along(1), About(2)], Some(Along(0))),
-            (Space::Planar, Kind::PinInSlot) => (vec![Along(1)], Some(Along(0))),
-            (Space::Planar, Kind::Fixed) => (vec![Along(0), Along(1), About(2)], None),
-            (_, Kind::Target) => (vec![], None),
-            (Space::Spatial, Kind::Revolute) => {
-                (vec![Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0)))
-            }
-            (Space::Spatial, Kind::Cylindrical) => (vec![Along(1), Along(2), About(1), About(2)], Some(Along(0))),
-            (Space::Spatial, Kind::Prismatic) => {
-                (vec![Along(1), Along(2), About(0), About(1), About(2)], Some(Along(0)))
-            }
-            (Space::Spatial, Kind::Spherical) => (vec![Along(0), Along(1), Along(2)], None),
-            (Space::Spatial, Kind::Planar) => (vec![Along(0), About(1), About(2)], None),
-            (Space::Spatial, Kind::Fixed) => (vec![Along(0), Along(1), Along(2), About(0), About(1), About(2)], None),
-            (Space::Spatial, Kind::Orientation) => (vec![About(0), About(1), About(2)], None),
-            (_, Kind::Gear | Kind::Rack | Kind::Belt) => (vec![Along(0)], None),
-            // The order of a revolute's, whose pin set fits it.
-            (Space::Spatial, Kind::Screw) => (vec![Along(0), Along(1), Along(2), About(1), About(2)], Some(About(0))),
-            (Space::Planar, Kind::Cylindrical | Kind::Spherical | Kind::Planar | Kind::Orientation | Kind::Screw)
-            | (Space::Spatial, Kind::PinInSlot) => return Err("is of a kind that does not exist in this space"),
-        };
-        let ground = match spec.kind {
-            Kind::Target | Kind::Spherical => true,
-            // The joint's angle is the second body's relative to the first's, whatever its axes.
-            Kind::Revolute => space == Space::Planar,
-            _ => false,
-        };
+        let form = spec.kind.form(space).ok_or("is of a kind that does not exist in this space")?;
         let axes = |axis, side| {
-            if ground {
+            if form.ground {
                 return Ok(IDENTITY);
             }
             let axes = match space {
@@ -107,29 +61,21 @@ impl Joint {
         };
         let (axes_first, axes_second) =
             (axes(spec.axis_first, spec.side_first)?, axes(spec.axis_second, spec.side_second)?);
-        let loosened = match (space, spec.kind) {
-            // The pin of a locked hinge keeps its play, its angle is held.
-            (Space::Planar, Kind::Fixed) => 2,
-            (_, Kind::Fixed | Kind::Target | Kind::Orientation) => 0,
-            _ => locked.len(),
-        };
-        let coupling = match (spec.kind, &spec.coupling) {
-            (Kind::Gear | Kind::Rack | Kind::Belt | Kind::Screw, Some(coupling)) => {
-                Some(Coupling::new(spec.kind, coupling)?)
-            }
-            (Kind::Gear | Kind::Rack | Kind::Belt | Kind::Screw, None) => return Err("needs its coupling"),
-            _ => None,
+        let coupling = match (form.couples, &spec.coupling) {
+            (true, Some(coupling)) => Some(Coupling::new(spec.kind, coupling)?),
+            (true, None) => return Err("needs its coupling"),
+            (false, _) => None,
         };
         Ok(Self {
             space,
             first: spec.first,
             second: spec.second,
-            frame: if ground { Frame::Ground } else { Frame::First },
+            frame: if form.ground { Frame::Ground } else { Frame::First },
             axes_first,
             axes_second,
-            locked,
-            loosened,
-            coordinate,
+            locked: form.locked.to_vec(),
+            loosened: form.loosened,
+            coordinate: form.coordinate,
             coupling,
         })
     }

@@ -5,6 +5,7 @@ mod build;
 pub(crate) mod case;
 pub(crate) mod coupling;
 pub(crate) mod joint;
+mod kind;
 mod spec;
 pub(crate) mod status;
 
@@ -12,8 +13,6 @@ pub use build::SpecError;
 pub use case::Case;
 pub use spec::Spec;
 pub use status::Status;
-
-use std::sync::{Arc, OnceLock};
 
 use crate::clearance::Set;
 use crate::clearance::law::Law;
@@ -23,6 +22,7 @@ use crate::math::vector::Vec3;
 use crate::mechanism::coupling::Play;
 use crate::mechanism::joint::Joint;
 use crate::mechanism::spec::LoadSpec;
+use crate::program::memo::Memo;
 
 /// A body by its index among the moving bodies; `None` is the ground.
 pub type Body = Option<usize>;
@@ -156,24 +156,8 @@ pub struct Mechanism {
     pub(crate) sources: Vec<Source>,
     pub(crate) elastic: Vec<Elastic>,
     pub(crate) centre: Vec<f64>,
-    /// The basis of an over-constrained or elastic mechanism, chosen when first needed.
-    pub(crate) chosen: OnceLock<Result<Arc<Basis>, Status>>,
-}
-
-/// A basis. Its mechanisms are displaced row by row: parameter k is the displacement of row k of the whole
-/// mechanism, clearance offset, deviation and deformation together, and parameter N + p its parameter p, as
-/// far as that moves points or shifts rows beside their own.
-#[derive(Clone, Debug)]
-pub struct Basis {
-    /// All rows.
-    pub(crate) all: Mechanism,
-    /// The independent rows.
-    pub(crate) kept: Mechanism,
-    /// Which rows those are.
-    pub(crate) rows: Vec<usize>,
-    /// The other rows, and what they are by themselves.
-    pub(crate) redundant: Vec<usize>,
-    pub(crate) rest: Mechanism,
+    /// What has been derived of it: a basis, recorded programs.
+    pub(crate) memo: Memo,
 }
 
 impl Mechanism {

@@ -5,6 +5,7 @@ use serde::Deserialize;
 use crate::clearance::Set;
 use crate::clearance::law::Law;
 use crate::math::space::Space;
+use crate::mechanism::kind::JointKind;
 
 /// A whole mechanism.
 #[derive(Clone, Debug, Deserialize)]
@@ -42,38 +43,6 @@ pub struct PointSpec {
     pub body: i64,
     /// Position in body axes.
     pub at: [f64; 3],
-}
-
-/// The kinds of joint.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum JointKind {
-    /// A pin in a hole.
-    Revolute,
-    /// A slider in a guide.
-    Prismatic,
-    /// A pin in a slot carried by the first body; in the plane only.
-    PinInSlot,
-    /// Two bodies locked together.
-    Fixed,
-    /// A pin that turns and slides in a hole; in space only.
-    Cylindrical,
-    /// A ball in a socket; in space only.
-    Spherical,
-    /// Two faces on each other, the axis their normal; in space only.
-    Planar,
-    /// Nothing held: a point whose ground coordinates can be commanded.
-    Target,
-    /// The attitude held; in space only.
-    Orientation,
-    /// Two toothed wheels that mesh, of parallel axes.
-    Gear,
-    /// A rack on the first body, along the joint's axis (in space: its side), and a pinion on the second.
-    Rack,
-    /// A belt or chain around two pulleys of parallel axes.
-    Belt,
-    /// A screw in a nut; in space only.
-    Screw,
 }
 
 /// What a coupling needs beside its points and axes; every kind reads its own part.

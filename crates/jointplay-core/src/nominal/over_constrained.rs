@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::State;
+use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
-use crate::mechanism::{Basis, Mechanism};
 use crate::nominal::path::Configuration;
 use crate::nominal::trace::Trace;
+use crate::redundancy::basis::Basis;
 
 impl Mechanism {
     /// Nominal coordinates for `n` rows of drive values, given one after the other.

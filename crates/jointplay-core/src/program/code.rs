@@ -148,7 +148,7 @@ impl Code {
         for &(id, node) in &self.common {
             let value = |o: u32| values[o as usize];
             values[id] = match node {
-                Node::Constant { number, .. } => constants[number as usize],
+                Node::Constant(number) => constants[number as usize],
                 Node::Common(index) => common[index as usize],
                 Node::Varying(_) => f64::NAN,
                 Node::Neg(a) => -value(a),

@@ -11,11 +11,8 @@ pub(crate) enum Binary {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Node {
-    /// A constant by its number, and whether it has a sign. Its value may differ from mechanism to mechanism.
-    Constant {
-        number: u32,
-        negative: bool,
-    },
+    /// A constant by its number. Its value may differ from mechanism to mechanism.
+    Constant(u32),
     /// A quantity common to all samples.
     Common(u32),
     /// A quantity of its own for every sample.
@@ -113,7 +110,7 @@ pub(crate) fn operations(nodes: &[Node], varying: &[bool], order: &[u32], roots:
                 (Kind::MaxUnsigned, [a, b, b])
             }
             Node::Binary(Binary::Max, a, b) => (Kind::Max, [a, b, b]),
-            Node::Constant { .. } | Node::Common(_) | Node::Varying(_) => continue,
+            Node::Constant(_) | Node::Common(_) | Node::Varying(_) => continue,
         };
         work.push((kind, operands, id));
     }
@@ -127,11 +124,13 @@ fn unsigned(nodes: &[Node]) -> Vec<bool> {
     for &node in nodes {
         let of = |o: u32| unsigned[o as usize];
         unsigned.push(match node {
-            Node::Constant { negative, .. } => !negative,
             Node::Abs(_) => true,
             Node::Binary(Binary::Mul, a, b) => a == b || (of(a) && of(b)),
             Node::Binary(Binary::Add | Binary::Div | Binary::Max, a, b) => of(a) && of(b),
-            Node::Binary(Binary::Sub, ..) | Node::Neg(_) | Node::Common(_) | Node::Varying(_) => false,
+            // A constant of the same number may have a sign in another mechanism.
+            Node::Constant(_) | Node::Common(_) | Node::Varying(_) | Node::Neg(_) | Node::Binary(Binary::Sub, ..) => {
+                false
+            }
         });
     }
     unsigned
@@ -139,7 +138,7 @@ fn unsigned(nodes: &[Node]) -> Vec<bool> {
 
 pub(crate) fn operands(node: Node) -> impl Iterator<Item = u32> {
     let (a, b) = match node {
-        Node::Constant { .. } | Node::Common(_) | Node::Varying(_) => (None, None),
+        Node::Constant(_) | Node::Common(_) | Node::Varying(_) => (None, None),
         Node::Neg(a) | Node::Abs(a) => (Some(a), None),
         Node::Binary(_, a, b) => (Some(a), Some(b)),
     };

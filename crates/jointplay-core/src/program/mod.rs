@@ -3,6 +3,7 @@
 mod code;
 mod graph;
 pub mod kept;
+pub(crate) mod memo;
 mod native;
 mod operation;
 mod recording;

@@ -14,6 +14,11 @@ use crate::program::code::{Code, Frame};
 use crate::program::graph::Node;
 use crate::program::kept::{Made, Reached, Trace, count, find, keep};
 
+/// Constants closer than so many units of the last place differ by rounding.
+const ROUNDING: u64 = 16;
+/// Such units in a bucket of constants; more than [`ROUNDING`].
+const BUCKET: u64 = 256;
+
 /// A graph while it is recorded.
 pub(crate) struct Recording {
     /// What recordings of the same equations have in common; `None` for one that is not kept.
@@ -25,7 +30,8 @@ pub(crate) struct Recording {
     own: Trace,
     known: FxHashMap<Node, u32>,
     constants: Vec<f64>,
-    numbers: FxHashMap<u64, u32>,
+    /// Their numbers by the beginning of their bits.
+    numbers: FxHashMap<u64, Vec<u32>>,
 }
 
 impl Recording {
@@ -64,18 +70,30 @@ impl Recording {
     pub fn constant(&mut self, value: f64) -> u32 {
         if let Some(guide) = &self.guide
             && let Some(id) = guide.asked(&self.reached)
-            && let Node::Constant { number, .. } = guide.nodes[id as usize]
+            && let Node::Constant(number) = guide.nodes[id as usize]
             && self.constants.get(number as usize).is_some_and(|known| known.to_bits() == value.to_bits())
         {
             self.reached.asked += 1;
             return id;
         }
-        let constants = &mut self.constants;
-        let number = *self.numbers.entry(value.to_bits()).or_insert_with(|| {
-            constants.push(value);
-            constants.len() as u32 - 1
-        });
-        self.node(Node::Constant { number, negative: value.is_sign_negative() })
+        let number = self.number(value);
+        self.node(Node::Constant(number))
+    }
+
+    /// The number of a constant: that of an earlier one from which it differs by rounding. Which constants are equal in
+    /// theory is a matter of the structure, which of them are equal to the last bit is luck.
+    fn number(&mut self, value: f64) -> u32 {
+        let (bits, constants) = (value.to_bits(), &mut self.constants);
+        let is = |number: &u32| constants[*number as usize].to_bits().abs_diff(bits) <= ROUNDING;
+        let bucket = bits / BUCKET;
+        let near = (bucket.saturating_sub(1)..=bucket.saturating_add(1)).filter_map(|k| self.numbers.get(&k));
+        if let Some(number) = near.flatten().copied().filter(is).min() {
+            return number;
+        }
+        constants.push(value);
+        let number = constants.len() as u32 - 1;
+        self.numbers.entry(bucket).or_default().push(number);
+        number
     }
 
     /// The node of a number.

@@ -22,6 +22,9 @@ const PART: f64 = 0.35;
 /// Steps of Heron's method for a square root.
 const ROOT_STEPS: usize = 7;
 
+/// What rounding leaves of constants, as a part of them: it must not decide which operations vanish.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
 /// Records operations on symbols.
 pub struct Recorder {
     graph: RefCell<Recording>,
@@ -114,6 +117,18 @@ impl<'r> Symbol<'r> {
         }
     }
 
+    /// A constant; one where it is so but for rounding, since multiplications by one vanish.
+    fn known(value: f64) -> Self {
+        let rounding = (value.abs() - 1.0).abs() <= ROUNDING;
+        Self::Constant(if rounding { 1.0_f64.copysign(value) } else { value })
+    }
+
+    /// The sum of two constants; nothing where rounding is all that is left of them.
+    fn sum(a: f64, b: f64) -> Self {
+        let sum = a + b;
+        if sum.abs() <= ROUNDING * a.abs().max(b.abs()) { Self::Constant(0.0) } else { Self::known(sum) }
+    }
+
     fn recorder(a: Self, b: Self) -> Option<&'r Recorder> {
         match (a, b) {
             (Self::Node(_, r), _) | (_, Self::Node(_, r)) => Some(r),
@@ -183,7 +198,7 @@ impl Add for Symbol<'_> {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         match (self, other) {
-            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a + b),
+            (Self::Constant(a), Self::Constant(b)) => Self::sum(a, b),
             _ if self.is(0.0) => other,
             _ if other.is(0.0) => self,
             (Self::Node(_, r), _) | (_, Self::Node(_, r)) => r.binary(Binary::Add, self, other),
@@ -195,7 +210,7 @@ impl Sub for Symbol<'_> {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
         match (self, other) {
-            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a - b),
+            (Self::Constant(a), Self::Constant(b)) => Self::sum(a, -b),
             _ if other.is(0.0) => self,
             _ if self.is(0.0) => -other,
             _ if Self::same(self, other) => Self::Constant(0.0),
@@ -208,7 +223,7 @@ impl Mul for Symbol<'_> {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         match (self, other) {
-            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a * b),
+            (Self::Constant(a), Self::Constant(b)) => Self::known(a * b),
             _ if self.is(0.0) || other.is(0.0) => Self::Constant(0.0),
             _ if self.is(1.0) => other,
             _ if other.is(1.0) => self,
@@ -223,7 +238,7 @@ impl Div for Symbol<'_> {
     type Output = Self;
     fn div(self, other: Self) -> Self {
         match (self, other) {
-            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a / b),
+            (Self::Constant(a), Self::Constant(b)) => Self::known(a / b),
             (_, Self::Constant(b)) => self * Self::Constant(1.0 / b),
             _ if self.is(0.0) => Self::Constant(0.0),
             (_, Self::Node(_, r)) => r.binary(Binary::Div, self, other),
@@ -247,7 +262,7 @@ impl Neg for Symbol<'_> {
 
 impl Real for Symbol<'_> {
     fn from_f64(value: f64) -> Self {
-        Self::Constant(value)
+        Self::known(value)
     }
 
     /// Power series, to rounding for the recorder's largest angle.

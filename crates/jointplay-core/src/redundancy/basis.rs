@@ -6,19 +6,35 @@
 //! remain. The chosen rows, the basis, are an ordinary mechanism; the displacements of the others are
 //! functions of its inputs.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::closure::newton::{Solver, State};
 use crate::math::space::Pose;
 use crate::mechanism::status::Status;
-use crate::mechanism::{Basis, Mechanism, Row};
+use crate::mechanism::{Mechanism, Row};
 
 /// What a row must add to those chosen before it: as much as this at first, less where rows are wanting.
 const INDEPENDENT: [f64; 3] = [0.1, 1e-3, 1e-6];
 /// How far the guess is moved (in characteristic lengths and radians) to find a generic configuration.
 const PERTURBATIONS: [f64; 3] = [0.02, 0.1, 0.3];
+
+/// A basis. Its mechanisms are displaced row by row: parameter k is the displacement of row k of the whole
+/// mechanism, clearance offset, deviation and deformation together, and parameter N + p its parameter p, as
+/// far as that moves points or shifts rows beside their own.
+#[derive(Clone, Debug)]
+pub struct Basis {
+    /// All rows.
+    pub(crate) all: Mechanism,
+    /// The independent rows.
+    pub(crate) kept: Mechanism,
+    /// Which rows those are.
+    pub(crate) rows: Vec<usize>,
+    /// The other rows, and what they are by themselves.
+    pub(crate) redundant: Vec<usize>,
+    pub(crate) rest: Mechanism,
+}
 
 impl Mechanism {
     /// Whether every row is needed and every joint rigid, so that load and closure need no compatibility.
@@ -47,7 +63,6 @@ impl Mechanism {
             sources: Vec::new(),
             elastic: Vec::new(),
             centre: vec![0.0; self.n_rows() + self.n_parameters()],
-            chosen: OnceLock::new(),
             ..self.clone()
         }
     }
@@ -64,7 +79,7 @@ impl Mechanism {
     /// `Underconstrained` where the rows leave a motion free in every configuration nearby, `Singular`
     /// where drives contradict each other or the joints.
     pub(crate) fn basis(&self) -> Result<Arc<Basis>, Status> {
-        self.chosen.get_or_init(|| self.choose().map(Arc::new)).clone()
+        self.memo.get("basis", || self.choose().map(Arc::new))
     }
 
     fn choose(&self) -> Result<Basis, Status> {

@@ -24,7 +24,7 @@ use crate::closure::newton::{Linearised, Solver, State};
 use crate::closure::recorded::program::Bound;
 use crate::closure::recorded::self_stress::Borne;
 use crate::closure::sensitivity::Output;
-use crate::mechanism::Basis;
+use crate::redundancy::basis::Basis;
 
 /// A coefficient below this part of the largest one (length-scaled) is rounding.
 const ROUNDING: f64 = 1e-13;

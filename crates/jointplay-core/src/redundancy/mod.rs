@@ -6,7 +6,7 @@
 //! clearances bring the mechanism to is a cone program ([`crate::cone`]).
 
 pub(crate) mod balance;
-mod basis;
+pub(crate) mod basis;
 pub(crate) mod compatibility;
 pub(crate) mod equilibrium;
 pub(crate) mod equilibrium_batch;

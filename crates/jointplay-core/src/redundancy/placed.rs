@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use crate::closure::newton::{CLEAR, Solver, State};
 use crate::interrupt;
+use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
-use crate::mechanism::{Basis, Mechanism};
+use crate::redundancy::basis::Basis;
 use crate::redundancy::system::System;
 
 /// Configurations of a chunk whose programs are solved together: enough to fill eight lanes in the last rounds, too.

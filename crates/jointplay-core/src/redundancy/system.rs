@@ -7,8 +7,9 @@ use crate::clearance::undecided::UNDECIDED;
 use crate::cone::lanes::programs::Programs;
 use crate::cone::{Block, Kind, Program};
 use crate::math::space::Component;
-use crate::mechanism::{Basis, Mechanism};
+use crate::mechanism::Mechanism;
 use crate::redundancy::balance::Balance;
+use crate::redundancy::basis::Basis;
 use crate::redundancy::compatibility::{FITS, Ties};
 
 /// A reaction found by a cone program is zero below this part of the largest one.

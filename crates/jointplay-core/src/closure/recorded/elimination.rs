@@ -42,7 +42,7 @@ impl<'r> Linear<'r> for Eliminated<'_, 'r> {
         let mut x = vec![Symbol::Constant(0.0); m.n_rows()];
         self.solve(&mut right, &mut x);
         let largest = x.iter().enumerate().fold(Symbol::Constant(0.0), |largest, (j, v)| {
-            largest.max(v.abs() * Symbol::Constant(1.0 / m.unit(m.space.components()[j % m.size()])))
+            largest.max((*v * Symbol::Constant(1.0 / m.unit(m.space.components()[j % m.size()]))).abs())
         });
         Symbol::Constant(1.0) / largest
     }

@@ -13,16 +13,23 @@ pub(crate) mod self_stress;
 pub(crate) mod statics;
 pub(crate) mod step;
 
-use std::hash::Hash;
-
 use crate::closure::newton::Solver;
 use crate::mechanism::Mechanism;
 
 /// What recordings of a solver's equations have in common if their mechanisms differ in numbers only: what is recorded,
 /// the unknowns of every row and the order of elimination.
-pub(crate) fn structure<'s>(recorded: &'static str, solver: &'s Solver<'_>) -> impl Hash + use<'s> {
-    let order: Option<Vec<_>> = solver.plan.as_ref().map(|plan| plan.order().collect());
-    (recorded, solver.mechanism.n_parameters(), &solver.pattern, order)
+pub(crate) fn structure(recorded: &'static str, solver: &Solver<'_>) -> Structure {
+    let order = solver.plan.as_ref().map(|plan| plan.order().collect());
+    Structure { recorded, n_parameters: solver.mechanism.n_parameters(), pattern: solver.pattern.clone(), order }
+}
+
+/// See [`structure`].
+#[derive(PartialEq, Eq, Hash)]
+pub(crate) struct Structure {
+    recorded: &'static str,
+    n_parameters: usize,
+    pattern: Vec<(usize, usize)>,
+    order: Option<Vec<(usize, usize)>>,
 }
 
 /// The first step from the nominal pose turns by less than this (rad), or the plain solver takes over:

@@ -1,5 +1,7 @@
 //! Newton's iteration recorded as programs, and its run on a block of samples.
 
+use std::sync::Arc;
+
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::layout::{Layout, Symbolic};
 use crate::closure::recorded::self_stress::{Borne, SelfStress, Statics};
@@ -49,10 +51,12 @@ pub struct Bound<'n> {
 }
 
 impl Newton {
-    /// Records the iteration of a solver's mechanism; `None` when it has no plan.
+    /// The iteration of a solver's mechanism, recorded once for every order of elimination; `None` when it has no plan.
     #[must_use]
-    pub fn record(solver: &Solver<'_>) -> Option<Self> {
-        Self::record_beside(solver, solver.mechanism.largest_angle(), None)
+    pub fn record(solver: &Solver<'_>) -> Option<Arc<Self>> {
+        let m = solver.mechanism;
+        let record = || Self::record_beside(solver, m.largest_angle(), None).map(Arc::new);
+        m.memo.get(structure("iteration", solver), record)
     }
 
     /// Records it for parameters with angles up to one given, and beside it what is left of the redundant rows

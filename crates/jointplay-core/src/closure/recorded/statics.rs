@@ -78,7 +78,7 @@ impl Mechanism {
         self.rows.iter().zip(multipliers).fold(Symbol::Constant(0.0), |scale, (row, l)| {
             scale.max(match row.component {
                 Component::Along(_) => l.abs(),
-                Component::About(_) => l.abs() * Symbol::Constant(1.0 / self.length),
+                Component::About(_) => (*l * Symbol::Constant(1.0 / self.length)).abs(),
             })
         })
     }

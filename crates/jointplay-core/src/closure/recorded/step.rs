@@ -93,7 +93,7 @@ pub(crate) fn step_by<'r>(
             Component::About(_) => turned = turned.max(*s * *s),
         }
     }
-    let size = turned.max(moved * Symbol::Constant(1.0 / (m.length * m.length)));
+    let size = turned.max((moved * Symbol::Constant(1.0 / (m.length * m.length))).abs());
     let size = jams(m, symbolic).into_iter().fold(size, |size, jam| size + jam);
     let bodies = symbolic.numbers.chunks_exact(width).zip(step.chunks_exact(m.size()));
     let numbers = bodies.flat_map(|(n, s)| m.space.move_numbers(n, s)).collect();

@@ -24,6 +24,9 @@ pub(crate) struct Pivot {
 
 /// A pivot must be at least this large relative to the largest entry of its row.
 const THRESHOLD: f64 = 0.05;
+/// Of the entries of least count the first is taken that has at least this part of the largest one's size, so that the
+/// order is mostly the same for mechanisms that differ in their numbers only.
+const ALIKE: f64 = 0.8;
 /// Rows among which a pivot is looked for: all of those of a small mechanism, enough in a large one.
 const CANDIDATES: usize = 64;
 /// The part of a matrix that is not eliminated yet. All in order, so that the plan is always the same.
@@ -101,27 +104,30 @@ impl Active {
 
     /// The entry of least Markowitz count among the large enough ones of the shortest rows.
     pub fn choose(&self) -> Option<(usize, usize)> {
-        let mut best: Option<(usize, f64, usize, usize)> = None;
+        let (mut least, mut best) = (usize::MAX, Vec::new());
         let shortest = self.columns.iter().map(Vec::len).filter(|&n| n > 0).min()?;
         for &(length, i) in self.by_length.iter().take(CANDIDATES) {
             // Neither this row nor a longer one has an entry of less.
-            if best.is_some_and(|(cost, ..)| (length - 1) * (shortest - 1) > cost) {
+            if (length - 1) * (shortest - 1) > least {
                 break;
             }
             let size = |slot: usize| self.values[slot].abs();
             let row_largest = self.rows[i].iter().map(|&(_, slot)| size(slot)).fold(0.0, f64::max);
             for &(j, slot) in &self.rows[i] {
                 let size = size(slot);
-                if size < THRESHOLD * row_largest || size <= 1e-13 * self.largest {
+                let cost = (length - 1) * (self.columns[j].len() - 1);
+                if cost > least || size < THRESHOLD * row_largest || size <= 1e-13 * self.largest {
                     continue;
                 }
-                let cost = (length - 1) * (self.columns[j].len() - 1);
-                if best.is_none_or(|(c, s, ..)| cost < c || (cost == c && size > s)) {
-                    best = Some((cost, size, i, j));
+                if cost < least {
+                    (least, best) = (cost, Vec::new());
                 }
+                best.push((i, j, size));
             }
         }
-        best.map(|(_, _, i, j)| (i, j))
+        let largest = best.iter().fold(0.0, |largest: f64, &(.., size)| largest.max(size));
+        let of = |&(i, j, size): &(usize, usize, f64)| (size >= ALIKE * largest).then_some((i, j));
+        best.iter().filter_map(of).min()
     }
 
     /// Eliminates a column with a row and records how.

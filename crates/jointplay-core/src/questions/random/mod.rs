@@ -88,7 +88,7 @@ impl Mechanism {
         self.each(
             solver.as_ref(),
             cases,
-            |solver, _, case, nominal| self.scatter(solver, newton.as_ref(), case, &nominal, request),
+            |solver, _, case, nominal| self.scatter(solver, newton.as_deref(), case, &nominal, request),
             || self.no_scatter(request, Status::NotAssembled),
         )
     }

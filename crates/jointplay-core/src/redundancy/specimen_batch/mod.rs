@@ -15,8 +15,8 @@ use crate::closure::recorded::self_stress::Borne;
 use crate::interrupt;
 use crate::math::lanes::block::LANES;
 use crate::math::lanes::simd::{Kernel, dispatch};
-use crate::mechanism::Basis;
 use crate::mechanism::status::Status;
+use crate::redundancy::basis::Basis;
 use crate::redundancy::compatibility::{Compatibility, Ties};
 use crate::redundancy::system::System;
 

@@ -1,0 +1,125 @@
+//! The equations that tie what is open: how forces change along the directions in which faces are open.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::clearance::face::{Direction, Face};
+use crate::clearance::offset::inner;
+use crate::clearance::undecided::{UNDECIDED, Unforced};
+use crate::closure::newton::Solver;
+use crate::closure::sensitivity::Gradient;
+use crate::contact::state::Contact;
+use crate::math::decomposition::{largest_eigenvalue, singular_values};
+use crate::mechanism::Mechanism;
+
+/// Part of its extent by which an offset is moved for a difference. Forces are known to some units of the last
+/// place, so that over all of the extent rounding makes less of them than [`UNDECIDED`].
+const DIFFERENCE: f64 = 1e-4;
+
+/// How the forces along open directions change along them.
+pub(crate) struct Bend {
+    pub ways: Vec<(usize, Direction)>,
+    /// Changes over half of the extent, as parts of the largest reaction.
+    matrix: DMatrix<f64>,
+    /// The forces themselves.
+    force: DVector<f64>,
+}
+
+/// Independent combinations of open directions along which forces change.
+pub(crate) struct Ties {
+    pub rows: DMatrix<f64>,
+    /// The step along each of them that makes its force zero.
+    pub steps: DVector<f64>,
+}
+
+impl Mechanism {
+    /// The directions in which faces are open, those left out that are not listened to.
+    fn ways(&self, faces: &[(usize, Face)], unforced: &[Unforced]) -> Vec<(usize, Direction)> {
+        let of = |(s, face): &(usize, Face)| {
+            let (s, set) = (*s, self.sources[*s].set);
+            let masked_force = move |way: &Direction| !set.is_unforced(way.coordinate, unforced[s]);
+            face.directions(&set).into_iter().filter(masked_force).map(move |way| (s, way))
+        };
+        faces.iter().flat_map(of).collect()
+    }
+}
+
+impl Solver<'_> {
+    /// How forces change along the directions in which faces are open.
+    pub(crate) fn bend(&self, at: &Contact, faces: &[(usize, Face)], unforced: &[Unforced]) -> Option<Bend> {
+        let m = self.mechanism;
+        let ways = m.ways(faces, unforced);
+        let n = ways.len();
+        let linearised = self.linearise(&at.state)?;
+        let scale = m.force_scale(&at.gradient);
+        let forces = |gradient: &Gradient| -> Vec<f64> {
+            let of = |(s, way): &(usize, Direction)| {
+                let source = &m.sources[*s];
+                let size = m.undecided(source, scale) * way.reach;
+                inner(&gradient.inputs.parameters[source.range()], &way.along) / size
+            };
+            ways.iter().map(of).collect()
+        };
+        let mut matrix = DMatrix::zeros(n, n);
+        for (j, (s, way)) in ways.iter().enumerate() {
+            let moved = |h: f64| {
+                let mut inputs = at.state.inputs.clone();
+                let source = &m.sources[*s];
+                source.range().zip(way.along).for_each(|(p, along)| inputs.parameters[p] += h * along);
+                let state = self.nudged(&linearised, &at.state, inputs);
+                Some(forces(&m.load_gradient(&self.linearise(&state)?, &state)))
+            };
+            let (high, low) = (moved(DIFFERENCE)?, moved(-DIFFERENCE)?);
+            (0..n).for_each(|i| matrix[(i, j)] = (high[i] - low[i]) / (2.0 * DIFFERENCE));
+        }
+        let force = DVector::from_vec(forces(&at.gradient));
+        Some(Bend { ways, matrix, force })
+    }
+}
+
+impl Bend {
+    pub fn none() -> Self {
+        Self { ways: Vec::new(), matrix: DMatrix::zeros(0, 0), force: DVector::zeros(0) }
+    }
+
+    /// A change that is none: on the way to the middle the forces that are left change, too, as their lines turn.
+    fn least(&self) -> f64 {
+        UNDECIDED + self.force.amax()
+    }
+
+    /// Whether there is a direction along which the load's work has a minimum; `None` where a number is not finite.
+    pub fn is_unstable(&self) -> Option<bool> {
+        let n = self.ways.len();
+        if n == 0 {
+            return Some(false);
+        }
+        let reach = |i: usize| self.ways[i].1.reach;
+        let symmetric = DMatrix::from_fn(n, n, |i, j| {
+            let [a, b] = [(i, j), (j, i)].map(|(i, j)| self.matrix[(i, j)] * (reach(i) / reach(j)).sqrt());
+            0.5 * (a + b)
+        });
+        largest_eigenvalue(symmetric).map(|largest| largest > self.least())
+    }
+
+    /// `None` where the changes have no singular values.
+    pub fn ties(&self) -> Option<Ties> {
+        let n = self.ways.len();
+        if n == 0 {
+            return Some(Ties::none());
+        }
+        let svd = singular_values(self.matrix.clone(), true, true)?;
+        let tied: Vec<usize> = (0..n).filter(|&k| svd.singular_values[k] > self.least()).collect();
+        let (u, v) = (svd.u?, svd.v_t?);
+        Some(Ties {
+            rows: DMatrix::from_fn(tied.len(), n, |e, i| v[(tied[e], i)]),
+            steps: DVector::from_fn(tied.len(), |e, _| {
+                -u.column(tied[e]).dot(&self.force) / svd.singular_values[tied[e]]
+            }),
+        })
+    }
+}
+
+impl Ties {
+    pub fn none() -> Self {
+        Self { rows: DMatrix::zeros(0, 0), steps: DVector::zeros(0) }
+    }
+}
