@@ -491,6 +491,30 @@ def test_a_planetary_gear_adds_sun_and_ring() -> None:
     assert jp.check(m).attrs["degrees_of_freedom"] == 2
 
 
+@pytest.mark.parametrize("ring_turns", [False, True])
+@pytest.mark.parametrize(("sun", "planets"), [(20, 3), (20, 4), (21, 2), (21, 3), (22, 3), (20, 5)])
+def test_planets_are_where_their_teeth_meet_sun_and_ring(sun: int, planets: int, ring_turns: bool) -> None:
+    """Equally spaced planets need a sum of sun and ring that their number divides. Every mesh alone was taken to fit as
+    it started, so that a gear was computed that nobody can assemble."""
+    text = planetary(planets, sun=sun, ring_turns=ring_turns)
+    if (sun + sun + 32) % planets == 0:
+        assert (jp.solve(jp.loads(text)).status == "ok").all()
+        return
+    with pytest.raises(
+        InputError, match=r"joints\.R1: the teeth of 'planet1' and '(ring|ground)' miss each other by 0\.[34]"
+    ):
+        jp.loads(text)
+
+
+def test_marks_tell_where_the_teeth_of_a_loop_are() -> None:
+    """A mark that is half a tooth off at the last mesh of a loop is refused."""
+    text = planetary(2)
+    turned = text.replace("[joints.R1]", "[joints.R1]\nmarks = { planet1 = 0, ground = DEG }")
+    assert jp.loads(turned.replace("DEG", "0"))
+    with pytest.raises(InputError, match="miss each other by 0.5 of a tooth"):
+        jp.loads(turned.replace("DEG", str(180.0 / 52)))
+
+
 def test_redundant_meshes_are_named_by_their_flanks() -> None:
     mobility = jp.mobility.examine(jp.loads(planetary(3)))
     assert {name.rpartition(".")[2] for name in mobility.redundant_constraints if name[0] in "SR"} == {"flank"}

@@ -20,6 +20,7 @@ from jointplay.units import Units
 
 from .frames import Frame, Vector, across, cross_product, dot
 from .graph import CompiledJoint, Graph
+from .spacing import Pair, mismatches
 
 #: degrees; where the file says nothing
 PRESSURE_ANGLE = 20.0
@@ -44,13 +45,23 @@ def compile_couplings(data: MechanismFile, graph: Graph, guess: Floats) -> dict[
         Pose of every body at the start, SI.
     """
     found: dict[int, dict[str, Any]] = {}
+    gears: list[_Wheels] = []
     for index, joint in enumerate(graph.joints):
         entry = data.joints.get(joint.pin)
         if isinstance(entry, Mesh):
-            found[index] = _Wheels(graph, joint, entry, guess).spec()
+            wheels = _Wheels(graph, joint, entry, guess)
+            found[index] = wheels.spec()
+            gears += [wheels] if isinstance(entry, GearKeys) else []
         elif isinstance(entry, Screw):
             _check_thread(graph, joint, entry)
             found[index] = {"lead": entry.lead * graph.units.length}
+    for number, off in mismatches([wheels.toothed() for wheels in gears]):
+        first, second = (repr(name) for name in gears[number].entry.names)
+        raise gears[number].refuse(
+            f"the teeth of {first} and {second} miss each other by {off:.2g} of a tooth where the other wheels of their"
+            " loop mesh; planets between a sun and a ring are apart by multiples of 360 degrees / (teeth of the sun +"
+            " teeth of the ring)"
+        )
     return found
 
 
@@ -92,8 +103,10 @@ class _Wheels:
         first, second = (poses.place(every[end.body], end.at) for end in self.ends)
         self.frames: list[Frame] = [(joint.axis_first, joint.side_first), (joint.axis_second, joint.side_second)]
         self.in_space = guess.shape[-1] == poses.SPATIAL
-        #: from the first centre to the second, in the plane that the first wheel turns in: along its two directions
-        apart = self.turns[0].T @ (second - first)
+        #: from the first centre to the second, ground axes; in the plane that the first wheel turns in along its two
+        #: directions
+        self.line = second - first
+        apart = self.turns[0].T @ self.line
         self.apart = [dot(tuple(apart), direction) for direction in self._plane(0)]
 
     def spec(self) -> dict[str, Any]:
@@ -118,6 +131,31 @@ class _Wheels:
         if entry.directions is not None:
             told["marks"] = [self._mark(k, name) for k, name in enumerate(entry.names)]
         return told
+
+    def toothed(self) -> Pair:
+        """A gear pair with the directions in which its wheels see the mesh."""
+        entry = self.entry
+        assert isinstance(entry, GearKeys)
+        seen = []
+        for k, name in enumerate(entry.names):
+            if entry.directions is not None:
+                towards = self._mark(k, name)
+            else:
+                x, y = (float(self.turns[k] @ np.array(direction) @ self.line) for direction in self._plane(k))
+                towards = math.atan2(y, x)
+            # The line goes from the first centre to the second; inside a ring the mesh is behind the first.
+            seen.append(towards + math.pi if k == 1 or entry.internal else towards)
+        low, high = play_at_rim(entry, self.units)
+        pitch = math.tau * self.radii[0] / entry.counts[0]
+        ends = ((end.body, end.at, z) for end, z in zip(self.ends, entry.counts, strict=True))
+        wheels = tuple(ends)
+        return Pair(
+            (wheels[0], wheels[1]),
+            (entry.counts[0], entry.counts[1]),
+            (seen[0], seen[1]),
+            entry.internal,
+            (high - low) / pitch,
+        )
 
     def refuse(self, problem: str, key: str = "") -> InputError:
         return self.graph.refuse(problem, f"joints.{self.joint.pin}{key}")

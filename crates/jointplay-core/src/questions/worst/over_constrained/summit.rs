@@ -134,19 +134,26 @@ impl Site<'_> {
     }
 
     /// The highest exact poses that the sequences of programs from the starts of every extreme meet. All of them
-    /// are admissible, and those that close count.
-    pub fn summits(&self, solver: &Solver<'_>, built: &State, extremes: &[Extreme]) -> Vec<Option<Height>> {
+    /// are admissible, and those that close count. Tells besides whether all starts could be assembled; a sequence begins
+    /// as near to its own as that goes.
+    pub fn summits(&self, solver: &Solver<'_>, built: &State, extremes: &[Extreme]) -> (Vec<Option<Height>>, bool) {
         let mut best: Vec<Option<Height>> = vec![None; extremes.len()];
         let starts = extremes.iter().enumerate().flat_map(|(number, e)| e.starts.iter().map(move |s| (number, s)));
         let starts: Vec<(usize, &Vec<f64>)> = starts.collect();
         let begin = |(extreme, start): (usize, &Vec<f64>)| {
             let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: start.clone() };
-            let state = solver.follow(built, &inputs).unwrap_or_else(|_| built.clone());
-            let place = self.place(solver, extremes[extreme].measure, &state)?;
-            let stresses = vec![0.0; self.system.basis.redundancy()];
-            Some(Sequence { extreme, state, place, stiffness: 0.0, stresses })
+            let followed = solver.follow_part(built, &inputs);
+            let reached = followed.is_ok();
+            let state = followed.unwrap_or_else(|(last, _)| last);
+            let begun = self.place(solver, extremes[extreme].measure, &state).map(|place| {
+                let stresses = vec![0.0; self.system.basis.redundancy()];
+                Sequence { extreme, state, place, stiffness: 0.0, stresses }
+            });
+            (begun, reached)
         };
-        let mut sequences: Vec<Sequence> = starts.into_par_iter().filter_map(begin).collect();
+        let begun: Vec<(Option<Sequence>, bool)> = starts.into_par_iter().map(begin).collect();
+        let reached = begun.iter().all(|(_, reached)| *reached);
+        let mut sequences: Vec<Sequence> = begun.into_iter().filter_map(|(sequence, _)| sequence).collect();
         for _ in 0..MOST_STEPS {
             if sequences.is_empty() {
                 break;
@@ -162,7 +169,7 @@ impl Site<'_> {
             sequences = all.into_par_iter().zip(balances).filter_map(next).collect();
         }
         keep(&mut best, &sequences);
-        best
+        (best, reached)
     }
 }
 
