@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from couplings import GROUND, OK, Machine, pair
+from couplings import GROUND, OK, SINGULAR, Machine, pair
 from oracles.trains import Train
 
 TURN = 2 * np.pi
@@ -350,6 +350,7 @@ def test_redundant_teeth_overlap_no_more_than_others():
     np.testing.assert_array_equal(given["status"][assembled], OK)
     assert train.overlap(given["poses"], u)[assembled].min() >= 0.0
     worst = core.worst(drives, poses)
+    assert worst["status"][0] == SINGULAR
     at = worst["offset"][0]
     given = core.given(np.repeat(drives, len(at), 0), np.repeat(poses, len(at), 0), at)
     assert train.overlap(given["poses"], at).min() >= -1e-9

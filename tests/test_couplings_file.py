@@ -573,6 +573,60 @@ def test_given_reproduces_the_offsets_of_other_questions_on_any_train(drawn: tup
     assert np.allclose(np.abs(turn(again, "error")), worst.worst_rotation.values, atol=1e-8)
 
 
+FLOATING = (
+    SPACE
+    + """
+[joints.bearing]
+type = "revolute"
+bodies = ["ground", "spindle"]
+at = [0, 0, 0]
+axis = [0, 0, 1]
+clearance = { radial = 0.01, axial = 0.005, length = 20 }
+[joints.guide]
+type = "prismatic"
+bodies = ["ground", "stage"]
+at = [50, 0, 100]
+axis = [0, 0, 1]
+clearance = { gap = 0.01, length = 40, width = 30, height = 30 }
+[joints.nut_bearing]
+type = "revolute"
+bodies = ["stage", "nut"]
+at = [0, 0, 100]
+axis = [0, 0, 1]
+[joints.thread]
+type = "screw"
+bodies = ["spindle", "nut"]
+at = [0, 0, 100]
+axis = [0, 0, 1]
+lead = 5
+clearance = { axial = 0.01, radial = 0.02, length = 30 }
+[drives.motor]
+joints = { bearing = 1, nut_bearing = -1 }
+values = [0, 180, 720]
+[output]
+body = "stage"
+at = [0, 0, 100]
+[[loads]]
+body = "stage"
+at = [0, 0, 100]
+force = [0, 0, -100]
+"""
+)
+
+
+def test_a_spindle_that_floats_leaves_its_stage_determined() -> None:
+    """Nothing centres the spindle in its bearing and nut, and the stage does not feel where it is. It never came to
+    rest, so that the status was `undetermined` with a half-width of zero."""
+    result = jp.loaded(jp.loads(FLOATING))
+    assert (result.status == "ok").all()
+    assert not result.undetermined.values.any()
+    assert not result.decided.sel(source="bearing").any()
+    # Bearing and thread give way along the axis; their torque turns the guide, which is 50 mm away.
+    assert np.allclose(result.error.sel(component="z"), -0.015, atol=1e-3)
+    # A guide of 30 mm turns by its gap over half its width.
+    assert np.allclose(np.abs(result.error.sel(component="rz")), degrees(0.01, 15), atol=1e-6)
+
+
 # -- motors
 
 
