@@ -511,7 +511,7 @@ def test_marks_tell_where_the_teeth_of_a_loop_are() -> None:
     text = planetary(2)
     turned = text.replace("[joints.R1]", "[joints.R1]\nmarks = { planet1 = 0, ground = DEG }")
     assert jp.loads(turned.replace("DEG", "0"))
-    with pytest.raises(InputError, match="miss each other by 0.5 of a tooth"):
+    with pytest.raises(InputError, match=r"miss each other by 0\.5 of a tooth"):
         jp.loads(turned.replace("DEG", str(180.0 / 52)))
 
 
