@@ -8,7 +8,7 @@ import pytest
 from couplings import OK
 from oracles.sets import Source
 from oracles.trains import Train
-from trains import drawn
+from trains import TURN, drawn
 
 SEEDS = range(24)
 #: samples that are held against the independent closure
@@ -164,3 +164,15 @@ def test_the_first_order_knows_the_flanks_of_both_opposite_directions(seed):
     worst = case.core.worst(case.path, case.poses)
     assert worst["position_first_order"][0] == pytest.approx(worst["position"][0], rel=2e-3)
     assert worst["position_bound"][0] >= worst["position_first_order"][0]
+
+
+@pytest.mark.parametrize("seed", [701, 706])
+def test_a_path_of_a_turn_is_followed_tooth_by_tooth(seed):
+    """The poses at the end of a path in five rows are those of short steps, up to whole turns of a body."""
+    machine, start = drawn(seed, play=0.05, parts=2 + seed % 2)
+    path = (start + np.linspace(0.0, TURN + 1.0, 5))[:, None]
+    traced = machine.core().trace(path)
+    assert (traced["status"] == OK).all()
+    away = np.abs(traced["poses"] - Train(machine).follow(path, most=0.06))
+    away[..., 2] = np.abs(away[..., 2] / TURN - np.round(away[..., 2] / TURN)) * TURN
+    assert away.max() < 1e-9

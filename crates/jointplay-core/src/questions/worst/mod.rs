@@ -181,10 +181,10 @@ impl Mechanism {
         if self.plays().next().is_none() {
             return Ok(middle);
         }
-        let settled = self.from_flanks(solver, nominal, &middle, false, &extreme)?;
+        let settled = self.settle_flanks(solver, nominal, &middle, false, &extreme)?;
         let opposite = match middle.measure {
             Measure::Component { .. } => None,
-            Measure::Position | Measure::Rotation => self.from_flanks(solver, nominal, &middle, true, &extreme)?,
+            Measure::Position | Measure::Rotation => self.settle_flanks(solver, nominal, &middle, true, &extreme)?,
         };
         let bound =
             [&settled, &opposite].into_iter().flatten().fold(middle.bound, |bound, found| bound.max(found.bound));
@@ -194,7 +194,7 @@ impl Mechanism {
     }
 
     /// The same, from the flanks that an extreme closes or the opposite ones.
-    fn from_flanks(
+    fn settle_flanks(
         &self,
         solver: &Solver<'_>,
         nominal: &State,

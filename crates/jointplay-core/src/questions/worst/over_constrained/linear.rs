@@ -13,6 +13,7 @@ use crate::contact::flanks::FLANKS;
 use crate::math::mesh::{cosine_of_radius, mesh, spread};
 use crate::math::vector::{Vec3, dot, norm, scale};
 use crate::mechanism::case::Case;
+use crate::mechanism::status::Status;
 use crate::questions::worst::ascent::Measure;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
@@ -198,10 +199,10 @@ impl Site<'_> {
         if self.system.mechanism.plays().next().is_none() {
             return Some(middle);
         }
-        let settled = self.from_flanks(solver, &middle, false, starts)?;
+        let settled = self.settle_flanks(solver, &middle, false, starts).ok()?;
         let opposite = match middle.measure {
             Measure::Component { .. } => None,
-            Measure::Position | Measure::Rotation => self.from_flanks(solver, &middle, true, starts)?,
+            Measure::Position | Measure::Rotation => self.settle_flanks(solver, &middle, true, starts).ok()?,
         };
         let bound =
             [&settled, &opposite].into_iter().flatten().fold(middle.bound, |bound, found| bound.max(found.bound));
@@ -211,13 +212,13 @@ impl Site<'_> {
     }
 
     /// The same, from the flanks that an extreme closes or the opposite ones.
-    fn from_flanks(
+    fn settle_flanks(
         &self,
         solver: &Solver<'_>,
         middle: &Extreme,
         mirrored: bool,
         starts: usize,
-    ) -> Option<Option<Extreme>> {
+    ) -> Result<Option<Extreme>, Status> {
         let m = self.system.mechanism;
         let mut flanks = self.nominal.clone();
         let mut found: Option<Extreme> = None;
@@ -231,12 +232,14 @@ impl Site<'_> {
             if self.system.difference(&before, &flanks.inputs.parameters) <= m.still() {
                 break;
             }
-            let compatibility = self.compatibility.at_flanks(self.system.basis, solver, &flanks)?;
+            let compatibility = self.compatibility.at_flanks(self.system.basis, solver, &flanks);
+            let compatibility = compatibility.ok_or(Status::Singular)?;
             let right = m.first_order_right(&compatibility, &self.known, self.case, self.nominal);
             let site = Site { compatibility, right, known: self.known.clone(), ..*self };
-            found = Some(site.extreme(middle.measure, starts, Some(&flanks.inputs.parameters))?);
+            let settled = site.extreme(middle.measure, starts, Some(&flanks.inputs.parameters));
+            found = Some(settled.ok_or(Status::NotAssemblable)?);
         }
-        Some(found)
+        Ok(found)
     }
 }
 
