@@ -6,12 +6,14 @@ mechanism is compiled.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic.json_schema import models_json_schema
 
 from jointplay.errors import InputError, shown, suggestion
+from jointplay.units import ANGLES
 
 from .bodies import Body, BodyTable, SpatialBody
 from .clearances import (
@@ -28,6 +30,7 @@ from .clearances import (
     SlotClearance,
 )
 from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
+from .expressions import LONGEST, NotAnExpression, Variables, is_variable, resolved
 from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, PlanarFile
 from .grid import GridRange
 from .joints import JointTable
@@ -37,7 +40,7 @@ from .placements import Place, PlacementTable, SpatialPlacementTable
 from .spatial_file import SpatialFile, SpatialStart
 from .spatial_joints import SpatialJoint, Universal
 from .stiffness import Stiffness
-from .values import NAME, ToleranceLaw, ToleranceTable
+from .values import NAME, ToleranceLaw, ToleranceTable, is_number
 
 __all__ = [
     "NAME",
@@ -86,6 +89,18 @@ __all__ = [
 #: the two kinds of file, by the value of `space`; without one a mechanism is planar
 FILES: dict[str, type[MechanismFile]] = {"planar": PlanarFile, "spatial": SpatialFile}
 
+#: what a JSON Schema says about a value without restricting it
+ABOUT = ("description", "default", "title", "examples")
+#: nothing that is a number without quotes, or empty
+EXPRESSION = {
+    "Expression": {
+        "type": "string",
+        "description": "an expression in variables, such as 2 * a + 10",
+        "pattern": r"[A-Za-z_(+*/]|\d\s*-",
+        "maxLength": LONGEST,
+    }
+}
+
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
@@ -113,11 +128,28 @@ def validate(raw: dict[str, Any], file: str) -> MechanismFile:
     if not isinstance(space, str) or space not in FILES:
         problem = f"{shown(space)} is not valid here; {suggestion(str(space), FILES)}"
         raise InputError(problem, file=file, key="space")
+    variables = _variables(raw, file)
     try:
-        return FILES[space].model_validate(raw)
+        return resolved(raw, variables, FILES[space].model_validate, file)
     except ValidationError as error:
         key, problem = located(error, raw)
         raise InputError(problem, file=file, key=key) from None
+
+
+def _variables(raw: Mapping[str, Any], file: str) -> Variables:
+    """The variables of a file; what is no table of numbers and texts is left for the model to refuse."""
+    given, units = raw.get("variables"), raw.get("units")
+    angle = units.get("angle", "deg") if isinstance(units, Mapping) else "deg"
+    is_value = lambda value: isinstance(value, str) or is_number(value)  # noqa: E731
+    if not (isinstance(given, Mapping) and all(map(is_variable, given)) and all(map(is_value, given.values()))):
+        given = {}
+    variables = Variables(given, ANGLES.get(angle, 1.0) if isinstance(angle, str) else 1.0)
+    for name in given:
+        try:
+            variables.variable(name)
+        except NotAnExpression as problem:
+            raise InputError(str(problem), file=file, key=f"variables.{name}") from None
+    return variables
 
 
 def json_schema() -> dict[str, Any]:
@@ -131,8 +163,23 @@ def json_schema() -> dict[str, Any]:
     models = [(model, "validation") for model in FILES.values()]
     _, definitions = models_json_schema(models, by_alias=True)  # type: ignore[arg-type]
     files = [{"$ref": f"#/$defs/{model.__name__}"} for model in FILES.values()]
-    schema = {"title": "jointplay mechanism, format 1", "type": "object", "oneOf": files, **_tidy(definitions)}
+    definitions = _tidy(definitions)
+    definitions["$defs"] = {name: _with_expressions(node) for name, node in definitions["$defs"].items()} | EXPRESSION
+    schema = {"title": "jointplay mechanism, format 1", "type": "object", "oneOf": files, **definitions}
     return {"$schema": DIALECT, **schema}
+
+
+def _with_expressions(node: Any) -> Any:
+    """An expression stands wherever a number may, whole numbers apart."""
+    if isinstance(node, list):
+        return [_with_expressions(v) for v in node]
+    if not isinstance(node, dict):
+        return node
+    if node.get("type") != "number":
+        return {k: _with_expressions(v) for k, v in node.items()}
+    number = {k: v for k, v in node.items() if k not in ABOUT}
+    about = {k: v for k, v in node.items() if k in ABOUT}
+    return {"anyOf": [number, {"$ref": "#/$defs/Expression"}], **about}
 
 
 def _tidy(node: Any) -> Any:

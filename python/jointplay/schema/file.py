@@ -13,6 +13,7 @@ from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 
 from .assembly import Assembly
 from .bodies import Body, BodyTable
+from .expressions import RESERVED
 from .grid import Grid
 from .joints import JointTable
 from .kinds import Joint
@@ -270,6 +271,17 @@ class Limits(Table):
     joints: dict[str, Range] = Field({}, description="range of each joint's coordinate")
 
 
+def _variable(name: str) -> str:
+    if not name.isidentifier():
+        raise problem(f"{shown(name)} is not the name of a variable: letters, digits and _, a letter first")
+    if name in RESERVED:
+        raise problem(f"{shown(name)} has a meaning in expressions already; use another name")
+    return name
+
+
+VariableName = Annotated[Name, AfterValidator(_variable)]
+
+
 def _format(value: object) -> object:
     if not (type(value) is int and value == 1):
         raise problem(f"this version reads format = 1, not {shown(value)}")
@@ -282,6 +294,9 @@ class MechanismFile(Table):
     format: Annotated[Literal[1], BeforeValidator(_format)] = Field(description="version of the file format: 1")
     title: str = Field("", description="one line that says what the mechanism is")
     space: Literal["planar", "spatial"]
+    variables: dict[VariableName, Number | str] = Field(
+        {}, description="numbers by name, or expressions, for the expressions that stand where a number may"
+    )
     units: UnitsTable = Field(description='such as { length = "mm", angle = "deg", force = "N" }')
     gravity: tuple[float, ...]
     bodies: Mapping[str, BodyTable]

@@ -10,7 +10,7 @@ from jointplay.errors import SHOWN, InputError, not_known, shown
 from jointplay.toml import DEEPEST, too_deep
 
 #: sections whose entries have names of the user's own
-NAMED = {"joints": "a joint", "drives": "a drive", "dimensions": "a dimension"}
+NAMED = {"joints": "a joint", "drives": "a drive", "dimensions": "a dimension", "variables": "a variable"}
 
 #: different ways to say the same
 RIVALS: Mapping[str, tuple[str, ...]] = {
@@ -163,7 +163,7 @@ def _no_match(data: Mapping[str, Any], parts: list[str]) -> str:
 
 
 def _path(data: Mapping[str, Any], parts: list[str], key: str, file: str) -> Steps:
-    if len(parts) > 2 and parts[0] in NAMED:
+    if len(parts) > 1 + (parts[0] != "variables") and parts[0] in NAMED:
         names = data.get(parts[0], {})
         if isinstance(names, Mapping) and parts[1] not in names:
             raise InputError(not_known(parts[1], NAMED[parts[0]], names), file=file, key=key)
@@ -193,7 +193,8 @@ def value_at(data: Any, steps: Steps) -> Any:
     if isinstance(data, Mapping) and isinstance(last, str) and last not in data and len(steps) >= OWN_KEYS:
         for other in RIVALS.get(last, ()):
             if other in data and (last, other) in IN_TERMS_OF:
-                return IN_TERMS_OF[last, other] * data[other]
+                part, given = IN_TERMS_OF[last, other], data[other]
+                return f"{part:g} * ({given})" if isinstance(given, str) else part * given
     return data if last is None else data[last]
 
 

@@ -33,7 +33,7 @@ def located(error: ValidationError, raw: object) -> tuple[str, str]:
     loc = found["loc"]
     if loc and loc[-1] == "[key]":
         name = loc[-2]
-        return _key(loc[:-2], raw), _name(str(name))
+        return _key(loc[:-2], raw), _sentence(kind, given, context) if kind == "problem" else _name(str(name))
     if kind == "missing" and loc and isinstance(loc[-1], int):
         # One mistake for every value that is missing at the end of a list of fixed length.
         count = 1 + max(int(e["loc"][-1]) for e in errors if e["type"] == kind and e["loc"][:-1] == loc[:-1])
