@@ -762,6 +762,8 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     "rack with two sizes": ("rack", "module = 2\n", "module = 2\nradius = 20\n", "joints.R", "module with teeth, not both"),
     "rack with a module alone": ("rack", "teeth = 20\n", "", "joints.R", "'teeth' is missing (tooth count of the pinion"),
     "rack too far away": ("rack", "ground = [0, 20]", "ground = [0, 60]", "joints.R", "starts 60 mm from the pitch line of the rack; its pitch radius is 20 mm"),
+    "a rack whose teeth overlap": ("rack", "ground = { at = [0, 0], axis", "ground = { at = [0, 1], axis", "joints.R", "a guide holds the centre of 'pinion' 19 mm from the pitch line of the rack; with a pitch radius of 20 mm their teeth overlap: more than 0.7279 mm"),
+    "a rack whose teeth overlap on its bar": ("rack", "bar = { at = [0, 0], axis = [1, 0] }, pinion", "bar = { at = [3, 1], axis = [-1, 0] }, pinion", "joints.R", "19 mm from the pitch line of the rack"),
     "belt without a size": ("belt", "radii = [10, 30]", "", "joints.T", "radii = [first, second] (pitch radii) or pitch with teeth"),
     "belt with two sizes": ("belt", "radii = [10, 30]", "radii = [10, 30]\npitch = 3", "joints.T", "pitch with teeth, not both"),
     "belt with a pitch alone": ("belt", "radii = [10, 30]", "pitch = 3", "joints.T", "'teeth' is missing (tooth counts of both pulleys"),

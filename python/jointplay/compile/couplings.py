@@ -18,7 +18,7 @@ from jointplay.errors import InputError
 from jointplay.schema import BeltClearance, BeltKeys, FlankClearance, GearKeys, MechanismFile, Mesh, Screw
 from jointplay.units import Units
 
-from .frames import Frame, Vector, across, cross_product, dot
+from .frames import Frame, Vector, across, cross_product, dot, in_axes
 from .graph import CompiledJoint, Graph
 from .spacing import Pair, mismatches
 
@@ -28,6 +28,8 @@ PRESSURE_ANGLE = 20.0
 PARALLEL = 5.0
 #: modules by which pitch circles may miss each other: the height of a tooth is 2.25 of them
 TOOTH = 2.25
+#: what directions of one line differ by
+ROUNDED = 1e-9
 
 Floats = NDArray[np.float64]
 Refuse = Callable[[str, str], InputError]
@@ -282,6 +284,38 @@ class _Wheels:
                 f" rack; its pitch radius is {radius / unit:.6g} {name}"
             )
             raise self.refuse(problem)
+        held = self._held_height()
+        low, high = play_at_rim(self.entry, self.units)
+        taken = 0.0 if held is None else 2.0 * math.tan(self._pressure_angle()) * (radius - held)
+        if held is not None and 0.0 < high - low <= taken:
+            unit, name = self.units.length, self.units.length_name
+            raise self.refuse(
+                f"a guide holds the centre of '{self.entry.names[1]}' {held / unit:.6g} {name} from the pitch line of"
+                f" the rack; with a pitch radius of {radius / unit:.6g} {name} their teeth overlap: more than"
+                f" {taken / unit:.4g} {name} of backlash is needed"
+            )
+
+    def _held_height(self) -> float | None:
+        """Distance of a pinion from its pitch line where a guide along the rack holds it; None where none does."""
+        line, normal = self._plane(0)
+        rack, carriers = self.ends[0], self._carriers(1)
+        for joint in self.graph.joints:
+            first, second = self.graph.points[joint.first], self.graph.points[joint.second]
+            ends = [(first, joint.axis_first, joint.side_first), (second, joint.axis_second, joint.side_second)]
+            for (own, along, side), (other, axis, other_side) in (ends, ends[::-1]):
+                guides = joint.kind == "prismatic" and own.body == rack.body and other.body in carriers
+                if not guides or abs(dot(along, line)) < 1.0 - ROUNDED:
+                    continue
+                out = in_axes(normal, self._triad(along, side))
+                away = np.array(out) @ np.array(self._triad(axis, other_side))
+                centre = np.array(carriers[other.body][0]) - np.array(other.at)
+                return abs(float(centre @ away) - dot(normal, tuple(np.array(rack.at) - np.array(own.at))))
+        return None
+
+    def _triad(self, axis: Vector, side: Vector) -> tuple[Vector, Vector, Vector]:
+        """The axes of a joint; in the plane its side is the direction out of it."""
+        side = side if self.in_space else (0.0, 0.0, 1.0)
+        return axis, side, cross_product(axis, side)
 
     def _distance_of_pulleys(self, entry: BeltKeys) -> float:
         """The distance at which a belt has its slack, metres."""
