@@ -627,6 +627,16 @@ def test_a_spindle_that_floats_leaves_its_stage_determined() -> None:
     assert np.allclose(np.abs(result.error.sel(component="rz")), degrees(0.01, 15), atol=1e-6)
 
 
+def test_a_rotation_of_nothing_is_nobodys_fault(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    """The stage of a rigid guide cannot turn; the thread was to blame for 258 per cent of the rounding."""
+    path = tmp_path / "stage.toml"
+    path.write_text(FLOATING.replace("clearance = { gap = 0.01, length = 40, width = 30, height = 30 }\n", ""))
+    assert run(["error", str(path), "-q", "worst"]) == 0
+    rows = [line for line in capsys.readouterr().out.splitlines() if "67 %" in line]
+    assert len(rows) == 3
+    assert all(row.count("%") == 1 for row in rows)
+
+
 # -- motors
 
 
