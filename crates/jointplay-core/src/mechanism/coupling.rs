@@ -314,7 +314,7 @@ impl Coupling {
             rate = rate.plus(-side, of_opening);
         }
         let (sine, cosine) = turn_back(phase, (shifted(taken) / radian).wide_sin_cos());
-        Coupled { residual: radian * S::small_angle(sine, cosine), rate, slope, gap }
+        Coupled { residual: radian * S::wide_angle(sine, cosine), rate, slope, gap }
     }
 }
 
