@@ -191,7 +191,7 @@ def _operation(a: tuple[str, str], sign: str, b: tuple[str, str]) -> tuple[str, 
     return _both(f"({{}} {sign} {{}})", a, b, python="pow({}, {})" if sign == "**" else "")
 
 
-NUMBERS = st.floats(-50, 50).map(lambda x: round(x, 3)).map(lambda x: f"({x})" if x < 0 else f"{x}")
+NUMBERS = st.floats(-50, 50).map(lambda x: round(x, 3)).map(lambda x: f"({x})")
 EXPRESSIONS = st.recursive(
     st.one_of(NUMBERS, st.sampled_from(["a", "b", "pi"])).map(lambda text: (text, text)),
     lambda inner: st.one_of(

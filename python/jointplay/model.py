@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-import codecs
 import copy
 import json
 import os
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from jointplay import _core, toml
 from jointplay.compile import Compiled, compile_file
-from jointplay.errors import InputError, not_known, one_line
+from jointplay.errors import InputError, not_known
 from jointplay.schema import validate
 from jointplay.schema.keys import change, expand, value_at
 from jointplay.typed import typed
-
-#: no mechanism that a person wrote is longer; the bound keeps devices and archives out
-LARGEST_FILE = 8_000_000
 
 
 class Mechanism(Compiled):
@@ -187,22 +182,9 @@ def load(path: str | os.PathLike[str]) -> Mechanism:
     InputError
         When it cannot be read or is not a valid mechanism; the message names file, key, value and what would be valid.
     """
-    place = os.fspath(path)
-    # Letters that no text has, from names that are not UTF-8, would end up in every result.
-    name = one_line(place)
-    try:
-        with Path(place).open("rb") as stream:
-            content = stream.read(LARGEST_FILE + 1)
-    except FileNotFoundError:
-        raise InputError("there is no such file", file=name) from None
-    except IsADirectoryError:
-        raise InputError("this is a folder, not a mechanism file", file=name) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be read: {reason}", file=name) from None
-    if len(content) > LARGEST_FILE:
-        raise InputError(f"is longer than {LARGEST_FILE // 1_000_000} MB, too long for a mechanism file", file=name)
-    return loads(_decoded(content, name), name)
+    name, content = toml.read(path)
+    raw = _tables(content, name)
+    return Mechanism(toml.joined(raw, os.fspath(path), name) if "include" in raw else raw, name)
 
 
 @typed
@@ -221,22 +203,13 @@ def loads(text: str, name: str = "<text>") -> Mechanism:
     InputError
         As for `load`.
     """
+    return Mechanism(_tables(text, name), name)
+
+
+def _tables(text: str, name: str) -> dict[str, Any]:
     if not text.strip():
         raise InputError("is empty; `jointplay new` lists mechanisms to start from", file=name)
-    return Mechanism(toml.parse(text, file=name), name)
-
-
-def _decoded(content: bytes, name: str) -> str:
-    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        raise InputError("is UTF-16 text; save it as UTF-8", file=name)
-    if b"\0" in content:
-        raise InputError("is a binary file, not a mechanism in TOML", file=name)
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        byte = content[error.start]
-        raise InputError(f"line {line}: is not UTF-8 text (byte 0x{byte:02x}); save it as UTF-8", file=name) from None
+    return toml.parse(text, file=name)
 
 
 def _plain(value: object) -> Any:

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import codecs
+import os
 import re
 import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
-from jointplay.errors import InputError
+from jointplay.errors import InputError, one_line, shown
 
+#: no file that a person wrote is longer; the bound keeps devices and archives out
+LARGEST_FILE = 8_000_000
+#: more parts than any machine is made of; a longer list is a slip
+MOST_FILES = 100
+#: what a part says again must say the same
+SHARED = ("format", "space", "units")
 #: tables and lists inside one another
 DEEPEST = 20
 #: parts of a dotted key; the time to read one grows with their square. Twice what can be valid, because the pattern
@@ -20,6 +29,110 @@ _LONG_KEY = re.compile(rf"(?m)(?:^|[\[{{,])[ \t]*+{_PART}(?:[ \t]*+\.[ \t]*+{_PA
 
 class NotToml(InputError):
     """A text that is not TOML."""
+
+
+def read(path: str | os.PathLike[str]) -> tuple[str, str]:
+    """Name and text of a file.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read, is too long, or is no text in UTF-8.
+    """
+    place = os.fspath(path)
+    # Letters that no text has, from names that are not UTF-8, would end up in every result.
+    name = one_line(place)
+    try:
+        with Path(place).open("rb") as stream:
+            content = stream.read(LARGEST_FILE + 1)
+    except FileNotFoundError:
+        raise InputError("there is no such file", file=name) from None
+    except IsADirectoryError:
+        raise InputError("this is a folder, not a mechanism file", file=name) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be read: {reason}", file=name) from None
+    if len(content) > LARGEST_FILE:
+        raise InputError(f"is longer than {LARGEST_FILE // 1_000_000} MB, too long for a mechanism file", file=name)
+    return name, _decoded(content, name)
+
+
+def _decoded(content: bytes, name: str) -> str:
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise InputError("is UTF-16 text; save it as UTF-8", file=name)
+    if b"\0" in content:
+        raise InputError("is a binary file, not a mechanism in TOML", file=name)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        byte = content[error.start]
+        raise InputError(f"line {line}: is not UTF-8 text (byte 0x{byte:02x}); save it as UTF-8", file=name) from None
+
+
+def joined(tables: Mapping[str, Any], path: str, file: str) -> dict[str, Any]:
+    """The tables of a file with those of the files that it includes, as if they were written in it.
+
+    Parameters
+    ----------
+    tables : mapping
+        What `parse` gives, with the key `include`.
+    path : str
+        The file: what it includes is in the same folder.
+    file : str
+        Its name in messages.
+
+    Raises
+    ------
+    InputError
+        When a part cannot be read, or gives again what is given.
+    """
+    whole = {key: value for key, value in tables.items() if key != "include"}
+    names = tables["include"]
+    if not (isinstance(names, list) and len(names) <= MOST_FILES and all(isinstance(name, str) for name in names)):
+        raise InputError(
+            f'names of files are needed, such as ["leg.toml"], not {shown(names)}', file=file, key="include"
+        )
+    came_from: dict[tuple[str, ...], str] = {}
+    for number, name in enumerate(names):
+        key = f"include.{number}"
+        elsewhere = name in ("", ".", "..") or Path(name).name != name or "\\" in name
+        if elsewhere or name == Path(path).name or name in names[:number]:
+            problem = f"{shown(name)} is not another file in the same folder, named once and without its folder"
+            raise InputError(problem, file=file, key=key)
+        part, text = read(Path(path).parent / name)
+        for section, value in parse(text, file=part).items():
+            if section == "include":
+                raise InputError("a part that is included includes no other", file=part, key="include")
+            _join(whole, section, value, file, part, came_from)
+    return whole
+
+
+def _join(
+    whole: dict[str, Any], section: str, value: Any, file: str, part: str, came_from: dict[tuple[str, ...], str]
+) -> None:
+    here = whole.get(section)
+    if section not in whole:
+        whole[section] = dict(value) if isinstance(value, dict) else value
+        came_from |= {(section,): part} | {(section, key): part for key in (value if isinstance(value, dict) else ())}
+    elif section in SHARED:
+        if here != value:
+            said = f"{shown(value)} in {part}, but {shown(here)} in {came_from.get((section,), file)}"
+            raise InputError(said, file=file, key=section)
+    elif isinstance(here, dict) and isinstance(value, dict):
+        for key in value:
+            if key in here:
+                raise InputError(_twice(file, part, came_from.get((section, key))), file=file, key=f"{section}.{key}")
+            came_from[section, key] = part
+        whole[section] = {**here, **value}
+    elif isinstance(here, list) and isinstance(value, list):
+        whole[section] = [*here, *value]
+    else:
+        raise InputError(_twice(file, part, came_from.get((section,))), file=file, key=section)
+
+
+def _twice(file: str, part: str, before: str | None) -> str:
+    return f"is given in {before or file} and again in {part}"
 
 
 def parse(text: str, *, file: str = "", key: str = "") -> dict[str, Any]:

@@ -271,6 +271,16 @@ class Limits(Table):
     joints: dict[str, Range] = Field({}, description="range of each joint's coordinate")
 
 
+def _included(names: tuple[str, ...]) -> tuple[str, ...]:
+    # `load` has put the tables of the files in the place of their names.
+    if names:
+        raise problem("files are included where a mechanism is read from a file; a text has no folder")
+    return names
+
+
+Included = Annotated[tuple[str, ...], Field(strict=False), AfterValidator(_included)]
+
+
 def _variable(name: str) -> str:
     if not name.isidentifier():
         raise problem(f"{shown(name)} is not the name of a variable: letters, digits and _, a letter first")
@@ -294,6 +304,7 @@ class MechanismFile(Table):
     format: Annotated[Literal[1], BeforeValidator(_format)] = Field(description="version of the file format: 1")
     title: str = Field("", description="one line that says what the mechanism is")
     space: Literal["planar", "spatial"]
+    include: Included = Field((), description="files in the same folder whose tables join as if they were written here")
     variables: dict[VariableName, Number | str] = Field(
         {}, description="numbers by name, or expressions, for the expressions that stand where a number may"
     )
