@@ -273,6 +273,18 @@ def test_backlash_as_an_angle_is_that_of_the_second_body() -> None:
     assert rack.spec()["sources"][0]["set"]["interval"]["low"] == pytest.approx(-0.05e-3)
 
 
+@pytest.mark.parametrize("backlash", ["1e-300", "1e-20", "1e-12", "1e-9"])
+@pytest.mark.parametrize("name", ["gear", "rack"])
+def test_a_trace_of_backlash_is_none(name: str, backlash: str) -> None:
+    """Whether flanks pass through each other was decided by the rounding of a pose: some configurations were
+    `singular`."""
+    m = jp.loads(TEXTS[name].replace("backlash = 0.1", f"backlash = {backlash}"))
+    for question in (jp.loaded, jp.worst):
+        result = question(m)
+        assert (result.status == "ok").all()
+    assert np.abs(result.worst_position).max() <= 2 * float(backlash)
+
+
 def test_keys_with_and_without_a_wildcard() -> None:
     m = load("gear")
     wider = m.with_({"joints.*.clearance.backlash": 0.2})
@@ -479,6 +491,30 @@ def test_a_planetary_gear_adds_sun_and_ring() -> None:
     assert jp.check(m).attrs["degrees_of_freedom"] == 2
 
 
+@pytest.mark.parametrize("ring_turns", [False, True])
+@pytest.mark.parametrize(("sun", "planets"), [(20, 3), (20, 4), (21, 2), (21, 3), (22, 3), (20, 5)])
+def test_planets_are_where_their_teeth_meet_sun_and_ring(sun: int, planets: int, ring_turns: bool) -> None:
+    """Equally spaced planets need a sum of sun and ring that their number divides. Every mesh alone was taken to fit as
+    it started, so that a gear was computed that nobody can assemble."""
+    text = planetary(planets, sun=sun, ring_turns=ring_turns)
+    if (sun + sun + 32) % planets == 0:
+        assert (jp.solve(jp.loads(text)).status == "ok").all()
+        return
+    with pytest.raises(
+        InputError, match=r"joints\.R1: the teeth of 'planet1' and '(ring|ground)' miss each other by 0\.[34]"
+    ):
+        jp.loads(text)
+
+
+def test_marks_tell_where_the_teeth_of_a_loop_are() -> None:
+    """A mark that is half a tooth off at the last mesh of a loop is refused."""
+    text = planetary(2)
+    turned = text.replace("[joints.R1]", "[joints.R1]\nmarks = { planet1 = 0, ground = DEG }")
+    assert jp.loads(turned.replace("DEG", "0"))
+    with pytest.raises(InputError, match=r"miss each other by 0\.5 of a tooth"):
+        jp.loads(turned.replace("DEG", str(180.0 / 52)))
+
+
 def test_redundant_meshes_are_named_by_their_flanks() -> None:
     mobility = jp.mobility.examine(jp.loads(planetary(3)))
     assert {name.rpartition(".")[2] for name in mobility.redundant_constraints if name[0] in "SR"} == {"flank"}
@@ -537,6 +573,70 @@ def test_given_reproduces_the_offsets_of_other_questions_on_any_train(drawn: tup
     assert np.allclose(np.abs(turn(again, "error")), worst.worst_rotation.values, atol=1e-8)
 
 
+FLOATING = (
+    SPACE
+    + """
+[joints.bearing]
+type = "revolute"
+bodies = ["ground", "spindle"]
+at = [0, 0, 0]
+axis = [0, 0, 1]
+clearance = { radial = 0.01, axial = 0.005, length = 20 }
+[joints.guide]
+type = "prismatic"
+bodies = ["ground", "stage"]
+at = [50, 0, 100]
+axis = [0, 0, 1]
+clearance = { gap = 0.01, length = 40, width = 30, height = 30 }
+[joints.nut_bearing]
+type = "revolute"
+bodies = ["stage", "nut"]
+at = [0, 0, 100]
+axis = [0, 0, 1]
+[joints.thread]
+type = "screw"
+bodies = ["spindle", "nut"]
+at = [0, 0, 100]
+axis = [0, 0, 1]
+lead = 5
+clearance = { axial = 0.01, radial = 0.02, length = 30 }
+[drives.motor]
+joints = { bearing = 1, nut_bearing = -1 }
+values = [0, 180, 720]
+[output]
+body = "stage"
+at = [0, 0, 100]
+[[loads]]
+body = "stage"
+at = [0, 0, 100]
+force = [0, 0, -100]
+"""
+)
+
+
+def test_a_spindle_that_floats_leaves_its_stage_determined() -> None:
+    """Nothing centres the spindle in its bearing and nut, and the stage does not feel where it is. It never came to
+    rest, so that the status was `undetermined` with a half-width of zero."""
+    result = jp.loaded(jp.loads(FLOATING))
+    assert (result.status == "ok").all()
+    assert not result.undetermined.values.any()
+    assert not result.decided.sel(source="bearing").any()
+    # Bearing and thread give way along the axis; their torque turns the guide, which is 50 mm away.
+    assert np.allclose(result.error.sel(component="z"), -0.015, atol=1e-3)
+    # A guide of 30 mm turns by its gap over half its width.
+    assert np.allclose(np.abs(result.error.sel(component="rz")), degrees(0.01, 15), atol=1e-6)
+
+
+def test_a_rotation_of_nothing_is_nobodys_fault(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    """The stage of a rigid guide cannot turn; the thread was to blame for 258 per cent of the rounding."""
+    path = tmp_path / "stage.toml"
+    path.write_text(FLOATING.replace("clearance = { gap = 0.01, length = 40, width = 30, height = 30 }\n", ""))
+    assert run(["error", str(path), "-q", "worst"]) == 0
+    rows = [line for line in capsys.readouterr().out.splitlines() if "67 %" in line]
+    assert len(rows) == 3
+    assert all(row.count("%") == 1 for row in rows)
+
+
 # -- motors
 
 
@@ -579,7 +679,10 @@ def test_a_motor_is_held_while_its_mechanism_is_assembled() -> None:
 
 def test_a_motor_on_joints_that_gears_tie_already_is_one_too_many() -> None:
     fitting = load("gear", drives__M={"joints": {"A": 1.0, "B": -0.5}, "values": [0.0, 10.0]})
-    assert "'M' commands joints that cannot move together like that" in jp.check(fitting).attrs["mobility"]
+    assert (
+        "'M' commands joints that others tie to each other already; drive one of them"
+        in jp.check(fitting).attrs["mobility"]
+    )
 
 
 # -- assembly
@@ -669,6 +772,8 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     "rack with two sizes": ("rack", "module = 2\n", "module = 2\nradius = 20\n", "joints.R", "module with teeth, not both"),
     "rack with a module alone": ("rack", "teeth = 20\n", "", "joints.R", "'teeth' is missing (tooth count of the pinion"),
     "rack too far away": ("rack", "ground = [0, 20]", "ground = [0, 60]", "joints.R", "starts 60 mm from the pitch line of the rack; its pitch radius is 20 mm"),
+    "a rack whose teeth overlap": ("rack", "ground = { at = [0, 0], axis", "ground = { at = [0, 1], axis", "joints.R", "a guide holds the centre of 'pinion' 19 mm from the pitch line of the rack; with a pitch radius of 20 mm their teeth overlap: more than 0.7279 mm"),
+    "a rack whose teeth overlap on its bar": ("rack", "bar = { at = [0, 0], axis = [1, 0] }, pinion", "bar = { at = [3, 1], axis = [-1, 0] }, pinion", "joints.R", "19 mm from the pitch line of the rack"),
     "belt without a size": ("belt", "radii = [10, 30]", "", "joints.T", "radii = [first, second] (pitch radii) or pitch with teeth"),
     "belt with two sizes": ("belt", "radii = [10, 30]", "radii = [10, 30]\npitch = 3", "joints.T", "pitch with teeth, not both"),
     "belt with a pitch alone": ("belt", "radii = [10, 30]", "pitch = 3", "joints.T", "'teeth' is missing (tooth counts of both pulleys"),

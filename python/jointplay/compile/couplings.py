@@ -18,8 +18,9 @@ from jointplay.schema import BeltClearance, BeltKeys, FlankClearance, GearKeys, 
 from jointplay.spec import CouplingSpec
 from jointplay.units import Units
 
-from .frames import Frame, Vector, across, cross_product, dot
+from .frames import Frame, Vector, across, cross_product, dot, in_axes
 from .graph import CompiledJoint, Graph
+from .spacing import Pair, mismatches
 
 #: degrees; where the file says nothing
 PRESSURE_ANGLE = 20.0
@@ -27,6 +28,8 @@ PRESSURE_ANGLE = 20.0
 PARALLEL = 5.0
 #: modules by which pitch circles may miss each other: the height of a tooth is 2.25 of them
 TOOTH = 2.25
+#: what directions of one line differ by
+ROUNDED = 1e-9
 
 Floats = NDArray[np.float64]
 Refuse = Callable[[str, str], InputError]
@@ -44,13 +47,23 @@ def compile_couplings(data: MechanismFile, graph: Graph, guess: Floats) -> dict[
         Pose of every body at the start, SI.
     """
     found: dict[int, CouplingSpec] = {}
+    gears: list[_Wheels] = []
     for index, joint in enumerate(graph.joints):
         entry = data.joints.get(joint.pin)
         if isinstance(entry, Mesh):
-            found[index] = _Wheels(graph, joint, entry, guess).spec()
+            wheels = _Wheels(graph, joint, entry, guess)
+            found[index] = wheels.spec()
+            gears += [wheels] if isinstance(entry, GearKeys) else []
         elif isinstance(entry, Screw):
             _check_thread(graph, joint, entry)
             found[index] = {"lead": entry.lead * graph.units.length}
+    for number, off in mismatches([wheels.toothed() for wheels in gears]):
+        first, second = (repr(name) for name in gears[number].entry.names)
+        raise gears[number].refuse(
+            f"the teeth of {first} and {second} miss each other by {off:.2g} of a tooth where the other wheels of their"
+            " loop mesh; planets between a sun and a ring are apart by multiples of 360 degrees / (teeth of the sun +"
+            " teeth of the ring)"
+        )
     return found
 
 
@@ -92,8 +105,10 @@ class _Wheels:
         first, second = (poses.place(every[end.body], end.at) for end in self.ends)
         self.frames: list[Frame] = [(joint.axis_first, joint.side_first), (joint.axis_second, joint.side_second)]
         self.in_space = guess.shape[-1] == poses.SPATIAL
-        #: from the first centre to the second, in the plane that the first wheel turns in: along its two directions
-        apart = self.turns[0].T @ (second - first)
+        #: from the first centre to the second, ground axes; in the plane that the first wheel turns in along its two
+        #: directions
+        self.line = second - first
+        apart = self.turns[0].T @ self.line
         self.apart = [dot(tuple(apart), direction) for direction in self._plane(0)]
 
     def spec(self) -> CouplingSpec:
@@ -119,6 +134,31 @@ class _Wheels:
         if entry.directions is not None:
             told["marks"] = [self._mark(k, name) for k, name in enumerate(entry.names)]
         return told
+
+    def toothed(self) -> Pair:
+        """A gear pair with the directions in which its wheels see the mesh."""
+        entry = self.entry
+        assert isinstance(entry, GearKeys)
+        seen = []
+        for k, name in enumerate(entry.names):
+            if entry.directions is not None:
+                towards = self._mark(k, name)
+            else:
+                x, y = (float(self.turns[k] @ np.array(direction) @ self.line) for direction in self._plane(k))
+                towards = math.atan2(y, x)
+            # The line goes from the first centre to the second; inside a ring the mesh is behind the first.
+            seen.append(towards + math.pi if k == 1 or entry.internal else towards)
+        low, high = play_at_rim(entry, self.units)
+        pitch = math.tau * self.radii[0] / entry.counts[0]
+        ends = ((end.body, end.at, z) for end, z in zip(self.ends, entry.counts, strict=True))
+        wheels = tuple(ends)
+        return Pair(
+            (wheels[0], wheels[1]),
+            (entry.counts[0], entry.counts[1]),
+            (seen[0], seen[1]),
+            entry.internal,
+            (high - low) / pitch,
+        )
 
     def refuse(self, problem: str, key: str = "") -> InputError:
         return self.graph.refuse(problem, f"joints.{self.joint.pin}{key}")
@@ -245,6 +285,38 @@ class _Wheels:
                 f" rack; its pitch radius is {radius / unit:.6g} {name}"
             )
             raise self.refuse(problem)
+        held = self._held_height()
+        low, high = play_at_rim(self.entry, self.units)
+        taken = 0.0 if held is None else 2.0 * math.tan(self._pressure_angle()) * (radius - held)
+        if held is not None and 0.0 < high - low <= taken:
+            unit, name = self.units.length, self.units.length_name
+            raise self.refuse(
+                f"a guide holds the centre of '{self.entry.names[1]}' {held / unit:.6g} {name} from the pitch line of"
+                f" the rack; with a pitch radius of {radius / unit:.6g} {name} their teeth overlap: more than"
+                f" {taken / unit:.4g} {name} of backlash is needed"
+            )
+
+    def _held_height(self) -> float | None:
+        """Distance of a pinion from its pitch line where a guide along the rack holds it; None where none does."""
+        line, normal = self._plane(0)
+        rack, carriers = self.ends[0], self._carriers(1)
+        for joint in self.graph.joints:
+            first, second = self.graph.points[joint.first], self.graph.points[joint.second]
+            ends = [(first, joint.axis_first, joint.side_first), (second, joint.axis_second, joint.side_second)]
+            for (own, along, side), (other, axis, other_side) in (ends, ends[::-1]):
+                guides = joint.kind == "prismatic" and own.body == rack.body and other.body in carriers
+                if not guides or abs(dot(along, line)) < 1.0 - ROUNDED:
+                    continue
+                out = in_axes(normal, self._triad(along, side))
+                away = np.array(out) @ np.array(self._triad(axis, other_side))
+                centre = np.array(carriers[other.body][0]) - np.array(other.at)
+                return abs(float(centre @ away) - dot(normal, tuple(np.array(rack.at) - np.array(own.at))))
+        return None
+
+    def _triad(self, axis: Vector, side: Vector) -> tuple[Vector, Vector, Vector]:
+        """The axes of a joint; in the plane its side is the direction out of it."""
+        side = side if self.in_space else (0.0, 0.0, 1.0)
+        return axis, side, cross_product(axis, side)
 
     def _distance_of_pulleys(self, entry: BeltKeys) -> float:
         """The distance at which a belt has its slack, metres."""

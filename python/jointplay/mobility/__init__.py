@@ -226,8 +226,10 @@ def _drive_problems(mobility: Mobility) -> list[str]:
         names = [repr(name) for name in mobility.redundant_drives]
         if len(names) == 1:
             several = mobility.redundant_drives[0] in mobility.motors
-            what = "joints that cannot move together like that" if several else "a joint that cannot move"
-            problems.append(f"too many drives: {names[0]} commands {what}; take {'one' if several else 'it'} away")
+            tied = "joints that others tie to each other already; drive one of them"
+            problems.append(
+                f"too many drives: {names[0]} commands {tied if several else 'a joint that cannot move; take it away'}"
+            )
         else:
             away = f"take away {mobility.drive_redundancy} of them"
             problems.append(f"too many drives: {joined(names)} command the same motion; {away}")

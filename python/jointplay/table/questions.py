@@ -121,7 +121,12 @@ def _blamed(result: Result, which: str, header: str = "to blame") -> Column:
     shares = blame(result)
     # What is rounding has no cause.
     rounding = noise(result, unit_of(result, which))
-    real = size(result, "error", which) > rounding if "error" in result.data else np.ones(len(shares.position), bool)
+    if "error" in result.data:
+        real = size(result, "error", which) > rounding
+    elif f"worst_{which}" in result.data:
+        real = np.abs(result.get(f"worst_{which}")) > rounding
+    else:
+        real = np.ones(len(shares.position), bool)
     cells = []
     for k in range(len(result.get("status"))):
         found = shares.largest(which, k) if real[k] else None

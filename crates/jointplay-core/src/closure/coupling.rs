@@ -76,10 +76,14 @@ impl Mechanism {
             .row(&pair, reference.as_ref(), row.play, row.displaced(parameters), |taken| row.shifted(taken, parameters))
     }
 
+    /// The rows with play between flanks, those that a basis leaves out as well.
+    pub(crate) fn flanks(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().chain(&self.left_out).filter(|row| row.play.is_some())
+    }
+
     /// Whether the flanks of a coupling in whose play an offset is told would have to pass through each other.
     pub(crate) fn jams(&self, coordinates: &[f64], parameters: &[f64]) -> bool {
-        let mut taken =
-            self.rows.iter().filter(|row| row.play.is_some() && row.displaced(parameters) != 0.0).peekable();
+        let mut taken = self.flanks().filter(|row| row.displaced(parameters) != 0.0).peekable();
         if taken.peek().is_none() {
             return false;
         }

@@ -16,6 +16,8 @@ pub trait Real:
     fn angle_residual(sine: Self, cosine: Self) -> (Self, Self);
     /// The angle of the given sine and cosine, times any positive number each; at least near zero.
     fn small_angle(sine: Self, cosine: Self) -> Self;
+    /// The same of an angle that may be as large as a quarter of a turn.
+    fn wide_angle(sine: Self, cosine: Self) -> Self;
     /// A number that vanishes with the tilt whose component has the given sine, the cosine being that of
     /// the whole tilt; the sine itself near zero.
     fn tilt(sine: Self, cosine: Self) -> Self;
@@ -42,6 +44,9 @@ impl Real for f64 {
         (sine.atan2(cosine), 1.0)
     }
     fn small_angle(sine: Self, cosine: Self) -> Self {
+        sine.atan2(cosine)
+    }
+    fn wide_angle(sine: Self, cosine: Self) -> Self {
         sine.atan2(cosine)
     }
     fn tilt(sine: Self, cosine: Self) -> Self {

@@ -108,6 +108,7 @@ impl Mechanism {
             memo: Memo::default(),
             joints,
             rows,
+            left_out: Vec::new(),
         };
         for (number, joint) in spec.joints.iter().enumerate() {
             let pair = built.pair_at_guess(number);
@@ -208,7 +209,8 @@ fn attach(
                 if half >= coupling.largest_play {
                     return fail("its play is as wide as the gap between two teeth");
                 }
-                rows[start].play = (half > 0.0).then_some(Play { centre, half });
+                let opens = half > coupling.rounding();
+                rows[start].play = opens.then_some(Play { centre, half });
             }
             Ok(j.locked[..j.loosened].iter().map(|&component| j.name_of(component)).collect())
         }

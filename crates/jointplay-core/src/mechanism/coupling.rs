@@ -83,6 +83,18 @@ pub struct Play {
     pub half: f64,
 }
 
+impl Play {
+    /// An offset as far on the other side of the centre.
+    pub(crate) fn mirrored(&self, offset: f64) -> f64 {
+        2.0 * self.centre - offset
+    }
+
+    /// Whether two offsets are towards opposite flanks.
+    pub(crate) fn parts(&self, a: f64, b: f64) -> bool {
+        (a - self.centre) * (b - self.centre) < -0.25 * self.half * self.half
+    }
+}
+
 /// The rate of a quantity of two bodies: `linear . (velocity of point 2 - of point 1) + first . w1 + second . w2`.
 #[derive(Clone, Copy)]
 pub(crate) struct Rate<S> {
@@ -205,6 +217,11 @@ impl Coupling {
         })
     }
 
+    /// Play up to this is none: the rounding of a pose would decide whether the flanks pass through each other.
+    pub(crate) fn rounding(&self) -> f64 {
+        1e-10 * self.radian
+    }
+
     fn times(&self, coefficient: f64) -> i32 {
         (coefficient / self.radian).round() as i32
     }
@@ -297,7 +314,7 @@ impl Coupling {
             rate = rate.plus(-side, of_opening);
         }
         let (sine, cosine) = turn_back(phase, (shifted(taken) / radian).wide_sin_cos());
-        Coupled { residual: radian * S::small_angle(sine, cosine), rate, slope, gap }
+        Coupled { residual: radian * S::wide_angle(sine, cosine), rate, slope, gap }
     }
 }
 

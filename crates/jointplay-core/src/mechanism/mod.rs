@@ -146,6 +146,9 @@ pub struct Mechanism {
     pub(crate) points: Vec<Point>,
     pub(crate) joints: Vec<Joint>,
     pub(crate) rows: Vec<Row>,
+    /// Rows of the whole mechanism that a basis leaves out. They do not hold it, but their flanks must not pass through
+    /// each other either.
+    pub(crate) left_out: Vec<Row>,
     pub(crate) n_drives: usize,
     /// The row of each drive, the first where it commands several.
     pub(crate) driven_rows: Vec<usize>,

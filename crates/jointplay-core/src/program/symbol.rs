@@ -286,6 +286,14 @@ impl Real for Symbol<'_> {
         sine / cosine
     }
 
+    /// The angle by a quotient of its tangent t, `t (15 + 4 t^2) / (15 + 9 t^2)`, to 0.01 t^7. The tangent vanishes at
+    /// half a turn, too, where the cosine is negative: there it is infinite, so that nothing converges.
+    fn wide_angle(sine: Self, cosine: Self) -> Self {
+        let cosine = cosine.max(Self::Constant(0.0));
+        let (s, c) = (sine * sine, Self::Constant(15.0) * cosine * cosine);
+        sine * (c + Self::Constant(4.0) * s) / (cosine * (c + Self::Constant(9.0) * s))
+    }
+
     // Recorded programs start near the solution.
     fn tilt(sine: Self, _: Self) -> Self {
         sine

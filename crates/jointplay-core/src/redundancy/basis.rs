@@ -100,10 +100,11 @@ impl Mechanism {
         }
         let every: Vec<usize> = (0..self.n_rows()).collect();
         let redundant: Vec<usize> = every.iter().copied().filter(|k| !rows.contains(k)).collect();
+        let rest = self.displaced(&redundant, coordinates);
         Ok(Basis {
             all: self.displaced(&every, coordinates),
-            kept: self.displaced(&rows, coordinates),
-            rest: self.displaced(&redundant, coordinates),
+            kept: Self { left_out: rest.rows.clone(), ..self.displaced(&rows, coordinates) },
+            rest,
             rows,
             redundant,
         })

@@ -100,6 +100,10 @@ impl Ties {
         }
         let mut load = DVector::zeros(n);
         basis.rows.iter().zip(bound.multipliers(Borne::Load)).for_each(|(&r, block)| load[r] = block.0[lane]);
+        for (row, slope) in bound.slopes() {
+            equations.column_mut(row).scale_mut(slope.0[lane]);
+            load[row] *= slope.0[lane];
+        }
         let misfit = DVector::from_fn(basis.redundancy(), |k, _| bound.left(k).0[lane]);
         Self { equations, misfit, load }
     }

@@ -250,4 +250,14 @@ impl Bound<'_> {
             rows.map(|k| statics.program.output(&self.memory, k))
         })
     }
+
+    /// The rows of all joints whose play does not count one there, with what it counts.
+    #[inline(always)]
+    pub(crate) fn slopes(&self) -> impl Iterator<Item = (usize, &Block)> {
+        self.newton.statics.iter().flat_map(move |statics| {
+            let first = (1 + statics.n_redundant + statics.size) * statics.n_rows;
+            let slope = move |k: usize| statics.program.output(&self.memory, first + k);
+            statics.plays.iter().enumerate().map(move |(k, &row)| (row, slope(k)))
+        })
+    }
 }

@@ -30,6 +30,10 @@ pub(crate) struct Statics {
     /// Rows of the basis, and redundant ones.
     pub(crate) n_rows: usize,
     pub(crate) n_redundant: usize,
+    /// Components of the output.
+    pub(crate) size: usize,
+    /// Rows whose play counts more or less than one where the flanks have moved.
+    pub(crate) plays: Vec<usize>,
 }
 
 /// What the rows of the basis bear.
@@ -52,10 +56,6 @@ impl SelfStress<'_> {
         recorder: &Recorder,
         after: &Program,
     ) -> Option<Statics> {
-        // What play counts changes from pose to pose where flanks move apart; here it counts one.
-        if self.all.plays().next().is_some() {
-            return None;
-        }
         let (kept, size) = (solver.mechanism, solver.mechanism.size());
         let [_, derivatives] = evaluate(kept, any);
         let plan = solver.plan.as_ref()?;
@@ -80,8 +80,10 @@ impl SelfStress<'_> {
         for k in 0..size {
             outputs.extend(gradient(kept, &linear, &poses, at, kept.component_cost(k, &poses, at)).1);
         }
+        let plays: Vec<usize> = (0..self.all.n_rows()).filter(|&row| self.all.rows[row].play.is_some()).collect();
+        outputs.extend(plays.iter().map(|&row| self.all.slope(&self.all.rows[row], &poses, at)));
         let program = Program::after(after, recorder, &outputs, 0..0);
-        Some(Statics { program, n_rows: kept.n_rows(), n_redundant: self.redundant.len() })
+        Some(Statics { program, n_rows: kept.n_rows(), n_redundant: self.redundant.len(), size, plays })
     }
 }
 

@@ -59,8 +59,7 @@ fn jams<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Symbol<'r>> {
     let numbers = symbolic.numbers.chunks_exact(m.space.n_pose_numbers());
     let poses: Vec<Pose<Symbol<'r>>> = numbers.map(|n| m.space.pose_of_numbers(n)).collect();
     let parameters = &symbolic.inputs.parameters;
-    let taken = m.rows.iter().filter(|row| row.play.is_some());
-    let taken = taken.filter(|row| matches!(row.displaced(parameters), Symbol::Node(..)));
+    let taken = m.flanks().filter(|row| matches!(row.displaced(parameters), Symbol::Node(..)));
     let jam = |row: &Row| {
         let gap = m.coupled_row(row, &poses, parameters, &[]).gap;
         let size = gap.abs();

@@ -141,7 +141,7 @@ impl Mechanism {
             strain.force = self.known(&balance.forces, &unknown);
             strain.deformation = self.deformation(system, balance);
             strain.gap = balance.gap;
-            settled_all = rest.still && balance.solved;
+            settled_all = balance.solved && (rest.still || self.rests_unfelt(at, &rest, &known));
             if let Some(stress) = stress {
                 strain.prestress = self.bearable(basis, &stress.state, &stress.balance.forces, &unknown);
             }
@@ -233,6 +233,15 @@ impl Mechanism {
         displacements += DVector::from_vec(system.displacements(balance));
         let moved = &c.output.parameters * displacements - &c.shared * &c.misfit;
         self.drive_shift(&c.output, case, nominal).iter().zip(moved.iter()).map(|(a, b)| a + b).collect()
+    }
+
+    /// Whether what has not settled moves the output no more: a shaft that floats finds no place of its own.
+    fn rests_unfelt(&self, at: &Placed<'_>, rest: &Rest, known: &[f64]) -> bool {
+        let Some(c) = Compatibility::at(at.system.basis, at.solver, &rest.state) else { return false };
+        let own = DVector::from_column_slice(&rest.state.inputs.parameters);
+        let next = DVector::from_column_slice(known) + DVector::from_vec(at.system.displacements(&rest.balance));
+        let moved = &c.output.parameters * (next - own);
+        moved.iter().zip(self.feels(&c)).all(|(moved, feels)| moved.abs() <= feels)
     }
 
     /// The half-widths of what the load leaves open, zero where the output does not feel them.

@@ -88,15 +88,19 @@ impl Mechanism {
         let map = self.output_sensitivity(&linearised, &nominal);
         let built = solver.follow(&nominal, &self.built(case.drives))?;
         let shift = self.drive_shift(&map, &case, &nominal);
-        let told = |extreme: &dyn Fn(&Output) -> Extreme| self.at_its_flanks(solver, &nominal, &map, extreme);
-        let mut extremes = vec![told(&|map| self.farthest(Measure::Position, map, &shift, 0..translations, starts))?];
+        let told =
+            |extreme: &dyn Fn(&Output, Option<&[f64]>) -> Extreme| self.at_its_flanks(solver, &nominal, &map, extreme);
+        let farthest = |measure, range: std::ops::Range<usize>| {
+            told(&|map, flanks| self.farthest(measure, map, &shift, range.clone(), starts, flanks))
+        };
+        let mut extremes = vec![farthest(Measure::Position, 0..translations)?];
         for index in 0..size {
             for lowest in [true, false] {
-                extremes.push(told(&|map| self.end(index, lowest, map, &shift, starts))?);
+                extremes.push(told(&|map, _| self.end(index, lowest, map, &shift, starts))?);
             }
         }
         if self.turns_freely() {
-            extremes.push(told(&|map| self.farthest(Measure::Rotation, map, &shift, translations..size, starts))?);
+            extremes.push(farthest(Measure::Rotation, translations..size)?);
         }
         let status = self.status_of(&linearised, &nominal);
         let reference = self.output(&nominal.coordinates, &nominal.inputs);
@@ -104,26 +108,54 @@ impl Mechanism {
     }
 
     /// An extreme of the linearised mechanism by the map that belongs to the flanks which it closes itself; by the
-    /// given one where no coupling has play.
+    /// given one where no coupling has play. That one is as large the opposite way, where the opposite flanks are
+    /// closed: the larger counts.
     fn at_its_flanks(
         &self,
         solver: &Solver<'_>,
         nominal: &State,
         map: &Output,
-        extreme: impl Fn(&Output) -> Extreme,
+        extreme: impl Fn(&Output, Option<&[f64]>) -> Extreme,
     ) -> Result<Extreme, Status> {
-        let mut found = extreme(map);
+        let middle = extreme(map, None);
+        if self.plays().next().is_none() {
+            return Ok(middle);
+        }
+        let settled = self.settle_flanks(solver, nominal, &middle, false, &extreme)?;
+        let opposite = match middle.measure {
+            Measure::Component { .. } => None,
+            Measure::Position | Measure::Rotation => self.settle_flanks(solver, nominal, &middle, true, &extreme)?,
+        };
+        let bound =
+            [&settled, &opposite].into_iter().flatten().fold(middle.bound, |bound, found| bound.max(found.bound));
+        let higher = |a: Extreme, b: Extreme| if b.linear.value > a.linear.value { b } else { a };
+        let found = settled.into_iter().chain(opposite).reduce(higher).unwrap_or(middle);
+        Ok(Extreme { bound, ..found })
+    }
+
+    /// The same, from the flanks that an extreme closes or the opposite ones.
+    fn settle_flanks(
+        &self,
+        solver: &Solver<'_>,
+        nominal: &State,
+        middle: &Extreme,
+        mirrored: bool,
+        extreme: &impl Fn(&Output, Option<&[f64]>) -> Extreme,
+    ) -> Result<Option<Extreme>, Status> {
         let mut flanks = nominal.clone();
-        for _ in 0..if self.plays().next().is_some() { FLANKS } else { 0 } {
+        let mut found: Option<Extreme> = None;
+        for _ in 0..FLANKS {
             let before = flanks.inputs.clone();
-            self.plays().for_each(|p| flanks.inputs.parameters[p] = found.linear.parameters[p]);
+            let at = &found.as_ref().unwrap_or(middle).linear.parameters;
+            for (p, play) in self.rows.iter().filter_map(|row| row.parameter.zip(row.play)) {
+                let turned = mirrored && found.is_none();
+                flanks.inputs.parameters[p] = if turned { play.mirrored(at[p]) } else { at[p] };
+            }
             if before == flanks.inputs {
                 break;
             }
             let linearised = solver.linearise(&flanks).ok_or(Status::Singular)?;
-            let bound = found.bound;
-            found = extreme(&self.output_sensitivity(&linearised, &flanks));
-            found.bound = found.bound.max(bound);
+            found = Some(extreme(&self.output_sensitivity(&linearised, &flanks), Some(&flanks.inputs.parameters)));
         }
         Ok(found)
     }

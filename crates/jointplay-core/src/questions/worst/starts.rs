@@ -73,7 +73,8 @@ impl Mechanism {
         Linear { value, parameters, contribution, undecided }
     }
 
-    /// The largest size of some components: position or rotation.
+    /// The largest size of some components: position or rotation. Of the map of some flanks the largest that closes
+    /// these, if one does: it is as large the opposite way, where the others are closed.
     pub(crate) fn farthest(
         &self,
         measure: Measure,
@@ -81,6 +82,7 @@ impl Mechanism {
         shift: &[f64],
         range: std::ops::Range<usize>,
         starts: usize,
+        flanks: Option<&[f64]>,
     ) -> Extreme {
         let found = Reach::new(self, map, shift, range.clone()).farthest();
         let along = |u: Vec3<f64>| {
@@ -89,6 +91,12 @@ impl Mechanism {
             self.extent(map, shift, &direction)
         };
         let mut optima: Vec<Linear> = found.directions.iter().take(starts.max(1)).map(|&u| along(u)).collect();
+        let closes = |linear: &Linear| {
+            let plays = self.rows.iter().filter_map(|row| row.parameter.zip(row.play));
+            flanks.is_none_or(|at| plays.into_iter().all(|(p, play)| !play.parts(at[p], linear.parameters[p])))
+        };
+        let first = optima.iter().position(closes).unwrap_or(0);
+        optima[..=first].rotate_right(1);
         for k in 0..starts.saturating_sub(optima.len()) {
             optima.push(along(spread(range.len(), k, starts)));
         }

@@ -204,6 +204,7 @@ fn map_of_lane(basis: &Basis, bound: &Bound<'_>, lane: usize) -> DMatrix<f64> {
         let multipliers = bound.multipliers(Borne::Component(k));
         basis.rows.iter().zip(multipliers).for_each(|(&row, block)| map[(k, row)] = block.0[lane]);
     }
+    bound.slopes().for_each(|(row, slope)| map.column_mut(row).scale_mut(slope.0[lane]));
     map
 }
 

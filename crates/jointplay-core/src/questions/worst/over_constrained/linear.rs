@@ -14,6 +14,7 @@ use crate::contact::flanks::FLANKS;
 use crate::math::mesh::{cosine_of_radius, mesh, spread};
 use crate::math::vector::{Vec3, dot, norm, scale};
 use crate::mechanism::case::Case;
+use crate::mechanism::status::Status;
 use crate::questions::worst::ascent::Measure;
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
@@ -120,8 +121,9 @@ impl Site<'_> {
         Some(at)
     }
 
-    /// The largest size of some components: position or rotation.
-    fn largest(&self, measure: Measure, range: Range<usize>, starts: usize) -> Option<Extreme> {
+    /// The largest size of some components: position or rotation. Of the map of some flanks the largest that closes
+    /// these, if one does: it is as large the opposite way, where the others are closed.
+    fn largest(&self, measure: Measure, range: Range<usize>, starts: usize, flanks: Option<&[f64]>) -> Option<Extreme> {
         let corners = directions(range.len());
         let reached = Rounds::each_in_chunks(&corners, CHUNK, async |rounds, &u| self.reach(rounds, &range, u).await);
         let reached: Vec<Reached> = reached.into_iter().collect::<Option<_>>()?;
@@ -143,6 +145,13 @@ impl Site<'_> {
         let found = maxima.iter().take(starts).map(|at| self.along(&self.whole(&range, at.direction)));
         let mut found: Vec<Farthest> = found.collect::<Option<_>>()?;
         found.sort_by(|a, b| b.value.total_cmp(&a.value));
+        let closes = |found: &Farthest| {
+            let rows = self.system.mechanism.rows.iter().enumerate();
+            let mut plays = rows.filter_map(|(k, row)| Some((k, row.play?)));
+            flanks.is_none_or(|at| plays.all(|(k, play)| !play.parts(at[k], found.displacements[k])))
+        };
+        let first = found.iter().position(closes).unwrap_or(0);
+        found.get_mut(..=first)?.rotate_right(1);
         let linear = found.first()?.clone();
         let starts = found.into_iter().map(|found| found.displacements).collect();
         Some(Extreme { measure, bound: bound.max(linear.value), linear, starts })
@@ -162,39 +171,65 @@ impl Site<'_> {
         // Where nothing is compatible one program tells it as well as all of them.
         self.along(&vec![0.0; self.system.mechanism.size()])?;
         let measures = self.system.mechanism.measures().into_iter();
-        measures.map(|measure| self.extreme(measure, starts)).collect()
+        measures.map(|measure| self.extreme(measure, starts, None)).collect()
     }
 
-    fn extreme(&self, measure: Measure, starts: usize) -> Option<Extreme> {
+    fn extreme(&self, measure: Measure, starts: usize, flanks: Option<&[f64]>) -> Option<Extreme> {
         let (size, translations) = (self.system.mechanism.size(), self.system.mechanism.n_translations());
         match measure {
-            Measure::Position => self.largest(measure, 0..translations, starts),
-            Measure::Rotation => self.largest(measure, translations..size, starts),
+            Measure::Position => self.largest(measure, 0..translations, starts, flanks),
+            Measure::Rotation => self.largest(measure, translations..size, starts, flanks),
             Measure::Component { index, lowest } => self.end(index, lowest),
         }
     }
 
-    /// An extreme by the linearisation that belongs to the flanks of couplings which it closes itself.
-    pub fn at_its_flanks(&self, solver: &Solver<'_>, mut found: Extreme, starts: usize) -> Option<Extreme> {
+    /// An extreme by the linearisation that belongs to the flanks of couplings which it closes itself. That one is as
+    /// large the opposite way, where the opposite flanks are closed: the larger counts.
+    pub fn at_its_flanks(&self, solver: &Solver<'_>, middle: Extreme, starts: usize) -> Option<Extreme> {
+        if self.system.mechanism.plays().next().is_none() {
+            return Some(middle);
+        }
+        let settled = self.settle_flanks(solver, &middle, false, starts).ok()?;
+        let opposite = match middle.measure {
+            Measure::Component { .. } => None,
+            Measure::Position | Measure::Rotation => self.settle_flanks(solver, &middle, true, starts).ok()?,
+        };
+        let bound =
+            [&settled, &opposite].into_iter().flatten().fold(middle.bound, |bound, found| bound.max(found.bound));
+        let higher = |a: Extreme, b: Extreme| if b.linear.value > a.linear.value { b } else { a };
+        let found = settled.into_iter().chain(opposite).reduce(higher).unwrap_or(middle);
+        Some(Extreme { bound, ..found })
+    }
+
+    /// The same, from the flanks that an extreme closes or the opposite ones.
+    fn settle_flanks(
+        &self,
+        solver: &Solver<'_>,
+        middle: &Extreme,
+        mirrored: bool,
+        starts: usize,
+    ) -> Result<Option<Extreme>, Status> {
         let m = self.system.mechanism;
-        let rows: Vec<usize> = (0..m.n_rows()).filter(|&k| m.rows[k].play.is_some()).collect();
         let mut flanks = self.nominal.clone();
-        for _ in 0..if rows.is_empty() { 0 } else { FLANKS } {
+        let mut found: Option<Extreme> = None;
+        for _ in 0..FLANKS {
             let before = flanks.inputs.parameters.clone();
-            for &k in &rows {
-                flanks.inputs.parameters[k] = found.linear.displacements[k];
+            let at = &found.as_ref().unwrap_or(middle).linear.displacements;
+            for (k, play) in m.rows.iter().enumerate().filter_map(|(k, row)| Some((k, row.play?))) {
+                let turned = mirrored && found.is_none();
+                flanks.inputs.parameters[k] = if turned { play.mirrored(at[k]) } else { at[k] };
             }
             if self.system.difference(&before, &flanks.inputs.parameters) <= m.still() {
                 break;
             }
-            let compatibility = self.compatibility.at_flanks(self.system.basis, solver, &flanks)?;
+            let compatibility = self.compatibility.at_flanks(self.system.basis, solver, &flanks);
+            let compatibility = compatibility.ok_or(Status::Singular)?;
             let right = m.first_order_right(&compatibility, &self.known, self.case, self.nominal);
             let site = Site { compatibility, right, known: self.known.clone(), ..*self };
-            let bound = found.bound;
-            found = site.extreme(found.measure, starts)?;
-            found.bound = found.bound.max(bound);
+            let settled = site.extreme(middle.measure, starts, Some(&flanks.inputs.parameters));
+            found = Some(settled.ok_or(Status::NotAssemblable)?);
         }
-        Some(found)
+        Ok(found)
     }
 }
 

@@ -85,6 +85,7 @@ impl Mechanism {
             elastic.extremes(&self.measures(), climbs)
         };
         let is_strained = strained.is_some();
+        let (rigid, reached) = rigid.map_or((None, true), |(told, reached)| (Some(told), reached));
         let told = match (rigid, strained) {
             (None, None) => return Err(Status::NotAssemblable),
             (Some(rigid), None) => rigid,
@@ -96,7 +97,7 @@ impl Mechanism {
                 rigid.into_iter().zip(found).map(|(rigid, strained)| farther(rigid, strained)).collect()
             }
         };
-        let blocked = told.iter().any(|told: &Told| told.height.value.is_nan());
+        let blocked = !reached || told.iter().any(|told: &Told| told.height.value.is_nan());
         let status = match self.nominal_status(nominal) {
             Status::Ok if blocked => Status::Singular,
             Status::Ok if is_strained => Status::Strained,
@@ -124,7 +125,8 @@ impl Mechanism {
         Told { measure, first_order: value, bound, contribution, elastic, height }
     }
 
-    /// The extremes of all specimens that can be assembled without strain; `None` where there are none.
+    /// The extremes of all specimens that can be assembled without strain, and whether every corner could; `None` where
+    /// there are none.
     fn rigid_extremes(
         &self,
         system: &System<'_>,
@@ -132,7 +134,7 @@ impl Mechanism {
         case: &Case<'_>,
         nominal: &State,
         climbs: usize,
-    ) -> Result<Option<Vec<Told>>, Status> {
+    ) -> Result<Option<(Vec<Told>, bool)>, Status> {
         let elements = self.sources.iter().enumerate().filter(|(_, source)| !source.set.is_zero());
         let element = |(number, source): (usize, &Source)| Element {
             kind: Kind::Fixed(source.set),
@@ -149,7 +151,7 @@ impl Mechanism {
         let Some(extremes) = extremes.collect::<Option<Vec<Extreme>>>() else { return Ok(None) };
         let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };
         let built = solver.follow(nominal, &built)?;
-        let summits = site.summits(solver, &built, &extremes);
+        let (summits, reached) = site.summits(solver, &built, &extremes);
         let told = extremes.into_iter().zip(summits).map(|(extreme, height)| Told {
             measure: extreme.measure,
             first_order: extreme.linear.value,
@@ -158,7 +160,7 @@ impl Mechanism {
             elastic: vec![0.0; self.n_joints()],
             height: height.unwrap_or_else(|| self.no_height()),
         });
-        Ok(Some(told.collect()))
+        Ok(Some((told.collect(), reached)))
     }
 }
 

@@ -128,21 +128,23 @@ impl Site<'_> {
     }
 
     /// The highest exact poses that the sequences of programs from the starts of every extreme meet. All of them
-    /// are admissible, and those that close count.
-    pub fn summits(&self, solver: &Solver<'_>, built: &State, extremes: &[Extreme]) -> Vec<Option<Height>> {
+    /// are admissible, and those that close count. Tells besides whether all starts could be assembled; a sequence begins
+    /// as near to its own as that goes.
+    pub fn summits(&self, solver: &Solver<'_>, built: &State, extremes: &[Extreme]) -> (Vec<Option<Height>>, bool) {
         let starts = extremes.iter().enumerate().flat_map(|(number, e)| e.starts.iter().map(move |s| (number, s)));
         let starts: Vec<(usize, &Vec<f64>)> = starts.collect();
         let met = Rounds::each_in_chunks(&starts, CHUNK, async |rounds, &(extreme, start)| {
             (extreme, self.summit(rounds, solver, built, extremes[extreme].measure, start).await)
         });
-        let mut best: Vec<Option<Height>> = vec![None; extremes.len()];
-        for (extreme, height) in met {
+        let (mut best, mut all_reached) = (vec![None; extremes.len()], true);
+        for (extreme, (height, reached)) in met {
             best[extreme] = higher(best[extreme].take(), height);
+            all_reached &= reached;
         }
-        best
+        (best, all_reached)
     }
 
-    /// The highest one that the sequence from a start meets.
+    /// The highest one that the sequence from a start meets, and whether that could be assembled.
     async fn summit(
         &self,
         rounds: &Rounds,
@@ -150,10 +152,12 @@ impl Site<'_> {
         built: &State,
         measure: Measure,
         start: &[f64],
-    ) -> Option<Height> {
+    ) -> (Option<Height>, bool) {
         let inputs = Inputs { drives: built.inputs.drives.clone(), parameters: start.to_vec() };
-        let state = solver.follow(built, &inputs).unwrap_or_else(|_| built.clone());
-        let place = self.place(solver, measure, &state)?;
+        let followed = solver.follow_part(built, &inputs);
+        let reached = followed.is_ok();
+        let state = followed.unwrap_or_else(|(last, _)| last);
+        let Some(place) = self.place(solver, measure, &state) else { return (None, reached) };
         let mut at = Sequence { state, place, stiffness: 0.0, stresses: vec![0.0; self.system.basis.redundancy()] };
         let mut best = at.place.closed();
         for _ in 0..MOST_STEPS {
@@ -163,7 +167,7 @@ impl Site<'_> {
             at = next;
             best = higher(best, at.place.closed());
         }
-        best
+        (best, reached)
     }
 }
 
