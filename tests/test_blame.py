@@ -89,7 +89,7 @@ class Case:
             part = (sources if cause[0] == "source" else joints)[:, cause[1]]
             misses = []
             # Figures bend over a long step, and a short one shows the rounding of their programs.
-            for step in (1e-3, 1e-4):
+            for step in (1e-3, 3e-4, 1e-4):
                 more, less = (ask(self.grown(cause, 1 + sign * step))[0] for sign in (1, -1))
                 gain = (more - less) / (2 * step)
                 misses.append(np.abs((part - gain) / units).max())

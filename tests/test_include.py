@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 from pathlib import Path
 
@@ -14,6 +15,9 @@ WHOLE = jp.examples.text("four-bar")
 #: where the part with the rocker begins and ends
 PIN = WHOLE[WHOLE.index("[joints.J4]") : WHOLE.index("[start]")]
 MAIN = WHOLE.replace(PIN, "").replace("format = 1", 'format = 1\ninclude = ["rocker.toml"]', 1)
+
+
+GRAVITY = "gravity = [0, -9.81]\n\n"
 
 
 @pytest.fixture
@@ -60,7 +64,9 @@ def test_lists_and_variables_join(folder: Path) -> None:
         ('[""]', PIN, "include.0", "is not another file in the same folder"),
         ('["main.toml"]', PIN, "include.0", "is not another file in the same folder"),
         ('["rocker.toml", "rocker.toml"]', PIN, "include.1", "named once"),
-        ('["roker.toml"]', PIN, "", "there is no such file"),
+        ('["roker.toml"]', PIN, "include.0", 'there is no file "roker.toml" in the same folder'),
+        ('["rocker.toml"]', "gravity = [0]\n" + PIN, "gravity", "is given in main.toml and again in rocker.toml"),
+        ('["rocker.toml"]', "format = true\n" + PIN, "format", "true in rocker.toml, but 1 in main.toml"),
         ('"rocker.toml"', PIN, "include", "names of files are needed"),
         ("[1]", PIN, "include", "names of files are needed"),
         ('["rocker.toml"]', 'include = ["again.toml"]\n' + PIN, "include", "includes no other"),
@@ -72,13 +78,23 @@ def test_what_cannot_join_is_named_with_its_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, include: str, part: str, key: str, said: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("main.toml").write_text(MAIN.replace('["rocker.toml"]', include))
+    included = f"include = {include}\n" + (GRAVITY if "gravity" in part else "")
+    Path("main.toml").write_text(MAIN.replace('include = ["rocker.toml"]\n', included))
     Path("rocker.toml").write_text(part)
     Path("again.toml").write_text(PIN)
     with pytest.raises(jp.InputError) as refused:
         jp.load("main.toml")
     assert refused.value.key == key
     assert said in str(refused.value)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no pipes")
+def test_a_pipe_is_no_part(folder: Path) -> None:
+    """Reading it would wait for ever."""
+    (folder / "rocker.toml").unlink()
+    os.mkfifo(folder / "rocker.toml")
+    with pytest.raises(jp.InputError, match="is no file"):
+        jp.load(folder / "main.toml")
 
 
 def test_a_text_has_no_folder() -> None:
@@ -91,4 +107,4 @@ def test_the_command_reads_parts(folder: Path, capsys: pytest.CaptureFixture[str
     assert "J4" in capsys.readouterr().out
     (folder / "rocker.toml").unlink()
     assert run(["check", str(folder / "main.toml")]) == 2
-    assert "rocker.toml: there is no such file" in capsys.readouterr().err
+    assert 'there is no file "rocker.toml"' in capsys.readouterr().err

@@ -132,12 +132,19 @@ def test_angles_are_in_the_unit_of_the_file() -> None:
         ('"a / 400"', '"1j"', "variables.play", "is not an expression"),
         ('"a / 400"', '"a^2"', "variables.play", "a power is written a**2"),
         ('"a / 400"', '"9**9**9**9"', "variables.play", "has no finite value"),
+        ('"a / 400"', '"1*' + "9" * 400 + '"', "variables.play", "is longer than 300 characters"),
+        ("a = 40", "a = 1" + "1" * 400, "variables.a", "has no finite value"),
+        ('"a / 400"', '"0.1"', "variables.play", "a number is written without quotes: 0.1"),
+        ('"a / 400"', '"sqrt + 1"', "variables.play", "sqrt is a function"),
+        ("a = 40", "inf = 40", "variables", "has a meaning"),
+        ("a = 40", "in = 40", "variables", "is not the name of a variable"),
+        ("a = 40", '"\u00b5" = 40', "variables", "is not the name of a variable"),
         ('"a / 400"', '"sqrt(-a)"', "variables.play", "has no finite value"),
         ('"a / 400"', '"(-a)**0.5"', "variables.play", "has no finite value"),
         ('"a / 400"', '"a / (3 * a - b)"', "variables.play", "has no finite value"),
         ('"a / 400"', '"sqrt(a, 2)"', "variables.play", "sqrt takes 1 value"),
         ('"a / 400"', '"max(a)"', "variables.play", "max takes 2 or more values"),
-        ('"a / 400"', '"' + "(" * 300 + "a" + ")" * 300 + '"', "variables.play", "longer than 500 characters"),
+        ('"a / 400"', '"' + "(" * 200 + "a" + ")" * 200 + '"', "variables.play", "longer than 300 characters"),
         ('"a / 400"', '"-a / 400"', "joints.A.clearance.radial", "must not be negative: -0.1"),
         ("a = 40", "a = true", "variables.a", "a number is needed, not true"),
         ("a = 40", "a = [40]", "variables.a", "number"),
@@ -159,6 +166,36 @@ def test_what_is_no_number_is_refused_by_its_key(old: str, new: str, key: str, s
     with pytest.raises(jp.InputError) as refused:
         jp.loads(SLIDER_CRANK.replace(old, new, 1))
     assert refused.value.key == key
+    assert said in refused.value.problem
+
+
+def test_variables_may_need_each_other_in_any_order() -> None:
+    """A thousand variables, each of which needed the next one, ended in a traceback."""
+    chain = "\n".join(f'v{k} = "v{k + 1} + 1"' for k in range(1000)) + "\nv1000 = 1"
+    m = jp.loads(SLIDER_CRANK.replace("a = 40", f'{chain}\na = "v0 - 961"'))
+    assert m.data.joints["B"].on["crank"].at == (40.0, 0.0)
+    circle = chain.replace("v1000 = 1", 'v1000 = "v0"')
+    with pytest.raises(jp.InputError, match=r"themselves: v\d+ -> .* -> \.\.\. -> v\d+"):
+        jp.loads(SLIDER_CRANK.replace("a = 40", f"a = 40\n{circle}"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('at = "C"', 'at = "C"\n[limits]\njoints = "a"', 'a table is needed, not "a"'),
+        ('length = "mm"', 'length = "a"', '"a" is not valid here'),
+        ('length = "mm"', 'length = "mmm"', "'mm'"),
+        ('radial = "play" } }\nB', 'radial = "play", law = "unifrom" } }\nB', "did you mean 'uniform'?"),
+        ('radial = "play" } }\nB', 'radial = "play", law = "a" } }\nB', '"a" is not valid here'),
+        ('between = ["B", "C"]', 'between = ["a"]', "two values are needed"),
+        ("format = 1", 'format = "a / 40"', 'format = 1, not "a / 40"'),
+        ("format = 1", 'format = 1\ninclude = ["leg.toml"]', "a text has no folder"),
+    ],
+)
+def test_a_word_that_is_no_number_keeps_its_message(old: str, new: str, said: str) -> None:
+    """A misspelt word was called an unknown variable, and one that is a variable's name too became a number."""
+    with pytest.raises(jp.InputError) as refused:
+        jp.loads(SLIDER_CRANK.replace(old, new, 1))
     assert said in refused.value.problem
 
 

@@ -16,7 +16,7 @@ from jointplay.errors import InputError, one_line, shown
 LARGEST_FILE = 8_000_000
 #: more parts than any machine is made of; a longer list is a slip
 MOST_FILES = 100
-#: what a part says again must say the same
+#: what a part gives again must be the same
 SHARED = ("format", "space", "units")
 #: tables and lists inside one another
 DEEPEST = 20
@@ -94,13 +94,22 @@ def joined(tables: Mapping[str, Any], path: str, file: str) -> dict[str, Any]:
             f'names of files are needed, such as ["leg.toml"], not {shown(names)}', file=file, key="include"
         )
     came_from: dict[tuple[str, ...], str] = {}
+    total = 0
     for number, name in enumerate(names):
         key = f"include.{number}"
         elsewhere = name in ("", ".", "..") or Path(name).name != name or "\\" in name
         if elsewhere or name == Path(path).name or name in names[:number]:
             problem = f"{shown(name)} is not another file in the same folder, named once and without its folder"
             raise InputError(problem, file=file, key=key)
-        part, text = read(Path(path).parent / name)
+        place = Path(path).parent / name
+        if not place.exists():
+            raise InputError(f"there is no file {shown(name)} in the same folder", file=file, key=key)
+        if not place.is_file():
+            raise InputError(f"{shown(name)} is no file", file=file, key=key)
+        part, text = read(place)
+        total += len(text)
+        if total > LARGEST_FILE:
+            raise InputError(f"the parts are longer than {LARGEST_FILE // 1_000_000} MB together", file=file, key=key)
         for section, value in parse(text, file=part).items():
             if section == "include":
                 raise InputError("a part that is included includes no other", file=part, key="include")
@@ -116,7 +125,7 @@ def _join(
         whole[section] = dict(value) if isinstance(value, dict) else value
         came_from |= {(section,): part} | {(section, key): part for key in (value if isinstance(value, dict) else ())}
     elif section in SHARED:
-        if here != value:
+        if type(here) is not type(value) or here != value:
             said = f"{shown(value)} in {part}, but {shown(here)} in {came_from.get((section,), file)}"
             raise InputError(said, file=file, key=section)
     elif isinstance(here, dict) and isinstance(value, dict):
@@ -125,7 +134,7 @@ def _join(
                 raise InputError(_twice(file, part, came_from.get((section, key))), file=file, key=f"{section}.{key}")
             came_from[section, key] = part
         whole[section] = {**here, **value}
-    elif isinstance(here, list) and isinstance(value, list):
+    elif isinstance(here, list) and isinstance(value, list) and all(isinstance(v, dict) for v in [*here, *value]):
         whole[section] = [*here, *value]
     else:
         raise InputError(_twice(file, part, came_from.get((section,))), file=file, key=section)

@@ -46,7 +46,7 @@ pub fn leading<'a, D: Dimension>(
 ) -> PyResult<(&'a [usize], Cow<'a, [f64]>)> {
     match array.shape().split_at_checked(array.shape().len().saturating_sub(last.len())) {
         Some((first, sizes)) if sizes == last => Ok((first, in_rows(array))),
-        _ => Err(PyValueError::new_err(format!("{name} of shape {:?}, it has to end in {last:?}", array.shape()))),
+        _ => Err(PyValueError::new_err(format!("{name} has shape {:?}; it has to end in {last:?}", array.shape()))),
     }
 }
 

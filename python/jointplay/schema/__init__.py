@@ -91,12 +91,16 @@ FILES: dict[str, type[MechanismFile]] = {"planar": PlanarFile, "spatial": Spatia
 
 #: what a JSON Schema says about a value without restricting it
 ABOUT = ("description", "default", "title", "examples")
-#: nothing that is a number without quotes, or empty
+#: any text but a number
+PLAIN_NUMBER = (
+    r"^(?!\s*[+-]?(\d[\d_]*\.?[\d_]*|\.\d+)([eE][+-]?\d+)?\s*$)"
+    r"(?!\s*[+-]?([nN][aA][nN]|[iI][nN][fF]([iI][nN][iI][tT][yY])?)\s*$).*\S"
+)
 EXPRESSION = {
     "Expression": {
         "type": "string",
         "description": "an expression in variables, such as 2 * a + 10",
-        "pattern": r"[A-Za-z_(+*/]|\d\s*-",
+        "pattern": PLAIN_NUMBER,
         "maxLength": LONGEST,
     }
 }
@@ -143,13 +147,10 @@ def _variables(raw: Mapping[str, Any], file: str) -> Variables:
     is_value = lambda value: isinstance(value, str) or is_number(value)  # noqa: E731
     if not (isinstance(given, Mapping) and all(map(is_variable, given)) and all(map(is_value, given.values()))):
         given = {}
-    variables = Variables(given, ANGLES.get(angle, 1.0) if isinstance(angle, str) else 1.0)
-    for name in given:
-        try:
-            variables.variable(name)
-        except NotAnExpression as problem:
-            raise InputError(str(problem), file=file, key=f"variables.{name}") from None
-    return variables
+    try:
+        return Variables(given, ANGLES.get(angle, 1.0) if isinstance(angle, str) else 1.0)
+    except NotAnExpression as problem:
+        raise InputError(str(problem), file=file, key=f"variables.{problem.name}") from None
 
 
 def json_schema() -> dict[str, Any]:

@@ -9,9 +9,13 @@ from __future__ import annotations
 
 import ast
 import copy
+import keyword
 import math
 import operator
+import re
+import unicodedata
 from collections.abc import Callable, Mapping
+from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
@@ -19,7 +23,9 @@ from pydantic import ValidationError
 from jointplay.errors import InputError, listed, not_known, shown
 
 #: an expression that a person wrote is not longer, nor are there more operations in a chain
-LONGEST = 500
+LONGEST = 300
+#: variables of a circle that a message lists
+MOST_NAMED = 10
 #: passes over the file: what an expression becomes may show the next one
 MOST_PASSES = 12
 
@@ -50,7 +56,7 @@ TO_ANGLE: Mapping[str, Callable[..., float]] = {
 #: how many values each takes: a number of them, or at least as many as stated below zero
 TAKES = dict.fromkeys((*PLAIN, *FROM_ANGLE, *TO_ANGLE), 1) | {"hypot": -2, "min": -2, "max": -2, "atan2": 2}
 CONSTANTS = {"pi": math.pi}
-RESERVED = frozenset((*TAKES, *CONSTANTS))
+RESERVED = frozenset((*TAKES, *CONSTANTS, "inf", "infinity", "nan"))
 
 
 F = TypeVar("F")
@@ -58,11 +64,29 @@ F = TypeVar("F")
 
 def is_variable(name: str) -> bool:
     """Whether a variable may have a name."""
-    return name.isidentifier() and name not in RESERVED
+    # Other letters that look the same would be another name within an expression.
+    plain = unicodedata.normalize("NFKC", name) == name
+    return name.isidentifier() and plain and not keyword.iskeyword(name) and name.lower() not in RESERVED
 
 
 class NotAnExpression(Exception):
-    """Why a text is no number."""
+    """Why a text is no number; the sentence is made when it is needed.
+
+    Parameters
+    ----------
+    why : callable
+        Gives the sentence.
+    name : str
+        The variable whose expression it is.
+    """
+
+    def __init__(self, why: Callable[[], str] | str, name: str = "") -> None:
+        super().__init__()
+        self.why = why
+        self.name = name
+
+    def __str__(self) -> str:
+        return self.why if isinstance(self.why, str) else self.why()
 
 
 class Variables:
@@ -80,7 +104,34 @@ class Variables:
         self.given = given
         self.angle = angle
         self._known: dict[str, float] = {}
-        self._asked: list[str] = []
+        self._resolve()
+
+    def _resolve(self) -> None:
+        """Finds all variables, each after those that it needs."""
+        needs: dict[str, set[str]] = {}
+        for name, value in self.given.items():
+            try:
+                nodes = ast.walk(_parsed(value)) if isinstance(value, str) else ()
+            except NotAnExpression as problem:
+                raise NotAnExpression(problem.why, name) from None
+            needs[name] = {node.id for node in nodes if isinstance(node, ast.Name) and node.id in self.given}
+        try:
+            order = [*TopologicalSorter(needs).static_order()]
+        except CycleError as error:
+            circle = error.args[1][::-1]
+            names = circle if len(circle) <= MOST_NAMED else [*circle[:MOST_NAMED], "...", circle[-1]]
+            raise NotAnExpression(f"variables that depend on themselves: {' -> '.join(names)}", circle[0]) from None
+        for name in order:
+            value = self.given[name]
+            try:
+                if isinstance(value, str) and is_plain(value):
+                    raise NotAnExpression(f"a number is written without quotes: {value.strip()}")
+                known = self.number(value) if isinstance(value, str) else self._called(float, [value], shown(value))
+                if not math.isfinite(known):
+                    raise NotAnExpression(f"a finite number is needed, not {shown(value)}")
+            except NotAnExpression as problem:
+                raise NotAnExpression(problem.why, name) from None
+            self._known[name] = known
 
     def number(self, text: str) -> float:
         """The value of an expression.
@@ -92,49 +143,34 @@ class Variables:
 
         Examples
         --------
-        >>> Variables({"a": 30, "b": "2 * a"}, math.pi / 180).number("b * sin(a) + 1")
-        31.0
+        >>> Variables({"a": 30, "b": "2 * a"}, math.pi / 180).number("b / 4 + cos(0)")
+        16.0
         """
-        value = self._value(_parsed(text), text)
+        try:
+            value = self._value(_parsed(text), text)
+        except RecursionError:
+            raise NotAnExpression(f"{shown(text)} is nested too deep") from None
         if not math.isfinite(value):
             raise NotAnExpression(f"{shown(text)} has no finite value")
         return value
 
-    def variable(self, name: str) -> float:
-        """The value of a variable.
-
-        Raises
-        ------
-        NotAnExpression
-            When there is none of this name, or it depends on itself.
-        """
+    def _variable(self, name: str) -> float:
         if name in self._known:
             return self._known[name]
-        if name not in self.given:
-            names = [*self.given, *CONSTANTS]
-            raise NotAnExpression(not_known(name, "one of [variables]", names) if self.given else _nothing(name))
-        if name in self._asked:
-            circle = " -> ".join((*self._asked[self._asked.index(name) :], name))
-            raise NotAnExpression(f"variables that depend on themselves: {circle}")
-        self._asked.append(name)
-        try:
-            given = self.given[name]
-            value = self.number(given) if isinstance(given, str) else float(given)  # type: ignore[arg-type]
-            if not math.isfinite(value):
-                raise NotAnExpression(f"a finite number is needed, not {shown(given)}")
-        finally:
-            self._asked.pop()
-        self._known[name] = value
-        return value
+        if name in TAKES:
+            raise NotAnExpression(f"{name} is a function: {name}(...)")
+        if not self.given:
+            raise NotAnExpression(f"{shown(name)} is neither a number nor a variable; the file has no [variables]")
+        raise NotAnExpression(lambda: not_known(name, "one of [variables]", [*self.given, *CONSTANTS]))
 
     def _value(self, node: ast.expr, text: str) -> float:
         match node:
             case ast.Constant(value=bool() | complex()):
                 pass
             case ast.Constant(value=int() | float() as value):
-                return float(value)
+                return self._called(float, [value], text)
             case ast.Name(id=name):
-                return CONSTANTS[name] if name in CONSTANTS else self.variable(name)
+                return CONSTANTS[name] if name in CONSTANTS else self._variable(name)
             case ast.UnaryOp(op=op, operand=operand) if type(op) in SIGNS:
                 return SIGNS[type(op)](self._value(operand, text))
             case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
@@ -152,22 +188,18 @@ class Variables:
                 if name in TO_ANGLE:
                     return self._called(TO_ANGLE[name], values, text) / self.angle
                 return self._called(PLAIN[name], values, text)
-            case ast.Call(func=ast.Name(id=name)):
+            case ast.Call(func=ast.Name(id=name)) if name not in TAKES:
                 raise NotAnExpression(f"{shown(text)}: {not_known(name, 'a function', sorted(TAKES))}")
         raise NotAnExpression(
             f"{shown(text)} is not an expression: numbers, + - * / **, parentheses, variables, pi and {listed(TAKES)}"
         )
 
     @staticmethod
-    def _called(function: Callable[..., float], values: list[float], text: str) -> float:
+    def _called(function: Callable[..., float], values: list[Any], text: str) -> float:
         try:
             return float(function(*values))
         except (ValueError, ZeroDivisionError, OverflowError):
             raise NotAnExpression(f"{shown(text)} has no finite value") from None
-
-
-def _nothing(name: str) -> str:
-    return f"{shown(name)} is neither a number nor a variable; the file has no [variables]"
 
 
 def _parsed(text: str) -> ast.expr:
@@ -186,6 +218,16 @@ def is_plain(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+#: mistakes of numbers; any other one is as it was before an expression became a number
+OF_NUMBERS = ("greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number")
+#: mistakes that a text makes where a number may stand; the second one is what this package's validators raise
+OF_TEXTS = {"float_type", "problem"}
+#: mistakes where nothing but a number may stand, or nothing
+ONLY_NUMBERS = {"float_type", "none_required"}
+#: what only expressions have
+SIGNS_OF_ONE = re.compile(r"[-+*/()]")
 
 
 def resolved(raw: dict[str, Any], variables: Variables, check: Callable[[dict[str, Any]], F], file: str) -> F:
@@ -209,26 +251,39 @@ def resolved(raw: dict[str, Any], variables: Variables, check: Callable[[dict[st
     ValidationError
         What is refused for another reason.
     """
-    data = raw
+    data, replaced, first = raw, set[tuple[int | str, ...]](), None
     for _ in range(MOST_PASSES):
         try:
             return check(data)
         except ValidationError as error:
-            changed = _replaced(data, error, variables, file)
+            first = first or error
+            changed = _replaced(data, error, variables, file, replaced)
             if changed is None:
+                mistake = error.errors(include_url=False, include_context=False)[0]
+                place = tuple(_place(mistake["loc"], data))
+                was_text = any(place[: len(p)] == p or p[: len(place)] == place for p in replaced)
+                if was_text and mistake["type"] not in OF_NUMBERS:
+                    raise first from None
                 raise
             data = changed
     return check(data)
 
 
-def _replaced(data: dict[str, Any], error: ValidationError, variables: Variables, file: str) -> dict[str, Any] | None:
-    """A copy with numbers for the texts that are refused; None where that changes nothing."""
-    data = copy.deepcopy(data)
-    wrong: list[tuple[str, NotAnExpression]] = []
-    changed = False
+def _replaced(
+    data: dict[str, Any],
+    error: ValidationError,
+    variables: Variables,
+    file: str,
+    replaced: set[tuple[int | str, ...]],
+) -> dict[str, Any] | None:
+    """A copy with numbers for the texts that are refused where a number may stand; None where that changes nothing."""
+    kinds: dict[tuple[int | str, ...], set[str]] = {}
     for mistake in error.errors(include_url=False, include_context=False):
-        place = _place(mistake["loc"], data)
-        if not place or place[0] == "variables":
+        kinds.setdefault(tuple(_place(mistake["loc"], data)), set()).add(mistake["type"])
+    data = copy.deepcopy(data)
+    changed = False
+    for place, kind in kinds.items():
+        if not place or place[0] == "variables" or not kind & OF_TEXTS:
             continue
         *above, last = place
         here: Any = data
@@ -236,19 +291,20 @@ def _replaced(data: dict[str, Any], error: ValidationError, variables: Variables
             here = here[step]
         # A validator may refuse a whole list.
         refused = here[last]
-        spots: list[tuple[Any, Any]] = [(refused, k) for k in range(len(refused))] if isinstance(refused, list) else []
-        for holder, at in spots or [(here, last)]:
+        within = isinstance(refused, list)
+        for holder, at in [(refused, k) for k in range(len(refused))] if within else [(here, last)]:
             text = holder[at]
             if not isinstance(text, str) or is_plain(text):
                 continue
+            spot = (*place, at) if within else place
             try:
                 holder[at] = variables.number(text)
-                changed = True
             except NotAnExpression as why:
-                wrong.append((".".join(map(str, place)), why))
-    if not changed and wrong and variables.given:
-        key, problem = wrong[0]
-        raise InputError(str(problem), file=file, key=key)
+                if variables.given and (kind <= ONLY_NUMBERS or SIGNS_OF_ONE.search(text)):
+                    raise InputError(str(why), file=file, key=".".join(map(str, spot))) from None
+            else:
+                changed = True
+                replaced.add(spot)
     return data if changed else None
 
 

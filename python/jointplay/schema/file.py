@@ -13,7 +13,7 @@ from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 
 from .assembly import Assembly
 from .bodies import Body, BodyTable
-from .expressions import RESERVED
+from .expressions import RESERVED, is_variable
 from .grid import Grid
 from .joints import JointTable
 from .kinds import Joint
@@ -282,10 +282,12 @@ Included = Annotated[tuple[str, ...], Field(strict=False), AfterValidator(_inclu
 
 
 def _variable(name: str) -> str:
-    if not name.isidentifier():
-        raise problem(f"{shown(name)} is not the name of a variable: letters, digits and _, a letter first")
     if name in RESERVED:
         raise problem(f"{shown(name)} has a meaning in expressions already; use another name")
+    if not is_variable(name):
+        raise problem(
+            f"{shown(name)} is not the name of a variable: letters, digits and _, a letter first, no word of Python"
+        )
     return name
 
 

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-/// How offsets scatter from unit to unit.
+/// How offsets scatter from specimen to specimen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Law {

@@ -1,7 +1,7 @@
 //! Forces that count as none.
 //!
 //! Where a load sends no force at the nominal pose, the displaced pose sends one of the order of the play. A
-//! coordinate in which the set is not pushed to first order is *mute*: what pushes it to second order is
+//! coordinate in which the set is not pushed to first order is *unforced*: what pushes it to second order is
 //! taken for nothing, so that it stays in the middle.
 
 use crate::clearance::offset::MAX_SIZE;
@@ -24,7 +24,7 @@ impl Set {
         }
     }
 
-    /// Whether one of the set's own coordinates is mute.
+    /// Whether one of the set's own coordinates is unforced.
     #[must_use]
     pub fn is_unforced(&self, coordinate: usize, unforced: Unforced) -> bool {
         match self.shape() {
@@ -36,7 +36,7 @@ impl Set {
         }
     }
 
-    /// A force without what pushes mute coordinates.
+    /// A force without what pushes unforced coordinates.
     #[inline]
     #[must_use]
     pub fn masked_force(&self, w: &[f64], unforced: Unforced) -> [f64; MAX_SIZE] {
@@ -61,7 +61,7 @@ mod tests {
     const GUIDE: Set = Set::Guide { gap: 0.3, half_length: 2.5, half_width: 0.8, half_height: 0.5 };
 
     #[test]
-    fn all_is_heard_where_everything_is_pushed() {
+    fn all_counts_where_everything_is_pushed() {
         for (set, w) in [(PIN, [1.0, -2.0, 0.5, 0.3, 0.7]), (GUIDE, [1.0, -2.0, 0.5, 0.3, 0.7])] {
             let unforced = set.unforced(&w, 1e-9);
             assert!(unforced.is_none());
@@ -72,7 +72,7 @@ mod tests {
     /// Two coordinates that are not pushed: along the axis, and the second end, whose reaction
     /// `(F - M x q / l) / 2` is zero.
     #[test]
-    fn what_pushes_mute_parts_of_a_pin_later_is_not_heard() {
+    fn what_pushes_unforced_parts_of_a_pin_later_is_masked() {
         let one_end = [0.0, -2.0, 0.5, -1.0, -4.0];
         let unforced = PIN.unforced(&one_end, 1e-9);
         let later = [1e-3, -2.0 + 1e-4, 0.5, -1.0, -4.0 + 3e-4];

@@ -81,7 +81,7 @@ impl Mechanism {
         self.rows.iter().chain(&self.left_out).filter(|row| row.play.is_some())
     }
 
-    /// Whether the flanks of a coupling in whose play an offset is told would have to pass through each other.
+    /// Whether the flanks of a coupling in whose play an offset is given would have to pass through each other.
     pub(crate) fn jams(&self, coordinates: &[f64], parameters: &[f64]) -> bool {
         let mut taken = self.flanks().filter(|row| row.displaced(parameters) != 0.0).peekable();
         if taken.peek().is_none() {

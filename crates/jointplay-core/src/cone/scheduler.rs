@@ -52,7 +52,9 @@ impl<Q, A> Desk<Q, A> {
         if asked.is_empty() {
             return false;
         }
-        slots.iter().zip(work(asked)).for_each(|(slot, done)| slot.set(Some(done)));
+        let done = work(asked);
+        assert_eq!(slots.len(), done.len(), "what is asked for is done");
+        slots.iter().zip(done).for_each(|(slot, done)| slot.set(Some(done)));
         true
     }
 }
@@ -116,6 +118,7 @@ impl Rounds {
             }
             // Courses wait at the desks and nowhere else.
             if !rounds.solve_asked() && !serve() {
+                assert!(ends.iter().all(Option::is_some), "courses wait at the desks and nowhere else");
                 return ends.into_iter().flatten().collect();
             }
         }
@@ -139,7 +142,8 @@ impl Rounds {
             if let Some(end) = go_on(course.as_mut()) {
                 return end;
             }
-            rounds.solve_asked();
+            interrupt::check();
+            assert!(rounds.solve_asked(), "a course by itself waits for programs and nothing else");
         }
     }
 

@@ -30,8 +30,8 @@ fn gives_way(source: &Source, loaded: bool) -> bool {
 }
 
 /// Moves every source that gives way to the support point of its set along the gradient; what a tie or a
-/// vanishing force leaves undecided stays where nothing pushes it. Tells the lanes where something is. Of
-/// lanes that do not ask nothing can be relied on. A load gives with `unforced` what it does not push.
+/// vanishing force leaves undecided stays where nothing pushes it. Tells the lanes where something is; the
+/// result of lanes that do not ask is undefined. `unforced` is what the load does not push; `None` without a load.
 #[inline(always)]
 pub(crate) fn push<'b>(
     m: &Mechanism,

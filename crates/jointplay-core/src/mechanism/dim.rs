@@ -122,7 +122,7 @@ pub struct Declared {
 pub struct Keep {
     /// The values of all parameters.
     pub offset: bool,
-    /// Everything else.
+    /// All columns that are declared `if details`.
     pub details: bool,
 }
 

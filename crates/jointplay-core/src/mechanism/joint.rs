@@ -9,7 +9,7 @@ use crate::math::vector::{Mat3, Vec3, cross, dot, norm, scale, sub};
 use crate::mechanism::coupling::Coupling;
 use crate::mechanism::spec::{Coordinate, JointSpec};
 
-/// The axes in which a joint's displacement is told.
+/// The axes in which a joint's displacement is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frame {
     /// Ground axes.

@@ -15,7 +15,7 @@
 //! | screw | first body's | | coupling, side, normal, tilts | angle |
 //!
 //! A coupling (see [`crate::mechanism::coupling`]) is given as a displacement along axis 0.
-//!
+
 use serde::Deserialize;
 
 use crate::math::space::Component::{self, About, Along};

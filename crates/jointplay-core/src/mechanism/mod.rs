@@ -62,7 +62,7 @@ pub struct Row {
     pub joint: usize,
     /// The component, in the joint's axes.
     pub component: Component,
-    /// Whether it is the coupling of the joint, told as a displacement along this component.
+    /// Whether it is the coupling of the joint, given as a displacement along this component.
     pub is_coupled: bool,
     /// The drive that commands it.
     pub drive: Option<Driven>,

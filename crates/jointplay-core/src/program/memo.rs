@@ -4,8 +4,11 @@ use std::any::Any;
 use std::fmt;
 use std::sync::{Arc, Mutex, TryLockError};
 
-/// Most entries of one object.
-const MOST: usize = 64;
+/// Most entries of one object. Those that have recorded programs share them with [`super::kept`] as long as that keeps
+/// them.
+const MOST: usize = 24;
+/// Times that other threads may go first before the entries are gone without.
+const PATIENCE: usize = 1000;
 
 type Entry = Arc<dyn Any + Send + Sync>;
 
@@ -37,13 +40,16 @@ impl Memo {
         found
     }
 
-    /// `None` where another thread has the entries: in a process that was forked just then it would have them for ever.
+    /// `None` where another thread has the entries for long: in a process that was forked just then it has them for ever.
     fn with<R>(&self, change: impl FnOnce(&mut Vec<Entry>) -> R) -> Option<R> {
-        match self.0.try_lock() {
-            Ok(mut entries) => Some(change(&mut entries)),
-            Err(TryLockError::Poisoned(entries)) => Some(change(&mut entries.into_inner())),
-            Err(TryLockError::WouldBlock) => None,
+        for _ in 0..PATIENCE {
+            match self.0.try_lock() {
+                Ok(mut entries) => return Some(change(&mut entries)),
+                Err(TryLockError::Poisoned(entries)) => return Some(change(&mut entries.into_inner())),
+                Err(TryLockError::WouldBlock) => std::thread::yield_now(),
+            }
         }
+        None
     }
 }
 

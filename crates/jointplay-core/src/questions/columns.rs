@@ -133,7 +133,7 @@ columns! {
     contribution_elastic: f64 [Extreme, Joint];
     /// Starts that the batch engine handed to the plain solver.
     fallbacks: u64 [];
-    /// Extremes whose climb was ended by its budget of work before it stood still.
+    /// Extremes whose climb was ended by its budget of work before it had converged.
     unsettled: u64 [];
     /// Outcome.
     status: Status [];

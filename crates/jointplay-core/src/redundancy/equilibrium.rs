@@ -140,7 +140,7 @@ impl System<'_> {
         }
     }
 
-    /// What the answer of the program of the tied gives tells of all of them.
+    /// What the answer of the program of the tied elements says of all of them.
     fn answered(&self, c: &Ties, program: &Program, forces: &DVector<f64>, ask: &Ask, answer: Answer) -> Balance {
         let forces = c.with_stress(forces, &answer.multipliers);
         // What the forces leave open is put in the middle.
@@ -148,7 +148,7 @@ impl System<'_> {
         self.balanced(c, forces, answer, middle.as_deref())
     }
 
-    /// The tied gives as an answer says or in another place, and the others by the forces.
+    /// The tied elements as an answer says or in another place, and the others by the forces.
     fn balanced(&self, c: &Ties, forces: DVector<f64>, answer: Answer, tied: Option<&[Vec<f64>]>) -> Balance {
         Balance {
             given: self.given(c, &forces, tied.unwrap_or(&answer.displacements)),
@@ -204,7 +204,7 @@ impl System<'_> {
         })
     }
 
-    /// The program of all gives, tied or not, and of their springs.
+    /// The program of all elements, tied or not, and of their springs.
     fn program_near(
         &self,
         c: &Ties,
@@ -240,14 +240,14 @@ impl System<'_> {
         Program { right, blocks }
     }
 
-    /// The middle of what is open among the tied gives; `None` where nothing is.
+    /// The middle of what is open among the tied elements; `None` where nothing is.
     fn middle(&self, c: &Ties, program: &Program, forces: &DVector<f64>, answer: &Answer) -> Option<Vec<Vec<f64>>> {
         let open = |element: &Element| self.face(element, c, forces).is_some_and(|face| !face.is_point());
         let any = self.elements.iter().any(|element| Self::is_tied(element, c) && open(element));
         if any { program.middle(answer, UNDECIDED_TOGETHER) } else { None }
     }
 
-    /// Displacements of all gives: of what is tied as the program says, of the others by the forces.
+    /// Displacements of all elements: of what is tied as the program says, of the others by the forces.
     fn given(&self, c: &Ties, forces: &DVector<f64>, tied: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut tied = tied.iter();
         let tolerance = UNDECIDED * self.force_scale(forces);

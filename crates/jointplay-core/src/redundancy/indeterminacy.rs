@@ -171,7 +171,7 @@ impl System<'_> {
     }
 }
 
-/// What the displacements of a give do to one component of the output.
+/// What the displacements of an element do to one component of the output.
 fn row_of(element: &Element, map: &DMatrix<f64>, component: usize) -> Vec<f64> {
     element.columns.iter().map(|&row| map[(component, row)]).collect()
 }

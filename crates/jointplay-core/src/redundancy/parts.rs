@@ -171,7 +171,7 @@ impl System<'_> {
         sharing.least(self)
     }
 
-    /// Forces under which nothing is left open but what no give feels: there they are least in size.
+    /// Forces under which nothing is left open but what no element is sensitive to: there they are least in size.
     pub fn least_forces(&self, c: &Compatibility, forces: &DVector<f64>) -> DVector<f64> {
         let map = DMatrix::from_row_slice(1, forces.len(), forces.as_slice());
         let mut sharing = Sharing::new(self, &c.equations, &map);

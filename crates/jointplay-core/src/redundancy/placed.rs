@@ -89,7 +89,9 @@ impl Mechanism {
             for k in 0..chunk.len() {
                 statuses.push(place(k).map(|at| placed.push(at)));
             }
-            let mut found = analysis(&placed).into_iter();
+            let found = analysis(&placed);
+            assert_eq!(found.len(), placed.len(), "as many results as cases");
+            let mut found = found.into_iter();
             let each = |status| match status {
                 Ok(()) => found.next(),
                 Err(status) => Some(missing(status)),

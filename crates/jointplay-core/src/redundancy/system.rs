@@ -60,7 +60,7 @@ impl<'m> System<'m> {
         self.elements.iter().all(|element| element.source.is_some())
     }
 
-    /// Coefficients of a give in the equations, row-major.
+    /// Coefficients of an element in the equations, row-major.
     pub fn map(element: &Element, c: &Ties) -> Vec<f64> {
         let equations = 0..c.equations.nrows();
         equations.flat_map(|k| element.columns.iter().map(move |&row| c.equations[(k, row)])).collect()
@@ -71,7 +71,7 @@ impl<'m> System<'m> {
         element.columns.iter().any(|&row| c.equations.column(row).iter().any(|a| *a != 0.0))
     }
 
-    /// The program of the tied gives under forces; `right` is what their displacements add up to.
+    /// The program of the tied elements under forces; `right` is what their displacements add up to.
     pub(crate) fn program(&self, c: &Ties, right: &DVector<f64>, forces: &DVector<f64>) -> Program {
         let block = |element: &Element| Block {
             kind: element.kind.clone(),
@@ -88,7 +88,7 @@ impl<'m> System<'m> {
         self.basis.redundant.iter().zip(right.iter()).map(clean).collect()
     }
 
-    /// The part of forces that works on a give.
+    /// The part of forces that works on an element.
     pub(crate) fn along(element: &Element, forces: &DVector<f64>) -> Vec<f64> {
         element.columns.iter().map(|&column| forces[column]).collect()
     }

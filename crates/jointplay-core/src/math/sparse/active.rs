@@ -29,6 +29,7 @@ const THRESHOLD: f64 = 0.05;
 const ALIKE: f64 = 0.8;
 /// Rows among which a pivot is looked for: all of those of a small mechanism, enough in a large one.
 const CANDIDATES: usize = 64;
+
 /// The part of a matrix that is not eliminated yet. All in order, so that the plan is always the same.
 pub struct Active {
     /// Column and slot of every non-zero, row by row in ascending order.
@@ -107,7 +108,7 @@ impl Active {
         let (mut least, mut best) = (usize::MAX, Vec::new());
         let shortest = self.columns.iter().map(Vec::len).filter(|&n| n > 0).min()?;
         for &(length, i) in self.by_length.iter().take(CANDIDATES) {
-            // Neither this row nor a longer one has an entry of less.
+            // Neither this row nor a longer one has an entry of as little.
             if (length - 1) * (shortest - 1) > least {
                 break;
             }

@@ -16,6 +16,8 @@ use crate::math::real::Real;
 use crate::math::sparse::active::{Active, Pivot};
 use crate::math::sparse::blocks::diagonal_blocks;
 
+/// Pivots whose product stays in the range of numbers.
+const IN_RANGE: usize = 16;
 /// A replayed pivot smaller than this part of the planned one fails the guard.
 const GUARD: f64 = 1e-3;
 
@@ -179,12 +181,15 @@ impl Elimination {
         sizes().fold(f64::INFINITY, f64::min) / sizes().fold(0.0, f64::max)
     }
 
-    /// The product of the pivots, each as a part of the planned one: it vanishes and changes sign with
-    /// the determinant.
+    /// A number of the sign of the pivots' product, which changes with that of the determinant. It has nothing of the
+    /// example that was planned for.
     #[must_use]
     pub fn pivot_product<S: Real>(&self, f: &Factors<S>) -> S {
-        self.pivots.iter().fold(S::from_f64(1.0), |product, pivot| {
-            product * (f.values[pivot.slot] * S::from_f64(1.0 / pivot.planned))
+        f.inverse_pivots.chunks(IN_RANGE).fold(S::from_f64(1.0), |product, some| {
+            let product = some.iter().fold(product, |product, &inverse| product * inverse);
+            // Of many pivots the product would leave the range of numbers.
+            let is_last = std::ptr::eq(some.as_ptr_range().end, f.inverse_pivots.as_ptr_range().end);
+            if is_last { product } else { (product * S::from_f64(f64::MAX.sqrt())).within_one().0 }
         })
     }
 }

@@ -70,7 +70,7 @@ impl Together<'_> {
             let (closed, Linearised { ties, output }) = self.linearise(&displacements, still).await.ok()?;
             if still {
                 let (error, plainly) = (closed.error, closed.plainly);
-                // The caller has it.
+                // The caller puts it in.
                 let first = None;
                 return Some(SpecimenSolution { displacements, error, first, balance, ties, output, still, plainly });
             }

@@ -11,8 +11,8 @@ const STEPS_PER_DIMENSION: usize = 40;
 impl Section {
     /// A chain of hit-and-run steps from offsets within the section.
     pub(crate) fn walk(&self, start: &[Vec<f64>], dice: &mut Dice) -> Option<Vec<f64>> {
-        let specimens: Vec<_> = self.members.iter().zip(start).map(|(member, d)| member.set.to_unit(d)).collect();
-        let mut u: Vec<f64> = self.places.iter().map(|place| specimens[place.member][place.k]).collect();
+        let own: Vec<_> = self.members.iter().zip(start).map(|(member, d)| member.set.to_unit(d)).collect();
+        let mut u: Vec<f64> = self.places.iter().map(|place| own[place.member][place.k]).collect();
         let dimensions = self.directions.ncols();
         for _ in 0..STEPS_PER_DIMENSION * dimensions {
             let mut along = vec![0.0; u.len()];
@@ -47,10 +47,10 @@ impl Section {
         let exponent = |t: f64| -t * (slope + 0.5 * curve * t);
         let top = exponent(if curve > 0.0 { (-slope / curve).clamp(low, high) } else { 0.0 });
         loop {
-            let step = low + (high - low) * dice.next_specimen();
+            let step = low + (high - low) * dice.next_uniform();
             // Within the sets the exponent varies by a few dozen at most, and most chords are short.
             // Written so that NaN ends it.
-            if !(dice.next_specimen() >= (exponent(step) - top).exp()) {
+            if !(dice.next_uniform() >= (exponent(step) - top).exp()) {
                 return step;
             }
         }

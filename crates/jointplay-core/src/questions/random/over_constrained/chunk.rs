@@ -18,7 +18,7 @@ use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::specimen_batch::Together;
 
 /// Specimens that are solved together.
-const UNITS: usize = 256;
+const GROUP: usize = 256;
 /// A sum of terms below this part of their sizes is zero.
 const ROUNDING: f64 = 1e-13;
 
@@ -155,8 +155,8 @@ pub fn draw(
     let mut stream = Stream::new(job.request.seed, number);
     let mut drawn = vec![Block::splat(0.0); m.n_parameters()];
     let mut quantities = vec![Block::splat(0.0); n + 2];
-    for first in (0..samples).step_by(UNITS) {
-        let n_specimens = UNITS.min(samples - first);
+    for first in (0..samples).step_by(GROUP) {
+        let n_specimens = GROUP.min(samples - first);
         let mut specimens_drawn = Vec::with_capacity(n_specimens);
         for at in (0..n_specimens).step_by(LANES) {
             for source in m.sources() {

@@ -54,7 +54,7 @@ impl Dice {
     }
 
     /// One number, uniform from 0 to 1.
-    pub fn next_specimen(&mut self) -> f64 {
+    pub fn next_uniform(&mut self) -> f64 {
         if self.uniform.1 == LANES {
             self.uniform = (self.stream.unit(), 0);
         }

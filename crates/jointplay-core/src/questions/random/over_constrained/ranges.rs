@@ -63,7 +63,7 @@ impl Reach<'_> {
         let lack = DVector::from_fn(s, |k, _| c.misfit[k].abs() + self.of_sets(|place| c.equations[(k, place)]));
         let of_rows = c.equations.columns(0, rows);
         let along = &compliance * of_rows.transpose();
-        // Equations of different specimens are compared each with its own flexibility.
+        // Equations in different units are compared each with its own flexibility.
         let flexibility = of_rows * &along;
         let scale = flexibility.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
         let scales = &scale * scale.transpose();

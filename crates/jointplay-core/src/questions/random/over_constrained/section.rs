@@ -72,9 +72,9 @@ impl Section {
             let zero = set.of_unit(&[0.0; MAX_SIZE]);
             middle += image(&zero);
             for (k, precision) in precisions.into_iter().enumerate().take(size) {
-                let mut specimen = [0.0; MAX_SIZE];
-                specimen[k] = 1.0;
-                let offset: Vec<f64> = set.of_unit(&specimen).iter().zip(&zero).map(|(a, b)| a - b).collect();
+                let mut at = [0.0; MAX_SIZE];
+                at[k] = 1.0;
+                let offset: Vec<f64> = set.of_unit(&at).iter().zip(&zero).map(|(a, b)| a - b).collect();
                 if offset.iter().any(|d| *d != 0.0) {
                     places.push(Place { member, k, precision });
                     columns.push(image(&offset));
@@ -104,7 +104,7 @@ impl Section {
         let (s, n) = self.matrix.shape();
         let mut rest = self.matrix.clone();
         let mut done = DMatrix::<f64>::identity(s, s);
-        // Equations of different specimens are compared each with what the sets reach in it.
+        // Equations in different units are compared each with what the sets reach in it.
         for i in 0..s {
             let reach: f64 = rest.row(i).iter().map(|a| a.abs()).sum();
             if reach > 0.0 {
@@ -170,7 +170,7 @@ impl Section {
 
     /// A block of proposals; the first that is accepted.
     pub(crate) fn reject(&self, constant: &DVector<f64>, dice: &mut Dice) -> Option<Vec<f64>> {
-        let mut specimens = vec![Block::splat(0.0); self.places.len()];
+        let mut own = vec![Block::splat(0.0); self.places.len()];
         let mut drawn = [Block::splat(0.0); MAX_SIZE];
         let mut next = 0;
         for (m, member) in self.members.iter().enumerate() {
@@ -179,21 +179,21 @@ impl Section {
             next = places.end;
             if self.is_bound[m] {
                 // Their joint density with the bound coordinates is judged on acceptance.
-                places.for_each(|j| specimens[j] = dice.symmetric());
+                places.for_each(|j| own[j] = dice.symmetric());
                 continue;
             }
             let size = member.set.size();
             dice.draw(&member.set, member.law, &mut drawn[..size]);
             for lane in 0..LANES {
                 let offset: [f64; MAX_SIZE] = std::array::from_fn(|k| drawn[k].0[lane]);
-                let specimen = member.set.to_unit(&offset[..size]);
-                places.clone().for_each(|j| specimens[j].0[lane] = specimen[self.places[j].k]);
+                let at = member.set.to_unit(&offset[..size]);
+                places.clone().for_each(|j| own[j].0[lane] = at[self.places[j].k]);
             }
         }
         let luck = dice.uniform();
         let mut u = vec![0.0; self.places.len()];
         for lane in 0..LANES {
-            u.iter_mut().zip(&specimens).for_each(|(u, block)| *u = block.0[lane]);
+            u.iter_mut().zip(&own).for_each(|(u, block)| *u = block.0[lane]);
             for (r, &j) in self.bound.iter().enumerate() {
                 let moved: f64 = self.free.iter().enumerate().map(|(c, &i)| self.from_free[(r, c)] * u[i]).sum();
                 u[j] = constant[r] - moved;
@@ -208,9 +208,8 @@ impl Section {
 
     /// Whether the members with bound coordinates are in their sets.
     fn is_inside(&self, u: &[f64]) -> bool {
-        self.each_member(u).all(|(m, specimen)| {
-            !self.is_bound[m] || self.members[m].set.contains_unit(&specimen[..self.members[m].set.size()])
-        })
+        self.each_member(u)
+            .all(|(m, at)| !self.is_bound[m] || self.members[m].set.contains_unit(&at[..self.members[m].set.size()]))
     }
 
     /// Their density, as a part of the largest one.
@@ -223,19 +222,19 @@ impl Section {
     pub(crate) fn each_member<'a>(&'a self, u: &'a [f64]) -> impl Iterator<Item = (usize, [f64; MAX_SIZE])> + 'a {
         let mut next = 0;
         (0..self.members.len()).map(move |m| {
-            let mut specimen = [0.0; MAX_SIZE];
+            let mut at = [0.0; MAX_SIZE];
             while let Some(place) = self.places.get(next).filter(|place| place.member == m) {
-                specimen[place.k] = u[next];
+                at[place.k] = u[next];
                 next += 1;
             }
-            (m, specimen)
+            (m, at)
         })
     }
 
     fn offsets(&self, u: &[f64]) -> Vec<Vec<f64>> {
-        let offset = |(m, specimen): (usize, [f64; MAX_SIZE])| {
+        let offset = |(m, at): (usize, [f64; MAX_SIZE])| {
             let set = &self.members[m].set;
-            set.of_unit(&specimen)[..set.size()].to_vec()
+            set.of_unit(&at)[..set.size()].to_vec()
         };
         self.each_member(u).map(offset).collect()
     }
@@ -292,9 +291,9 @@ mod tests {
                 for u in rejected.iter().chain(&walked) {
                     let left = &section.matrix * DVector::from_vec(u.clone()) + &section.middle - &right;
                     assert!(left.amax() < 1e-12, "{set:?}");
-                    for (m, specimen) in section.each_member(u) {
+                    for (m, at) in section.each_member(u) {
                         let set = &section.members[m].set;
-                        assert!(set.contains(&set.of_unit(&specimen)[..set.size()], 1e-9), "{set:?} {law:?}");
+                        assert!(set.contains(&set.of_unit(&at)[..set.size()], 1e-9), "{set:?} {law:?}");
                     }
                 }
                 let (a, b) = (moments(&rejected), moments(&walked));

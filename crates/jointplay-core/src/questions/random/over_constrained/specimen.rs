@@ -28,7 +28,7 @@ const LOOSE: f64 = 1e-7;
 /// What is elastic takes part in a correction by the square of this, beside clearances.
 const DEFORMS: f64 = 1e-3;
 
-/// What all units of one configuration share.
+/// What all specimens of one configuration share.
 pub struct Job<'a> {
     /// What gives way together: clearances that scatter by themselves are left out, unless the load decides.
     pub system: System<'a>,
@@ -40,7 +40,7 @@ pub struct Job<'a> {
     pub compatibility: &'a Compatibility,
     /// What changes a misfit with the least displacements: length-scaled, of everything that gives way.
     pub correction: DMatrix<f64>,
-    /// The clearances that compatibility ties, by the numbers of their gives.
+    /// The clearances that compatibility ties, by the numbers of their elements.
     pub tied: Vec<usize>,
     pub section: Section,
     /// How these take up a misfit, without the misfit.

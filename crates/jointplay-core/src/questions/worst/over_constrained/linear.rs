@@ -87,7 +87,7 @@ impl Site<'_> {
         Some(Farthest { value, displacements, contribution })
     }
 
-    /// A direction of some components of one specimen among all.
+    /// A direction of some components of one unit (lengths or angles) among all.
     fn whole(&self, range: &Range<usize>, u: Vec3<f64>) -> Vec<f64> {
         let mut direction = vec![0.0; self.system.mechanism.size()];
         direction[range.clone()].iter_mut().zip(u).for_each(|(d, u)| *d = u);
@@ -185,20 +185,20 @@ impl Site<'_> {
 
     /// An extreme by the linearisation that belongs to the flanks of couplings which it closes itself. That one is as
     /// large the opposite way, where the opposite flanks are closed: the larger counts.
-    pub fn at_its_flanks(&self, solver: &Solver<'_>, middle: Extreme, starts: usize) -> Option<Extreme> {
+    pub fn at_its_flanks(&self, solver: &Solver<'_>, middle: Extreme, starts: usize) -> Result<Extreme, Status> {
         if self.system.mechanism.plays().next().is_none() {
-            return Some(middle);
+            return Ok(middle);
         }
-        let settled = self.settle_flanks(solver, &middle, false, starts).ok()?;
+        let settled = self.settle_flanks(solver, &middle, false, starts)?;
         let opposite = match middle.measure {
             Measure::Component { .. } => None,
-            Measure::Position | Measure::Rotation => self.settle_flanks(solver, &middle, true, starts).ok()?,
+            Measure::Position | Measure::Rotation => self.settle_flanks(solver, &middle, true, starts)?,
         };
         let bound =
             [&settled, &opposite].into_iter().flatten().fold(middle.bound, |bound, found| bound.max(found.bound));
         let higher = |a: Extreme, b: Extreme| if b.linear.value > a.linear.value { b } else { a };
         let found = settled.into_iter().chain(opposite).reduce(higher).unwrap_or(middle);
-        Some(Extreme { bound, ..found })
+        Ok(Extreme { bound, ..found })
     }
 
     /// The same, from the flanks that an extreme closes or the opposite ones.

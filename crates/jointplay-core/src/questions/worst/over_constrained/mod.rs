@@ -148,7 +148,7 @@ impl Mechanism {
         let site = Site { system: &system, compatibility, right, known, case, nominal };
         let Some(extremes) = site.extremes(climbs) else { return Ok(None) };
         let extremes = extremes.into_iter().map(|extreme| site.at_its_flanks(solver, extreme, climbs));
-        let Some(extremes) = extremes.collect::<Option<Vec<Extreme>>>() else { return Ok(None) };
+        let extremes = extremes.collect::<Result<Vec<Extreme>, Status>>()?;
         let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };
         let built = solver.follow(nominal, &built)?;
         let (summits, reached) = site.summits(solver, &built, &extremes);
