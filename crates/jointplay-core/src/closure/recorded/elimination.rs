@@ -33,7 +33,7 @@ impl<'r> Linear<'r> for Eliminated<'_, 'r> {
     }
 
     fn pivot_product(&self) -> Symbol<'r> {
-        self.plan.pivot_product(&self.factors)
+        self.factors.pivot_product()
     }
 
     /// As [`Mechanism::singular_estimate`].

@@ -139,7 +139,7 @@ impl<'r> Linear<'r> for OnTree<'_, 'r> {
     }
 
     fn pivot_product(&self) -> Symbol<'r> {
-        self.plan.pivot_product(&self.factors)
+        self.factors.pivot_product()
     }
 
     /// A singular pose is one of the loops: they are probed, and no body moves by more than all free components

@@ -180,17 +180,22 @@ impl Elimination {
         let sizes = || self.pivots.iter().map(|p| p.planned);
         sizes().fold(f64::INFINITY, f64::min) / sizes().fold(0.0, f64::max)
     }
+}
 
+impl<S: Real> Factors<S> {
     /// A number of the sign of the pivots' product, which changes with that of the determinant. It has nothing of the
     /// example that was planned for.
     #[must_use]
-    pub fn pivot_product<S: Real>(&self, f: &Factors<S>) -> S {
-        f.inverse_pivots.chunks(IN_RANGE).fold(S::from_f64(1.0), |product, some| {
-            let product = some.iter().fold(product, |product, &inverse| product * inverse);
+    pub fn pivot_product(&self) -> S {
+        let mut product = S::from_f64(1.0);
+        for (k, &inverse) in self.inverse_pivots.iter().enumerate() {
             // Of many pivots the product would leave the range of numbers.
-            let is_last = std::ptr::eq(some.as_ptr_range().end, f.inverse_pivots.as_ptr_range().end);
-            if is_last { product } else { (product * S::from_f64(f64::MAX.sqrt())).within_one().0 }
-        })
+            if k > 0 && k % IN_RANGE == 0 {
+                product = (product * S::from_f64(f64::MAX)).within_one().0;
+            }
+            product = product * inverse;
+        }
+        product
     }
 }
 
@@ -264,6 +269,24 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
+
+    /// The product of the pivots of a large structure would be no number any more.
+    #[test]
+    fn the_sign_of_many_pivots_is_known_in_any_unit() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        for n in [1, 3, 15, 16, 17, 40, 600] {
+            for unit in [1e-12, 1.0, 1e12] {
+                let entries: Vec<_> = (0..n)
+                    .flat_map(|i| [(i, i), (i, (i + 1) % n)])
+                    .map(|(i, j)| (i, j, unit * (rng.random_range(-1.0..1.0) + if i == j { 0.0 } else { 0.1 })))
+                    .collect();
+                let Some(plan) = Elimination::plan(n, &entries) else { continue };
+                let f = plan.factor(entries.iter().map(|e| e.2)).expect("the planned matrix");
+                let odd = f.inverse_pivots.iter().filter(|p| **p < 0.0).count() % 2 == 1;
+                assert!(if odd { f.pivot_product() < 0.0 } else { f.pivot_product() > 0.0 }, "{n} {unit}");
+            }
+        }
+    }
 
     #[test]
     fn replay_solves_matrices_of_the_same_pattern() {
