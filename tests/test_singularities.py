@@ -153,7 +153,7 @@ def test_poses_of_a_wrong_shape_are_refused() -> None:
     m = example("five-bar")
     at = nominal(m)
     for refused in (at.poses[:, 1:], at.poses[..., 1:], at.poses[0, 0]):
-        with pytest.raises(ValueError, match="poses of shape"):
+        with pytest.raises(ValueError, match="poses has shape"):
             m.core.jacobian(refused)
     with pytest.raises(ValueError, match="one row of drives per pose"):
         m.core.gaps(at.drives[:1], at.poses)
