@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analyses.map import Stopped, compute
+from jointplay.files import remove_folder
 from jointplay.store.lock import Lock
 from processes import COMMAND
 
@@ -159,6 +161,21 @@ def test_a_map_on_a_full_disk_ends_with_one_line_and_can_be_taken_up(name: str, 
     grid = {"x": np.linspace(-60, 60, 9), "y": np.linspace(150, 190, 9)}
     with jp.map(five_bar(), grid=grid, path=name, chunk=32) as made:
         assert (made.status == "ok").all()
+
+
+def test_a_folder_is_removed_although_something_else_tidies_it_up(tmp_path: Path) -> None:
+    """Of a map on a full disk it was reported that a file was missing: threads that failed removed theirs meanwhile."""
+    for _ in range(20):
+        room = tmp_path / "room"
+        room.mkdir()
+        files = [room / f"{k}.partial" for k in range(200)]
+        for file in files:
+            file.touch()
+        with ThreadPoolExecutor(1) as pool:
+            tidied = pool.submit(lambda files=files: [file.unlink(missing_ok=True) for file in files])
+            remove_folder(room)
+            tidied.result()
+        assert not room.exists()
 
 
 def test_a_link_to_a_map_stays_a_link(folder: Path) -> None:

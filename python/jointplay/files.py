@@ -13,7 +13,7 @@ import stat
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from jointplay.errors import InputError
@@ -122,18 +122,31 @@ def _umask() -> int:
     return mask
 
 
+def remove_folder(path: str | os.PathLike[str]) -> None:
+    """Remove a folder although threads that were writing when a disk was full still write, or tidy up.
+
+    Raises
+    ------
+    OSError
+        When it cannot be removed.
+    """
+    for _ in range(100):
+        shutil.rmtree(path, ignore_errors=True)
+        if not os.path.lexists(path):
+            return
+        time.sleep(0.01)
+    shutil.rmtree(path)
+
+
 @contextmanager
 def _room(parent: Path) -> Iterator[str]:
-    """A hidden folder that goes at the end, although threads that were writing when a disk was full still do."""
+    """A hidden folder that goes at the end."""
     room = tempfile.mkdtemp(prefix=HIDDEN, dir=parent)
     try:
         yield room
     finally:
-        for _ in range(100):
-            shutil.rmtree(room, ignore_errors=True)
-            if not os.path.lexists(room):
-                break
-            time.sleep(0.01)
+        with suppress(OSError):
+            remove_folder(room)
 
 
 def put_folder(write: Callable[[Path], None], path: Path) -> None:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import io
 import json
 import os
-import shutil
 import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -21,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.errors import InputError
-from jointplay.files import require_writable, said_of
+from jointplay.files import remove_folder, require_writable, said_of
 from jointplay.result import Result, Variable
 
 from .checks import Damaged, Stamp, put_sealed, sealed, stamp, sync_folder
@@ -92,7 +91,7 @@ def _fingerprint(path: Path) -> str:
 def _remove(path: Path) -> None:
     """Remove a file or a folder, if there is one."""
     if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path)
+        remove_folder(path)
     else:
         path.unlink(missing_ok=True)
 
