@@ -256,3 +256,11 @@ def test_values_are_those_of_python(both: tuple[str, str]) -> None:
     else:
         with pytest.raises(NotAnExpression):
             Variables({"a": 2.5, "b": "2 * a"}, 1.0).number(text)
+
+
+@pytest.mark.parametrize("axis", ["1" * 400, f"[{'1' * 400}, 0]", "nan", "[inf, 1]"])
+def test_a_direction_of_hundreds_of_digits_is_refused(axis: str) -> None:
+    """It ended in a traceback."""
+    text = SLIDER_CRANK.replace("axis = [1, 0]", f"axis = {axis}", 1)
+    with pytest.raises(jp.InputError, match="a direction .* is needed"):
+        jp.loads(text)

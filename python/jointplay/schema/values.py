@@ -104,7 +104,7 @@ class Table(BaseModel):
 def _is_direction(value: Any, size: int) -> bool:
     if not (isinstance(value, list | tuple) and len(value) == size and all(is_number(v) for v in value)):
         return False
-    if not all(math.isfinite(v) and abs(v) <= LARGEST for v in value):
+    if not all(abs(v) <= LARGEST for v in value):
         return False
     if math.hypot(*value) < SHORTEST_AXIS:
         example = "[1, 0], or an angle" if size == 2 else "[0, 0, 1]"
@@ -113,7 +113,7 @@ def _is_direction(value: Any, size: int) -> bool:
 
 
 def _axis(value: Any) -> float | tuple[float, float]:
-    if is_number(value) and math.isfinite(value) and abs(value) <= LARGEST:
+    if is_number(value) and abs(value) <= LARGEST:
         return float(value)
     if _is_direction(value, 2):
         return (float(value[0]), float(value[1]))
