@@ -262,5 +262,5 @@ def test_values_are_those_of_python(both: tuple[str, str]) -> None:
 def test_a_direction_of_hundreds_of_digits_is_refused(axis: str) -> None:
     """It ended in a traceback."""
     text = SLIDER_CRANK.replace("axis = [1, 0]", f"axis = {axis}", 1)
-    with pytest.raises(jp.InputError, match="a direction .* is needed"):
+    with pytest.raises(jp.InputError, match=r"a direction .* is needed"):
         jp.loads(text)
