@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import threading
 import time
@@ -33,11 +34,14 @@ def ctrl_c(after: float) -> Iterator[dict[str, float]]:
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGALRM, handler)
+    # Python swallows what is raised within a callback of the garbage collector, and Hypothesis installs one.
+    gc.disable()
     signal.setitimer(signal.ITIMER_REAL, after)
     try:
         yield spent
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
+        gc.enable()
         signal.signal(signal.SIGALRM, before)
         spent["cpu"] = time.process_time() - spent.get("since", time.process_time())
 
