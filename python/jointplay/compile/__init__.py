@@ -108,7 +108,7 @@ class Compiled:
     sources : tuple of str
         Names of what can be off.
     source_kinds : tuple of str
-        ``clearance``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
+        ``clearance``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link`` or ``drive``.
     drives : tuple of str
         Names of the drives.
     drive_joints : tuple of int
@@ -228,6 +228,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         "drives": [_drive_spec(moves) for moves in commands.moves],
         "output": {"point": output},
         "loads": loads,
+        "displacements": graph.displacements,
         "sources": [s.core_spec for s in sources],
     }
     return Compiled(

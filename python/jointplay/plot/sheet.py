@@ -133,7 +133,8 @@ def _drawable(result: Result) -> int:
 
 def _exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
     """A round factor that makes clearances and errors visible."""
-    radii = [s["set"]["disc"]["radius"] for s in m.core_spec["sources"] if "disc" in s["set"]]
+    pins = [s for s in m.core_spec["sources"] if s["kind"] == "clearance" and "disc" in s["set"]]
+    radii = [s["set"]["disc"]["radius"] for s in pins]
     size = max(radii, default=0.0) / m.units.length
     if pushed is not None:
         size = max(size, float(np.nan_to_num(size_of(pushed, "error", "position")[shown])) / 2.0)

@@ -26,10 +26,12 @@ from .clearances import (
     PlateClearance,
     PrismaticClearance,
     RevoluteClearance,
+    RunOut,
     SleeveClearance,
     SlotClearance,
 )
 from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
+from .deviations import DH, ComponentDeviation, Direction, LinkTable, PlanarPosition, SpatialPosition
 from .expressions import LONGEST, NotAnExpression, Variables, is_variable, resolved
 from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, PlanarFile
 from .grid import GridRange
@@ -43,14 +45,17 @@ from .stiffness import Stiffness
 from .values import NAME, ToleranceLaw, ToleranceTable, is_number
 
 __all__ = [
+    "DH",
     "NAME",
     "BallClearance",
     "BeltClearance",
     "BeltKeys",
     "Body",
     "BodyTable",
+    "ComponentDeviation",
     "Coupling",
     "Dimension",
+    "Direction",
     "Drive",
     "FlankClearance",
     "GearKeys",
@@ -58,6 +63,7 @@ __all__ = [
     "GuideClearance",
     "JointTable",
     "JournalClearance",
+    "LinkTable",
     "LoadTable",
     "LockedAngle",
     "MechanismFile",
@@ -66,9 +72,11 @@ __all__ = [
     "Place",
     "PlacementTable",
     "PlanarFile",
+    "PlanarPosition",
     "PlateClearance",
     "PrismaticClearance",
     "RevoluteClearance",
+    "RunOut",
     "Screw",
     "SleeveClearance",
     "SlotClearance",
@@ -76,6 +84,7 @@ __all__ = [
     "SpatialFile",
     "SpatialJoint",
     "SpatialPlacementTable",
+    "SpatialPosition",
     "SpatialStart",
     "Stiffness",
     "ToleranceLaw",

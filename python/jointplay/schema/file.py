@@ -13,6 +13,7 @@ from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 
 from .assembly import Assembly
 from .bodies import Body, BodyTable
+from .deviations import LinkTable, PlanarLink
 from .expressions import RESERVED, is_variable
 from .grid import Grid
 from .joints import JointTable
@@ -300,6 +301,10 @@ def _format(value: object) -> object:
     return value
 
 
+#: what the key `links` is
+LINKS = "how far one joint of a body is off against another one, by components"
+
+
 class MechanismFile(Table):
     """What the files of all mechanisms have in common."""
 
@@ -321,6 +326,7 @@ class MechanismFile(Table):
     output: OutputTable
     loads: Sequence[LoadTable]
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
+    links: Mapping[str, LinkTable]
     assembly: Assembly | SkipJsonSchema[None] = Field(None, description="the order in which it is assembled")
     limits: Limits = Field(default_factory=lambda: Limits.model_validate({}), description="what is acceptable")
 
@@ -338,6 +344,7 @@ class PlanarFile(MechanismFile):
     gravity: Pair = Field((0.0, 0.0), description="acceleration of gravity [gx, gy] in m/s^2, ground axes")
     bodies: dict[Name, Body] = Field({}, description="masses of bodies, and what makes them elastic")
     joints: dict[Name, Joint] = Field(description="the joints; the bodies are named by them")
+    links: dict[Name, PlanarLink] = Field({}, description=LINKS)
     start: dict[Name, Start] = Field({}, description="roughly where the bodies are: it chooses the assembly branch")
     path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")
     output: Output = Field(description="the point whose error is asked: a body and a point on it")

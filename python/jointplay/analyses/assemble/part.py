@@ -17,11 +17,9 @@ from numpy.typing import NDArray
 from jointplay import _core, poses
 from jointplay.compile import LENGTHS
 from jointplay.model import Mechanism, in_core
-from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, Changes, DriveSpec, JointSpec, MoveSpec, PointSpec, SourceSpec, Spec
+from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, Changes, DisplacementSpec, DriveSpec, JointSpec, MoveSpec, PointSpec, SourceSpec, Spec
 
 GROUND = -1
-#: sources on a joint; the others are on a drive, or dimensions between two points
-ON_JOINT = ("clearance", "angle", "ratio", "centre")
 
 Floats = NDArray[np.float64]
 
@@ -136,14 +134,46 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
     joints = [k for k, j in enumerate(spec["joints"]) if {body_of(j["first"]), body_of(j["second"])} <= set(joined)]
     moves = [_moves(drive, joints) for drive in spec["drives"]]
     drives = [k for k, there in enumerate(moves) if there]
-    sources = [k for k, source in enumerate(spec["sources"]) if _belongs(source, joints, drives, points)]
+    displacements = [k for k, one in enumerate(spec["displacements"]) if one["points"][0] in renumbered]
+
+    def belongs(source: SourceSpec) -> bool:
+        match source["kind"]:
+            case "drive":
+                return source["drive"] in drives
+            case "dimension":
+                return source["to"] in renumbered
+            case "place":
+                return source["displacement"] in displacements
+        return source["joint"] in joints
+
+    def placed_displacement(one: DisplacementSpec) -> DisplacementSpec:
+        at = placed({"body": body_of(one["points"][0]), "at": one["about"]})["at"]
+        return {"points": [renumbered[point] for point in one["points"]], "about": at}
+
+    def renamed_source(source: SourceSpec) -> SourceSpec:
+        match source["kind"]:
+            case "drive":
+                return source | {"drive": drives.index(source["drive"])}
+            case "dimension":
+                also = [renumbered[point] for point in source.get("also", ())]
+                ends = {"from": renumbered[source["from"]], "to": renumbered[source["to"]]}
+                return cast("SourceSpec", source | ends | {"also": also})
+            case "place":
+                on_base = body_of(spec["displacements"][source["displacement"]]["points"][0]) == base != GROUND
+                turned = np.array(source["ways"]) @ turn.T if on_base else np.array(source["ways"])
+                own = {"displacement": displacements.index(source["displacement"]), "ways": turned.tolist()}
+                return cast("SourceSpec", source | own)
+        return source | {"joint": joints.index(source["joint"])}
+
+    sources = [k for k, source in enumerate(spec["sources"]) if belongs(source)]
     own = spec | {
         "n_bodies": len(bodies),
         "guess": every[list(bodies)].tolist(),
         "points": [placed(spec["points"][k]) for k in points],
         "joints": [renamed(spec["joints"][k]) for k in joints],
         "drives": [_drive(*moves[k]) for k in drives],
-        "sources": [_renumbered(spec["sources"][k], joints, drives, renumbered) for k in sources],
+        "displacements": [placed_displacement(spec["displacements"][k]) for k in displacements],
+        "sources": [renamed_source(spec["sources"][k]) for k in sources],
         "loads": [
             load | {"point": renumbered[load["point"]]}
             for load in spec["loads"]
@@ -187,17 +217,3 @@ def _drive(first: MoveSpec, *others: MoveSpec) -> DriveSpec:
     if others:
         drive["also"] = list(others)
     return drive
-
-
-def _belongs(source: SourceSpec, joints: list[int], drives: list[int], points: list[int]) -> bool:
-    if source["kind"] in ON_JOINT:
-        return source["joint"] in joints
-    return source["drive"] in drives if source["kind"] == "drive" else source["to"] in points
-
-
-def _renumbered(source: SourceSpec, joints: list[int], drives: list[int], points: dict[int, int]) -> SourceSpec:
-    if source["kind"] in ON_JOINT:
-        return source | {"joint": joints.index(source["joint"])}
-    if source["kind"] == "drive":
-        return source | {"drive": drives.index(source["drive"])}
-    return source | {"from": points[source["from"]], "to": points[source["to"]]}
