@@ -63,7 +63,9 @@ def check_sizes(
         # What has no size itself has nothing to compare with.
         if limit > 0.0 and (off := _off(source)) > limit:
             factor = source.factors[0]
-            what = {TURN: "a full turn", QUARTER: "a quarter of a turn"}[limit] if angular else "the size of the mechanism"
+            what = (
+                {TURN: "a full turn", QUARTER: "a quarter of a turn"}[limit] if angular else "the size of the mechanism"
+            )
             word = graph.units.angle_name if angular else name
             problem = f"is off by up to {off / factor:.4g} {word}, more than {what}, {limit / factor:.4g} {word}"
             raise graph.refuse(problem, _key(data, graph, source))

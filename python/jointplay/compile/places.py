@@ -186,7 +186,9 @@ def _of_link(
         end = graph.joint_point(link.body, second, f"{key}.between.1")
         points = [end, *graph.together_with(end)]
         if turning and not _turns(data.joints[second], link.body):
-            problem = f"'{second}' has no direction on '{link.body}' that could deviate; valid here: {', '.join(BODY_AXES)}"
+            problem = (
+                f"'{second}' has no direction on '{link.body}' that could deviate; valid here: {', '.join(BODY_AXES)}"
+            )
             raise graph.refuse(problem, f"{key}.{turning[0]}")
     if any(component in DH for component in components):
         for joint in link.between:

@@ -32,7 +32,6 @@ from .places import of_links, of_places, of_wheel
 from .source import COINCIDENT, SHIFTS_ACROSS, TILTS, Source, interval
 
 
-
 def compile_sources(data: MechanismFile, graph: Graph, commands: Commands, output: int, length: float) -> list[Source]:
     """All sources of a mechanism, in SI."""
     sources: list[Source] = []

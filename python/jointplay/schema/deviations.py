@@ -1,8 +1,8 @@
 """Where a joint really is on a body: deviations of its place and of its direction, and those of a link between joints.
 
-    position     by component, each within its tolerance, or anywhere in a zone: its diameter is twice how far
-    direction    by rotations about side and normal, or anywhere in a cone
-    link         of one joint against another: all components of a pose, or a, alpha, d, theta (Denavit-Hartenberg)
+position     by component, each within its tolerance, or anywhere in a zone: its diameter is twice how far
+direction    by rotations about side and normal, or anywhere in a cone
+link         of one joint against another: all components of a pose, or a, alpha, d, theta (Denavit-Hartenberg)
 """
 
 from __future__ import annotations
@@ -71,7 +71,8 @@ class Zone(Components):
     of_zone: ClassVar[tuple[str, ...]] = ("deviation", "law")
 
     law: ClearanceLaw | SkipJsonSchema[None] = Field(
-        None, description="how it scatters in its zone: normal (three sigma to the boundary, default), uniform, boundary"
+        None,
+        description="how it scatters in its zone: normal (three sigma to the boundary, default), uniform, boundary",
     )
 
     @property
@@ -83,7 +84,9 @@ class Zone(Components):
     def _one_form(self) -> Self:
         components, names = self.by_component, ", ".join(self.keys)
         if self.has_zone and components:
-            raise problem(f"give either {self.sized} (a zone) or {names}; not {self.sized} with {', '.join(components)}")
+            raise problem(
+                f"give either {self.sized} (a zone) or {names}; not {self.sized} with {', '.join(components)}"
+            )
         if not self.has_zone:
             alone = [key for key in self.of_zone if key in self.model_fields_set]
             if alone:

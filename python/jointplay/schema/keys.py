@@ -10,7 +10,13 @@ from jointplay.errors import SHOWN, InputError, not_known, shown
 from jointplay.toml import DEEPEST, too_deep
 
 #: sections whose entries have names of the user's own
-NAMED = {"joints": "a joint", "drives": "a drive", "dimensions": "a dimension", "links": "a link", "variables": "a variable"}
+NAMED = {
+    "joints": "a joint",
+    "drives": "a drive",
+    "dimensions": "a dimension",
+    "links": "a link",
+    "variables": "a variable",
+}
 
 #: different ways to say the same
 RIVALS: Mapping[str, tuple[str, ...]] = {

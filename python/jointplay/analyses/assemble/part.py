@@ -17,7 +17,19 @@ from numpy.typing import NDArray
 from jointplay import _core, poses
 from jointplay.compile import LENGTHS
 from jointplay.model import Mechanism, in_core
-from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, Changes, DisplacementSpec, DriveSpec, JointSpec, MoveSpec, PointSpec, SourceSpec, Spec
+from jointplay.spec import (
+    AXIS_ON,
+    ENDS,
+    SIDE_ON,
+    Changes,
+    DisplacementSpec,
+    DriveSpec,
+    JointSpec,
+    MoveSpec,
+    PointSpec,
+    SourceSpec,
+    Spec,
+)
 
 GROUND = -1
 
