@@ -131,17 +131,16 @@ def test_a_link_shifts_and_turns_everything_at_its_second_joint(name: str) -> No
     off: dict[tuple[str, str], tuple[Any, Any]] = {}
     for body, (first, second, *others) in ((body, joints) for body, joints in on.items() if len(joints) > 1):
         # Pins in the plane have no axis in the file; they count their angle from there.
-        turns = m.data.joints[second].has_direction(body) or m.data.joints[second].kind == "fixed"
+        place = m.data.joints[second].placements[body].at
+        there = [joint for joint in (first, second, *others) if m.data.joints[joint].placements[body].at == place]
+        turns = all(m.data.joints[j].has_direction(body) or m.data.joints[j].kind == "fixed" for j in there)
         shift = size * m.length * rng.uniform(-1, 1, 3) * (1, 1, spatial)
         turn = size * rng.uniform(-1, 1, 3) * ((1, 1, 1) if spatial else (0, 0, 1)) * turns
         keys = [*"xyz", "rx", "ry", "rz"] if spatial else ["x", "y", "", "", "", "angle"]
         values = [*(shift / m.units.length), *(turn / m.units.angle)]
         told = {key: {"deviation": float(v)} for key, v in zip(keys, values, strict=True) if key and v}
         changes[f"links.link_{body}"] = {"body": body, "between": [first, second], **told}
-        place = m.data.joints[second].placements[body].at
-        for joint in (first, second, *others):
-            if m.data.joints[joint].placements[body].at == place:
-                off[joint, body] = (shift, turn)
+        off |= {(joint, body): (shift, turn) for joint in there}
     m = m.with_(changes)
     assert_same_poses(m, by_hand(m, off))
 
@@ -193,8 +192,8 @@ def test_a_link_turns_the_zero_of_a_driven_pin() -> None:
     m = example("serial-2r")
     link = {"body": "upper", "between": ["shoulder", "elbow"], "angle": {"deviation": 1.5}}
     found = jp.given(m.with_({"links.upper": None, "links.turned": link}))
-    values = [value + 1.5 for value in m.data.drives["elbow"].commands]
-    expected = jp.solve(m.with_({"drives.elbow": {"joint": "elbow", "values": values}})).nominal - jp.solve(m).nominal
+    values = [value + 1.5 for value in m.data.drives["q2"].commands]
+    expected = jp.solve(m.with_({"drives.q2": {"joint": "elbow", "values": values}})).nominal - jp.solve(m).nominal
     np.testing.assert_allclose(found.error, expected, rtol=0, atol=1e-10)
 
 
