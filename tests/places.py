@@ -50,7 +50,8 @@ def deviating(m: Mechanism, share: float = 1e-4, seed: int = 0, *, links: bool =
         if not links or len(joints) < 2:
             continue
         second = m.data.joints[joints[1]]
-        link: dict[str, Any] = {"body": body, "between": joints[:2], **{c: off(length) for c in ("xyz" if spatial else "xy")}}
+        shifts = {c: off(length) for c in ("xyz" if spatial else "xy")}
+        link: dict[str, Any] = {"body": body, "between": joints[:2], **shifts}
         if spatial and second.has_direction(body):
             link |= {c: off(angle) for c in ("rx", "ry", "rz")}
         elif not spatial and second.kind != "pin_in_slot":

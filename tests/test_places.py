@@ -1,4 +1,5 @@
 """Deviations of where joints are on their bodies, of their directions, and of links between them."""
+# ruff: noqa: E501 (one mistake a line)
 
 from __future__ import annotations
 
@@ -22,9 +23,7 @@ from places import deviating, turned
 from strategies import mechanism
 
 #: the examples without couplings, whose teeth mesh where the wheels are drawn
-UNCOUPLED = [
-    name for name in EXAMPLES if not any("coupling" in joint for joint in example(name).core_spec["joints"])
-]
+UNCOUPLED = [name for name in EXAMPLES if not any("coupling" in joint for joint in example(name).core_spec["joints"])]
 WIDTHS = ["plain", "avx2", "avx512"]
 
 
@@ -422,3 +421,234 @@ def test_a_link_that_turns_a_locked_joint_is_its_angle(question: str, seed: int)
     # Draws differ: the sources are in another order.
     kept |= {"error_covariance_first_order", "error_mean_first_order"}
     same(first[[name for name in first.data_vars if name in kept]], second)
+
+
+GUIDES = """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.guide]
+type = "prismatic"
+on = { ground = { at = [0, 0], axis = 0 }, slider = { at = [0, 0], axis = 0 } }
+clearance = { gap = 0.02, length = 30 }
+[joints.bolt]
+type = "fixed"
+on = { ground = [60, 10], bracket = [0, 0] }
+[joints.second]
+type = "prismatic"
+on = { bracket = { at = [0, 0], axis = 0 }, slider = { at = [60, 10], axis = 0 } }
+clearance = { gap = 0.03, length = 20 }
+[start]
+slider = { x = 5 }
+[drives.x]
+joint = "guide"
+values = [5]
+[output]
+body = "slider"
+at = [30, 40]
+[[loads]]
+force = [1, -8]
+"""
+
+
+@pytest.mark.parametrize("question", ["loaded", "worst", "random"])
+def test_the_direction_of_a_redundant_guide_is_the_angle_of_its_bracket(question: str) -> None:
+    """Angles of axes beside the rows of an over-constrained mechanism: the slider is clamped between two guides."""
+    m = jp.loads(GUIDES)
+    off = {"tolerance": 0.15, "deviation": 0.2} if question == "random" else {"tolerance": 0.04, "deviation": 0.05}
+    angle = m.with_({"joints.bolt.angle": off})
+    twin = m.with_({"joints.second.direction": {"bracket": off}})
+    assert (angle.sources, twin.sources) == (
+        ("guide", "bolt", "second"),
+        ("guide", "second", "second.direction.bracket"),
+    )
+    options = {"samples": 20_000, "seed": 2} if question == "random" else {}
+    first, second = (getattr(jp, question)(of, **options) for of in (angle, twin))
+    if question != "random":
+        names = [str(name) for name in first.data_vars if not {"parameter", "source", "joint"} & set(first[name].dims)]
+        same(first[names], second[names])
+        return
+    # The sources are in another order, so that other specimens are drawn.
+    share = float(first.failures.sel(outcome="not_assemblable")[0]) / 20_000
+    other = float(second.failures.sel(outcome="not_assemblable")[0]) / 20_000
+    assert 0.02 < share < 0.98
+    assert abs(share - other) < 5 * np.sqrt(2 * share * (1 - share) / 20_000)
+
+
+ARM = """
+format = 1
+space = "spatial"
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.J]
+type = "revolute"
+on = { ground = { at = [0, 0, 0], axis = [0, 0, 1] }, arm = { at = [0, 0, 0], axis = [0, 0, 1] } }
+[drives.q]
+joint = "J"
+values = [0]
+[output]
+body = "arm"
+at = [100, 0, 0]
+"""
+
+
+def largest(**changes: Any) -> tuple[float, float]:
+    """Worst position and rotation of an arm of 100 mm, in mm and deg."""
+    found = jp.worst(jp.loads(ARM).with_({key.replace("__", "."): value for key, value in changes.items()}))
+    assert set(found.status.values.tolist()) == {"ok"}
+    return float(found.worst_position[0]), float(found.worst_rotation[0])
+
+
+def test_zones_by_hand() -> None:
+    """A diameter is twice the largest shift; a cylinder with a length tilts by its diameter over its length."""
+    np.testing.assert_allclose(largest(joints__J__position={"arm": {"diameter": 0.1}}), (0.05, 0.0), atol=1e-9)
+    ball = {"ground": {"diameter": 0.1, "spherical": True}}
+    np.testing.assert_allclose(largest(joints__J__position=ball), (0.05, 0.0), atol=1e-9)
+    # The farther end of the arm rises by the tilt; the shift adds nothing to that direction.
+    tilt = np.degrees(0.1 / 40)
+    shifted, turned_by = largest(joints__J__position={"arm": {"diameter": 0.1, "length": 40}})
+    assert turned_by == pytest.approx(tilt, rel=1e-9)
+    assert shifted == pytest.approx(2 * 100 * np.sin(np.radians(tilt) / 2), rel=1e-6)
+    cone = largest(joints__J__direction={"arm": {"angle": 0.3}})
+    np.testing.assert_allclose(cone, (200 * np.sin(np.radians(0.15)), 0.3), rtol=1e-9)
+    parallel = largest(joints__J__direction={"ground": {"diameter": 0.2, "length": 40}})
+    angle = np.arctan(0.2 / 40)
+    np.testing.assert_allclose(parallel, (200 * np.sin(angle / 2), np.degrees(angle)), rtol=1e-9)
+    # About the side (x) the arm only turns about itself.
+    side = largest(joints__J__direction={"arm": {"side": 0.3}})
+    np.testing.assert_allclose(side, (0.0, 0.3), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["slider-crank", "3-rrr", "rssr"])
+def test_every_question_answers(name: str) -> None:
+    m = deviating(example(name), 1e-4)
+    assert {"position", "direction", "link"} - {"direction"} <= set(m.source_kinds)
+    key = next(f"joints.{joint}.position.{entry.names[0]}.x.tolerance" for joint, entry in m.data.joints.items())
+    swept = jp.sweep(m, key, [0.0, 0.1], "worst")
+    assert swept.worst_position.values[1].max() > swept.worst_position.values[0].min()
+    assert {"ok"} == set(jp.compare(m, m, question="worst").status.values.ravel().tolist())
+    random = jp.random(m, samples=5000, seed=3)
+    # The scatter beside first order: of second order in the deviations, and of the number of samples.
+    exact, linear = random.error_std.values, random.error_std_first_order.values
+    np.testing.assert_allclose(exact, linear, rtol=0.05, atol=1e-6)
+    if m.has_loads:
+        corrected = jp.compensate(m)
+        assert "ok" in set(corrected.status.values.ravel().tolist())
+    assert jp.check(m).source.size == len(m.sources)
+
+
+def test_a_map_and_an_assembly_take_deviations() -> None:
+    m = parallel().with_({"joints.E.position.beam": {"x": 0.01, "y": {"tolerance": 0.01, "deviation": 0.002}}})
+    grid = {"crank": {"from": -20, "to": -10, "count": 3}}
+    mapped = jp.map(m, "loaded", grid)
+    alone = jp.loaded(m.with_({"drives.crank.values": [-20, -15, -10]}))
+    np.testing.assert_allclose(mapped.error.values, alone.error.values, rtol=0, atol=1e-9)
+
+
+MISTAKES: dict[str, tuple[dict[str, Any], str, str]] = {
+    "unknown body": ({"position": {"crnk": {"x": 1}}}, "joints.J", "position: 'crnk' is not a body of this joint"),
+    "no component": ({"position": {"arm": {}}}, "joints.J.position.arm", "say how far it is off"),
+    "two forms": ({"position": {"arm": {"x": 1, "diameter": 1}}}, "joints.J.position.arm", "give either diameter (a zone) or x, y, z; not diameter with x"),
+    "a law of components": ({"position": {"arm": {"x": 1, "law": "normal"}}}, "joints.J.position.arm", "law at this place belongs to a zone"),
+    "a ball with a length": ({"position": {"arm": {"diameter": 1, "spherical": True, "length": 3}}}, "joints.J.position.arm", "a ball has no length"),
+    "a deviation of three": ({"position": {"arm": {"diameter": 1, "deviation": [1, 2, 3]}}}, "joints.J.position.arm", "the deviation in this zone is [side, normal], not 3 numbers"),
+    "a negative zone": ({"position": {"arm": {"diameter": -1}}}, "joints.J.position.arm.diameter", "-1"),
+    "too far": ({"position": {"arm": {"diameter": 1e6}}}, "joints.J.position.arm", "more than the size of the mechanism"),
+    "a misspelt key": ({"position": {"arm": {"diametre": 1}}}, "joints.J.position.arm", "did you mean 'diameter'?"),
+    "half a cylinder": ({"direction": {"arm": {"diameter": 1}}}, "joints.J.direction.arm", "diameter and length belong together"),
+    "cone and cylinder": ({"direction": {"arm": {"angle": 1, "diameter": 1, "length": 2}}}, "joints.J.direction.arm", "give angle, or diameter and length; not both"),
+    "too steep": ({"direction": {"arm": {"angle": 91}}}, "joints.J.direction.arm", "more than a quarter of a turn, 90 deg"),
+    "sigma and law": ({"direction": {"arm": {"side": {"tolerance": {"sigma": 1}, "law": "uniform"}}}}, "joints.J.direction.arm.side", "sigma already says"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_named(mistake: str) -> None:
+    changes, key, said = MISTAKES[mistake]
+    with pytest.raises(InputError) as caught:
+        jp.loads(ARM).with_({f"joints.J.{name}": value for name, value in changes.items()})
+    assert f": {key}: " in f": {caught.value}"
+    assert said in str(caught.value)
+
+
+PLANAR: dict[str, tuple[dict[str, Any], str]] = {
+    "z in the plane": ({"joints.B.position": {"crank": {"z": 1}}}, "'z' is a key in space"),
+    "an axis of a pin": ({"joints.B.direction": {"crank": 0.1}}, "a revolute joint has no axis on 'crank'"),
+    "a link of a stranger": ({"links.l": {"body": "crank", "between": ["A", "C"], "x": 1}}, "'C' is not a joint on 'crank'"),
+    "a link of one joint": ({"links.l": {"body": "crank", "between": ["A", "A"], "x": 1}}, "'A' is given twice"),
+    "a link of nothing": ({"links.l": {"body": "crank", "between": ["A", "B"]}}, "say what deviates: x, y, angle"),
+    "rz in the plane": ({"links.l": {"body": "crank", "between": ["A", "B"], "rz": 1}}, "'rz' is a key in space"),
+    "the name of a joint": ({"links.A": {"body": "crank", "between": ["A", "B"], "x": 1}}, "'A' is the name of a joint"),
+    "an output that turns": ({"links.l": {"body": "slider", "between": ["C", "output"], "angle": 1}}, "the output turns with its body"),
+    "another's output": ({"links.l": {"body": "crank", "between": ["A", "output"], "x": 1}}, "the output is on 'slider'"),
+}  # fmt: skip
+CRANK = """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+[joints.A]
+type = "revolute"
+on = { ground = [0, 0], crank = [0, 0] }
+[joints.B]
+type = "revolute"
+on = { crank = [40, 0], rod = [0, 0] }
+[joints.C]
+type = "revolute"
+on = { rod = [120, 0], slider = [0, 0] }
+[joints.D]
+type = "prismatic"
+on = { ground = { at = [0, 0], axis = 0 }, slider = { at = [0, 0], axis = 0 } }
+[start]
+slider = { x = 150 }
+[drives.t]
+joint = "A"
+values = [20, 50]
+[output]
+body = "slider"
+"""
+
+
+@pytest.mark.parametrize("mistake", PLANAR)
+def test_a_mistake_in_the_plane_is_named(mistake: str) -> None:
+    changes, said = PLANAR[mistake]
+    with pytest.raises(InputError) as caught:
+        jp.loads(CRANK).with_(changes)
+    assert said in str(caught.value)
+
+
+def test_axes_that_are_one_line_have_no_common_normal() -> None:
+    text = ARM.replace(
+        "[drives.q]",
+        """[joints.K]
+type = "revolute"
+on = { arm = { at = [0, 0, 50], axis = [0, 0, 1] }, tip = { at = [0, 0, 0], axis = [0, 0, 1] } }
+[links.l]
+body = "arm"
+between = ["J", "K"]
+alpha = 1
+[drives.q]""",
+    )
+    with pytest.raises(InputError, match=r"links\.l\.alpha: the axes of 'J' and 'K' are one line"):
+        jp.loads(text)
+
+
+def test_a_dimension_is_the_position_along_its_line() -> None:
+    dimension = {"body": "crank", "between": ["A", "B"], "tolerance": 0.05, "deviation": 0.02}
+    by_length = jp.loads(CRANK).with_({"dimensions.r": dimension})
+    off = {"crank": {"x": {"tolerance": 0.05, "deviation": 0.02}}}
+    by_place = jp.loads(CRANK).with_({"joints.B.position": off})
+    assert by_place.parameters == ("B.position.crank.x.length",)
+    for question in ("given", "worst", "random"):
+        options = {"samples": 500} if question == "random" else {}
+        same(getattr(jp, question)(by_length, **options), getattr(jp, question)(by_place, **options))
+    # It moves a joint that deviates by itself as well.
+    both = by_length.with_({"joints.B.position": {"crank": {"y": 0.01}}})
+    np.testing.assert_allclose(jp.given(both).error, jp.given(by_length).error, rtol=0, atol=1e-12)
+
+
+def test_a_sweep_has_the_unit_of_its_deviation() -> None:
+    m = jp.loads(ARM)
+    m = m.with_(
+        {"joints.J.position": {"arm": {"diameter": 0.1, "length": 30}}, "joints.J.direction": {"arm": {"angle": 0.1}}}
+    )
+    keys = {"position.arm.diameter": "mm", "position.arm.length": "mm", "direction.arm.angle": "deg"}
+    for key, unit in keys.items():
+        swept = jp.sweep(m, f"joints.J.{key}", [0.1, 0.2], "worst")
+        assert swept[key.rpartition(".")[2]].attrs["units"] == unit

@@ -108,7 +108,8 @@ class Compiled:
     sources : tuple of str
         Names of what can be off.
     source_kinds : tuple of str
-        ``clearance``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link`` or ``drive``.
+        ``clearance``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link`` or
+        ``drive``.
     drives : tuple of str
         Names of the drives.
     drive_joints : tuple of int

@@ -47,11 +47,9 @@ def of_wheel(graph: Graph, joint: CompiledJoint, entry: Mesh, body: str, runout:
     point, length = graph.places[body, joint.pin], graph.units.length
     axis, side, normal = _axes(graph, joint.pin, point)
     plane = {"side": side, "normal": normal} if isinstance(entry, SpatialJoint) else {"x": axis, "y": side}
-    spec: SourcePart = {
-        **_part(graph.displacement([point], graph.points[point].at), [(way, NOTHING) for way in plane.values()]),
-        "set": {"disc": {"radius": (runout.tolerance or 0.0) * length}},
-        "law": runout.law,
-    }
+    where: SourcePart = {"set": {"disc": {"radius": (runout.tolerance or 0.0) * length}}, "law": runout.law}
+    displacement = graph.displacement([point], graph.points[point].at)
+    spec = _part(displacement, [(way, NOTHING) for way in plane.values()], where)
     x, y = runout.deviation
     centre = (x * length, y * length)
     return Source(f"{joint.name}.runout.{body}", "runout", tuple(plane), (length, length), centre, spec)
@@ -65,9 +63,9 @@ def of_places(data: MechanismFile, graph: Graph, name: str) -> Iterator[Source]:
             continue
         point = graph.places[body, name]
         place = _Place(graph, name, point)
-        if (position := entry.position.get(body)) is not None:
+        if isinstance(position := entry.position.get(body), PlanarPosition | SpatialPosition):
             yield from place.position(f"{name}.position.{body}", f"position.{body}", position)
-        if (direction := entry.direction.get(body)) is not None:
+        if isinstance(direction := entry.direction.get(body), Direction | ComponentDeviation):
             yield from place.direction(f"{name}.direction.{body}", f"direction.{body}", direction)
 
 
@@ -89,7 +87,7 @@ class _Place:
         radius = off.diameter / 2.0 * length
         _, side, normal = self.axes
         if isinstance(off, PlanarPosition) or off.spherical:
-            components = ("x", "y") if isinstance(off, PlanarPosition) else ("x", "y", "z")
+            components: tuple[str, ...] = ("x", "y") if isinstance(off, PlanarPosition) else ("x", "y", "z")
             shape: SetSpec = {"disc" if len(components) == 2 else "ball": {"radius": radius}}
             ways = [(BODY_AXES[component], NOTHING) for component in components]
         else:
@@ -140,7 +138,7 @@ class _Place:
         shape: SetSpec,
         law: str | None,
     ) -> Source:
-        spec: SourcePart = {**_part(self.displacement, ways), "set": shape, "law": law or "normal"}
+        spec = _part(self.displacement, ways, {"set": shape, "law": law or "normal"})
         return Source(name, kind, components, factors, centre, spec, f"{self.key}.{key}")
 
 
@@ -150,7 +148,7 @@ def _single(
     """One component with its own tolerance and law."""
     turns = way[1] != NOTHING
     factor = graph.units.angle if turns else graph.units.length
-    spec: SourcePart = {**_part(displacement, [way]), **interval(off.tolerance, off.law or "normal", factor)}
+    spec = _part(displacement, [way], interval(off.tolerance, off.law or "normal", factor))
     return Source(name, kind, ("angle" if turns else "length",), (factor,), (off.deviation * factor,), spec, key)
 
 
@@ -218,8 +216,8 @@ def _of_dh_link(
         normal, foot = _common_normal(p1, z1, p2, z2, length)
         if normal is None:
             problem = (
-                f"the axes of '{link.between[0]}' and '{link.between[1]}' are one line, which has no common normal; valid"
-                " here: d, theta, or x, y, z, rx, ry, rz"
+                f"the axes of '{link.between[0]}' and '{link.between[1]}' are one line, which has no common normal;"
+                " valid here: d, theta, or x, y, z, rx, ry, rz"
             )
             raise graph.refuse(problem, f"{key}.{'a' if 'a' in components else 'alpha'}")
         about_normal = graph.displacement(points, foot)
@@ -273,6 +271,7 @@ def _axes(graph: Graph, name: str, point: int) -> tuple[Vector, Vector, Vector]:
     return axis, side, cross_product(axis, side)
 
 
-def _part(displacement: int, ways: list[Way]) -> SourcePart:
+def _part(displacement: int, ways: list[Way], where: SourcePart) -> SourcePart:
+    """A part of a displacement, with the set and the law of its components."""
     told = [[list(along), list(about)] for along, about in ways]
-    return {"kind": "place", "displacement": displacement, "ways": told}
+    return {**where, "kind": "place", "displacement": displacement, "ways": told}

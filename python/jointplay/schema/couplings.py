@@ -81,7 +81,7 @@ class Mesh(Coupling):
 
     @property
     def displaced(self) -> set[str]:
-        """The bodies on which it deviates by itself: a wheel that runs out is not where the joint is that carries it."""
+        """The bodies on which it deviates by itself; a wheel that runs out is not where its bearing is."""
         return super().displaced | {*self.runout}
 
     @property

@@ -11,7 +11,7 @@ from pydantic.json_schema import SkipJsonSchema
 from jointplay.errors import listed, not_known
 
 from .clearances import LockedAngle, PrismaticClearance, RevoluteClearance, SlotClearance
-from .deviations import Component, PlanarPosition, Zone
+from .deviations import Component, ComponentDeviation, PlanarPosition, Zone
 from .placements import Place, Placement, PlacementTable
 from .stiffness import ClampStiffness, PinStiffness, SliderStiffness, SlotStiffness
 from .values import IN_SPACE, Axis, Name, Pair, Table, problem
@@ -43,7 +43,7 @@ class JointTable(Table):
     )
     at: tuple[Any, ...] | None
     position: Mapping[str, Zone]
-    direction: Mapping[str, Any]
+    direction: Mapping[str, Zone | ComponentDeviation]
 
     #: the keys that say it once, beside `at`
     shared: ClassVar[tuple[str, ...]] = ("axis",)

@@ -60,7 +60,7 @@ class SpatialJoint(JointTable):
                 raise problem(f"position.{body}: a {self.kind} joint has no axis; write spherical = true for a ball")
         return self
 
-    def has_direction(self, body: str) -> bool:
+    def has_direction(self, body: str) -> bool:  # noqa: ARG002 - it has its axis on all bodies
         """Whether it has an axis on a body, which can deviate."""
         return self.has_axis
 
