@@ -80,7 +80,9 @@ def _of_coupling(entry: Coupling, graph: Graph, joint: CompiledJoint, index: int
     if error is not None:
         spec = interval(error.tolerance, error.law or "normal", unit) | {"joint": index}
         yield Source(f"{joint.name}.ratio", "ratio", ("length",), (unit,), (error.deviation * unit,), spec)
-    for body, runout in entry.runout.items() if isinstance(entry, Mesh) else ():
+    if not isinstance(entry, Mesh):
+        return
+    for body, runout in entry.runout.items():
         yield of_wheel(graph, joint, entry, body, runout)
 
 
