@@ -87,6 +87,7 @@ class _Moved(_Ends):
     joint: NotRequired[int]
     drive: NotRequired[int]
     second: NotRequired[bool]
+    factor: NotRequired[float]
 
 
 class SourcePart(_Moved):
