@@ -23,6 +23,7 @@ LAYERS = (
     "toml",
     "units",
     "poses",
+    "standards",
     "schema",
     "spec",
     "answers",

@@ -108,7 +108,7 @@ class Compiled:
     sources : tuple of str
         Names of what can be off.
     source_kinds : tuple of str
-        ``clearance``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
+        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
     drives : tuple of str
         Names of the drives.
     drive_joints : tuple of int
