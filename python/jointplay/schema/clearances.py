@@ -110,7 +110,10 @@ class RadialClearance(SizedClearance):
     pin: Pin | SkipJsonSchema[None] = Field(None, description="diameter and limits of the pin")
 
     def _missing(self) -> str:
-        return "say which clearance is meant: radial (hole radius - pin radius) or diametral (twice that)"
+        return (
+            "say which clearance is meant: radial (hole radius - pin radius) or diametral (twice that); or fit and"
+            " diameter, or hole and pin"
+        )
 
 
 def _range(value: object) -> object:
