@@ -30,6 +30,7 @@ LAYERS = (
     "_core",
     "compile",
     "model",
+    "gaps",
     "mobility",
     "result",
     "store",

@@ -165,3 +165,25 @@ def _bearing(
         low, high = (value * units.length for value in play.reduction)
         sizes.append(Size("reduction", -0.5, 0.0, low, high, law))
     return _gap(sizes), sizes
+
+
+def described(play: object) -> str:
+    """How the file gives a clearance that scatters, in its units.
+
+    Examples
+    --------
+    >>> from jointplay.schema import RevoluteClearance
+    >>> described(RevoluteClearance.model_validate({"fit": "H7/g6", "diameter": 12}))
+    'H7/g6 of 12'
+    """
+    assert isinstance(play, SizedClearance)
+    if play.fit is not None:
+        return f"{play.fit} of {getattr(play, play.nominal_key):g}"
+    parts = [(key, getattr(play, key)) for key in play.pair]
+    if all(isinstance(part, Machined) for _, part in parts):
+        return ", ".join(" ".join(filter(None, (key, f"{part.nominal:g}", part.iso_class))) for key, part in parts)
+    if isinstance(play, BearingKeys) and play.bearing is not None:
+        return (
+            f"bearing {play.bearing}, bore {play.bore:g}, {'before mounting' if play.reduction is None else 'mounted'}"
+        )
+    return next(f"{key} {getattr(play, key):g}" for key in play.measures if getattr(play, key) is not None)

@@ -133,7 +133,7 @@ def _of_size(joint: str, index: int, size: Size, unit: float) -> Source:
         "set": {"interval": {"low": -size.half, "high": size.half}},
         "law": size.law,
     }
-    return Source(f"{joint}.{size.name}", "size", ("length",), (unit,), (size.centre,), spec)
+    return Source(f"{joint}.{size.name}", "size", ("size",), (unit,), (size.centre,), spec)
 
 
 def _of_coupling(entry: Coupling, joint: CompiledJoint, index: int, unit: float) -> Iterator[Source]:
