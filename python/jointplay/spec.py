@@ -88,6 +88,7 @@ class _Moved(_Ends):
     factor: NotRequired[float]
     drive: NotRequired[int]
     second: NotRequired[bool]
+    factor: NotRequired[float]
 
 
 class SourcePart(_Moved):

@@ -7,6 +7,7 @@ use crate::cone::springs::factor;
 use crate::math::space::{Component, Space};
 use crate::math::vector::{add, norm, scale, sub};
 use crate::mechanism::coupling::{Coupling, Pair, Play};
+use crate::mechanism::gap::{Gap, Size};
 use crate::mechanism::joint::Joint;
 use crate::mechanism::spec::{SourceSpec, Spec, Target};
 use crate::mechanism::{Driven, Elastic, Mechanism, Point, Row, Source};
@@ -16,6 +17,9 @@ use crate::program::memo::Memo;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("inconsistent mechanism: {0}")]
 pub struct SpecError(String);
+
+/// Sizes of one clearance: hole and pin, or one of its own.
+const MOST_SIZES: usize = 2;
 
 fn fail<T>(message: impl Into<String>) -> Result<T, SpecError> {
     Err(SpecError(message.into()))
@@ -69,11 +73,13 @@ impl Mechanism {
         }
         let mut sources = Vec::with_capacity(spec.sources.len());
         let mut centre = Vec::new();
+        let is_of = |joint| move |s: &SourceSpec| matches!(s.target, Target::Clearance { joint: of } if of == joint);
+        let has_clearance = |joint| spec.sources.iter().any(is_of(joint));
         for (i, s) in spec.sources.iter().enumerate() {
-            let set = s.set;
+            let set = if sized(spec, s) { s.set.with_gap(s.set.gap()) } else { s.set };
             set.check().map_err(|e| SpecError(format!("source {i}: {e}")))?;
             let first = centre.len();
-            let components = attach(s, first, &mut points, &joints, &mut rows)
+            let components = attach(s, &has_clearance, first, &mut points, &joints, &mut rows)
                 .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;
             if components.len() != set.size() || s.centre.len() != set.size() {
                 return fail(format!("source {i}: its set or centre has the wrong size"));
@@ -83,11 +89,20 @@ impl Mechanism {
             let is_angle = match s.target {
                 Target::Angle { .. } => true,
                 Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
-                Target::Clearance { .. } | Target::Dimension { .. } | Target::Ratio { .. } | Target::Centre { .. } => {
-                    false
-                }
+                Target::Clearance { .. }
+                | Target::Dimension { .. }
+                | Target::Size { .. }
+                | Target::Ratio { .. }
+                | Target::Centre { .. } => false,
             };
-            sources.push(Source { set, law: s.law, first, is_clearance, is_angle, components });
+            sources.push(Source { set, law: s.law, gap: None, first, is_clearance, is_angle, components });
+        }
+        let gaps: Vec<_> = (0..sources.len()).map(|s| gap(spec, s, &sources, &centre)).collect::<Result<_, _>>()?;
+        for (source, gap) in sources.iter_mut().zip(gaps) {
+            if let Some(gap) = &gap {
+                source.set = source.set.with_gap(gap.at(&centre));
+            }
+            source.gap = gap;
         }
         let largest_move = |joint: &Joint| joint.coupling.as_ref().map_or(f64::INFINITY, Coupling::largest_move);
         let mut built = Self {
@@ -185,9 +200,44 @@ fn elastic(spec: &Spec, rows: &[Row]) -> Result<Vec<Elastic>, SpecError> {
     Ok(elastic)
 }
 
+/// Whether sizes of a clearance scatter.
+fn sized(spec: &Spec, source: &SourceSpec) -> bool {
+    let Target::Clearance { joint } = source.target else { return false };
+    spec.sources.iter().any(|s| matches!(s.target, Target::Size { joint: of, .. } if of == joint))
+}
+
+/// What the gap of a clearance depends on where sizes of its joint scatter.
+fn gap(spec: &Spec, number: usize, sources: &[Source], centre: &[f64]) -> Result<Option<Gap>, SpecError> {
+    let Target::Clearance { joint } = spec.sources[number].target else { return Ok(None) };
+    if !sized(spec, &spec.sources[number]) {
+        return Ok(None);
+    }
+    let set = spec.sources[number].set;
+    let base = set.gap();
+    #[allow(clippy::float_cmp)] // exact: both ends are written from one gap
+    let lopsided = matches!(set, Set::Interval { low, high } if low != -high);
+    if !base.is_finite() || lopsided {
+        return fail(format!("source {number}: the gap that sizes depend on must be finite, and equal on both sides"));
+    }
+    let mut gap = Gap { base, sizes: Vec::new(), largest: base };
+    for (source, s) in spec.sources.iter().enumerate() {
+        let Target::Size { joint: of, factor } = s.target else { continue };
+        let (Set::Interval { low, high }, parameter) = (s.set, sources[source].first) else { continue };
+        if of == joint {
+            gap.largest += factor * centre[parameter] + (factor * low).max(factor * high);
+            gap.sizes.push(Size { source, parameter, factor, share: 0.0 });
+        }
+    }
+    if gap.sizes.len() > MOST_SIZES {
+        return fail(format!("source {number}: a gap depends on at most {MOST_SIZES} sizes"));
+    }
+    Ok(Some(gap))
+}
+
 /// Lets the parameters from `first` on displace what the target names; gives their names.
 fn attach(
     source: &SourceSpec,
+    has_clearance: &dyn Fn(usize) -> bool,
     first: usize,
     points: &mut [Point],
     joints: &[Joint],
@@ -232,6 +282,15 @@ fn attach(
             }
             points[to].moved_by.push((first, scale(between, 1.0 / distance)));
             Ok(vec!["length"])
+        }
+        Target::Size { joint, factor } => {
+            if !matches!(source.set, Set::Interval { .. }) || !factor.is_finite() || factor == 0.0 {
+                return fail("a size is one number, of which a gap is a part");
+            }
+            match joints.get(joint) {
+                Some(j) if j.loosened > 0 && j.coupling.is_none() && has_clearance(joint) => Ok(vec!["size"]),
+                _ => fail("a joint of this kind has no clearance with sizes"),
+            }
         }
         Target::Drive { drive } => {
             let mut driven: Vec<&mut Row> =

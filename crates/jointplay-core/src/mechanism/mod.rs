@@ -7,6 +7,7 @@ pub(crate) mod case;
 pub(crate) mod columns;
 pub(crate) mod coupling;
 pub(crate) mod dim;
+pub(crate) mod gap;
 pub(crate) mod joint;
 mod kind;
 mod spec;
@@ -25,6 +26,7 @@ use crate::math::real::Real;
 use crate::math::space::{Component, Space};
 use crate::math::vector::Vec3;
 use crate::mechanism::coupling::Play;
+use crate::mechanism::gap::Gap;
 use crate::mechanism::joint::Joint;
 use crate::mechanism::spec::LoadSpec;
 use crate::program::memo::Memo;
@@ -99,6 +101,8 @@ pub struct Source {
     pub set: Set,
     /// How it scatters.
     pub law: Law,
+    /// Of a clearance: what its gap depends on where sizes scatter; the set has the gap of their middles.
+    pub gap: Option<Gap>,
     /// Its first parameter; it owns `set.size()` of them.
     pub first: usize,
     /// Whether the load decides where it goes (clearances) or not (tolerances, drive errors).
@@ -283,7 +287,7 @@ impl Mechanism {
         let by = |row: &Row| row.parameter.map(|p| (p, 1.0)).into_iter().chain(row.shift);
         turning.flat_map(by).fold(0.0, |largest: f64, (p, coefficient)| {
             let source = self.sources.iter().find(|s| s.range().contains(&p));
-            let half_width = source.map_or(0.0, |s| s.set.half_width(p - s.first));
+            let half_width = source.map_or(0.0, |s| s.largest_set().half_width(p - s.first));
             largest.max(coefficient.abs() * (self.centre[p].abs() + 2.0 * half_width))
         })
     }

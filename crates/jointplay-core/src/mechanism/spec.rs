@@ -178,6 +178,13 @@ pub enum Target {
         /// The point that moves.
         to: usize,
     },
+    /// A size of the parts of a clearance (the diameter of a hole, of a pin), on which its gap depends.
+    Size {
+        /// Index of the joint.
+        joint: usize,
+        /// How much the gap grows with it.
+        factor: f64,
+    },
     /// The value of a drive.
     Drive {
         /// Index of the drive.
@@ -209,7 +216,8 @@ pub struct SourceSpec {
     /// What it moves.
     #[serde(flatten)]
     pub target: Target,
-    /// Where its offset can be, relative to the centre.
+    /// Where its offset can be, relative to the centre. That of a clearance with sizes has the gap at the middle of all
+    /// sizes, which may be below zero.
     pub set: Set,
     /// Known deviation of the built unit.
     pub centre: Vec<f64>,

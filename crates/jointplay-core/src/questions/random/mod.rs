@@ -40,19 +40,26 @@ impl Mechanism {
         if source.is_clearance { request.law.unwrap_or(source.law) } else { source.law }
     }
 
+    /// Whether the offsets of a source go beyond its largest set.
+    pub(crate) fn has_no_limits(&self, source: &Source, request: &Request) -> bool {
+        let sizes = source.gap.iter().flat_map(|gap| &gap.sizes).map(|size| &self.sources[size.source]);
+        std::iter::once(source).chain(sizes).any(|source| Self::law(source, request) == Law::Gauss)
+    }
+
     /// Scatter of every case; when stopped, that of the samples until then. Specimens under load are settled one by one,
     /// whatever holds them.
     #[must_use]
     pub fn random(&self, cases: &[Case<'_>], request: &Request) -> Answer {
+        let m = self.with_scattered_gaps();
         let wanted = self.wanted(request);
         let form = if request.loaded { Form::OverConstrained } else { self.form(false) };
         let (answer, kept): (_, Vec<Sample>) = match form {
             Form::Determinate => {
-                let (found, kept): (Vec<_>, Vec<_>) = self.random_determinate(cases, request).into_iter().unzip();
+                let (found, kept): (Vec<_>, Vec<_>) = m.random_determinate(cases, request).into_iter().unzip();
                 (Answer::of_rows(found.iter(), &wanted), kept.into_iter().flatten().collect())
             }
             Form::OverConstrained => {
-                let (found, kept): (Vec<_>, Vec<_>) = self.random_over_constrained(cases, request).into_iter().unzip();
+                let (found, kept): (Vec<_>, Vec<_>) = m.random_over_constrained(cases, request).into_iter().unzip();
                 (Answer::of_pairs(&found, &wanted), kept.into_iter().flatten().collect())
             }
         };
@@ -109,7 +116,8 @@ impl Mechanism {
                 let column = map.parameters.column(p);
                 covariance += column * column.transpose() * variance[k];
                 for i in 0..n {
-                    contribution[s * n + i] += column[i] * column[i] * variance[k];
+                    let part = column[i] * column[i] * variance[k];
+                    source.split(s, k, part, |s, part| contribution[s * n + i] += part);
                     mean_first_order[i] += column[i] * mean[k];
                 }
             }
@@ -125,7 +133,7 @@ impl Mechanism {
             ranges: &ranges,
             shift: &mean_first_order,
         };
-        let mut tally = Tally::new(n, &ranges);
+        let mut tally = Tally::new(n, self.sources.len(), &ranges);
         let chunks = request.samples.div_ceil(CHUNK);
         for block in 0..chunks.div_ceil(BLOCK) {
             let parts: Vec<Tally> = (block * BLOCK..((block + 1) * BLOCK).min(chunks))
@@ -158,9 +166,10 @@ impl Mechanism {
             } else {
                 tally.outside as f64 / tally.count as f64
             },
-            largest: tally.largest,
+            largest: tally.largest.clone(),
             failures: tally.statuses.to_vec(),
             fallbacks: tally.fallbacks,
+            interference: tally.share_of_interference(),
             status: self.status_of(&linearised, nominal),
         };
         (scatter, tally.kept.unwrap_or_default())
@@ -175,8 +184,9 @@ impl Mechanism {
                 let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
                 let opposite: Vec<f64> = row.iter().map(|r| -r).collect();
                 // An untruncated law reaches beyond its set of three standard deviations.
-                let reach = if Self::law(source, request) == Law::Gauss { 2.0 } else { 1.0 };
-                *h += reach * 0.5 * (source.set.support(&row) + source.set.support(&opposite));
+                let reach = if self.has_no_limits(source, request) { 2.0 } else { 1.0 };
+                let set = source.largest_set();
+                *h += reach * 0.5 * (set.support(&row) + set.support(&opposite));
             }
         }
         Ranges::new(mean, &half, self.n_translations())
