@@ -92,7 +92,7 @@ def test_the_json_schema_knows_every_key_and_explains_it() -> None:
     schema = json_schema()
     tables = [table for table in schema["$defs"].values() if table["type"] == "object"]
     assert {"radial", "diametral", "law"} <= set(schema["$defs"]["RevoluteClearance"]["properties"])
-    assert {"radial", "axial", "length", "law"} <= set(schema["$defs"]["JournalClearance"]["properties"])
+    assert {"radial", "axial", "length", "law"} <= set(schema["$defs"]["BearingClearance"]["properties"])
     assert "from" in schema["$defs"]["Drive"]["properties"]
     for table in tables:
         assert table["additionalProperties"] is False

@@ -17,6 +17,7 @@ import numpy as np
 
 from jointplay.answers import Loaded
 from jointplay.errors import InputError
+from jointplay.gaps import attributes, core_with
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, to_dataset
 from jointplay.typed import typed
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @typed
-def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Dataset:
+def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str = "middle") -> xr.Dataset:
     """Find the pose error where the loads take up the clearances.
 
     Parameters
@@ -42,6 +43,9 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Data
     details : bool
         Whether more is returned than `error`, `undetermined`, `iterations`, `status` and, of an over-constrained
         mechanism, `clearance_factor`. For very many configurations the rest takes most of the time and the memory.
+    sizes : {"middle", "largest", "smallest"}
+        Which sizes clearances have that scatter: in the middle of their limits, or those with the largest or the
+        smallest play.
 
     Returns
     -------
@@ -72,20 +76,26 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Data
     >>> result.error.sel(component=["x", "y"])[0].values.round(4)
     array([ 0.9505, -3.1031])
     """
-    return to_dataset(compute(m, exact=exact, details=details))
+    return to_dataset(compute(m, exact=exact, details=details, sizes=sizes))
 
 
 def compute(
-    m: Mechanism, *, exact: bool = True, details: bool = True, offset: bool = False, at: Nominal | None = None
+    m: Mechanism,
+    *,
+    exact: bool = True,
+    details: bool = True,
+    sizes: str = "middle",
+    offset: bool = False,
+    at: Nominal | None = None,
 ) -> Result:
     """The light form of `loaded`; `offset` asks for the offsets without the other details."""
     require_loads(m)
     at = at or nominal(m)
-    found = m.core.loaded(at.drives, at.poses, exact, offset or details, details, partly=True)
+    found = core_with(m, sizes).loaded(at.drives, at.poses, exact, offset or details, details, partly=True)
     count, done = len(at), len(found["status"])
     at = at.first(done)
     pose = ("configuration", "component")
-    builder = report(m, "loaded", at)
+    builder = report(m, "loaded", at, **attributes(m, sizes))
     words = "error of the output, actual - nominal" + ("" if exact else ", to first order")
     builder.add("error", pose, found["error"], words, "component")
     builder.add(

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from jointplay.answers import Worst
 from jointplay.errors import in_range
+from jointplay.gaps import tight
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
 from jointplay.typed import typed
@@ -76,6 +77,8 @@ def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progre
     found, done = batched(len(at), BATCH, run, progress)
     at = at.first(done)
     builder = report(m, "worst", at)
+    if some := tight(m):
+        builder.attrs["some_without_play"] = ", ".join(some)
     sides = ("configuration", "component", "side")
     exact = found["position"], found["rotation"], found["component"]
     linear = found["position_first_order"], found["rotation_first_order"], found["component_first_order"]

@@ -23,6 +23,8 @@ from .options import (
     Scatter,
     Seed,
     Settings,
+    Sized,
+    Sizes,
     Swept,
     Touching,
 )
@@ -149,6 +151,7 @@ def error(
     seed: Seed = 0,
     law: Scatter = None,
     contact: Touching = Contact.scattered,
+    sizes: Sizes = Sized.middle,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -179,11 +182,14 @@ def error(
 
     def ask_given(m: Mechanism, progress: Any) -> Result:
         if put:
-            return given.compute(m, put)
+            return given.compute(m, put, sizes=sizes.value)
         return given.at_worst(m, found.get("worst") or ask_worst(m, progress))
 
+    def ask_loaded(m: Mechanism, progress: Any) -> Result:
+        return loaded.compute(m, sizes=sizes.value)
+
     asks: dict[Question, Callable[..., Result]] = {
-        Question.loaded: loaded.compute,
+        Question.loaded: ask_loaded,
         Question.worst: ask_worst,
         Question.random: ask_random,
         Question.given: ask_given,

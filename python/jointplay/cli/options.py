@@ -59,6 +59,14 @@ class Contact(StrEnum):
     loaded = "loaded"
 
 
+class Sized(StrEnum):
+    """Which sizes clearances have that scatter."""
+
+    middle = "middle"
+    largest = "largest"
+    smallest = "smallest"
+
+
 class Mapped(StrEnum):
     """What `map` can ask."""
 
@@ -107,4 +115,7 @@ Scatter = Annotated[
 ]
 Touching = Annotated[
     Contact, typer.Option("--contact", help="random: clearances scatter, or the load decides where they are.")
+]
+Sizes = Annotated[
+    Sized, typer.Option("--sizes", help="loaded, given: clearances that scatter have the sizes of this play.")
 ]

@@ -29,6 +29,7 @@ from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
 from .grid import Grid, compile_grid
 from .loads import compile_loads, output_point
 from .members import Member, split
+from .sizes import described
 from .sources import compile_sources
 from .spatial_start import spatial_start
 from .start import planar_start
@@ -46,6 +47,7 @@ __all__ = [
     "Member",
     "compile_file",
     "coordinate",
+    "described",
 ]
 
 #: below this (metres) a mechanism has no size of its own
@@ -108,7 +110,7 @@ class Compiled:
     sources : tuple of str
         Names of what can be off.
     source_kinds : tuple of str
-        ``clearance``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
+        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
     drives : tuple of str
         Names of the drives.
     drive_joints : tuple of int

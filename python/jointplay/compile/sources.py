@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from jointplay.errors import InputError
 from jointplay.schema import (
     BallClearance,
     Coupling,
@@ -20,6 +21,7 @@ from jointplay.schema import (
     PlateClearance,
     PrismaticClearance,
     RevoluteClearance,
+    SizedClearance,
     SleeveClearance,
     SlotClearance,
     SpatialJoint,
@@ -32,6 +34,7 @@ from jointplay.units import Units
 from .couplings import play_at_rim
 from .drives import Commands
 from .graph import TURNS, CompiledJoint, Graph
+from .sizes import Size, sizes_of
 
 #: two points closer than this share of the mechanism's length have no direction between them
 COINCIDENT = 1e-9
@@ -47,7 +50,7 @@ class Source:
     ----------
     name : str
     kind : str
-        ``clearance``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
+        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
     components : tuple of str
         What each of its parameters is called.
     factors : tuple of float
@@ -93,13 +96,15 @@ def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoin
     locked, play = getattr(entry, "angle", None), getattr(entry, "clearance", None)
     sources: list[Source] = []
     if play is not None:
-        components, shape = _set(entry, play, units, length)
+        gap, sizes = _sizes(graph, joint, play)
+        components, shape = _set(entry, play, gap, units, length)
         if joint.kind == "fixed":
             # The pin of a locked hinge is given in the joint's own axes, as its angle is.
             components = ("along", "normal")
         factors = tuple(units.angle if component in TURNS else units.length for component in components)
         spec: SourcePart = {"joint": index, "set": shape, "law": play.law}
         sources.append(Source(joint.name, "clearance", components, factors, (0.0,) * len(components), spec))
+        sources.extend(_of_size(joint.name, index, size, units.length) for size in sizes)
     if isinstance(locked, LockedAngle):
         spec = _interval(locked.tolerance, locked.law or "normal", units.angle) | {"joint": index}
         name = f"{joint.name}.lock" if sources else joint.name
@@ -107,6 +112,28 @@ def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoin
     if isinstance(entry, Coupling):
         sources.extend(_of_coupling(entry, joint, index, units.length))
     return sources
+
+
+def _sizes(graph: Graph, joint: CompiledJoint, play: object) -> tuple[float, list[Size]]:
+    """Radius or gap of a clearance that has one, and the sizes that make it."""
+    if not isinstance(play, SizedClearance):
+        return 0.0, []
+
+    def refuse(problem: str, key: str) -> InputError:
+        return graph.refuse(problem, ".".join(part for part in (f"joints.{joint.pin}.clearance", key) if part))
+
+    return sizes_of(play, graph.units, refuse)
+
+
+def _of_size(joint: str, index: int, size: Size, unit: float) -> Source:
+    """A size that scatters about the middle of its limits."""
+    spec: SourcePart = {
+        "joint": index,
+        "factor": size.factor,
+        "set": {"interval": {"low": -size.half, "high": size.half}},
+        "law": size.law,
+    }
+    return Source(f"{joint}.{size.name}", "size", ("size",), (unit,), (size.centre,), spec)
 
 
 def _of_coupling(entry: Coupling, joint: CompiledJoint, index: int, unit: float) -> Iterator[Source]:
@@ -123,42 +150,45 @@ def _of_coupling(entry: Coupling, joint: CompiledJoint, index: int, unit: float)
         yield Source(f"{joint.name}.runout.{body}", "runout", components, (unit, unit), (x * unit, y * unit), spec)
 
 
-def _set(entry: object, play: object, units: Units, length: float) -> tuple[tuple[str, ...], SetSpec]:
-    """Components of a clearance in the order of the joint's locked directions, and its set."""
+def _set(entry: object, play: object, gap: float, units: Units, length: float) -> tuple[tuple[str, ...], SetSpec]:
+    """Components of a clearance in the order of the joint's locked directions, and its set.
+
+    `gap` is its radius or gap; in the middle of its sizes it may be negative, where most pairs have no play.
+    """
     unit = units.length
     if isinstance(entry, Mesh):
         low, high = play_at_rim(entry, units)
         return entry.held, {"interval": {"low": low, "high": high}}
     match play:
         case RevoluteClearance():
-            return ("x", "y"), {"disc": {"radius": play.radius * unit}}
+            return ("x", "y"), {"disc": {"radius": gap}}
         case PrismaticClearance():
-            size = {"gap": play.gap * unit, "half_length": play.length / 2.0 * unit}
+            size = {"gap": gap, "half_length": play.length / 2.0 * unit}
             return ("normal", "angle"), {"diamond": size}
         case SlotClearance():
-            return ("normal",), {"interval": {"low": -play.gap * unit, "high": play.gap * unit}}
+            return ("normal",), {"interval": {"low": -gap, "high": gap}}
         case JournalClearance():
-            size = {**_pin(play, unit, length), "axial": play.axial * unit}
+            size = {**_pin(play, gap, unit, length), "axial": play.axial * unit}
             return ("along", *SHIFTS_ACROSS, *TILTS), {"journal": size}
         case SleeveClearance():
-            return (*SHIFTS_ACROSS, *TILTS), {"sleeve": _pin(play, unit, length)}
+            return (*SHIFTS_ACROSS, *TILTS), {"sleeve": _pin(play, gap, unit, length)}
         case BallClearance():
-            return ("x", "y", "z"), {"ball": {"radius": play.radius * unit}}
+            return ("x", "y", "z"), {"ball": {"radius": gap}}
         case GuideClearance():
             height = play.width if play.height is None else play.height
             halves = {"half_length": play.length, "half_width": play.width, "half_height": height}
-            size = {"gap": play.gap * unit, **{key: value / 2.0 * unit for key, value in halves.items()}}
+            size = {"gap": gap, **{key: value / 2.0 * unit for key, value in halves.items()}}
             return (*SHIFTS_ACROSS, "roll", *TILTS), {"guide": size}
         case PlateClearance():
             side, normal = play.size
-            size = {"gap": play.gap * unit, "half_normal": normal / 2.0 * unit, "half_side": side / 2.0 * unit}
+            size = {"gap": gap, "half_normal": normal / 2.0 * unit, "half_side": side / 2.0 * unit}
             return ("along", *TILTS), {"plate": size}
     raise AssertionError(f"{type(play).__name__} has no set")
 
 
-def _pin(play: SleeveClearance, unit: float, length: float) -> dict[str, float]:
+def _pin(play: SleeveClearance, gap: float, unit: float, length: float) -> dict[str, float]:
     """Radius and half-length of a pin. One without radial play does not tilt, however long it is."""
-    return {"radius": play.radius * unit, "half_length": length if play.length is None else play.length / 2.0 * unit}
+    return {"radius": gap, "half_length": length if play.length is None else play.length / 2.0 * unit}
 
 
 def _of_dimension(data: MechanismFile, graph: Graph, name: str, output: int, length: float) -> Source:

@@ -12,6 +12,7 @@ from matplotlib.patches import Circle, Polygon
 from jointplay import poses
 from jointplay.analyses.nominal import Nominal, nominal
 from jointplay.errors import InputError, shown
+from jointplay.gaps import clearance_of
 from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.spec import JointSpec
@@ -231,12 +232,12 @@ class _Drawing:
     def error(self, exaggerate: float, result: Result | None) -> None:
         """The disc that each pin can use, where the pin lies in it, and the error of the output."""
         label = f"clearance, {exaggerate:g} times"
-        for source in self.spec["sources"]:
+        for number, source in enumerate(self.spec["sources"]):
             if source["kind"] != "clearance" or "disc" not in source["set"]:
                 continue
             joint = self.spec["joints"][source["joint"]]
             x, y = self.place(joint["first"])
-            radius = source["set"]["disc"]["radius"] / self.m.units.length * exaggerate
+            radius = clearance_of(self.m, number)[1]["radius"] / self.m.units.length * exaggerate
             self.axes.add_patch(
                 Circle((x, y), radius, facecolor=COLOURS[1], edgecolor=COLOURS[3], alpha=0.35, zorder=5, label=label)
             )

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from jointplay import files
 from jointplay.errors import InputError
+from jointplay.gaps import clearance_of
 from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.result import size as size_of
@@ -133,7 +134,9 @@ def _drawable(result: Result) -> int:
 
 def _exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
     """A round factor that makes clearances and errors visible."""
-    radii = [s["set"]["disc"]["radius"] for s in m.core_spec["sources"] if "disc" in s["set"]]
+    radii = [
+        clearance_of(m, k)[1]["radius"] for k, source in enumerate(m.core_spec["sources"]) if "disc" in source["set"]
+    ]
     size = max(radii, default=0.0) / m.units.length
     if pushed is not None:
         size = max(size, float(np.nan_to_num(size_of(pushed, "error", "position")[shown])) / 2.0)

@@ -18,14 +18,18 @@ from jointplay.units import ANGLES
 from .bodies import Body, BodyTable, SpatialBody
 from .clearances import (
     BallClearance,
+    BearingKeys,
     BeltClearance,
     FlankClearance,
+    GapClearance,
     GuideClearance,
     JournalClearance,
     LockedAngle,
     PlateClearance,
     PrismaticClearance,
+    RadialClearance,
     RevoluteClearance,
+    SizedClearance,
     SleeveClearance,
     SlotClearance,
 )
@@ -37,6 +41,7 @@ from .joints import JointTable
 from .kinds import with_coordinate
 from .messages import located
 from .placements import Place, PlacementTable, SpatialPlacementTable
+from .sizes import Machined
 from .spatial_file import SpatialFile, SpatialStart
 from .spatial_joints import SpatialJoint, Universal
 from .stiffness import Stiffness
@@ -45,6 +50,7 @@ from .values import NAME, ToleranceLaw, ToleranceTable, is_number
 __all__ = [
     "NAME",
     "BallClearance",
+    "BearingKeys",
     "BeltClearance",
     "BeltKeys",
     "Body",
@@ -53,6 +59,7 @@ __all__ = [
     "Dimension",
     "Drive",
     "FlankClearance",
+    "GapClearance",
     "GearKeys",
     "GridRange",
     "GuideClearance",
@@ -60,6 +67,7 @@ __all__ = [
     "JournalClearance",
     "LoadTable",
     "LockedAngle",
+    "Machined",
     "MechanismFile",
     "Mesh",
     "OutputTable",
@@ -68,8 +76,10 @@ __all__ = [
     "PlanarFile",
     "PlateClearance",
     "PrismaticClearance",
+    "RadialClearance",
     "RevoluteClearance",
     "Screw",
+    "SizedClearance",
     "SleeveClearance",
     "SlotClearance",
     "SpatialBody",

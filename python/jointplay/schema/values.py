@@ -42,6 +42,11 @@ def problem(message: str) -> PydanticCustomError:
     return PydanticCustomError("problem", "{message}", {"message": message})
 
 
+def problem_of_text(message: str) -> PydanticCustomError:
+    """The same of a value that has to be a text, in whose place no expression can stand."""
+    return PydanticCustomError("problem_of_text", "{message}", {"message": message})
+
+
 def is_number(value: object) -> bool:
     """Whether a value of the file is a number (a boolean is not)."""
     return isinstance(value, int | float) and not isinstance(value, bool)

@@ -19,6 +19,8 @@ def overview(result: Result) -> list[Table]:
         tables.append(_members(result))
     if "source" in result.coords:
         tables.append(_sources(result))
+    if "clearance" in result.coords:
+        tables.append(_plays(result))
     tables.append(_mobility(result))
     return tables
 
@@ -75,6 +77,21 @@ def _sources(result: Result) -> Table:
         words("unit", units),
     )
     return Table(_count(len(names), "source of error", "sources of error"), columns)
+
+
+def _plays(result: Result) -> Table:
+    """The clearances whose size scatters, with the travel of the pin from side to side."""
+    names, play = result.labels("clearance"), result.get("play")
+    columns = (
+        words("clearance", names),
+        words("given as", result.get("play_given").tolist()),
+        Column("play, from", result.unit("play"), tuple(f"{value:.4g}" for value in play[:, 0].tolist())),
+        Column("to", result.unit("play"), tuple(f"{value:.4g}" for value in play[:, 1].tolist())),
+    )
+    tight = [name for name, value in zip(names, play[:, 0].tolist(), strict=True) if value < 0.0]
+    notes = (f"Pairs with interference have no play: {', '.join(tight)}.",) if tight else ()
+    count = _count(len(names), "clearance whose size scatters", "clearances whose sizes scatter")
+    return Table(f"{count}: travel from side to side", columns, notes)
 
 
 def _mobility(result: Result) -> Table:

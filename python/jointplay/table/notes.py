@@ -55,6 +55,13 @@ def _notes(result: Result) -> Iterable[str]:
     if question == "worst" and "unsettled" in result.data and result.get("unsettled").any():
         which = _which(np.flatnonzero(result.get("unsettled")).tolist()) if status.ndim == 1 else "Some configurations"
         yield f"{which}: the search reached its limit of steps; the largest errors found are shown."
+    if question == "worst" and "some_without_play" in result.attrs:
+        tight = result.attrs["some_without_play"]
+        yield f"{tight}: the largest play counts; some pairs of hole and pin have interference, and none."
+    if "sizes" in result.attrs and question in ("loaded", "given") and "offsets_of" not in result.attrs:
+        which = str(result.attrs["sizes"])
+        middle = "in the middle of their limits; --sizes takes the largest or the smallest play"
+        yield f"Sizes of clearances: {middle if which == 'middle' else f'those of the {which} play'}."
     if question == "compensate":
         yield from _correction(result)
     if question == "solve" and (status == "singular").any():

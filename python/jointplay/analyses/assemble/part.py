@@ -21,7 +21,7 @@ from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, Changes, DriveSpec, JointSpec
 
 GROUND = -1
 #: sources on a joint; the others are on a drive, or dimensions between two points
-ON_JOINT = ("clearance", "angle", "ratio", "centre")
+ON_JOINT = ("clearance", "size", "angle", "ratio", "centre")
 
 Floats = NDArray[np.float64]
 
