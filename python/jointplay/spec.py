@@ -85,7 +85,6 @@ class _Moved(_Ends):
     set: SetSpec
     law: str
     joint: NotRequired[int]
-    factor: NotRequired[float]
     drive: NotRequired[int]
     second: NotRequired[bool]
     factor: NotRequired[float]
