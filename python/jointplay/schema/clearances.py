@@ -65,7 +65,7 @@ class SizedClearance(Clearance):
         if len(ways) > 1:
             raise problem(f"give {' or '.join(ways)}, not both")
         if len(parts) == 1:
-            raise problem(f"'{second if parts == [first] else first}' is missing ({first} and {second} go together)")
+            raise problem(f"'{second if parts == [first] else first}' is missing ({first} and {second} belong together)")
         for key, needed, what in self._go_together():
             if getattr(self, key) is not None and getattr(self, needed) is None:
                 raise problem(f"'{needed}' is missing ({what}, which {key} needs)")
