@@ -21,6 +21,7 @@ LAYERS = (
     "typed",
     "files",
     "toml",
+    "measured",
     "units",
     "poses",
     "standards",

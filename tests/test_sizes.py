@@ -91,7 +91,9 @@ def test_worst_takes_the_largest_gap_and_the_sizes_what_they_add(name: str) -> N
     for key in ("position", "component", "position_first_order", "component_first_order", "rotation", "status"):
         np.testing.assert_allclose(found[key], expected[key], rtol=1e-9, atol=1e-15)
     n = len(m.core_spec["sources"])
-    np.testing.assert_array_equal(found["offset"][..., -2:], np.broadcast_to([hole, -pin], found["offset"][..., -2:].shape))
+    np.testing.assert_array_equal(
+        found["offset"][..., -2:], np.broadcast_to([hole, -pin], found["offset"][..., -2:].shape)
+    )
     parts, whole = found["contribution"], expected["contribution"]
     np.testing.assert_allclose(parts[..., :which], whole[..., :which], rtol=1e-9, atol=1e-15)
     together = parts[..., which] + parts[..., n] + parts[..., n + 1]
@@ -143,8 +145,6 @@ def law_of(law: str, half: float) -> Any:
 
 def moments_with_play(gap: float, parts: list[tuple[float, Any]]) -> tuple[float, float]:
     """Mean and variance of max(0, gap + sum of factor * size), by quadrature of one distribution."""
-    (f, first), *rest = parts
-    spread = 8 * abs(f) * first.std()
 
     def mean_of(power: int, base: float, left: Any) -> float:
         if not left:
@@ -156,7 +156,6 @@ def moments_with_play(gap: float, parts: list[tuple[float, Any]]) -> tuple[float
             lambda x: law.pdf(x) * mean_of(power, base + f * x, others), *bounds, points=kink, epsabs=1e-16, limit=200
         )[0]
 
-    assert spread > 0
     first_moment, second = mean_of(1, gap, parts), mean_of(2, gap, parts)
     return first_moment, second - first_moment**2
 
@@ -181,7 +180,9 @@ def test_the_variance_of_a_gap_is_what_its_sizes_contribute(gap: float, laws: tu
     of_unit = unit.random(*at, *arguments)["contribution"][0, 0] / 1e-8
     sizes = [size_of(0, f, half, law) for f, half, law in zip((0.5, -0.5), (HOLE, PIN), laws, strict=False)]
     found = core(sized(m.core_spec, 0, *sizes, gap=gap)).random(*at, *arguments)
-    parts = [(size["factor"], law_of(law, size["set"]["interval"]["high"])) for size, law in zip(sizes, laws, strict=True)]
+    parts = [
+        (size["factor"], law_of(law, size["set"]["interval"]["high"])) for size, law in zip(sizes, laws, strict=True)
+    ]
     mean, variance = moments_with_play(gap, parts)
     # The numbers of the core are exact where there is no interference, else a sum over a grid of scores.
     np.testing.assert_allclose(found["contribution"][0, 0], mean**2 * of_unit, rtol=3e-4)

@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from jointplay import _core, toml
+from jointplay import _core, measured, toml
 from jointplay.compile import Compiled, compile_file
 from jointplay.errors import InputError, not_known
 from jointplay.schema import validate
@@ -196,7 +196,8 @@ def load(path: str | os.PathLike[str]) -> Mechanism:
     """
     name, content = toml.read(path)
     raw = _tables(content, name)
-    return Mechanism(toml.joined(raw, os.fspath(path), name) if "include" in raw else raw, name)
+    whole = toml.joined(raw, os.fspath(path), name) if "include" in raw else raw
+    return Mechanism(measured.filled_in(whole, os.fspath(path), name), name)
 
 
 @typed

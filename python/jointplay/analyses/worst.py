@@ -79,6 +79,9 @@ def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progre
     builder = report(m, "worst", at)
     if some := tight(m):
         builder.attrs["some_without_play"] = ", ".join(some)
+    if groups := m.data.correlations:
+        names = (name for group in groups for name in group.sources)
+        builder.attrs["correlations_ignored"] = ", ".join(names)
     sides = ("configuration", "component", "side")
     exact = found["position"], found["rotation"], found["component"]
     linear = found["position_first_order"], found["rotation_first_order"], found["component_first_order"]

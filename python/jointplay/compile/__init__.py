@@ -23,6 +23,7 @@ from jointplay.units import Units
 from .assembly import Assembly, compile_assembly
 from .bounds import LARGEST_RATIO, check_sizes
 from .coordinates import coordinate
+from .correlations import compile_correlations
 from .couplings import compile_couplings
 from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, coordinate_factor
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
@@ -231,6 +232,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         "output": {"point": output},
         "loads": loads,
         "sources": [s.core_spec for s in sources],
+        "correlations": compile_correlations(data, graph, sources),
     }
     return Compiled(
         file=file,

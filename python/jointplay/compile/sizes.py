@@ -13,7 +13,16 @@ from dataclasses import dataclass, replace
 
 from jointplay import standards
 from jointplay.errors import InputError
-from jointplay.schema import BearingKeys, Machined, RadialClearance, SizedClearance, ToleranceTable
+from jointplay.schema import (
+    BearingKeys,
+    LawName,
+    LawTable,
+    Machined,
+    RadialClearance,
+    SizedClearance,
+    ToleranceTable,
+    limits_of,
+)
 from jointplay.units import Units
 
 #: the standards are in millimetres and micrometres
@@ -36,7 +45,7 @@ class Size:
         Nominal size.
     low, high : float
         Its limits, from the nominal size.
-    law : str
+    law : str or LawTable
         How it scatters between them.
     deviation : float, optional
         Its known deviation from the nominal size.
@@ -47,7 +56,7 @@ class Size:
     nominal: float
     low: float
     high: float
-    law: str
+    law: LawName | LawTable
     deviation: float | None = None
 
     @property
@@ -106,7 +115,7 @@ def _gap(sizes: list[Size]) -> float:
     return sum(size.factor * size.nominal for size in sizes) + sum(size.factor * size.middle for size in sizes)
 
 
-def _plain(play: SizedClearance, law: str, units: Units) -> tuple[float, list[Size]]:
+def _plain(play: SizedClearance, law: LawName | LawTable, units: Units) -> tuple[float, list[Size]]:
     """A clearance that is given as one number, with or without a tolerance."""
     is_diametral = isinstance(play, RadialClearance) and play.diametral is not None
     factor = 0.5 if is_diametral else 1.0
@@ -118,16 +127,15 @@ def _plain(play: SizedClearance, law: str, units: Units) -> tuple[float, list[Si
 
 
 def _toleranced(
-    name: str, factor: float, nominal: float, tolerance: ToleranceTable | None, law: str, units: Units
+    name: str, factor: float, nominal: float, tolerance: ToleranceTable | None, law: LawName | LawTable, units: Units
 ) -> Size:
     unit = units.length
-    if tolerance is None:
-        return Size(name, factor, nominal * unit, 0.0, 0.0, law)
-    law = law if tolerance.sigma is None else "gauss"
-    return Size(name, factor, nominal * unit, tolerance.low * unit, tolerance.high * unit, law)
+    low, high = (limit * unit for limit in limits_of(tolerance, law))
+    own = "gauss" if tolerance is not None and tolerance.sigma is not None else law
+    return Size(name, factor, nominal * unit, low, high, own)
 
 
-def _machined(name: str, part: Machined, law: str, units: Units, refuse: Refuse) -> Size:
+def _machined(name: str, part: Machined, law: LawName | LawTable, units: Units, refuse: Refuse) -> Size:
     law, unit = part.law or law, units.length
     if part.iso_class is not None:
         size = _limits(name, part.nominal, part.iso_class, law, units, lambda why: refuse(why, f"{name}.class"))
@@ -142,7 +150,9 @@ def _factor(name: str) -> float:
     return 0.5 if name in ("hole", "slot") else -0.5
 
 
-def _limits(name: str, nominal: float, text: str, law: str, units: Units, refuse: Callable[[str], InputError]) -> Size:
+def _limits(
+    name: str, nominal: float, text: str, law: LawName | LawTable, units: Units, refuse: Callable[[str], InputError]
+) -> Size:
     """A size with the limits of a tolerance class."""
     size = nominal * units.length
     try:
@@ -153,7 +163,7 @@ def _limits(name: str, nominal: float, text: str, law: str, units: Units, refuse
 
 
 def _bearing(
-    play: BearingKeys, bore: float, group: str, law: str, units: Units, refuse: Refuse
+    play: BearingKeys, bore: float, group: str, law: LawName | LawTable, units: Units, refuse: Refuse
 ) -> tuple[float, list[Size]]:
     """The travel of a ball bearing, of which the radius is half, and what mounting takes away."""
     try:

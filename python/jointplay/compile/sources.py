@@ -27,6 +27,8 @@ from jointplay.schema import (
     SpatialJoint,
     ToleranceLaw,
     ToleranceTable,
+    law_in_core,
+    limits_of,
 )
 from jointplay.spec import SetSpec, SourcePart, SourceSpec
 from jointplay.units import Units
@@ -131,7 +133,7 @@ def _of_size(joint: str, index: int, size: Size, unit: float) -> Source:
         "joint": index,
         "factor": size.factor,
         "set": {"interval": {"low": -size.half, "high": size.half}},
-        "law": size.law,
+        "law": law_in_core(size.law, size.low, size.high, unit, size.middle),
     }
     return Source(f"{joint}.{size.name}", "size", ("size",), (unit,), (size.centre,), spec)
 
@@ -223,9 +225,6 @@ def _of_dimension(data: MechanismFile, graph: Graph, name: str, output: int, len
 
 
 def _interval(tolerance: ToleranceTable | None, law: ToleranceLaw, factor: float) -> SourcePart:
-    if tolerance is None:
-        return {"set": {"interval": {"low": 0.0, "high": 0.0}}, "law": law}
-    interval = {"low": tolerance.low * factor, "high": tolerance.high * factor}
-    if tolerance.sigma is not None:
-        return {"set": {"interval": interval}, "law": "gauss"}
-    return {"set": {"interval": interval}, "law": law}
+    low, high = (limit * factor for limit in limits_of(tolerance, law))
+    own = "gauss" if tolerance is not None and tolerance.sigma is not None else law_in_core(law, low, high, factor)
+    return {"set": {"interval": {"low": low, "high": high}}, "law": own}

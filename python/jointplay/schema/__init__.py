@@ -39,13 +39,14 @@ from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, Plana
 from .grid import GridRange
 from .joints import JointTable
 from .kinds import with_coordinate
+from .laws import LawName, LawTable, ToleranceLaw, law_in_core, limits_of
 from .messages import located
 from .placements import Place, PlacementTable, SpatialPlacementTable
 from .sizes import Machined
 from .spatial_file import SpatialFile, SpatialStart
 from .spatial_joints import SpatialJoint, Universal
 from .stiffness import Stiffness
-from .values import NAME, ToleranceLaw, ToleranceTable, is_number
+from .values import NAME, ToleranceTable, is_number
 
 __all__ = [
     "NAME",
@@ -65,6 +66,8 @@ __all__ = [
     "GuideClearance",
     "JointTable",
     "JournalClearance",
+    "LawName",
+    "LawTable",
     "LoadTable",
     "LockedAngle",
     "Machined",
@@ -92,6 +95,8 @@ __all__ = [
     "ToleranceTable",
     "Universal",
     "json_schema",
+    "law_in_core",
+    "limits_of",
     "validate",
     "with_coordinate",
 ]

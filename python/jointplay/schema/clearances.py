@@ -10,18 +10,16 @@ from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
 
+from .laws import Deviating, ToleranceLaw, check_law
 from .sizes import SIZE_LAW, Fit, Hole, Pin, Slider, Slot
 from .values import (
     IN_SPACE,
     ClearanceLaw,
-    Deviating,
     NonNegative,
     Pair,
     Positive,
     Table,
     Tolerance,
-    ToleranceLaw,
-    check_law,
     is_number,
     problem,
 )

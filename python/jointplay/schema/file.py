@@ -13,13 +13,14 @@ from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 
 from .assembly import Assembly
 from .bodies import Body, BodyTable
+from .correlations import Correlation
 from .expressions import RESERVED, is_variable
 from .grid import Grid
 from .joints import JointTable
 from .kinds import Joint
+from .laws import Deviating, ToleranceLaw, check_law
 from .values import (
     IN_SPACE,
-    Deviating,
     Name,
     NonNegative,
     Number,
@@ -28,8 +29,6 @@ from .values import (
     Positive,
     Table,
     Tolerance,
-    ToleranceLaw,
-    check_law,
     is_number,
     problem,
     spaced,
@@ -88,7 +87,9 @@ class Drive(Table):
         None, description="how many equally spaced values"
     )
     error: Tolerance | SkipJsonSchema[None] = Field(None, description="how far the drive may be off its command")
-    law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="how it scatters: uniform (default) or normal")
+    law: ToleranceLaw | SkipJsonSchema[None] = Field(
+        None, description="how it scatters: uniform if left out; see tolerances"
+    )
 
     @model_validator(mode="after")
     def _moves_something(self) -> Self:
@@ -321,6 +322,9 @@ class MechanismFile(Table):
     output: OutputTable
     loads: Sequence[LoadTable]
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
+    correlations: Annotated[tuple[Correlation, ...], Field(strict=False)] = Field(
+        (), description="sources that scatter together"
+    )
     assembly: Assembly | SkipJsonSchema[None] = Field(None, description="the order in which it is assembled")
     limits: Limits = Field(default_factory=lambda: Limits.model_validate({}), description="what is acceptable")
 

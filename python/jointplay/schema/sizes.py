@@ -9,9 +9,10 @@ from pydantic.json_schema import SkipJsonSchema
 
 from jointplay import standards
 
-from .values import Number, Positive, Table, Tolerance, ToleranceLaw, check_law, problem, problem_of_text
+from .laws import LAW, ToleranceLaw, check_law
+from .values import Number, Positive, Table, Tolerance, problem, problem_of_text
 
-SIZE_LAW = "normal (three sigma at the limits, default) or uniform"
+SIZE_LAW = LAW
 
 
 def _hole_class(text: str) -> str:

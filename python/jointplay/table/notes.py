@@ -59,6 +59,11 @@ def _notes(result: Result) -> Iterable[str]:
     if question == "worst" and "some_without_play" in result.attrs:
         tight = result.attrs["some_without_play"]
         yield f"{tight}: the largest play counts; some pairs of hole and pin have interference, and none."
+    if question == "worst" and "correlations_ignored" in result.attrs:
+        yield (
+            f"{result.attrs['correlations_ignored']}: correlated, but the worst case takes each of them at any of its"
+            " limits; `random` knows the correlation."
+        )
     if "sizes" in result.attrs and question in ("loaded", "given") and "offsets_of" not in result.attrs:
         which = str(result.attrs["sizes"])
         middle = "in the middle of their limits; --sizes takes the largest or the smallest play"

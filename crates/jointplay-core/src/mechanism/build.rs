@@ -9,6 +9,7 @@ use crate::math::vector::{add, norm, scale, sub};
 use crate::mechanism::coupling::{Coupling, Pair, Play};
 use crate::mechanism::gap::{Gap, Size};
 use crate::mechanism::joint::Joint;
+use crate::mechanism::scores::{groups, quantile};
 use crate::mechanism::spec::{SourceSpec, Spec, Target};
 use crate::mechanism::{Driven, Elastic, Mechanism, Point, Row, Source};
 use crate::program::memo::Memo;
@@ -95,8 +96,11 @@ impl Mechanism {
                 | Target::Ratio { .. }
                 | Target::Centre { .. } => false,
             };
-            sources.push(Source { set, law: s.law, gap: None, first, is_clearance, is_angle, components });
+            let quantile = quantile(spec, i).map_err(|e| SpecError(format!("source {i}: {e}")))?;
+            let law = s.law.plain();
+            sources.push(Source { set, law, quantile, gap: None, first, is_clearance, is_angle, components });
         }
+        let scores = groups(&spec.correlations, &sources).map_err(SpecError)?;
         let gaps: Vec<_> = (0..sources.len()).map(|s| gap(spec, s, &sources, &centre)).collect::<Result<_, _>>()?;
         for (source, gap) in sources.iter_mut().zip(gaps) {
             if let Some(gap) = &gap {
@@ -118,6 +122,7 @@ impl Mechanism {
             output: spec.output.point,
             loads: spec.loads.clone(),
             sources,
+            scores,
             elastic,
             centre,
             memo: Memo::default(),
@@ -200,10 +205,17 @@ fn elastic(spec: &Spec, rows: &[Row]) -> Result<Vec<Elastic>, SpecError> {
     Ok(elastic)
 }
 
+/// How much the gap of a joint grows with a source.
+fn factor_of(source: &SourceSpec, joint: usize) -> Option<f64> {
+    let Target::Size { joint: first, factor, also } = &source.target else { return None };
+    let others = also.iter().map(|other| (other.joint, other.factor));
+    iter::once((*first, *factor)).chain(others).find(|(of, _)| *of == joint).map(|(_, factor)| factor)
+}
+
 /// Whether sizes of a clearance scatter.
 fn sized(spec: &Spec, source: &SourceSpec) -> bool {
     let Target::Clearance { joint } = source.target else { return false };
-    spec.sources.iter().any(|s| matches!(s.target, Target::Size { joint: of, .. } if of == joint))
+    spec.sources.iter().any(|s| factor_of(s, joint).is_some())
 }
 
 /// What the gap of a clearance depends on where sizes of its joint scatter.
@@ -221,12 +233,10 @@ fn gap(spec: &Spec, number: usize, sources: &[Source], centre: &[f64]) -> Result
     }
     let mut gap = Gap { base, sizes: Vec::new(), largest: base };
     for (source, s) in spec.sources.iter().enumerate() {
-        let Target::Size { joint: of, factor } = s.target else { continue };
-        let (Set::Interval { low, high }, parameter) = (s.set, sources[source].first) else { continue };
-        if of == joint {
-            gap.largest += factor * centre[parameter] + (factor * low).max(factor * high);
-            gap.sizes.push(Size { source, parameter, factor, share: 0.0 });
-        }
+        let (Some(factor), Set::Interval { low, high }) = (factor_of(s, joint), s.set) else { continue };
+        let parameter = sources[source].first;
+        gap.largest += factor * centre[parameter] + (factor * low).max(factor * high);
+        gap.sizes.push(Size { source, parameter, factor, share: 0.0 });
     }
     if gap.sizes.len() > MOST_SIZES {
         return fail(format!("source {number}: a gap depends on at most {MOST_SIZES} sizes"));
@@ -283,14 +293,22 @@ fn attach(
             points[to].moved_by.push((first, scale(between, 1.0 / distance)));
             Ok(vec!["length"])
         }
-        Target::Size { joint, factor } => {
-            if !matches!(source.set, Set::Interval { .. }) || !factor.is_finite() || factor == 0.0 {
-                return fail("a size is one number, of which a gap is a part");
+        Target::Size { joint, factor, ref also } => {
+            let is_part = |by: f64| by.is_finite() && by * factor > 0.0;
+            if !matches!(source.set, Set::Interval { .. })
+                || !is_part(factor)
+                || !also.iter().all(|o| is_part(o.factor))
+            {
+                return fail("a size is one number, of which every gap is a part, with one sign");
             }
-            match joints.get(joint) {
-                Some(j) if j.loosened > 0 && j.coupling.is_none() && has_clearance(joint) => Ok(vec!["size"]),
-                _ => fail("a joint of this kind has no clearance with sizes"),
+            let is_loose = |&joint: &usize| {
+                let of_kind = joints.get(joint).is_some_and(|j| j.loosened > 0 && j.coupling.is_none());
+                of_kind && has_clearance(joint)
+            };
+            if !iter::once(joint).chain(also.iter().map(|other| other.joint)).all(|joint| is_loose(&joint)) {
+                return fail("a joint of this kind has no clearance with sizes");
             }
+            Ok(vec!["size"])
         }
         Target::Drive { drive } => {
             let mut driven: Vec<&mut Row> =

@@ -10,12 +10,15 @@
 //! of which the second part is what the sizes contribute.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use crate::clearance::Set;
 use crate::clearance::law::Law;
 use crate::clearance::quantile::{Quantile, scores};
 use crate::mechanism::{Mechanism, Source};
 
+/// What rounding makes of a bound.
+const ROUNDING: f64 = 1e-9;
 /// Scores of a mean over the sizes of a pair, per standard deviation.
 const DENSE: f64 = 24.0;
 
@@ -62,33 +65,40 @@ impl Gap {
     }
 
     fn moments(&self, m: &Mechanism) -> Moments {
-        let bounds = |size: &Size| match m.sources[size.source].set {
-            Set::Interval { low, high } => (m.centre[size.parameter] + low, m.centre[size.parameter] + high),
-            _ => unreachable!("a size is one number"),
-        };
-        let (mut mean, mut least, mut parts) = (self.base, self.base, Vec::new());
+        let (mut mean, mut least) = (self.base, self.base);
+        let mut variances = Vec::new();
         for size in &self.sizes {
-            let Source { set, law, .. } = &m.sources[size.source];
-            let (low, high) = bounds(size);
-            let (middle, variance) = set.moments(*law);
-            mean += size.factor * (m.centre[size.parameter] + middle[0]);
-            parts.push(size.factor * size.factor * variance[0]);
-            least += if *law == Law::Gauss { f64::NEG_INFINITY } else { (size.factor * low).min(size.factor * high) };
+            let (source, centre) = (&m.sources[size.source], m.centre[size.parameter]);
+            let (middle, variance) = source.moments(source.law);
+            mean += size.factor * (centre + middle[0]);
+            variances.push(size.factor * size.factor * variance[0]);
+            least += match (source.set, source.is_within_limits()) {
+                (Set::Interval { low, high }, true) => {
+                    size.factor * centre + (size.factor * low).min(size.factor * high)
+                }
+                _ => f64::NEG_INFINITY,
+            };
+        }
+        let correlation = match &self.sizes[..] {
+            [first, second] => m.correlation_of_scores(first.source, second.source),
+            _ => 0.0,
+        };
+        let tables: Vec<Part> = self.sizes.iter().map(|size| Part::of(m, size)).collect();
+        // Every part varies with the whole.
+        let mut parts = variances;
+        if let ([first, second], true) = (&tables[..], correlation != 0.0) {
+            let together = first.factor * second.factor * first.quantile.covariance(&second.quantile, correlation);
+            parts.iter_mut().for_each(|part| *part += together);
         }
         let variance: f64 = parts.iter().sum();
+        if least.is_finite() && self.largest <= 0.0 {
+            return Moments { mean: 0.0, variance: 0.0, parts: vec![0.0; parts.len()] };
+        }
         if least >= 0.0 {
             return Moments { mean, variance, parts };
         }
         // What lies below zero is no play.
-        let tables: Vec<(f64, Quantile)> = self
-            .sizes
-            .iter()
-            .map(|size| {
-                let (low, high) = bounds(size);
-                (size.factor, Quantile::of(m.sources[size.source].law, low, high))
-            })
-            .collect();
-        let [lack, square] = shortfall(self.base, &tables);
+        let [lack, square] = shortfall(self.base, &tables, correlation);
         let played = (mean + lack).max(0.0);
         let with_play = (mean * mean + variance - square - played * played).max(0.0);
         let scale = if variance > 0.0 { with_play / variance } else { 0.0 };
@@ -96,34 +106,59 @@ impl Gap {
     }
 }
 
-/// Means of what a sum of `factor * size` lacks to zero, and of its square.
-fn shortfall(base: f64, sizes: &[(f64, Quantile)]) -> [f64; 2] {
-    let Some(((factor, quantile), others)) = sizes.split_first() else {
-        let lack = (-base).max(0.0);
-        return [lack, lack * lack];
-    };
-    let mut means = [0.0; 2];
-    let values: Vec<(f64, f64)> = scores(DENSE).map(|(z, weight)| (factor * quantile.at(z), weight)).collect();
-    if let [(other, at)] = others {
-        // The values of the second size once for all of the first.
-        let second: Vec<(f64, f64)> = scores(DENSE).map(|(z, weight)| (other * at.at(z), weight)).collect();
-        for (value, weight) in values {
-            for (more, part) in &second {
-                let lack = (-(base + value + more)).max(0.0);
-                means[0] += weight * part * lack;
-                means[1] += weight * part * lack * lack;
-            }
-        }
-        return means;
+/// What a size adds to a gap, by the law of the size.
+struct Part {
+    factor: f64,
+    centre: f64,
+    quantile: Arc<Quantile>,
+}
+
+impl Part {
+    fn of(m: &Mechanism, size: &Size) -> Self {
+        let source = &m.sources[size.source];
+        let of_law = || match source.set {
+            Set::Interval { low, high } => Arc::new(Quantile::of(source.law, low, high)),
+            _ => unreachable!("a size is one number"),
+        };
+        let quantile = source.quantile.clone().unwrap_or_else(of_law);
+        Self { factor: size.factor, centre: m.centre[size.parameter], quantile }
     }
-    for (value, weight) in values {
-        let inner = shortfall(base + value, others);
-        means.iter_mut().zip(inner).for_each(|(mean, inner)| *mean += weight * inner);
+
+    fn at(&self, z: f64) -> f64 {
+        self.factor * (self.centre + self.quantile.at(z))
+    }
+}
+
+/// Means of what a gap of one or two parts lacks to zero, and of its square; their scores have a correlation.
+fn shortfall(base: f64, parts: &[Part], correlation: f64) -> [f64; 2] {
+    let beside = (1.0 - correlation * correlation).max(0.0).sqrt();
+    let mut means = [0.0; 2];
+    let mut add = |gap: f64, weight: f64| {
+        let lack = (-gap).max(0.0);
+        means[0] += weight * lack;
+        means[1] += weight * lack * lack;
+    };
+    for (z, weight) in scores(DENSE) {
+        match parts {
+            [first, second] => {
+                let gap = base + first.at(z);
+                scores(DENSE).for_each(|(y, part)| add(gap + second.at(correlation * z + beside * y), weight * part));
+            }
+            parts => add(parts.iter().fold(base, |gap, part| gap + part.at(z)), weight),
+        }
     }
     means
 }
 
 impl Source {
+    /// Whether its values stay within its set.
+    pub(crate) fn is_within_limits(&self) -> bool {
+        match (&self.quantile, self.set) {
+            (Some(quantile), Set::Interval { low, high }) => quantile.reach(low, high) <= 1.0 + ROUNDING,
+            _ => self.law != Law::Gauss,
+        }
+    }
+
     /// Its set with the largest gap that sizes within their limits leave.
     pub(crate) fn largest_set(&self) -> Set {
         self.gap.as_ref().map_or(self.set, |gap| self.set.with_gap(gap.largest))
@@ -170,9 +205,10 @@ impl Mechanism {
         let centre = &largest.centre;
         let at = |gap: &Gap| {
             let all = gap.at(centre);
-            let more = gap.sizes.iter().map(|size| {
-                (size.factor * (centre[size.parameter] - self.centre[size.parameter])).max(0.0)
-            });
+            let more = gap
+                .sizes
+                .iter()
+                .map(|size| (size.factor * (centre[size.parameter] - self.centre[size.parameter])).max(0.0));
             let more: Vec<f64> = more.collect();
             let (sum, added) = (more.iter().sum::<f64>(), all - gap.at(&self.centre));
             let share = |more: &f64| if sum > 0.0 && all > 0.0 { more / sum * (added / all) } else { 0.0 };

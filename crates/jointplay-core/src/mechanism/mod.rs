@@ -10,6 +10,7 @@ pub(crate) mod dim;
 pub(crate) mod gap;
 pub(crate) mod joint;
 mod kind;
+pub(crate) mod scores;
 mod spec;
 pub(crate) mod status;
 
@@ -20,14 +21,18 @@ pub use dim::{Declared, Dim, Keep};
 pub use spec::Spec;
 pub use status::Status;
 
+use std::sync::Arc;
+
 use crate::clearance::Set;
 use crate::clearance::law::Law;
+use crate::clearance::quantile::Quantile;
 use crate::math::real::Real;
 use crate::math::space::{Component, Space};
 use crate::math::vector::Vec3;
 use crate::mechanism::coupling::Play;
 use crate::mechanism::gap::Gap;
 use crate::mechanism::joint::Joint;
+use crate::mechanism::scores::Scores;
 use crate::mechanism::spec::LoadSpec;
 use crate::program::memo::Memo;
 
@@ -101,6 +106,8 @@ pub struct Source {
     pub set: Set,
     /// How it scatters.
     pub law: Law,
+    /// Of one number that does not scatter by that law alone: its quantile function.
+    pub quantile: Option<Arc<Quantile>>,
     /// Of a clearance: what its gap depends on where sizes scatter; the set has the gap of their middles.
     pub gap: Option<Gap>,
     /// Its first parameter; it owns `set.size()` of them.
@@ -163,6 +170,8 @@ pub struct Mechanism {
     pub(crate) output: usize,
     pub(crate) loads: Vec<LoadSpec>,
     pub(crate) sources: Vec<Source>,
+    /// The sources with quantile functions, in groups whose scores are drawn together.
+    pub(crate) scores: Vec<Scores>,
     pub(crate) elastic: Vec<Elastic>,
     pub(crate) centre: Vec<f64>,
     /// What has been derived of it: a basis, recorded programs.

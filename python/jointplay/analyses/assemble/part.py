@@ -17,7 +17,19 @@ from numpy.typing import NDArray
 from jointplay import _core, poses
 from jointplay.compile import LENGTHS
 from jointplay.model import Mechanism, in_core
-from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, Changes, DriveSpec, JointSpec, MoveSpec, PointSpec, SourceSpec, Spec
+from jointplay.spec import (
+    AXIS_ON,
+    ENDS,
+    SIDE_ON,
+    Changes,
+    CorrelationSpec,
+    DriveSpec,
+    JointSpec,
+    MoveSpec,
+    PointSpec,
+    SourceSpec,
+    Spec,
+)
 
 GROUND = -1
 #: sources on a joint; the others are on a drive, or dimensions between two points
@@ -144,6 +156,9 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
         "joints": [renamed(spec["joints"][k]) for k in joints],
         "drives": [_drive(*moves[k]) for k in drives],
         "sources": [_renumbered(spec["sources"][k], joints, drives, renumbered) for k in sources],
+        "correlations": [
+            group for group in (_left(group, sources) for group in spec["correlations"]) if group["sources"]
+        ],
         "loads": [
             load | {"point": renumbered[load["point"]]}
             for load in spec["loads"]
@@ -153,6 +168,13 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
     }
     parameters = np.flatnonzero(np.isin(m.parameter_source, sources))
     return Part(m, base, bodies, tuple(points), tuple(joints), tuple(drives), tuple(sources), parameters, every, own)
+
+
+def _left(group: CorrelationSpec, sources: list[int]) -> CorrelationSpec:
+    """What is left of correlated sources where only some are there."""
+    left = [k for k, source in enumerate(group["sources"]) if source in sources]
+    there = [sources.index(group["sources"][k]) for k in left]
+    return {"sources": there, "factor": [group["factor"][k] for k in left]}
 
 
 def _with_pieces(m: Mechanism, there: set[int]) -> set[int]:

@@ -150,7 +150,7 @@ def _start(m: Mechanism) -> Nominal:
 
 def _commanding_output(m: Mechanism, grid: Grid, commanded: list[str], start: Nominal) -> _core.Mechanism:
     """The mechanism whose drives command components of the output."""
-    spec = m.spec() | {"guess": start.poses[0].tolist(), "loads": [], "sources": []}
+    spec = m.spec() | {"guess": start.poses[0].tolist(), "loads": [], "sources": [], "correlations": []}
     ground, output = len(spec["points"]), spec["output"]["point"]
     spec["points"].append({"body": -1, "at": [0.0, 0.0, 0.0]})
     frame = np.eye(3)

@@ -6,6 +6,7 @@ use crate::clearance::draw::Stream;
 use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::Mechanism;
+use crate::mechanism::scores::Scores;
 use crate::questions::random::CHUNK;
 use crate::questions::random::request::Request;
 
@@ -18,6 +19,9 @@ impl Mechanism {
         let mut sized = false;
         for source in self.sources() {
             let law = Self::law(source, request);
+            if source.quantile.is_some() {
+                continue;
+            }
             if source.gap.is_some() {
                 sized = true;
                 stream.draw(&source.set.with_gap(1.0), law, &mut parameters[source.range()]);
@@ -28,8 +32,25 @@ impl Mechanism {
                 parameters[p] = parameters[p].add(&Block::splat(self.centre[p]));
             }
         }
+        for group in &self.scores {
+            let scores: Vec<Block> = (0..group.independent()).map(|_| stream.normal()).collect();
+            self.score(group, &scores, parameters);
+        }
         if sized {
             self.fill_gaps(parameters);
+        }
+    }
+
+    /// The values of a group of sources, of independent scores.
+    #[inline(never)]
+    fn score(&self, group: &Scores, scores: &[Block], parameters: &mut [Block]) {
+        for (i, &source) in group.sources.iter().enumerate() {
+            let source = &self.sources[source];
+            let Some(quantile) = &source.quantile else { continue };
+            for lane in 0..LANES {
+                let z = group.score(i, |j| scores[j].0[lane]);
+                parameters[source.first].0[lane] = quantile.at(z) + self.centre[source.first];
+            }
         }
     }
 

@@ -15,6 +15,7 @@ pub use request::Request;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use crate::clearance::Set;
 use crate::clearance::law::Law;
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::program::Newton;
@@ -40,10 +41,15 @@ impl Mechanism {
         if source.is_clearance { request.law.unwrap_or(source.law) } else { source.law }
     }
 
-    /// Whether the offsets of a source go beyond its largest set.
-    pub(crate) fn has_no_limits(&self, source: &Source, request: &Request) -> bool {
+    /// How far the offsets of a source go, as a part of its largest set.
+    pub(crate) fn reach_of(&self, source: &Source, request: &Request) -> f64 {
         let sizes = source.gap.iter().flat_map(|gap| &gap.sizes).map(|size| &self.sources[size.source]);
-        std::iter::once(source).chain(sizes).any(|source| Self::law(source, request) == Law::Gauss)
+        let reach = |source: &Source| match (&source.quantile, source.set) {
+            (Some(quantile), Set::Interval { low, high }) => quantile.reach(low, high),
+            _ if Self::law(source, request) == Law::Gauss => 2.0,
+            _ => 1.0,
+        };
+        std::iter::once(source).chain(sizes).map(reach).fold(1.0, f64::max)
     }
 
     /// Scatter of every case; when stopped, that of the samples until then. Specimens under load are settled one by one,
@@ -111,7 +117,7 @@ impl Mechanism {
         let mut covariance = DMatrix::<f64>::zeros(n, n);
         let mut contribution = vec![0.0; self.sources.len() * n];
         for (s, source) in self.sources.iter().enumerate() {
-            let (mean, variance) = source.set.moments(Self::law(source, request));
+            let (mean, variance) = source.moments(Self::law(source, request));
             for (k, p) in source.range().enumerate() {
                 let column = map.parameters.column(p);
                 covariance += column * column.transpose() * variance[k];
@@ -120,6 +126,17 @@ impl Mechanism {
                     source.split(s, k, part, |s, part| contribution[s * n + i] += part);
                     mean_first_order[i] += column[i] * mean[k];
                 }
+            }
+        }
+
+        // Of sources that scatter together every part varies with the whole.
+        for (a, b, together) in self.covariances() {
+            let [first, second] = [a, b].map(|s| map.parameters.column(self.sources[s].first));
+            covariance += (first * second.transpose() + second * first.transpose()) * together;
+            for i in 0..n {
+                let part = first[i] * second[i] * together;
+                contribution[a * n + i] += part;
+                contribution[b * n + i] += part;
             }
         }
 
@@ -183,8 +200,8 @@ impl Mechanism {
             for source in &self.sources {
                 let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
                 let opposite: Vec<f64> = row.iter().map(|r| -r).collect();
-                // An untruncated law reaches beyond its set of three standard deviations.
-                let reach = if self.has_no_limits(source, request) { 2.0 } else { 1.0 };
+                // A law that is not truncated reaches beyond its set.
+                let reach = self.reach_of(source, request);
                 let set = source.largest_set();
                 *h += reach * 0.5 * (set.support(&row) + set.support(&opposite));
             }

@@ -39,7 +39,8 @@ impl Job<'_> {
         // Near one, where it decides, the factor is that of the exact closure. What few specimens go through is boxed:
         // a course is as large as the largest it waits for.
         if (loosest.factor - 1.0).abs() < NEAR
-            && let Ok(exactly) = Box::pin(together.settle(rounds, &self.system, &specimen.displacements, &Ask::Factor)).await
+            && let Ok(exactly) =
+                Box::pin(together.settle(rounds, &self.system, &specimen.displacements, &Ask::Factor)).await
         {
             loosest.settle_at(exactly.balance.factor);
         }
@@ -48,7 +49,8 @@ impl Job<'_> {
             Fit::Loose => self.correct(together, specimen, &self.correction).await,
             // Where load or misfit strain what is elastic, or push rigid bodies.
             Fit::Forced => {
-                let settled = Box::pin(together.settle(rounds, &self.system, &specimen.displacements, &self.ask())).await?;
+                let settled =
+                    Box::pin(together.settle(rounds, &self.system, &specimen.displacements, &self.ask())).await?;
                 match self.take(settled, specimen) {
                     Some(correction) => self.correct(together, specimen, &correction).await,
                     None => Ok(()),

@@ -36,7 +36,7 @@ impl Reach<'_> {
             let row: Vec<f64> = source.range().map(|p| form(m.place_of(p))).collect();
             let opposite: Vec<f64> = row.iter().map(|r| -r).collect();
             // An untruncated law reaches beyond its set of three standard deviations.
-            let (factor, set) = (if m.has_no_limits(source, self.request) { 2.0 } else { 1.0 }, source.largest_set());
+            let (factor, set) = (m.reach_of(source, self.request), source.largest_set());
             factor * 0.5 * (set.support(&row) + set.support(&opposite))
         };
         m.sources().iter().map(of).sum()
