@@ -15,6 +15,7 @@ import jointplay as jp
 from jointplay.cli import run
 from jointplay.schema import json_schema
 from jointplay.toml import parse
+from strategies import mechanism
 
 #: a crank with a slider on it: a pin, a slot across which nothing moves without play, in any unit of length
 CRANK = """
@@ -396,3 +397,25 @@ def test_every_question_takes_sizes() -> None:
     for law, contact in itertools.product((None, "uniform"), ("scattered", "loaded")):
         found = jp.random(m, samples=500, law=law, contact=contact)
         assert float(found.contribution.sel(source=["A.hole", "D.size"]).min()) > -1e-18
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_several_bodies_have_one_pin_in_common(seed: int) -> None:
+    """Each had a pin of its own, so that a large pin made the play of one of them small and not that of the other."""
+    raw = dict(jp.loads(mechanism("triple_pin", seed)).raw)
+    name = next(name for name, joint in raw["joints"].items() if len(joint["on"]) == 3)
+    reach = jp.loads(mechanism("triple_pin", seed)).length
+    pin = {"diameter": 12, "tolerance": 1e-4 * reach}
+    raw["joints"][name]["clearance"] = {"hole": {"diameter": 12 + 1e-3 * reach, "tolerance": 1e-4 * reach}, "pin": pin}
+    m = jp.Mechanism(raw)
+    riders = [joint for joint in m.joints if joint.startswith(f"{name}/")]
+    assert [s for s, kind in zip(m.sources, m.source_kinds, strict=True) if kind == "size"] == [
+        f"{riders[0]}.hole", f"{name}.pin", f"{riders[1]}.hole",
+    ]  # fmt: skip
+    assert np.allclose(jp.check(m).play, [[8e-4 * reach, 1.2e-3 * reach]] * 2)
+    largest = m.with_({f"joints.{name}.clearance.radial": 6e-4 * reach})
+    np.testing.assert_allclose(jp.worst(m).worst_position, jp.worst(largest).worst_position, rtol=1e-7)
+    inside = {f"{rider}": [5.5e-4 * reach, 0.0] for rider in riders}
+    small_pin = jp.given(m, {**inside, f"{name}.pin": -1e-4 * reach}).admissible
+    assert small_pin.sel(source=riders).values.all()
+    assert not jp.given(m, inside).admissible.sel(source=riders).values.any()
