@@ -14,7 +14,8 @@ VALUES = [
     "0:1:99999999999", "=", "", " ", "*", "1_000", "0x10", "1979-05-27", '"' * 3, "$x$",
 ]  # fmt: skip
 KEYS = [
-    "title", "joints.*.clearance.radial", "joints.J1.clearance.fit", "joints.J1.clearance.radial", "joints.J1.clearance", "drives.theta1.values",
+    "title", "joints.*.clearance.radial", "joints.J1.clearance.radial", "joints.J1.clearance", "drives.theta1.values",
+    "joints.J1.clearance.fit",
     "drives.theta1.error", "loads", "loads.0.force", "gravity", "limits.singular_value", "output.at", "output.body",
     "units.length", "space", "format", "*", "*.*", "joints.*", "a", "a.b.c", "", ".", "..", "joints", "joints..x",
     "start",
