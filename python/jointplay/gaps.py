@@ -53,9 +53,11 @@ def clearance_of(m: Mechanism, source: int, u: Floats | None = None) -> tuple[st
 def _parts(m: Mechanism, clearance: SourceSpec) -> list[tuple[int, float]]:
     """The sizes that make a clearance: the parameter of each, and its factor."""
     return [
-        (int(np.flatnonzero(m.parameter_source == k)[0]), float(source["factor"]))
+        (int(np.flatnonzero(m.parameter_source == k)[0]), float(part["factor"]))
         for k, source in enumerate(m.core_spec["sources"])
-        if source["kind"] == "size" and source["joint"] == clearance["joint"]
+        if source["kind"] == "size"
+        for part in (source, *source.get("also", ()))
+        if part["joint"] == clearance["joint"]
     ]
 
 

@@ -60,6 +60,13 @@ class DriveSpec(MoveSpec):
     also: NotRequired[list[MoveSpec]]
 
 
+class GapSpec(TypedDict):
+    """How much the gap of a joint grows with a size."""
+
+    joint: int
+    factor: float
+
+
 class OutputSpec(TypedDict):
     """The output point."""
 
@@ -86,6 +93,7 @@ class _Moved(_Ends):
     law: str | dict[str, Any]
     joint: NotRequired[int]
     factor: NotRequired[float]
+    also: NotRequired[list[GapSpec]]
     drive: NotRequired[int]
     second: NotRequired[bool]
 

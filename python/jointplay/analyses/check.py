@@ -39,13 +39,14 @@ def check(m: Mechanism) -> xr.Dataset:
     -------
     xarray.Dataset
         Over `joint` its kind and bodies (`joint_kind`, `first_body`, `second_body`); over `body` where the file says it
-        is (`guess`); over `source` its `size`; over `clearance`, where sizes scatter, `play` (least and most travel from side to
-        side, negative with interference) and `play_given` (how it is given); over `drive` its `driven_joint`. Where bodies are elastic, over
-        `member`: `member_joint`, `member_length`, `member_stiffness` (along it). Where constraints are redundant, over
-        `number`: `self_stress` (reactions that need no load, the largest force 1) and `self_stress_members` (what they
-        run through). Where parts are not drawn to fit, `gap` over `joint` (how far it stays open in nominal poses) and
-        the attribute `misfit` (a sentence: what would close it). Attributes: `degrees_of_freedom`, `redundancy` (how
-        many constraints are redundant), `mobility` (a sentence), `determinate` (whether the drives decide every pose
+        is (`guess`); over `source` its `size`; over `drive` its `driven_joint`. Where sizes scatter, over `clearance`:
+        `play` (least and most travel from side to side, negative with interference) and `play_given` (how it is given).
+        Where bodies are elastic, over `member`: `member_joint`, `member_length`, `member_stiffness` (along it). Where
+        constraints are redundant, over `number`: `self_stress` (reactions that need no load, the largest force 1) and
+        `self_stress_members` (what they run through). Where parts are not drawn to fit, `gap` over `joint` (how far it
+        stays open in nominal poses) and the attribute `misfit` (a sentence: what would close it). Attributes:
+        `degrees_of_freedom`, `redundancy` (how many constraints are redundant), `mobility` (a sentence), `determinate`
+        (whether the drives decide every pose
         just once), `decided` (once or more, with no drive too many), `assembled` (whether the mechanism can be
         assembled near the start), as 0 or 1.
 

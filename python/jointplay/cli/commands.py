@@ -185,7 +185,7 @@ def error(
             return given.compute(m, put, sizes=sizes.value)
         return given.at_worst(m, found.get("worst") or ask_worst(m, progress))
 
-    def ask_loaded(m: Mechanism, progress: Any) -> Result:
+    def ask_loaded(m: Mechanism) -> Result:
         return loaded.compute(m, sizes=sizes.value)
 
     asks: dict[Question, Callable[..., Result]] = {

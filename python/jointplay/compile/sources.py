@@ -106,7 +106,7 @@ def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoin
         factors = tuple(units.angle if component in TURNS else units.length for component in components)
         spec: SourcePart = {"joint": index, "set": shape, "law": play.law}
         sources.append(Source(joint.name, "clearance", components, factors, (0.0,) * len(components), spec))
-        sources.extend(_of_size(joint.name, index, size, units.length) for size in sizes)
+        sources.extend(_of_sizes(graph, index, joint, play, sizes))
     if isinstance(locked, LockedAngle):
         spec = _interval(locked.tolerance, locked.law or "normal", units.angle) | {"joint": index}
         name = f"{joint.name}.lock" if sources else joint.name
@@ -127,15 +127,25 @@ def _sizes(graph: Graph, joint: CompiledJoint, play: object) -> tuple[float, lis
     return sizes_of(play, graph.units, refuse)
 
 
-def _of_size(joint: str, index: int, size: Size, unit: float) -> Source:
-    """A size that scatters about the middle of its limits."""
-    spec: SourcePart = {
-        "joint": index,
-        "factor": size.factor,
-        "set": {"interval": {"low": -size.half, "high": size.half}},
-        "law": law_in_core(size.law, size.low, size.high, unit, size.middle),
-    }
-    return Source(f"{joint}.{size.name}", "size", ("size",), (unit,), (size.centre,), spec)
+def _of_sizes(graph: Graph, index: int, joint: CompiledJoint, play: object, sizes: list[Size]) -> Iterator[Source]:
+    """Sizes that scatter about the middle of their limits; several bodies on one pin have it in common."""
+    unit = graph.units.length
+    riders = [k for k, other in enumerate(graph.joints) if other.pin == joint.pin and other.name != joint.pin]
+    several = joint.name.startswith(f"{joint.pin}/")
+    for size in sizes:
+        spec: SourcePart = {
+            "joint": index,
+            "factor": size.factor,
+            "set": {"interval": {"low": -size.half, "high": size.half}},
+            "law": law_in_core(size.law, size.low, size.high, unit, size.middle),
+        }
+        name = joint.name
+        if several and isinstance(play, SizedClearance) and size.name == play.carried:
+            if index != riders[0]:
+                continue
+            name = joint.pin
+            spec["also"] = [{"joint": k, "factor": size.factor} for k in riders[1:]]
+        yield Source(f"{name}.{size.name}", "size", ("size",), (unit,), (size.centre,), spec)
 
 
 def _of_coupling(entry: Coupling, joint: CompiledJoint, index: int, unit: float) -> Iterator[Source]:

@@ -39,6 +39,8 @@ class SizedClearance(Clearance):
     #: keys that say how large it is by themselves, what each is, and the two sizes and the nominal size for a fit
     measures: ClassVar[Mapping[str, str]]
     pair: ClassVar[tuple[str, str]]
+    #: which of the two the joint's first body has, for all others
+    carried: ClassVar[str]
     nominal_key: ClassVar[str]
     #: whether it may be left out
     may_be_none: ClassVar[bool] = False
@@ -63,7 +65,9 @@ class SizedClearance(Clearance):
         if len(ways) > 1:
             raise problem(f"give {' or '.join(ways)}, not both")
         if len(parts) == 1:
-            raise problem(f"'{second if parts == [first] else first}' is missing ({first} and {second} go together)")
+            raise problem(
+                f"'{second if parts == [first] else first}' is missing ({first} and {second} belong together)"
+            )
         for key, needed, what in self._go_together():
             if getattr(self, key) is not None and getattr(self, needed) is None:
                 raise problem(f"'{needed}' is missing ({what}, which {key} needs)")
@@ -99,6 +103,7 @@ class RadialClearance(SizedClearance):
     )
     measures: ClassVar[Mapping[str, str]] = {"radial": "hole radius - pin radius", "diametral": "twice that"}
     pair: ClassVar[tuple[str, str]] = ("hole", "pin")
+    carried: ClassVar[str] = "pin"
     nominal_key: ClassVar[str] = "diameter"
 
     radial: NonNegative | SkipJsonSchema[None] = Field(None, description="hole radius minus pin radius")
@@ -166,6 +171,7 @@ class GapClearance(SizedClearance):
     model_config = ConfigDict(json_schema_extra=_either(["gap"], ["fit", "nominal"], ["slot", "slider"]))
     measures: ClassVar[Mapping[str, str]] = {"gap": "on each side"}
     pair: ClassVar[tuple[str, str]] = ("slot", "slider")
+    carried: ClassVar[str] = "slot"
     nominal_key: ClassVar[str] = "nominal"
     #: what has the gap on each side
     inner: ClassVar[str]

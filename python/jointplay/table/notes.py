@@ -48,6 +48,7 @@ def _notes(result: Result) -> Iterable[str]:
     question = result.attrs.get("question")
     if question == "random" and status.ndim == 1:
         yield from _samples(result)
+        yield from _interference(result)
     if "offsets_of" in result.attrs:
         yield f"Every clearance and tolerance is where {result.attrs['offsets_of']} has it; --offset gives others."
     elif question == "given" and status.ndim == 1:
@@ -96,6 +97,15 @@ def _motion(result: Result, outcome: str, bad: np.ndarray[tuple[int, ...], np.dt
     moving = (parts > TAKES_PART * parts.max(axis=1, keepdims=True)).any(axis=0)
     names = dict.fromkeys(name for name, moves in zip(owners(result), moving.tolist(), strict=True) if moves)
     return f" (what moves: {', '.join(names)})" if names else ""
+
+
+def _interference(result: Result) -> Iterable[str]:
+    if "interference" not in result.data:
+        return
+    shares = np.nan_to_num(result.get("interference")).max(axis=0)
+    for name, share in zip(result.labels("source"), shares.tolist(), strict=True):
+        if share > 0.0:
+            yield f"{name}: {100.0 * share:.2g} % of the pairs have interference, and no play."
 
 
 def _samples(result: Result) -> Iterable[str]:

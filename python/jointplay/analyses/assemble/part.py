@@ -24,6 +24,7 @@ from jointplay.spec import (
     Changes,
     CorrelationSpec,
     DriveSpec,
+    GapSpec,
     JointSpec,
     MoveSpec,
     PointSpec,
@@ -213,11 +214,24 @@ def _drive(first: MoveSpec, *others: MoveSpec) -> DriveSpec:
 
 def _belongs(source: SourceSpec, joints: list[int], drives: list[int], points: list[int]) -> bool:
     if source["kind"] in ON_JOINT:
-        return source["joint"] in joints
+        return any(joint in joints for joint in _joints_of(source))
     return source["drive"] in drives if source["kind"] == "drive" else source["to"] in points
 
 
+def _joints_of(source: SourceSpec) -> list[int]:
+    """The joints of a source; the size of a pin with several bodies has several."""
+    return [source["joint"], *(part["joint"] for part in source.get("also", ()))]
+
+
 def _renumbered(source: SourceSpec, joints: list[int], drives: list[int], points: dict[int, int]) -> SourceSpec:
+    if source["kind"] == "size":
+        parts: list[GapSpec] = [{"joint": source["joint"], "factor": source["factor"]}, *source.get("also", ())]
+        there: list[GapSpec] = [
+            {"joint": joints.index(part["joint"]), "factor": part["factor"]}
+            for part in parts
+            if part["joint"] in joints
+        ]
+        return source | cast("SourceSpec", {**there[0], "also": there[1:]})
     if source["kind"] in ON_JOINT:
         return source | {"joint": joints.index(source["joint"])}
     if source["kind"] == "drive":
