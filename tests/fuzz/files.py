@@ -29,6 +29,9 @@ TABLES: list[Any] = [
     {"a": 2, "b": "a / 3"}, {"a": "b", "b": "a"},
     {"fit": "H7/g6", "diameter": 12}, {"fit": "M6/s7", "diameter": 3}, {"fit": "K9/zz", "diameter": 1e3},
     {"hole": {"diameter": 12, "class": "H7"}, "pin": {"diameter": 12, "class": "k6"}}, {"bearing": "C3", "bore": 10},
+    {"pert": 0.1}, {"triangular": 0}, {"beta": [0.5, 2]}, {"measured": [0, 0.1]}, {"csv": "x.csv", "column": "d"},
+    {"normal": {"cpk": 1.33, "shift": 1.5, "drift": 0.5, "sorted": False}}, {"normal": {"sigma": 0.1}},
+    [{"sources": ["l2", "J1.hole"], "rank": 1}], [{"sources": ["theta1", "l2"], "ranks": [[1, 0.5], [0.5, 1]]}],
     {"radial": 0.1, "tolerance": 0.2}, {"gap": 0.1, "tolerance": 0.05, "length": 40}, {"diameter": 12, "tolerance": 1},
 ]  # fmt: skip
 #: names that results, files and formats have a use of their own for

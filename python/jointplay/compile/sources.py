@@ -15,6 +15,7 @@ from jointplay.schema import (
     Coupling,
     GuideClearance,
     JournalClearance,
+    LawTable,
     LockedAngle,
     MechanismFile,
     Mesh,
@@ -133,6 +134,8 @@ def _of_sizes(graph: Graph, index: int, joint: CompiledJoint, play: object, size
     riders = [k for k, other in enumerate(graph.joints) if other.pin == joint.pin and other.name != joint.pin]
     several = joint.name.startswith(f"{joint.pin}/")
     for size in sizes:
+        if isinstance(size.law, LawTable) and (wrong := size.law.mistake(size.low / unit, size.high / unit)):
+            raise graph.refuse(f"the law of {size.name}: {wrong}", f"joints.{joint.pin}.clearance")
         spec: SourcePart = {
             "joint": index,
             "factor": size.factor,
