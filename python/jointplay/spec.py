@@ -61,9 +61,10 @@ class DriveSpec(MoveSpec):
 
 
 class OutputSpec(TypedDict):
-    """The output point."""
+    """The output point, and the body against which it is measured if that is not the ground."""
 
     point: int
+    relative_to: NotRequired[int]
 
 
 class LoadSpec(TypedDict):

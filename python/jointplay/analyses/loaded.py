@@ -22,6 +22,7 @@ from jointplay.result import Builder, Result, to_dataset
 from jointplay.typed import typed
 
 from .nominal import Nominal, finished, nominal, report
+from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,6 +76,7 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Data
     return to_dataset(compute(m, exact=exact, details=details))
 
 
+@of_each(lambda _: True)
 def compute(
     m: Mechanism, *, exact: bool = True, details: bool = True, offset: bool = False, at: Nominal | None = None
 ) -> Result:

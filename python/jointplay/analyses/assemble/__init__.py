@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from jointplay.analyses.nominal import Progress
 from jointplay.analyses.random import PROBABILITIES
+from jointplay.analyses.several import of_each
 from jointplay.errors import InputError, in_range, not_known
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
@@ -97,6 +98,7 @@ def assemble(
     return to_dataset(compute(m, question, **options, probabilities=probabilities))  # type: ignore[arg-type]
 
 
+@of_each(lambda _: True)
 def compute(
     m: Mechanism,
     question: str = "unit",
