@@ -105,7 +105,8 @@ class _Each:
             arguments["at"] = self._place(part)
         if (tell := arguments.get("progress")) is not None:
             arguments["progress"] = _share(tell, done, self.count)
-        if hasattr(offsets := arguments.get("offsets"), "dims"):
+        offsets: Any = arguments.get("offsets")
+        if hasattr(offsets, "dims"):
             # Offsets of another result are those of the same output.
             chosen = {"output": output} if output is not None and "output" in offsets.dims else {}
             arguments["offsets"] = offsets.sel(chosen)

@@ -227,7 +227,7 @@ class OneOfSeveral(OutputTable):
     elsewhere: ClassVar[Mapping[str, str]] = {}
 
     limits: OutputLimits = Field(
-        default_factory=lambda: OutputLimits(), description="its own limits, in place of those of [limits]"
+        default_factory=lambda: OutputLimits.model_validate({}), description="its own limits, in place of those of [limits]"
     )
     leads: bool = Field(False, description="whether it is the one that [path] and a [grid] of positions speak of")
 
