@@ -136,6 +136,22 @@ class Mechanism(Compiled):
         return self._part((self.of[0], ""), self.outputs, ())
 
     @property
+    def first(self) -> Mechanism:
+        """The mechanism that the numbers are of: its first output, with the loads of every case only."""
+        return self._part(self.of, (), ())
+
+    @property
+    def every_part(self) -> list[Mechanism]:
+        """The mechanism with each of its outputs in each of its load cases."""
+        outputs, cases = self.outputs or (None,), self.load_cases or (None,)
+        return [self.only(output, case) for output in outputs for case in cases]
+
+    @property
+    def names_leader(self) -> bool:
+        """Whether one of several outputs is said to be the one that the path and a grid speak of."""
+        return any(output.leads for output in self._whole.outputs.values())
+
+    @property
     def leader(self) -> Mechanism:
         """The mechanism with the output that the path and a grid of positions speak of."""
         named = [name for name, output in self._whole.outputs.items() if output.leads]

@@ -227,7 +227,8 @@ class OneOfSeveral(OutputTable):
     elsewhere: ClassVar[Mapping[str, str]] = {}
 
     limits: OutputLimits = Field(
-        default_factory=lambda: OutputLimits.model_validate({}), description="its own limits, in place of those of [limits]"
+        default_factory=lambda: OutputLimits.model_validate({}),
+        description="its own limits, in place of those of [limits]",
     )
     leads: bool = Field(False, description="whether it is the one that [path] and a [grid] of positions speak of")
 
@@ -384,6 +385,10 @@ class MechanismFile(Table):
             own = [name for name, output in self.outputs.items() if getattr(output.limits, word) is not None]
             if own and len(own) == len(self.outputs) and getattr(self.limits, word) is not None:
                 raise problem(f"limits.{word} holds for no output: {shown(own)} have their own")
+        if self.path is not None and len(self.outputs) > 1 and not any(o.leads for o in self.outputs.values()):
+            raise problem(
+                f"which output has the [path]? Say leads = true in one of [outputs.NAME]: {shown([*self.outputs])}"
+            )
         if len(leading := [name for name, output in self.outputs.items() if output.leads]) > 1:
             raise problem(f"one output leads, that which [path] and [grid] speak of; here: {shown(leading)}")
         return self

@@ -10,7 +10,13 @@ from jointplay.errors import SHOWN, InputError, not_known, shown
 from jointplay.toml import DEEPEST, too_deep
 
 #: sections whose entries have names of the user's own
-NAMED = {"joints": "a joint", "drives": "a drive", "dimensions": "a dimension", "variables": "a variable"}
+NAMED = {
+    "joints": "a joint",
+    "drives": "a drive",
+    "dimensions": "a dimension",
+    "variables": "a variable",
+    "load_cases": "a load case",
+}
 
 #: different ways to say the same
 RIVALS: Mapping[str, tuple[str, ...]] = {

@@ -114,6 +114,9 @@ def compute(
     if question not in QUESTIONS:
         raise InputError(not_known(str(question), "a question about an assembly", QUESTIONS), key="question")
     order(m)
+    if "relative_to" in m.core_spec["output"]:
+        problem = "an assembly is followed against its base: choose an output without relative_to"
+        raise InputError(problem, file=m.file, key="relative_to")
     # Specimens are solved all at once.
     in_range(samples, "samples", "a number of samples", 2, MOST_SAMPLES)
     at = place(m, configuration)
