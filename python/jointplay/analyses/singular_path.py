@@ -225,7 +225,7 @@ class Path:
         if "relative_to" not in spec["output"]:
             return place
         other = states[:, spec["output"]["relative_to"]]
-        return np.asarray(np.einsum("nji,nj->ni", poses.matrix(other), place - poses.position(other)))
+        return poses.seen_from(other, place - poses.position(other))
 
     def _kind(self, pose: Floats) -> str:
         values = self.scaled.measure(pose[None], range(len(self.scaled.units)))["values"][0]

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from jointplay import files
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
-from jointplay.result import Result
+from jointplay.result import Result, parts
 from jointplay.result import size as size_of
 from jointplay.typed import typed
 
@@ -74,6 +74,9 @@ def put(figure: Figure, path: Path) -> None:
 
 def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:
     """The figure of `draw`."""
+    several = [parts(result) for result in results.values()]
+    if any(heading for part in several for heading, _ in part):
+        return _first_of_several(m, results, max(several, key=len))
     first = next(iter(results.values()))
     if "sweep" in first.attrs:
         return _sweep(first)
@@ -90,6 +93,16 @@ def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:
         figure.suptitle(str(first.attrs["title"]), fontsize=10)
         return figure
     return _errors(m, results)
+
+
+def _first_of_several(m: Mechanism, results: Mapping[str, Result], found: list[tuple[str, Result]]) -> Figure:
+    """The sheet of the first output and load case, with a line that says what else there is."""
+    own = {name: parts(result)[0][1] for name, result in results.items()}
+    figure = sheet(m.only(*(next(iter(names), None) for names in (m.outputs, m.load_cases))), own)
+    others = ", ".join(heading[:1].lower() + heading[1:] for heading, _ in found[1:])
+    also = f"; not drawn: {others} (--output-point, --load-case)" if others else ""
+    figure.text(0.01, 0.005, f"{found[0][0]}{also}", fontsize=7)
+    return figure
 
 
 def _sweep(result: Result) -> Figure:
