@@ -169,5 +169,6 @@ def _strain(m: Mechanism, builder: Builder, found: Loaded) -> None:
 def require_loads(m: Mechanism) -> None:
     """Refuse a mechanism on which nothing acts; redundant members may load each other."""
     if not m.has_loads and m.core.isostatic:
-        problem = "nothing loads the mechanism: add [[loads]] with a force or a moment, or gravity and masses"
+        where = f" in load case '{m.of[1]}'" if m.of[1] else ""
+        problem = f"nothing loads the mechanism{where}: add [[loads]] with a force or a moment, or gravity and masses"
         raise InputError(problem, file=m.file, key="loads")
