@@ -30,7 +30,8 @@ def raw_of(name: str) -> Raw:
 
 def together(raw: Raw, outputs: Raw, load_cases: Raw | None = None) -> Raw:
     """A file with several outputs, and with load cases in the place of its loads."""
-    whole = {key: value for key, value in copy.deepcopy(raw).items() if key != "output"} | {"outputs": outputs}
+    whole = {key: value for key, value in copy.deepcopy(raw).items() if key != "output"}
+    whole |= {"outputs": copy.deepcopy(outputs)}
     if load_cases is not None:
         whole |= {"load_cases": load_cases}
     return whole
