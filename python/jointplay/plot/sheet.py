@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jointplay import files
-from jointplay.errors import InputError
+from jointplay.errors import InputError, listed
 from jointplay.model import Mechanism
 from jointplay.result import Result, parts
 from jointplay.result import size as size_of
@@ -99,9 +99,10 @@ def _first_of_several(m: Mechanism, results: Mapping[str, Result], found: list[t
     """The sheet of the first output and load case, with a line that says what else there is."""
     own = {name: parts(result)[0][1] for name, result in results.items()}
     figure = sheet(m.only(*(next(iter(names), None) for names in (m.outputs, m.load_cases))), own)
-    others = ", ".join(heading[:1].lower() + heading[1:] for heading, _ in found[1:])
-    also = f"; not drawn: {others} (--output-point, --load-case)" if others else ""
-    figure.text(0.01, 0.005, f"{found[0][0]}{also}", fontsize=7)
+    others = [("outputs", m.outputs[1:], "--output-point"), ("load cases", m.load_cases[1:], "--load-case")]
+    also = "; ".join(f"other {word} ({option}): {listed(names)}" for word, names, option in others if names)
+    heading = found[0][0]
+    figure.supxlabel("; ".join(filter(None, (heading, also))), x=0.01, ha="left", fontsize=7)
     return figure
 
 
