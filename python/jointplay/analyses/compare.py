@@ -89,8 +89,8 @@ def compute(
         spaces = f"{a.data.space} and {b.data.space}"
         raise InputError(f"one moves in the plane and one in space ({spaces}), so their errors cannot be compared")
     if a.outputs != b.outputs or a.load_cases != b.load_cases:
-        names = [f"{listed(m.outputs)} in the load cases {listed(m.load_cases)}" for m in (a, b)]
-        raise InputError(f"two mechanisms are compared by the same outputs and load cases; here: {' and '.join(names)}")
+        held = " and ".join(f"{listed(m.outputs)} (load cases: {listed(m.load_cases)})" for m in (a, b))
+        raise InputError(f"two mechanisms are compared by the same outputs and load cases; here: {held}")
     followed = _components(b, components)
     labels = _labels(a, b, names)
     require_determinate(b, over_constrained=True)
