@@ -14,10 +14,12 @@ from .options import (
     Contact,
     Correctable,
     File,
+    LoadCase,
     Mapped,
     Offset,
     Output,
     Plot,
+    Point,
     Question,
     Samples,
     Scatter,
@@ -104,11 +106,13 @@ def check(file: File, settings: Settings = None, output: Output = None) -> int:
 
 
 @app.command()
-def solve(file: File, settings: Settings = None, output: Output = None, plot: Plot = None) -> int:
+def solve(
+    file: File, output_point: Point = None, settings: Settings = None, output: Output = None, plot: Plot = None
+) -> int:
     """Solve the nominal mechanism: output, drives of a path, nearness to a singularity."""
     from jointplay.analyses.solve import compute
 
-    return answer.answer({"solve": compute}, answer.mechanism(file, settings), output, plot)
+    return answer.answer({"solve": compute}, answer.mechanism(file, settings, output_point), output, plot)
 
 
 @app.command()
@@ -125,6 +129,7 @@ def singularities(
     path: Annotated[
         bool, typer.Option("--path/--no-path", help="Look for singularities between the configurations, too.")
     ] = True,
+    output_point: Point = None,
     settings: Settings = None,
     output: Output = None,
 ) -> int:
@@ -136,7 +141,7 @@ def singularities(
     def ask(m: Mechanism, progress: Any) -> Result:
         return compute(m, length=length, components=counted, path=path, progress=progress)
 
-    return answer.answer({"singularities": ask}, answer.mechanism(file, settings), output, None)
+    return answer.answer({"singularities": ask}, answer.mechanism(file, settings, output_point), output, None)
 
 
 @app.command()
@@ -152,6 +157,8 @@ def error(
     law: Scatter = None,
     contact: Touching = Contact.scattered,
     sizes: Sizes = Sized.middle,
+    output_point: Point = None,
+    load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -164,7 +171,7 @@ def error(
     """
     from jointplay.analyses import given, loaded, random, worst
 
-    m = answer.mechanism(file, settings)
+    m = answer.mechanism(file, settings, output_point, load_case)
     put = answer.offsets(offset)
     asked = set(question or [Question.all])
     if Question.all in asked:
@@ -215,6 +222,8 @@ def compensate(
             "--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero; in space X,Y,Z[,RX,RY,RZ]."
         ),
     ] = None,
+    output_point: Point = None,
+    load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -222,7 +231,7 @@ def compensate(
     """Correct the drives so that the output returns as near as possible to its nominal pose."""
     from jointplay.analyses.compensate import compute
 
-    m = answer.mechanism(file, settings)
+    m = answer.mechanism(file, settings, output_point, load_case)
     put = answer.offsets(offset)
     which = (question or (Correctable.given if put else Correctable.loaded)).value
     pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,))
@@ -247,6 +256,8 @@ def sweep(
         ),
     ] = None,
     question: Annotated[Swept, typer.Option("--question", "-q", help="What is asked at every value.")] = Swept.worst,
+    output_point: Point = None,
+    load_case: LoadCase = None,
     offset: Offset = None,
     samples: Samples = 100_000,
     seed: Seed = 0,
@@ -259,7 +270,7 @@ def sweep(
     from jointplay.analyses.sweep import compute
 
     keys, values, fixed = arguments.swept(arguments.assignments(settings or (), "--set"))
-    m = answer.mechanism(file, fixed)
+    m = answer.mechanism(file, fixed, output_point, load_case)
     # What a swept key reaches is said once, not again for every value.
     answer.change(m, dict.fromkeys(keys, values[0]))
     options: dict[str, Any] = {}
@@ -301,6 +312,8 @@ def map_(
     seed: Seed = 0,
     law: Scatter = None,
     contact: Touching = Contact.scattered,
+    output_point: Point = None,
+    load_case: LoadCase = None,
     settings: Settings = None,
     output: Annotated[
         Path | None,
@@ -332,7 +345,7 @@ def map_(
     if question is Mapped.given:
         options = {"offsets": answer.offsets(offset)}
     ranges = arguments.gridded(arguments.assignments(grid, "--grid")) if grid else None
-    m = answer.mechanism(file, settings)
+    m = answer.mechanism(file, settings, output_point, load_case)
     kept = mapping.Kept(output, overwrite, chunk)
     return mapping.answer(m, question.value, ranges, options, kept, plot, variable)
 
@@ -354,6 +367,8 @@ def compare(
     seed: Seed = 0,
     law: Scatter = None,
     contact: Touching = Contact.scattered,
+    output_point: Point = None,
+    load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -361,7 +376,7 @@ def compare(
     """Compare two mechanisms on one path: the drives of B are solved so that its output follows that of A."""
     from jointplay.analyses.compare import compute
 
-    a, b = answer.mechanism(first, settings), answer.mechanism(second, settings)
+    a, b = (answer.mechanism(file, settings, output_point, load_case) for file in (first, second))
     options: dict[str, Any] = {}
     if question is Compared.random:
         options = answer.scatter(samples, seed, law, contact)

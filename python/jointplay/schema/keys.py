@@ -10,7 +10,13 @@ from jointplay.errors import SHOWN, InputError, not_known, shown
 from jointplay.toml import DEEPEST, too_deep
 
 #: sections whose entries have names of the user's own
-NAMED = {"joints": "a joint", "drives": "a drive", "dimensions": "a dimension", "variables": "a variable"}
+NAMED = {
+    "joints": "a joint",
+    "drives": "a drive",
+    "dimensions": "a dimension",
+    "variables": "a variable",
+    "load_cases": "a load case",
+}
 
 #: the sizes that make a clearance, a ball bearing in its place, and what else than a number says how large it is
 PAIRS = ("hole", "pin", "slot", "slider")

@@ -10,8 +10,12 @@ from pydantic.json_schema import SkipJsonSchema
 
 from .bodies import SpatialBody
 from .file import (
+    LOAD_CASES,
+    OUTPUT,
+    OUTPUTS,
     LoadTable,
     MechanismFile,
+    OneOfSeveral,
     OutputTable,
     PathTable,
     StartTable,
@@ -69,6 +73,10 @@ class SpatialOutput(OutputTable):
     )
 
 
+class SpatialNamedOutput(SpatialOutput, OneOfSeveral):
+    """One of several outputs."""
+
+
 class SpatialLoad(LoadTable):
     """A dead load in ground axes."""
 
@@ -80,6 +88,9 @@ class SpatialLoad(LoadTable):
     )
     force: Triple | SkipJsonSchema[None] = Field(None, description="force [fx, fy, fz]")
     moment: Triple = Field((0.0, 0.0, 0.0), description="moment [mx, my, mz]")
+
+
+SpatialLoads = Annotated[tuple[SpatialLoad, ...], Field(strict=False)]
 
 
 class SpatialFile(MechanismFile):
@@ -95,5 +106,7 @@ class SpatialFile(MechanismFile):
     path: SpatialPath | SkipJsonSchema[None] = Field(
         None, description="targets of the output, in place of drive values"
     )
-    output: SpatialOutput = Field(description="the point whose error is asked: a body and a point on it")
-    loads: Annotated[tuple[SpatialLoad, ...], Field(strict=False)] = Field((), description="dead loads")
+    output: SpatialOutput | SkipJsonSchema[None] = Field(None, description=OUTPUT)
+    outputs: dict[Name, SpatialNamedOutput] = Field({}, description=OUTPUTS)
+    loads: SpatialLoads = Field((), description="dead loads")
+    load_cases: dict[Name, SpatialLoads] = Field({}, description=LOAD_CASES)

@@ -46,6 +46,10 @@ impl Mechanism {
         if spec.output.point >= points.len() || spec.loads.iter().any(|l| l.point >= points.len()) {
             return fail("the output or a load refers to a point that does not exist");
         }
+        if spec.output.relative_to.is_some_and(|body| body >= spec.n_bodies || points[spec.output.point].body.is_none())
+        {
+            return fail("the output is measured against a body that does not exist, or is on the ground");
+        }
         let joints = joints(spec, &points)?;
         let mut rows: Vec<Row> = Vec::new();
         for (joint, j) in joints.iter().enumerate() {
@@ -86,6 +90,7 @@ impl Mechanism {
             n_driven: rows.len() - of_joints,
             largest_move: joints.iter().map(largest_move).fold(f64::INFINITY, f64::min),
             output: spec.output.point,
+            seen_from: spec.output.relative_to,
             loads: spec.loads.clone(),
             sources,
             scores,
