@@ -105,7 +105,7 @@ def _key(data: MechanismFile, graph: Graph, source: Source) -> str:
     if source.key:
         return source.key
     match source.kind:
-        case "clearance":
+        case "clearance" | "size":
             return f"joints.{graph.joints[source.spec['joint']].pin}.clearance"
         case "angle":
             return f"joints.{graph.joints[source.spec['joint']].pin}.angle"

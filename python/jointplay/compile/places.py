@@ -14,7 +14,7 @@ so that its deviations are a screw displacement about the drawn common normal, a
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from jointplay.schema import (
     DH,
@@ -152,17 +152,24 @@ def _single(
     return Source(name, kind, ("angle" if turns else "length",), (factor,), (off.deviation * factor,), spec, key)
 
 
-def of_links(data: MechanismFile, graph: Graph, output: int, length: float) -> Iterator[Source]:
+def of_links(
+    data: MechanismFile, graph: Graph, outputs: Mapping[str, tuple[str, int]], length: float
+) -> Iterator[Source]:
     """How far the second joint of every link is off against the first."""
     for name, link in data.links.items():
         if name in data.dimensions or any(name in (joint.name, joint.pin) for joint in graph.joints):
             what = "dimension" if name in data.dimensions else "joint"
             raise graph.refuse(f"'{name}' is the name of a {what}; give the link another one", f"links.{name}")
-        yield from _of_link(data, graph, name, link, output, length)
+        yield from _of_link(data, graph, name, link, outputs, length)
 
 
 def _of_link(
-    data: MechanismFile, graph: Graph, name: str, link: LinkTable, output: int, length: float
+    data: MechanismFile,
+    graph: Graph,
+    name: str,
+    link: LinkTable,
+    outputs: Mapping[str, tuple[str, int]],
+    length: float,
 ) -> Iterator[Source]:
     key, (first, second), components = f"links.{name}", link.between, link.by_component
     graph.body_index(link.body, f"{key}.body")
@@ -170,9 +177,11 @@ def _of_link(
         raise graph.refuse(f"'{first}' is given twice; a link is between two joints", f"{key}.between")
     start = graph.joint_point(link.body, first, f"{key}.between.0")
     turning = [component for component in components if component not in BODY_AXES]
-    if second == "output":
-        if data.output.body != link.body:
-            raise graph.refuse(f"the output is on '{data.output.body}', not on '{link.body}'", f"{key}.between.1")
+    if second in outputs:
+        body, output = outputs[second]
+        if body != link.body:
+            what = "the output" if second == "output" else f"output '{second}'"
+            raise graph.refuse(f"{what} is on '{body}', not on '{link.body}'", f"{key}.between.1")
         if turning:
             problem = (
                 f"the output turns with its body and has {', '.join(BODY_AXES)} only, not {', '.join(turning)}; lock a"

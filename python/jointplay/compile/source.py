@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from jointplay.schema import ToleranceLaw, ToleranceTable
+from jointplay.schema import ToleranceLaw, ToleranceTable, law_in_core, limits_of
 from jointplay.spec import SourcePart, SourceSpec
 
 #: two points closer than this share of the mechanism's length have no direction between them
@@ -21,8 +21,8 @@ class Source:
     ----------
     name : str
     kind : str
-        ``clearance``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link`` or
-        ``drive``.
+        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``,
+        ``link`` or ``drive``.
     components : tuple of str
         What each of its parameters is called.
     factors : tuple of float
@@ -51,9 +51,6 @@ class Source:
 
 def interval(tolerance: ToleranceTable | None, law: ToleranceLaw, factor: float) -> SourcePart:
     """The set and the law of one component, SI."""
-    if tolerance is None:
-        return {"set": {"interval": {"low": 0.0, "high": 0.0}}, "law": law}
-    interval = {"low": tolerance.low * factor, "high": tolerance.high * factor}
-    if tolerance.sigma is not None:
-        return {"set": {"interval": interval}, "law": "gauss"}
-    return {"set": {"interval": interval}, "law": law}
+    low, high = (limit * factor for limit in limits_of(tolerance, law))
+    own = "gauss" if tolerance is not None and tolerance.sigma is not None else law_in_core(law, low, high, factor)
+    return {"set": {"interval": {"low": low, "high": high}}, "law": own}

@@ -18,15 +18,19 @@ from jointplay.units import ANGLES
 from .bodies import Body, BodyTable, SpatialBody
 from .clearances import (
     BallClearance,
+    BearingKeys,
     BeltClearance,
     FlankClearance,
+    GapClearance,
     GuideClearance,
     JournalClearance,
     LockedAngle,
     PlateClearance,
     PrismaticClearance,
+    RadialClearance,
     RevoluteClearance,
     RunOut,
+    SizedClearance,
     SleeveClearance,
     SlotClearance,
 )
@@ -37,17 +41,20 @@ from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, Plana
 from .grid import GridRange
 from .joints import JointTable
 from .kinds import with_coordinate
+from .laws import LawName, LawTable, ToleranceLaw, law_in_core, limits_of
 from .messages import located
 from .placements import Place, PlacementTable, SpatialPlacementTable
+from .sizes import Machined
 from .spatial_file import SpatialFile, SpatialStart
 from .spatial_joints import SpatialJoint, Universal
 from .stiffness import Stiffness
-from .values import NAME, ToleranceLaw, ToleranceTable, is_number
+from .values import NAME, ToleranceTable, is_number
 
 __all__ = [
     "DH",
     "NAME",
     "BallClearance",
+    "BearingKeys",
     "BeltClearance",
     "BeltKeys",
     "Body",
@@ -58,14 +65,18 @@ __all__ = [
     "Direction",
     "Drive",
     "FlankClearance",
+    "GapClearance",
     "GearKeys",
     "GridRange",
     "GuideClearance",
     "JointTable",
     "JournalClearance",
+    "LawName",
+    "LawTable",
     "LinkTable",
     "LoadTable",
     "LockedAngle",
+    "Machined",
     "MechanismFile",
     "Mesh",
     "OutputTable",
@@ -75,9 +86,11 @@ __all__ = [
     "PlanarPosition",
     "PlateClearance",
     "PrismaticClearance",
+    "RadialClearance",
     "RevoluteClearance",
     "RunOut",
     "Screw",
+    "SizedClearance",
     "SleeveClearance",
     "SlotClearance",
     "SpatialBody",
@@ -91,6 +104,8 @@ __all__ = [
     "ToleranceTable",
     "Universal",
     "json_schema",
+    "law_in_core",
+    "limits_of",
     "validate",
     "with_coordinate",
 ]

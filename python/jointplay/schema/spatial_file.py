@@ -12,8 +12,12 @@ from .bodies import SpatialBody
 from .deviations import SpatialLink
 from .file import (
     LINKS,
+    LOAD_CASES,
+    OUTPUT,
+    OUTPUTS,
     LoadTable,
     MechanismFile,
+    OneOfSeveral,
     OutputTable,
     PathTable,
     StartTable,
@@ -71,6 +75,10 @@ class SpatialOutput(OutputTable):
     )
 
 
+class SpatialNamedOutput(SpatialOutput, OneOfSeveral):
+    """One of several outputs."""
+
+
 class SpatialLoad(LoadTable):
     """A dead load in ground axes."""
 
@@ -82,6 +90,9 @@ class SpatialLoad(LoadTable):
     )
     force: Triple | SkipJsonSchema[None] = Field(None, description="force [fx, fy, fz]")
     moment: Triple = Field((0.0, 0.0, 0.0), description="moment [mx, my, mz]")
+
+
+SpatialLoads = Annotated[tuple[SpatialLoad, ...], Field(strict=False)]
 
 
 class SpatialFile(MechanismFile):
@@ -98,5 +109,7 @@ class SpatialFile(MechanismFile):
     path: SpatialPath | SkipJsonSchema[None] = Field(
         None, description="targets of the output, in place of drive values"
     )
-    output: SpatialOutput = Field(description="the point whose error is asked: a body and a point on it")
-    loads: Annotated[tuple[SpatialLoad, ...], Field(strict=False)] = Field((), description="dead loads")
+    output: SpatialOutput | SkipJsonSchema[None] = Field(None, description=OUTPUT)
+    outputs: dict[Name, SpatialNamedOutput] = Field({}, description=OUTPUTS)
+    loads: SpatialLoads = Field((), description="dead loads")
+    load_cases: dict[Name, SpatialLoads] = Field({}, description=LOAD_CASES)

@@ -22,8 +22,10 @@ from jointplay.spec import (
     ENDS,
     SIDE_ON,
     Changes,
+    CorrelationSpec,
     DisplacementSpec,
     DriveSpec,
+    GapSpec,
     JointSpec,
     MoveSpec,
     PointSpec,
@@ -156,7 +158,7 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
                 return source["to"] in renumbered
             case "place":
                 return source["displacement"] in displacements
-        return source["joint"] in joints
+        return any(joint in joints for joint in _joints_of(source))
 
     def placed_displacement(one: DisplacementSpec) -> DisplacementSpec:
         at = placed({"body": body_of(one["points"][0]), "at": one["about"]})["at"]
@@ -167,15 +169,15 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
             case "drive":
                 return source | {"drive": drives.index(source["drive"])}
             case "dimension":
-                also = [renumbered[point] for point in source.get("also", ())]
+                together = [renumbered[point] for point in source.get("together", ())]
                 ends = {"from": renumbered[source["from"]], "to": renumbered[source["to"]]}
-                return cast("SourceSpec", source | ends | {"also": also})
+                return cast("SourceSpec", source | ends | {"together": together})
             case "place":
                 on_base = body_of(spec["displacements"][source["displacement"]]["points"][0]) == base != GROUND
                 turned = np.array(source["ways"]) @ turn.T if on_base else np.array(source["ways"])
                 own = {"displacement": displacements.index(source["displacement"]), "ways": turned.tolist()}
                 return cast("SourceSpec", source | own)
-        return source | {"joint": joints.index(source["joint"])}
+        return _on_joints(source, joints)
 
     sources = [k for k, source in enumerate(spec["sources"]) if belongs(source)]
     own = spec | {
@@ -186,6 +188,9 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
         "drives": [_drive(*moves[k]) for k in drives],
         "displacements": [placed_displacement(spec["displacements"][k]) for k in displacements],
         "sources": [renamed_source(spec["sources"][k]) for k in sources],
+        "correlations": [
+            group for group in (_left(group, sources) for group in spec["correlations"]) if group["sources"]
+        ],
         "loads": [
             load | {"point": renumbered[load["point"]]}
             for load in spec["loads"]
@@ -195,6 +200,13 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
     }
     parameters = np.flatnonzero(np.isin(m.parameter_source, sources))
     return Part(m, base, bodies, tuple(points), tuple(joints), tuple(drives), tuple(sources), parameters, every, own)
+
+
+def _left(group: CorrelationSpec, sources: list[int]) -> CorrelationSpec:
+    """What is left of correlated sources where only some are there."""
+    left = [k for k, source in enumerate(group["sources"]) if source in sources]
+    there = [sources.index(group["sources"][k]) for k in left]
+    return {"sources": there, "factor": [group["factor"][k] for k in left]}
 
 
 def _with_pieces(m: Mechanism, there: set[int]) -> set[int]:
@@ -229,3 +241,19 @@ def _drive(first: MoveSpec, *others: MoveSpec) -> DriveSpec:
     if others:
         drive["also"] = list(others)
     return drive
+
+
+def _joints_of(source: SourceSpec) -> list[int]:
+    """The joints of a source; the size of a pin with several bodies has several."""
+    return [source["joint"], *(part["joint"] for part in source.get("also", ()))]
+
+
+def _on_joints(source: SourceSpec, joints: list[int]) -> SourceSpec:
+    """A source on joints, those that are there renumbered."""
+    if source["kind"] != "size":
+        return source | {"joint": joints.index(source["joint"])}
+    parts: list[GapSpec] = [{"joint": source["joint"], "factor": source["factor"]}, *source.get("also", ())]
+    there: list[GapSpec] = [
+        {"joint": joints.index(part["joint"]), "factor": part["factor"]} for part in parts if part["joint"] in joints
+    ]
+    return source | cast("SourceSpec", {**there[0], "also": there[1:]})

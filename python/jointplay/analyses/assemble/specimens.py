@@ -167,7 +167,7 @@ def _displaced(spec: Spec, point: int, u: Floats) -> Floats:
         arm = at - displacement["about"]
         at = at + along + (poses.turned_by(about) @ arm[..., None])[..., 0] - arm
     for source, begin in zip(spec["sources"], first, strict=False):
-        if source["kind"] == "dimension" and point in (source["to"], *source.get("also", ())):
+        if source["kind"] == "dimension" and point in (source["to"], *source.get("together", ())):
             way = np.subtract(spec["points"][source["to"]]["at"], spec["points"][source["from"]]["at"])
             at = at + u[:, [begin]] * way / np.linalg.norm(way)
     return at
