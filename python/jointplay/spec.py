@@ -105,6 +105,7 @@ class _Moved(_Ends):
     drive: NotRequired[int]
     together: NotRequired[list[int]]
     displacement: NotRequired[int]
+    components: NotRequired[list[str]]
     #: translation and rotation vector per unit of every component, body axes
     ways: NotRequired[list[list[list[float]]]]
 
