@@ -28,6 +28,7 @@ LAYERS = (
     "answers",
     "_core",
     "compile",
+    "patterns",
     "model",
     "mobility",
     "result",

@@ -15,6 +15,7 @@ import numpy as np
 from jointplay import _core, toml
 from jointplay.compile import Compiled, compile_file
 from jointplay.errors import InputError, not_known
+from jointplay.patterns import written_out
 from jointplay.schema import validate
 from jointplay.schema.keys import change, expand, value_at
 from jointplay.spec import Spec
@@ -67,7 +68,11 @@ class Mechanism(Compiled):
     def __init__(self, raw: Mapping[str, Any], file: str = "<data>") -> None:
         toml.check_depth(raw, file=file)
         plain: dict[str, Any] = _plain(raw)
-        compiled = compile_file(validate(plain, file), file)
+        written = written_out(plain, file)
+        try:
+            compiled = compile_file(validate(written.data, file), file)
+        except InputError as error:
+            raise written.as_the_user_wrote(error) from None
         # The class is frozen; this is where it is made.
         vars(self).update({f.name: getattr(compiled, f.name) for f in fields(compiled)}, raw=plain)
 

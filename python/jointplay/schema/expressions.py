@@ -21,6 +21,10 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from jointplay.errors import InputError, listed, not_known, shown
+from jointplay.units import ANGLES
+
+from .messages import place
+from .values import is_number
 
 #: an expression that a person wrote is not longer, nor are there more operations in a chain
 LONGEST = 300
@@ -74,8 +78,8 @@ class NotAnExpression(Exception):
 
     Parameters
     ----------
-    why : callable
-        Gives the sentence.
+    why : callable or str
+        The sentence, or what gives it.
     name : str
         The variable whose expression it is.
     """
@@ -90,7 +94,7 @@ class NotAnExpression(Exception):
 
 
 class Variables:
-    """The variables of a file, as they are asked for.
+    """The variables of a file, with their values.
 
     Parameters
     ----------
@@ -98,6 +102,11 @@ class Variables:
         Numbers and expressions by name.
     angle : float
         The file's unit of angles in radians.
+
+    Raises
+    ------
+    NotAnExpression
+        When one has no value; its `name` says which.
     """
 
     def __init__(self, given: Mapping[str, object], angle: float) -> None:
@@ -211,6 +220,19 @@ def _parsed(text: str) -> ast.expr:
         raise NotAnExpression(f"{shown(text)} is not an expression such as a / 2 + 10") from None
 
 
+def variables_of(raw: Mapping[str, Any]) -> tuple[Mapping[str, object], float]:
+    """What a file gives as variables, and its unit of angles in radians.
+
+    What is no table of numbers and texts is left for the model to refuse.
+    """
+    given, units = raw.get("variables"), raw.get("units")
+    angle = units.get("angle", "deg") if isinstance(units, Mapping) else "deg"
+    is_value = lambda value: isinstance(value, str) or is_number(value)  # noqa: E731
+    if not (isinstance(given, Mapping) and all(map(is_variable, given)) and all(map(is_value, given.values()))):
+        given = {}
+    return given, ANGLES.get(angle, 1.0) if isinstance(angle, str) else 1.0
+
+
 def is_plain(text: str) -> bool:
     """Whether an expression is just a number, which is written without quotes."""
     try:
@@ -230,8 +252,10 @@ ONLY_NUMBERS = {"float_type", "none_required"}
 SIGNS_OF_ONE = re.compile(r"[-+*/()]")
 
 
-def resolved(raw: dict[str, Any], variables: Variables, check: Callable[[dict[str, Any]], F], file: str) -> F:
-    """What a check makes of data whose expressions are replaced by numbers wherever it refuses a text.
+def resolved(
+    raw: dict[str, Any], variables: Variables, check: Callable[[dict[str, Any]], F], file: str
+) -> tuple[F, dict[str, Any]]:
+    """Data whose expressions are replaced by numbers wherever a check refuses a text, and what the check makes of it.
 
     Parameters
     ----------
@@ -254,19 +278,19 @@ def resolved(raw: dict[str, Any], variables: Variables, check: Callable[[dict[st
     data, replaced, first = raw, set[tuple[int | str, ...]](), None
     for _ in range(MOST_PASSES):
         try:
-            return check(data)
+            return check(data), data
         except ValidationError as error:
             first = first or error
             changed = _replaced(data, error, variables, file, replaced)
             if changed is None:
                 mistake = error.errors(include_url=False, include_context=False)[0]
-                place = tuple(_place(mistake["loc"], data))
-                was_text = any(place[: len(p)] == p or p[: len(place)] == place for p in replaced)
+                spot = place(mistake["loc"], data)
+                was_text = any(spot[: len(p)] == p or p[: len(spot)] == spot for p in replaced)
                 if was_text and mistake["type"] not in OF_NUMBERS:
                     raise first from None
                 raise
             data = changed
-    return check(data)
+    return check(data), data
 
 
 def _replaced(
@@ -279,13 +303,13 @@ def _replaced(
     """A copy with numbers for the texts that are refused where a number may stand; None where that changes nothing."""
     kinds: dict[tuple[int | str, ...], set[str]] = {}
     for mistake in error.errors(include_url=False, include_context=False):
-        kinds.setdefault(tuple(_place(mistake["loc"], data)), set()).add(mistake["type"])
+        kinds.setdefault(place(mistake["loc"], data), set()).add(mistake["type"])
     data = copy.deepcopy(data)
     changed = False
-    for place, kind in kinds.items():
-        if not place or place[0] == "variables" or not kind & OF_TEXTS:
+    for refused_at, kind in kinds.items():
+        if not refused_at or refused_at[0] == "variables" or not kind & OF_TEXTS:
             continue
-        *above, last = place
+        *above, last = refused_at
         here: Any = data
         for step in above:
             here = here[step]
@@ -296,7 +320,7 @@ def _replaced(
             text = holder[at]
             if not isinstance(text, str) or is_plain(text):
                 continue
-            spot = (*place, at) if within else place
+            spot = (*refused_at, at) if within else refused_at
             try:
                 holder[at] = variables.number(text)
             except NotAnExpression as why:
@@ -306,15 +330,3 @@ def _replaced(
                 changed = True
                 replaced.add(spot)
     return data if changed else None
-
-
-def _place(loc: tuple[int | str, ...], data: Any) -> list[int | str]:
-    """The part of pydantic's location that is in the file."""
-    steps: list[int | str] = []
-    for part in loc:
-        if (isinstance(data, dict) and part in data) or (
-            isinstance(data, list) and isinstance(part, int) and part < len(data)
-        ):
-            data = data[part]  # type: ignore[index]
-            steps.append(part)
-    return steps

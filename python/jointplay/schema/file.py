@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
@@ -35,6 +35,11 @@ from .values import (
     spaced,
 )
 
+if TYPE_CHECKING:
+    from .pattern_tables import PlanarPattern
+
+#: what the key `patterns` is
+PATTERNS = "parts of the mechanism that are repeated, such as the legs of a platform"
 #: more configurations than anybody looks at; a longer path is a slip of the keyboard
 MOST_CONFIGURATIONS = 1_000_000
 
@@ -311,6 +316,7 @@ class MechanismFile(Table):
         {}, description="numbers by name, or expressions, for the expressions that stand where a number may"
     )
     units: UnitsTable = Field(description='such as { length = "mm", angle = "deg", force = "N" }')
+    patterns: Mapping[str, Table]
     gravity: tuple[float, ...]
     bodies: Mapping[str, BodyTable]
     joints: Mapping[str, JointTable]
@@ -335,6 +341,8 @@ class PlanarFile(MechanismFile):
     """A mechanism in the plane."""
 
     space: Literal["planar"] = Field("planar", description="plane or space")
+    # Defined in pattern_tables.py, from the tables of this file; `written_out` has put the copies in their place.
+    patterns: dict[Name, PlanarPattern] = Field({}, description=PATTERNS)
     gravity: Pair = Field((0.0, 0.0), description="acceleration of gravity [gx, gy] in m/s^2, ground axes")
     bodies: dict[Name, Body] = Field({}, description="masses of bodies, and what makes them elastic")
     joints: dict[Name, Joint] = Field(description="the joints; the bodies are named by them")
