@@ -157,6 +157,8 @@ def _stacked(
 def _unit(m: Mechanism, key: str) -> str:
     """Unit of a value of the file; none where it is a word, a count or not known."""
     parts = key.split(".")
+    if parts[0] == "patterns" and len(parts) > 3:
+        parts = parts[2:]
     words = [part for part in parts if not part.isdigit()]
     if parts[0] == "gravity":
         return "m/s^2"
@@ -172,7 +174,9 @@ def _unit(m: Mechanism, key: str) -> str:
         return m.units.length_name if words[-1] != "law" else ""
     if parts[0] == "drives" and words[-1] not in ("law", "count", "joint") and "joints" not in parts:
         turns = {
-            m.joint_kinds[j] in ANGULAR for d, j in zip(m.drives, m.drive_joints, strict=True) if parts[1] in ("*", d)
+            m.joint_kinds[j] in ANGULAR
+            for d, j in zip(m.drives, m.drive_joints, strict=True)
+            if parts[1] in ("*", d, d.rpartition("_")[0])
         }
         return "" if len(turns) != 1 else m.units.angle_name if turns.pop() else m.units.length_name
     if words[-1] in ANGLES or (parts[0] == "joints" and "angle" in parts):

@@ -57,7 +57,7 @@ class Copy:
         return {GROUND, *self.table.shared, *self.drawn}
 
     def shift(self, joint: str) -> float:
-        """What is added to the coordinate of a joint of the pattern: in the plane angles count from the axes of bodies."""
+        """What is added to the coordinate of a joint: in the plane an angle counts from the axes of its bodies."""
         name, _, rider = joint.partition("/")
         if self.turn is None or not self.turn.is_planar or name not in self.table.joints:
             return 0.0
