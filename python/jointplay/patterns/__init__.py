@@ -55,9 +55,14 @@ class Written:
         for length in range(len(parts), 0, -1):
             if parts[:length] in self.origins:
                 key, number = self.origins[parts[:length]]
-                key = ".".join((key, *parts[length:]))
-                return InputError(f"{error.problem} (copy {number})", file=error.file, key=key)
+                return of_copy(number, error, ".".join((key, *parts[length:])))
         return error
+
+
+def of_copy(number: int, error: InputError, key: str) -> InputError:
+    """An error at a key of a pattern; what the first copy has, is wrong with all of them."""
+    which = f" (copy {number})" if number > 1 else ""
+    return InputError(error.problem + which, file=error.file, key=key)
 
 
 def written_out(raw: dict[str, Any], file: str) -> Written:
@@ -149,9 +154,7 @@ class _Reader:
             try:
                 model, data = checked({"patterns": {name: self.tables[name]}}, scope, PARTS[self.space], self.file)
             except InputError as error:
-                if number == 1:
-                    raise
-                raise InputError(f"{error.problem} (copy {number})", file=self.file, key=error.key) from None
+                raise of_copy(number, error, error.key) from None
             table: PatternTable = model.patterns[name]  # type: ignore[attr-defined]
             found.append(Copy(number, table, data["patterns"][name], self._turn(head, number)))
         return found

@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    JsonValue,
+    WithJsonSchema,
+    model_validator,
+)
 from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
@@ -296,7 +304,13 @@ def _variable(name: str) -> str:
     return name
 
 
-VariableName = Annotated[Name, AfterValidator(_variable)]
+#: letters, digits and `_`, no digit first, and nothing that has a meaning in expressions
+VARIABLE = f"^(?!(?:{'|'.join(sorted(RESERVED))})$)" + r"(?![0-9])[^\x00-\x2f\x3a-\x40\x5b-\x5e\x60\x7b-\x7f]+$"
+VariableName = Annotated[
+    Name,
+    AfterValidator(_variable),
+    WithJsonSchema({"type": "string", "pattern": VARIABLE, "maxLength": 100}),
+]
 
 
 def _format(value: object) -> object:
@@ -305,8 +319,14 @@ def _format(value: object) -> object:
     return value
 
 
+#: joints stand in the file or in a pattern of it
+HAS_JOINTS: dict[str, JsonValue] = {"anyOf": [{"required": ["joints"]}, {"required": ["patterns"]}]}
+
+
 class MechanismFile(Table):
     """What the files of all mechanisms have in common."""
+
+    model_config = ConfigDict(json_schema_extra=HAS_JOINTS)
 
     format: Annotated[Literal[1], BeforeValidator(_format)] = Field(description="version of the file format: 1")
     title: str = Field("", description="one line that says what the mechanism is")
@@ -345,7 +365,7 @@ class PlanarFile(MechanismFile):
     patterns: dict[Name, PlanarPattern] = Field({}, description=PATTERNS)
     gravity: Pair = Field((0.0, 0.0), description="acceleration of gravity [gx, gy] in m/s^2, ground axes")
     bodies: dict[Name, Body] = Field({}, description="masses of bodies, and what makes them elastic")
-    joints: dict[Name, Joint] = Field(description="the joints; the bodies are named by them")
+    joints: dict[Name, Joint] = Field({}, description="the joints; the bodies are named by them")
     start: dict[Name, Start] = Field({}, description="roughly where the bodies are: it chooses the assembly branch")
     path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")
     output: Output = Field(description="the point whose error is asked: a body and a point on it")

@@ -8,8 +8,6 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field, create_model, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from jointplay.errors import shown
-
 from .bodies import Body, BodyTable, SpatialBody
 from .file import Dimension, Drive, Load, LoadTable, PlanarFile, Range, Start, StartTable, VariableName
 from .joints import JointTable
@@ -91,7 +89,7 @@ class PatternHead(Table):
             count = "" if self.count is None else f"count = {self.count}; "
             raise problem(f"values has one for each copy: {count}here are {has}")
         if COPY in self.values:
-            raise problem(f"values.{COPY}: {shown(COPY)} is the number of the copy already; use another name")
+            raise problem(f"values: '{COPY}' is the number of the copy already; use another name")
         return self
 
     @property

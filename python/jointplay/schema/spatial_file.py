@@ -93,7 +93,7 @@ class SpatialFile(MechanismFile):
     patterns: dict[Name, SpatialPattern] = Field({}, description=PATTERNS)
     gravity: Triple = Field((0.0, 0.0, 0.0), description="acceleration of gravity [gx, gy, gz] in m/s^2, ground axes")
     bodies: dict[Name, SpatialBody] = Field({}, description="masses of bodies, and what makes them elastic")
-    joints: dict[Name, AnySpatialJoint] = Field(description="the joints; the bodies are named by them")
+    joints: dict[Name, AnySpatialJoint] = Field({}, description="the joints; the bodies are named by them")
     start: dict[Name, SpatialStart] = Field(
         {}, description="roughly where the bodies are; needed where the joints do not determine it"
     )
