@@ -201,7 +201,13 @@ def load(path: str | os.PathLike[str]) -> Mechanism:
     """
     name, content = toml.read(path)
     raw = _tables(content, name)
-    return Mechanism(toml.joined(raw, os.fspath(path), name) if "include" in raw else raw, name)
+    if "include" not in raw:
+        return Mechanism(raw, name)
+    joined = toml.joined(raw, os.fspath(path), name)
+    try:
+        return Mechanism(joined.tables, name)
+    except InputError as error:
+        raise joined.in_its_part(error) from None
 
 
 @typed

@@ -2,7 +2,7 @@
 
 An expression stands only where a number may: what is valid as a text, such as the name of a joint, stays one. Numbers,
 ``+ - * / **``, parentheses, variables, `pi` and the functions below; nothing else can be called. Angles are in the
-file's unit.
+file's unit. A value that only rounding keeps from a number of few digits is that number: limits are met exactly.
 """
 
 from __future__ import annotations
@@ -30,6 +30,25 @@ from .values import is_number
 LONGEST = 300
 #: variables of a circle that a message lists
 MOST_NAMED = 10
+#: a number of no more digits is meant where the value of an expression is within so many units in its last place
+FEW_DIGITS = 12
+ROUNDING = 4
+#: sines of multiples of this many degrees are met exactly
+EXACT = 30.0
+SINES = (
+    0.0,
+    0.5,
+    math.sqrt(0.75),
+    1.0,
+    math.sqrt(0.75),
+    0.5,
+    0.0,
+    -0.5,
+    -math.sqrt(0.75),
+    -1.0,
+    -math.sqrt(0.75),
+    -0.5,
+)
 #: passes over the file: what an expression becomes may show the next one
 MOST_PASSES = 12
 
@@ -51,6 +70,7 @@ PLAIN: Mapping[str, Callable[..., float]] = {
     "log": math.log,
 }
 FROM_ANGLE: Mapping[str, Callable[[float], float]] = {"sin": math.sin, "cos": math.cos, "tan": math.tan}
+DEGREE = ANGLES["deg"]
 TO_ANGLE: Mapping[str, Callable[..., float]] = {
     "asin": math.asin,
     "acos": math.acos,
@@ -156,12 +176,17 @@ class Variables:
         16.0
         """
         try:
-            value = self._value(_parsed(text), text)
+            node = _parsed(text)
+            value = self._value(node, text)
+            size = abs(value)
+            if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
+                # A difference is rounded as its larger part is.
+                size = max(abs(self._value(part, text)) for part in (node.left, node.right))
         except RecursionError:
             raise NotAnExpression(f"{shown(text)} is nested too deep") from None
         if not math.isfinite(value):
             raise NotAnExpression(f"{shown(text)} has no finite value")
-        return value
+        return _settled(value, size)
 
     def _variable(self, name: str) -> float:
         if name in self._known:
@@ -193,6 +218,8 @@ class Variables:
                     raise NotAnExpression(f"{shown(text)}: {name} takes {needed} value{'s' * (needed != '1')}")
                 values = [self._value(argument, text) for argument in arguments]
                 if name in FROM_ANGLE:
+                    if self.angle == DEGREE and values[0] % EXACT == 0.0:
+                        return self._called(_exact, [name, values[0]], text)
                     return self._called(FROM_ANGLE[name], [values[0] * self.angle], text)
                 if name in TO_ANGLE:
                     return self._called(TO_ANGLE[name], values, text) / self.angle
@@ -209,6 +236,26 @@ class Variables:
             return float(function(*values))
         except (ValueError, ZeroDivisionError, OverflowError):
             raise NotAnExpression(f"{shown(text)} has no finite value") from None
+
+
+def _settled(value: float, size: float) -> float:
+    """The number of few digits that a value is but for rounding, where there is one.
+
+    Examples
+    --------
+    >>> _settled(0.1 * 3, 0.3), _settled(0.1 + 0.2 - 0.3, 0.3), _settled(2 / 3, 2 / 3)
+    (0.3, 0.0, 0.6666666666666666)
+    """
+    within = ROUNDING * math.ulp(size)
+    near = float(f"{value:.{FEW_DIGITS}g}") if abs(value) > within else 0.0
+    return near if abs(near - value) <= within else value
+
+
+def _exact(name: str, degrees: float) -> float:
+    """Sine, cosine or tangent of a multiple of 30 degrees."""
+    turned = round(degrees % 360.0 / EXACT)
+    sine, cosine = SINES[turned % 12], SINES[(turned + 3) % 12]
+    return {"sin": sine, "cos": cosine}[name] if name != "tan" else sine / cosine
 
 
 def _parsed(text: str) -> ast.expr:

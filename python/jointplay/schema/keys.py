@@ -104,7 +104,7 @@ def change(data: dict[str, Any], changes: Mapping[str, object], file: str) -> li
     for key, value in changes.items():
         places = expand(data, key, file)
         if "*" in key.split("."):
-            reached.append(_reached(data, key, places))
+            reached.append(what_is_reached(data, key, places))
         for steps in places:
             # Places share nothing that a later change of one of them would change in the others.
             assign(data, steps, copy.deepcopy(value))
@@ -118,7 +118,7 @@ def _spellings(data: Mapping[str, Any], parts: list[str]) -> list[list[str]]:
     return [parts, *(["patterns", name, *parts] for name in within)]
 
 
-def _reached(data: Mapping[str, Any], key: str, places: list[Steps]) -> str:
+def what_is_reached(data: Mapping[str, Any], key: str, places: list[Steps]) -> str:
     """How many of the entries that a `*` stands for a key reaches, and which of them say it in other words."""
     parts = key.split(".")
     hit: set[Steps] = set()
