@@ -460,7 +460,6 @@ def test_the_position_of_a_start_turns_as_a_whole() -> None:
     [
         ({"joints.A_2": {"type": "revolute", "on": {"ground": [9, 9], "arm": [0, 0]}}}, "joints.A", "called 'A_2'"),
         ({"joints.A": {"type": "revolute", "on": {"ground": [9, 9], "arm": [0, 0]}}}, "joints.A", "given outside"),
-        ({"joints.X": {"type": "revolute", "on": {"ground": [9, 9], "lower_3": [0, 0]}}}, "joints.B", "'lower_3'"),
         ({"joints.X": {"type": "revolute", "on": {"ground": [9, 9], "lower": [0, 0]}}}, "joints.B", "shared = "),
         ({"dimensions.lower_1": {"body": "platform", "between": ["C_1", "C_2"]}}, "dimensions.lower", "'lower_1'"),
         ({"patterns.arm": {"count": 1, "joints": {"A": {"type": "revolute", "on": {"ground": [0, 0], "x": [1, 1]}}}}},
@@ -476,8 +475,10 @@ def test_a_name_means_one_thing(outside: dict[str, Any], key: str, said: str) ->
 
 def test_what_is_said_outside_of_one_copy() -> None:
     """Sections whose entries are bodies or joints of one copy need not be in the pattern."""
-    m = jp.loads(RRR).with_({"bodies.lower_2.mass": 0.3, "gravity": [0, -9.81]})
+    tool = {"type": "fixed", "on": {"lower_3": [0, 9], "tool": [0, 0]}}
+    m = jp.loads(RRR).with_({"bodies.lower_2.mass": 0.3, "gravity": [0, -9.81], "joints.tool": tool})
     assert m.data.bodies["lower_2"].mass == 0.3
+    assert "lower_3" in m.data.joints["tool"].names
 
 
 def test_all_copies_are_set_and_swept_at_once() -> None:

@@ -111,7 +111,8 @@ def test_the_json_schema_knows_every_key_and_explains_it() -> None:
 
 def test_every_key_of_the_examples_is_in_the_json_schema() -> None:
     known = {key for table in json_schema()["$defs"].values() for key in table.get("properties", {})}
-    named = {"joints", "drives", "dimensions", "bodies", "start", "on", "runout"}
+    named = {"joints", "drives", "dimensions", "bodies", "start", "on", "runout", "grid"}
+    named |= {"patterns", "values", "variables"}
 
     def keys(node: Any, names: bool = False) -> set[str]:
         if isinstance(node, list):

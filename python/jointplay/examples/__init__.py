@@ -24,13 +24,13 @@ from .stewart_gough import StewartGough
 from .template import Template
 from .three_upu import ThreeUpu
 
-_PLANAR = ("four-bar", "p3r", "slider-crank", "five-bar", "3-rrr", "six-bar", "serial-2r")
+_PLANAR = ("four-bar", "p3r", "slider-crank", "five-bar", "3-rrr", "six-bar", "serial-2r", "excavator")
 _PLANAR_OVER_CONSTRAINED = ("redundant-bar", "x-braced-square", "antenna-support")
 _TEMPLATES: Mapping[str, type[Template]] = {
     template.name: template for template in (AntennaSupport, ThreeUpu, StewartGough, Delta)
 }
 _COUPLED = ("geared-five-bar", "rack-slider", "belt-arm", "ball-screw", "planetary-gear")
-_SPATIAL = ("serial-6r", "rssr", "3-upu", "stewart-gough", "delta", "3-rrr-spherical")
+_SPATIAL = ("serial-6r", "rssr", "3-upu", "stewart-gough", "delta", "delta-by-hand", "3-rrr-spherical")
 _SPATIAL_OVER_CONSTRAINED = ("sarrus", "bennett", "four-legged-platform")
 _NAMES = (*_PLANAR, *_PLANAR_OVER_CONSTRAINED, *_SPATIAL, *_SPATIAL_OVER_CONSTRAINED, *_COUPLED)
 

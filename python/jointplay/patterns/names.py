@@ -103,8 +103,9 @@ class Names:
                     )
         for section in (*NAMED, OF_BODIES[0]):
             taken = {copy: f"pattern {other.pattern}" for other in others for copy, _ in other.copies(section)}
-            given = data.get(section) if section in NAMED else bodies_in_joints(data)
-            taken |= dict.fromkeys(given if isinstance(given, Mapping | set) else (), "the file")
+            # What the file says of the body of a copy is said of that copy.
+            given = data.get(section) if section in NAMED else None
+            taken |= dict.fromkeys(given if isinstance(given, Mapping) else (), "the file")
             for copy, name in self.copies(section):
                 if copy in taken:
                     key = f"{section}.{name}" if section in NAMED else f"joints.{self.bodies[name]}"
