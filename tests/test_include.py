@@ -47,7 +47,7 @@ def test_what_a_part_says_again_must_be_the_same(folder: Path) -> None:
 def test_lists_and_variables_join(folder: Path) -> None:
     (folder / "rocker.toml").write_text("[variables]\nplay = 0.3\n" + PIN + "\n[[loads]]\nforce = [1, 2]\n")
     m = jp.load(folder / "main.toml").with_({"joints.J1.clearance.radial": "play"})
-    assert m.data.joints["J1"].clearance.radius == 0.3
+    assert m.data.joints["J1"].clearance.radial == 0.3
     assert len(m.data.loads) == len(jp.loads(WHOLE).data.loads) + 1
 
 

@@ -100,7 +100,7 @@ def test_the_json_schema_knows_every_key_and_explains_it() -> None:
     schema = json_schema()
     tables = [table for table in schema["$defs"].values() if table["type"] == "object"]
     assert {"radial", "diametral", "law"} <= set(schema["$defs"]["RevoluteClearance"]["properties"])
-    assert {"radial", "axial", "length", "law"} <= set(schema["$defs"]["JournalClearance"]["properties"])
+    assert {"radial", "axial", "length", "law"} <= set(schema["$defs"]["BearingClearance"]["properties"])
     assert "from" in schema["$defs"]["Drive"]["properties"]
     for table in tables:
         assert table["additionalProperties"] is False
@@ -111,8 +111,8 @@ def test_the_json_schema_knows_every_key_and_explains_it() -> None:
 
 def test_every_key_of_the_examples_is_in_the_json_schema() -> None:
     known = {key for table in json_schema()["$defs"].values() for key in table.get("properties", {})}
-    named = {"joints", "drives", "dimensions", "bodies", "start", "on", "runout", "grid"}
-    named |= {"patterns", "values", "variables"}
+    named = {"joints", "drives", "dimensions", "bodies", "start", "on", "runout", "outputs", "load_cases"}
+    named |= {"patterns", "values", "variables", "grid"}
 
     def keys(node: Any, names: bool = False) -> set[str]:
         if isinstance(node, list):

@@ -100,7 +100,7 @@ def test_a_wildcard_reaches_a_size_in_other_words() -> None:
     """The joint in whose file the diameter stands has half of the expression as its radius."""
     m = jp.loads(SLIDER_CRANK)
     radius = m.value("joints.B.clearance.radial")
-    np.testing.assert_allclose(m.with_({"joints.A.clearance.radial": radius}).data.joints["A"].clearance.radius, 0.1)
+    np.testing.assert_allclose(m.with_({"joints.A.clearance.radial": radius}).data.joints["A"].clearance.radial, 0.1)
 
 
 def test_angles_are_in_the_unit_of_the_file() -> None:
@@ -202,7 +202,7 @@ def test_a_word_that_is_no_number_keeps_its_message(old: str, new: str, said: st
 
 def test_an_expression_needs_no_variables() -> None:
     m = jp.loads(jp.examples.text("four-bar")).with_({"joints.J1.clearance.radial": "sqrt(2) / 10"})
-    assert m.data.joints["J1"].clearance.radius == math.sqrt(2) / 10
+    assert m.data.joints["J1"].clearance.radial == math.sqrt(2) / 10
     with pytest.raises(jp.InputError, match='a number is needed, not "wide"'):
         m.with_({"joints.J1.clearance.radial": "wide"})
     with pytest.raises(jp.InputError, match="is not a variable"):

@@ -79,16 +79,19 @@ class Joined:
     ----------
     tables : dict
         As if all of them were written in the file.
+    file : str
+        Name of the file in messages.
     came_from : dict
         Part, and place in it, of what does not stand in the file itself, by place.
     """
 
     tables: dict[str, Any]
+    file: str
     came_from: dict[tuple[str, ...], tuple[str, tuple[str, ...]]]
 
     def in_its_part(self, error: InputError) -> InputError:
         """The error with the file and the key where the mistake was written."""
-        steps = tuple(error.key.split("."))
+        steps = tuple(error.key.split(".")) if error.file == self.file else ()
         for length in range(len(steps), 0, -1):
             if steps[:length] in self.came_from:
                 part, place = self.came_from[steps[:length]]
@@ -123,7 +126,7 @@ def joined(tables: Mapping[str, Any], path: str, file: str) -> Joined:
         raise InputError(
             f'names of files are needed, such as ["leg.toml"], not {shown(names)}', file=file, key="include"
         )
-    joined = Joined(whole, {})
+    joined = Joined(whole, file, {})
     total = 0
     for number, name in enumerate(names):
         key = f"include.{number}"

@@ -16,6 +16,7 @@ VALUES = [
 ]  # fmt: skip
 KEYS = [
     "title", "joints.*.clearance.radial", "joints.J1.clearance.radial", "joints.J1.clearance", "drives.theta1.values",
+    "joints.J1.clearance.fit",
     "drives.theta1.error", "loads", "loads.0.force", "gravity", "limits.singular_value", "output.at", "output.body",
     "units.length", "space", "format", "*", "*.*", "joints.*", "a", "a.b.c", "", ".", "..", "joints", "joints..x",
     "start",

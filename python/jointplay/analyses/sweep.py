@@ -192,7 +192,7 @@ def _unit(m: Mechanism, key: str) -> str:
         return m.units.turning_stiffness_name if words[-1] in ("roll", "tilt") else m.units.stiffness_name
     if parts[0] == "bodies":
         return _unit_of_body(m, words[-1])
-    if parts[0] == "loads":
+    if parts[0] in ("loads", "load_cases"):
         return {"force": m.units.force_name, "moment": m.units.moment_name}.get(words[-1], m.units.length_name)
     if parts[0] == "dimensions" and words[-1] not in ("law", "body", "between"):
         return m.units.length_name

@@ -25,13 +25,22 @@ if TYPE_CHECKING:
 UNLIMITED = 400
 
 
-def mechanism(file: str, settings: Sequence[str] | Mapping[str, str] | None) -> Mechanism:
-    """The mechanism of a file with changes; what a key with a `*` reached goes to stderr."""
+def mechanism(
+    file: str,
+    settings: Sequence[str] | Mapping[str, str] | None,
+    output: str | None = None,
+    load_case: str | None = None,
+) -> Mechanism:
+    """The mechanism of a file with changes, perhaps with one of its outputs or load cases only.
+
+    What a key with a `*` reached goes to stderr.
+    """
     from jointplay.model import load
 
     pairs = settings if isinstance(settings, Mapping) else assignments(settings or (), "--set")
     m = load(file)
-    return change(m, {key: value(text, key) for key, text in pairs.items()}) if pairs else m
+    m = change(m, {key: value(text, key) for key, text in pairs.items()}) if pairs else m
+    return m.only(output, load_case)
 
 
 def change(m: Mechanism, settings: Mapping[str, object]) -> Mechanism:

@@ -24,7 +24,10 @@ from .stewart_gough import StewartGough
 from .template import Template
 from .three_upu import ThreeUpu
 
-_PLANAR = ("four-bar", "p3r", "slider-crank", "five-bar", "3-rrr", "six-bar", "serial-2r", "excavator")
+_PLANAR = (
+    *("four-bar", "p3r", "slider-crank", "slider-crank-cases", "five-bar", "3-rrr", "six-bar", "serial-2r"),
+    "excavator",
+)
 _PLANAR_OVER_CONSTRAINED = ("redundant-bar", "x-braced-square", "antenna-support")
 _TEMPLATES: Mapping[str, type[Template]] = {
     template.name: template for template in (AntennaSupport, ThreeUpu, StewartGough, Delta)

@@ -18,6 +18,8 @@ GROUND = "ground"
 OUTPUT = "output"
 #: sections whose entries have names, apart from those of bodies
 NAMED = ("joints", "drives", "dimensions")
+#: keys whose value is the name of a body
+BODY_KEYS = ("body", "relative_to")
 #: sections whose entries are called as the body
 OF_BODIES = ("bodies", "start")
 
@@ -133,15 +135,20 @@ def bodies_in_joints(data: Mapping[str, Any]) -> set[str]:
 
 def bodies_outside(data: Mapping[str, Any]) -> set[str]:
     """The bodies that a file speaks of."""
-    tables: list[Any] = [data.get("output")]
-    for section in ("loads", "dimensions"):
-        found = data.get(section)
-        tables += found.values() if isinstance(found, Mapping) else found if isinstance(found, list) else ()
-    named = {str(table["body"]) for table in tables if isinstance(table, Mapping) and "body" in table}
+    named = {*_said(data)} | bodies_in_joints(data)
     for section in OF_BODIES:
         found = data.get(section)
         named |= {*found} if isinstance(found, Mapping) else set()
-    return named | bodies_in_joints(data)
+    return named
+
+
+def _said(node: Any) -> Iterator[str]:
+    """What tables call a body, such as those of outputs, loads and dimensions."""
+    if isinstance(node, Mapping):
+        yield from (node[word] for word in BODY_KEYS if isinstance(node.get(word), str))
+    below = node.values() if isinstance(node, Mapping) else node if isinstance(node, list) else ()
+    for value in below:
+        yield from _said(value)
 
 
 @dataclass(frozen=True)

@@ -17,14 +17,18 @@ from jointplay.errors import InputError, shown, suggestion
 from .bodies import Body, BodyTable, SpatialBody
 from .clearances import (
     BallClearance,
+    BearingKeys,
     BeltClearance,
     FlankClearance,
+    GapClearance,
     GuideClearance,
     JournalClearance,
     LockedAngle,
     PlateClearance,
     PrismaticClearance,
+    RadialClearance,
     RevoluteClearance,
+    SizedClearance,
     SleeveClearance,
     SlotClearance,
 )
@@ -34,13 +38,15 @@ from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, Plana
 from .grid import GridRange
 from .joints import JointTable
 from .kinds import with_coordinate
+from .laws import LawName, LawTable, ToleranceLaw, law_in_core, limits_of
 from .messages import located
 from .pattern_tables import COPY, HEADS, PARTS, PatternHead, PatternTable
 from .placements import Place, PlacementTable, SpatialPlacementTable
+from .sizes import Machined
 from .spatial_file import SpatialFile, SpatialStart
 from .spatial_joints import SpatialJoint, Universal
 from .stiffness import Stiffness
-from .values import NAME, ToleranceLaw, ToleranceTable
+from .values import NAME, ToleranceTable
 
 __all__ = [
     "COPY",
@@ -48,6 +54,7 @@ __all__ = [
     "NAME",
     "PARTS",
     "BallClearance",
+    "BearingKeys",
     "BeltClearance",
     "BeltKeys",
     "Body",
@@ -56,13 +63,17 @@ __all__ = [
     "Dimension",
     "Drive",
     "FlankClearance",
+    "GapClearance",
     "GearKeys",
     "GridRange",
     "GuideClearance",
     "JointTable",
     "JournalClearance",
+    "LawName",
+    "LawTable",
     "LoadTable",
     "LockedAngle",
+    "Machined",
     "MechanismFile",
     "Mesh",
     "NotAnExpression",
@@ -74,8 +85,10 @@ __all__ = [
     "PlanarFile",
     "PlateClearance",
     "PrismaticClearance",
+    "RadialClearance",
     "RevoluteClearance",
     "Screw",
+    "SizedClearance",
     "SleeveClearance",
     "SlotClearance",
     "SpatialBody",
@@ -90,6 +103,8 @@ __all__ = [
     "Variables",
     "checked",
     "json_schema",
+    "law_in_core",
+    "limits_of",
     "space_of",
     "validate",
     "variables_of",

@@ -19,8 +19,14 @@ NAMED = {
     "drives": "a drive",
     "dimensions": "a dimension",
     "variables": "a variable",
+    "load_cases": "a load case",
     "patterns": "a pattern",
 }
+
+#: the sizes that make a clearance, a ball bearing in its place, and what else than a number says how large it is
+PAIRS = ("hole", "pin", "slot", "slider")
+BEARING = ("bearing", "bore", "reduction")
+FITTED = ("fit", "diameter", "nominal", *PAIRS, *BEARING)
 
 #: different ways to say the same
 RIVALS: Mapping[str, tuple[str, ...]] = {
@@ -28,11 +34,17 @@ RIVALS: Mapping[str, tuple[str, ...]] = {
     "from": ("values",),
     "to": ("values",),
     "count": ("values",),
-    "radial": ("diametral",),
-    "diametral": ("radial",),
+    "radial": ("diametral", *FITTED),
+    "diametral": ("radial", *FITTED),
+    "gap": FITTED,
+    "fit": ("radial", "diametral", "gap", "tolerance", *PAIRS, *BEARING),
+    "bearing": ("radial", "diametral", "tolerance", "fit", "diameter", *PAIRS),
+    **dict.fromkeys(PAIRS, ("radial", "diametral", "gap", "tolerance", "fit", "diameter", "nominal", *BEARING)),
+    "tolerance": ("plus", "minus", "class"),
+    "class": ("tolerance", "plus", "minus"),
     "sigma": ("plus", "minus"),
-    "plus": ("sigma",),
-    "minus": ("sigma",),
+    "plus": ("sigma", "tolerance", "class"),
+    "minus": ("sigma", "tolerance", "class"),
     "backlash": ("backlash_angle",),
     "backlash_angle": ("backlash",),
     "module": ("radii", "radius"),
@@ -43,7 +55,7 @@ RIVALS: Mapping[str, tuple[str, ...]] = {
     "joints": ("joint",),
 }
 #: words that say by themselves all that their rivals do
-WHOLE = frozenset({"values", "radial", "diametral", "sigma", "backlash", "backlash_angle"})
+WHOLE = frozenset({"values", "radial", "diametral", "gap", "sigma", "backlash", "backlash_angle"})
 #: what a value of the first word is in terms of the second
 IN_TERMS_OF = {("radial", "diametral"): 0.5, ("diametral", "radial"): 2.0}
 Steps = tuple[str | int, ...]
@@ -260,8 +272,7 @@ def value_at(data: Any, steps: Steps) -> Any:
     if isinstance(data, Mapping) and isinstance(last, str) and last not in data and _is_own(steps):
         for other in RIVALS.get(last, ()):
             if other in data and (last, other) in IN_TERMS_OF:
-                part, given = IN_TERMS_OF[last, other], data[other]
-                return f"{part:g} * ({given})" if isinstance(given, str) else part * given
+                return _scaled(data[other], IN_TERMS_OF[last, other])
     return data if last is None else data[last]
 
 
@@ -281,7 +292,23 @@ def assign(data: Any, steps: Steps, value: Any, table: Callable[[], Any] = dict)
         if isinstance(last, int) or last in here:
             del here[last]
         return
+    if isinstance(last, str) and isinstance(here, dict) and _is_own(steps):
+        _keep_measure(here, last)
     here[last] = value
     for rival in RIVALS.get(last, ()) if _is_own(steps) and isinstance(last, str) else ():
         if rival in here:
             del here[rival]
+
+
+def _keep_measure(table: dict[str, Any], word: str) -> None:
+    """A tolerance is in the measure in which its clearance is given, and changes with it."""
+    for other in RIVALS.get(word, ()):
+        if other in table and "tolerance" in table and (word, other) in IN_TERMS_OF:
+            table["tolerance"] = _scaled(table["tolerance"], IN_TERMS_OF[word, other])
+
+
+def _scaled(value: Any, part: float) -> Any:
+    """A number, an expression, or a table of them, times a number."""
+    if isinstance(value, Mapping):
+        return {key: _scaled(one, part) for key, one in value.items()}
+    return f"{part:g} * ({value})" if isinstance(value, str) else part * value

@@ -105,7 +105,10 @@ class PatternTable(PatternHead):
     elsewhere: ClassVar[Mapping[str, str]] = {
         "patterns": "of the file as a whole: what is copied is not copied again",
         "variables": "of the file as a whole; those of a pattern are its `values`",
-        **dict.fromkeys(("output", "path", "grid", "assembly", "gravity", "units"), "of the file as a whole"),
+        **dict.fromkeys(
+            ("output", "outputs", "path", "grid", "assembly", "gravity", "units", "load_cases", "correlations"),
+            "of the file as a whole, which may name the copies",
+        ),
     }
 
     joints: Mapping[str, JointTable]

@@ -10,9 +10,13 @@ from pydantic.json_schema import SkipJsonSchema
 
 from .bodies import SpatialBody
 from .file import (
+    LOAD_CASES,
+    OUTPUT,
+    OUTPUTS,
     PATTERNS,
     LoadTable,
     MechanismFile,
+    OneOfSeveral,
     OutputTable,
     PathTable,
     StartTable,
@@ -73,6 +77,10 @@ class SpatialOutput(OutputTable):
     )
 
 
+class SpatialNamedOutput(SpatialOutput, OneOfSeveral):
+    """One of several outputs."""
+
+
 class SpatialLoad(LoadTable):
     """A dead load in ground axes."""
 
@@ -84,6 +92,9 @@ class SpatialLoad(LoadTable):
     )
     force: Triple | SkipJsonSchema[None] = Field(None, description="force [fx, fy, fz]")
     moment: Triple = Field((0.0, 0.0, 0.0), description="moment [mx, my, mz]")
+
+
+SpatialLoads = Annotated[tuple[SpatialLoad, ...], Field(strict=False)]
 
 
 class SpatialFile(MechanismFile):
@@ -100,5 +111,7 @@ class SpatialFile(MechanismFile):
     path: SpatialPath | SkipJsonSchema[None] = Field(
         None, description="targets of the output, in place of drive values"
     )
-    output: SpatialOutput = Field(description="the point whose error is asked: a body and a point on it")
-    loads: Annotated[tuple[SpatialLoad, ...], Field(strict=False)] = Field((), description="dead loads")
+    output: SpatialOutput | SkipJsonSchema[None] = Field(None, description=OUTPUT)
+    outputs: dict[Name, SpatialNamedOutput] = Field({}, description=OUTPUTS)
+    loads: SpatialLoads = Field((), description="dead loads")
+    load_cases: dict[Name, SpatialLoads] = Field({}, description=LOAD_CASES)
