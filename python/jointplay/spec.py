@@ -68,9 +68,10 @@ class GapSpec(TypedDict):
 
 
 class OutputSpec(TypedDict):
-    """The output point."""
+    """The output point, and the body against which it is measured if that is not the ground."""
 
     point: int
+    relative_to: NotRequired[int]
 
 
 class LoadSpec(TypedDict):

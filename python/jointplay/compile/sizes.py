@@ -56,7 +56,7 @@ class Size:
     nominal: float
     low: float
     high: float
-    law: str | LawTable
+    law: LawName | LawTable
     deviation: float | None = None
 
     @property

@@ -6,7 +6,7 @@ A source that the file declares stays one when its size is zero, so that results
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from jointplay.errors import InputError
@@ -15,6 +15,7 @@ from jointplay.schema import (
     Coupling,
     GuideClearance,
     JournalClearance,
+    LawTable,
     LockedAngle,
     MechanismFile,
     Mesh,
@@ -76,12 +77,14 @@ class Source:
         return {"kind": self.kind, "centre": list(self.centre), **self.spec}
 
 
-def compile_sources(data: MechanismFile, graph: Graph, commands: Commands, output: int, length: float) -> list[Source]:
-    """All sources of a mechanism, in SI."""
+def compile_sources(
+    data: MechanismFile, graph: Graph, commands: Commands, outputs: Mapping[str, tuple[str, int]], length: float
+) -> list[Source]:
+    """All sources of a mechanism, in SI; of the outputs body and point by name."""
     sources: list[Source] = []
     for index, joint in enumerate(graph.joints):
         sources.extend(_of_joint(data, graph, index, joint, length))
-    sources.extend(_of_dimension(data, graph, name, output, length) for name in data.dimensions)
+    sources.extend(_of_dimension(data, graph, name, outputs, length) for name in data.dimensions)
     taken = {source.name for source in sources} | {joint.name for joint in graph.joints}
     for index, (name, drive) in enumerate(data.drives.items()):
         if drive.error is not None:
@@ -133,6 +136,8 @@ def _of_sizes(graph: Graph, index: int, joint: CompiledJoint, play: object, size
     riders = [k for k, other in enumerate(graph.joints) if other.pin == joint.pin and other.name != joint.pin]
     several = joint.name.startswith(f"{joint.pin}/")
     for size in sizes:
+        if isinstance(size.law, LawTable) and (wrong := size.law.mistake(size.low / unit, size.high / unit)):
+            raise graph.refuse(f"the law of {size.name}: {wrong}", f"joints.{joint.pin}.clearance")
         spec: SourcePart = {
             "joint": index,
             "factor": size.factor,
@@ -203,22 +208,25 @@ def _pin(play: SleeveClearance, gap: float, unit: float, length: float) -> dict[
     return {"radius": gap, "half_length": length if play.length is None else play.length / 2.0 * unit}
 
 
-def _of_dimension(data: MechanismFile, graph: Graph, name: str, output: int, length: float) -> Source:
+def _of_dimension(
+    data: MechanismFile, graph: Graph, name: str, outputs: Mapping[str, tuple[str, int]], length: float
+) -> Source:
     dimension, key = data.dimensions[name], f"dimensions.{name}"
     if any(name in (joint.name, joint.pin) for joint in graph.joints):
         raise graph.refuse(f"'{name}' is the name of a joint; give the dimension another one", key)
     graph.body_index(dimension.body, f"{key}.body")
     ends: list[int] = []
     for k, place in enumerate(dimension.between):
-        if place != "output":
+        if place not in outputs:
             ends.append(graph.joint_point(dimension.body, place, f"{key}.between.{k}"))
-        elif data.output.body == dimension.body:
-            ends.append(output)
-        else:
-            problem = f"the output is on '{data.output.body}', not on '{dimension.body}'"
-            raise graph.refuse(problem, f"{key}.between.{k}")
+            continue
+        body, point = outputs[place]
+        if body != dimension.body:
+            what = "the output" if place == "output" else f"output '{place}'"
+            raise graph.refuse(f"{what} is on '{body}', not on '{dimension.body}'", f"{key}.between.{k}")
+        ends.append(point)
     start, end = (graph.points[p].at for p in ends)
-    for (body, joint), point in graph.places.items() if dimension.between[1] != "output" else ():
+    for (body, joint), point in graph.places.items() if dimension.between[1] not in outputs else ():
         if body == dimension.body and point != ends[1] and graph.points[point].at == end:
             problem = (
                 f"would part '{dimension.between[1]}' from '{joint}', which is at the same place of '{body}' with a"

@@ -349,13 +349,13 @@ fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
             break;
         }
         let (width, value) = (high - low, f(x));
+        if value == 0.0 {
+            return x;
+        }
         if value > 0.0 {
             (low, at_low) = (x, value);
         } else {
             (high, at_high) = (x, value);
-        }
-        if value == 0.0 {
-            break;
         }
         halve = high - low > 0.5 * width;
     }

@@ -46,6 +46,10 @@ impl Mechanism {
         if spec.output.point >= points.len() || spec.loads.iter().any(|l| l.point >= points.len()) {
             return fail("the output or a load refers to a point that does not exist");
         }
+        if spec.output.relative_to.is_some_and(|body| body >= spec.n_bodies || points[spec.output.point].body.is_none())
+        {
+            return fail("the output is measured against a body that does not exist, or is on the ground");
+        }
         let joints = joints(spec, &points)?;
         let mut rows: Vec<Row> = Vec::new();
         for (joint, j) in joints.iter().enumerate() {
@@ -72,42 +76,8 @@ impl Mechanism {
                 rows.push(Row { drive: Some(Driven { drive: d, coefficient, command }), ..Row::of(joint, component) });
             }
         }
-        let mut sources = Vec::with_capacity(spec.sources.len());
-        let mut centre = Vec::new();
-        let is_of = |joint| move |s: &SourceSpec| matches!(s.target, Target::Clearance { joint: of } if of == joint);
-        let has_clearance = |joint| spec.sources.iter().any(is_of(joint));
-        for (i, s) in spec.sources.iter().enumerate() {
-            let set = if sized(spec, s) { s.set.with_gap(s.set.gap()) } else { s.set };
-            set.check().map_err(|e| SpecError(format!("source {i}: {e}")))?;
-            let first = centre.len();
-            let components = attach(s, &has_clearance, first, &mut points, &joints, &mut rows)
-                .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;
-            if components.len() != set.size() || s.centre.len() != set.size() {
-                return fail(format!("source {i}: its set or centre has the wrong size"));
-            }
-            centre.extend_from_slice(&s.centre);
-            let is_clearance = matches!(s.target, Target::Clearance { .. });
-            let is_angle = match s.target {
-                Target::Angle { .. } => true,
-                Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
-                Target::Clearance { .. }
-                | Target::Dimension { .. }
-                | Target::Size { .. }
-                | Target::Ratio { .. }
-                | Target::Centre { .. } => false,
-            };
-            let quantile = quantile(spec, i).map_err(|e| SpecError(format!("source {i}: {e}")))?;
-            let law = s.law.plain();
-            sources.push(Source { set, law, quantile, gap: None, first, is_clearance, is_angle, components });
-        }
+        let (sources, centre) = sources(spec, &mut points, &joints, &mut rows, &driven_rows)?;
         let scores = groups(&spec.correlations, &sources).map_err(SpecError)?;
-        let gaps: Vec<_> = (0..sources.len()).map(|s| gap(spec, s, &sources, &centre)).collect::<Result<_, _>>()?;
-        for (source, gap) in sources.iter_mut().zip(gaps) {
-            if let Some(gap) = &gap {
-                source.set = source.set.with_gap(gap.at(&centre));
-            }
-            source.gap = gap;
-        }
         let largest_move = |joint: &Joint| joint.coupling.as_ref().map_or(f64::INFINITY, Coupling::largest_move);
         let mut built = Self {
             space: spec.space,
@@ -120,6 +90,7 @@ impl Mechanism {
             n_driven: rows.len() - of_joints,
             largest_move: joints.iter().map(largest_move).fold(f64::INFINITY, f64::min),
             output: spec.output.point,
+            seen_from: spec.output.relative_to,
             loads: spec.loads.clone(),
             sources,
             scores,
@@ -203,6 +174,52 @@ fn elastic(spec: &Spec, rows: &[Row]) -> Result<Vec<Elastic>, SpecError> {
         }
     }
     Ok(elastic)
+}
+
+/// The sources with the known deviations of their parameters.
+fn sources(
+    spec: &Spec,
+    points: &mut [Point],
+    joints: &[Joint],
+    rows: &mut [Row],
+    driven_rows: &[usize],
+) -> Result<(Vec<Source>, Vec<f64>), SpecError> {
+    let mut sources = Vec::with_capacity(spec.sources.len());
+    let mut centre = Vec::new();
+    let is_of = |joint| move |s: &SourceSpec| matches!(s.target, Target::Clearance { joint: of } if of == joint);
+    let has_clearance = |joint| spec.sources.iter().any(is_of(joint));
+    for (i, s) in spec.sources.iter().enumerate() {
+        let set = if sized(spec, s) { s.set.with_gap(s.set.gap()) } else { s.set };
+        set.check().map_err(|e| SpecError(format!("source {i}: {e}")))?;
+        let first = centre.len();
+        let components = attach(s, &has_clearance, first, points, joints, rows)
+            .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;
+        if components.len() != set.size() || s.centre.len() != set.size() {
+            return fail(format!("source {i}: its set or centre has the wrong size"));
+        }
+        centre.extend_from_slice(&s.centre);
+        let is_clearance = matches!(s.target, Target::Clearance { .. });
+        let is_angle = match s.target {
+            Target::Angle { .. } => true,
+            Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
+            Target::Clearance { .. }
+            | Target::Dimension { .. }
+            | Target::Size { .. }
+            | Target::Ratio { .. }
+            | Target::Centre { .. } => false,
+        };
+        let quantile = quantile(spec, i).map_err(|e| SpecError(format!("source {i}: {e}")))?;
+        let law = s.law.plain();
+        sources.push(Source { set, law, quantile, gap: None, first, is_clearance, is_angle, components });
+    }
+    let gaps: Vec<_> = (0..sources.len()).map(|s| gap(spec, s, &sources, &centre)).collect::<Result<_, _>>()?;
+    for (source, gap) in sources.iter_mut().zip(gaps) {
+        if let Some(gap) = &gap {
+            source.set = source.set.with_gap(gap.at(&centre));
+        }
+        source.gap = gap;
+    }
+    Ok((sources, centre))
 }
 
 /// How much the gap of a joint grows with a source.

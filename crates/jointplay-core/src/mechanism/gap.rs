@@ -88,7 +88,9 @@ impl Gap {
         let mut parts = variances;
         if let ([first, second], true) = (&tables[..], correlation != 0.0) {
             let together = first.factor * second.factor * first.quantile.covariance(&second.quantile, correlation);
-            parts.iter_mut().for_each(|part| *part += together);
+            for part in &mut parts {
+                *part += together;
+            }
         }
         let variance: f64 = parts.iter().sum();
         if least.is_finite() && self.largest <= 0.0 {

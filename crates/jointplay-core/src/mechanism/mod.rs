@@ -168,6 +168,8 @@ pub struct Mechanism {
     /// The largest move of the bodies (length-scaled; radians) in which no tooth of a coupling is skipped.
     pub(crate) largest_move: f64,
     pub(crate) output: usize,
+    /// The body that the output is measured against; the ground if none.
+    pub(crate) seen_from: Body,
     pub(crate) loads: Vec<LoadSpec>,
     pub(crate) sources: Vec<Source>,
     /// The sources with quantile functions, in groups whose scores are drawn together.

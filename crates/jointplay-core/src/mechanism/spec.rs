@@ -152,6 +152,9 @@ pub enum Coordinate {
 pub struct OutputSpec {
     /// Index of the point.
     pub point: usize,
+    /// The body against which it is measured, in the axes of that body; the ground if left out.
+    #[serde(default)]
+    pub relative_to: Option<usize>,
 }
 
 /// A dead load in ground axes.

@@ -196,14 +196,13 @@ impl System<'_> {
         }
         for (element, given) in self.elements.iter().zip(&balance.given) {
             let moved = element.columns.iter().zip(given);
-            match element.source {
-                Some(s) => moved.enumerate().for_each(|(k, (&column, d))| {
+            if let Some(s) = element.source {
+                for (k, (&column, d)) in moved.enumerate() {
                     m.sources[s].split(s, k, *d, |s, d| add(&mut of_sources[own(s)], column, d));
-                }),
-                None => {
-                    let parts = &mut of_joints[own(m.rows[element.columns[0]].joint)];
-                    moved.for_each(|(&column, d)| add(parts, column, *d));
                 }
+            } else {
+                let parts = &mut of_joints[own(m.rows[element.columns[0]].joint)];
+                moved.for_each(|(&column, d)| add(parts, column, *d));
             }
         }
         (of_sources, of_joints)

@@ -72,7 +72,9 @@ impl Mechanism {
             }
             reach.push(source.set.support(&w));
         }
-        of_gaps.into_iter().for_each(|(s, part)| contribution[s] += part);
+        for (s, part) in of_gaps {
+            contribution[s] += part;
+        }
         let value = contribution.iter().sum::<f64>() + inner(shift, direction);
         let largest = reach.iter().copied().fold(0.0, f64::max);
         let acts = |s: &usize| reach[*s] > 1e-9 * largest || self.sources[*s].set.is_zero();

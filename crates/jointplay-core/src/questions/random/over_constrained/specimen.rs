@@ -146,7 +146,7 @@ impl<'a> Job<'a> {
         };
         let rigid_program = Program { right: Vec::new(), blocks: tied.iter().map(block).collect() };
         let rigid = system.elements.iter().all(|element| element.source.is_some());
-        Self { feels, system, request, nominal, compatibility, correction, tied, section, rigid_program, rigid }
+        Self { system, request, nominal, feels, compatibility, correction, tied, section, rigid_program, rigid }
     }
 
     const fn mechanism(&self) -> &Mechanism {
