@@ -15,6 +15,7 @@ import numpy as np
 from jointplay import _core, measured, toml
 from jointplay.compile import Compiled, compile_file
 from jointplay.errors import InputError, not_known
+from jointplay.patterns import written_out
 from jointplay.schema import MechanismFile, validate
 from jointplay.schema.keys import change, expand, value_at
 from jointplay.spec import Spec
@@ -77,7 +78,13 @@ class Mechanism(Compiled):
     def __init__(self, raw: Mapping[str, Any], file: str = "<data>") -> None:
         toml.check_depth(raw, file=file)
         plain: dict[str, Any] = _plain(raw)
-        data = validate(plain, file)
+        written = written_out(plain, file)
+        try:
+            self._read(plain, validate(written.data, file), file)
+        except InputError as error:
+            raise written.as_the_user_wrote(error) from None
+
+    def _read(self, plain: dict[str, Any], data: MechanismFile, file: str) -> None:
         outputs, cases = tuple(data.outputs), tuple(data.load_cases)
         self._make(plain, data, file, (next(iter(outputs), ""), ""), outputs, cases, {})
         # What is wrong with any of them is said now.
@@ -303,8 +310,13 @@ def load(path: str | os.PathLike[str]) -> Mechanism:
     """
     name, content = toml.read(path)
     raw = _tables(content, name)
-    whole = toml.joined(raw, os.fspath(path), name) if "include" in raw else raw
-    return Mechanism(measured.filled_in(whole, os.fspath(path), name), name)
+    if "include" not in raw:
+        return Mechanism(measured.filled_in(raw, os.fspath(path), name), name)
+    joined = toml.joined(raw, os.fspath(path), name)
+    try:
+        return Mechanism(measured.filled_in(joined.tables, os.fspath(path), name), name)
+    except InputError as error:
+        raise joined.in_its_part(error) from None
 
 
 @typed

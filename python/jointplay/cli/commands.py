@@ -81,7 +81,8 @@ def new(
         for example in examples.names():
             typer.echo(f"{example:<{width}}  {examples.title(example)}")
         return DONE
-    text = examples.text(name, arguments.assignments(settings or (), "--set"))
+    text, reached = examples.changed_text(name, arguments.assignments(settings or (), "--set"))
+    answer.say(reached)
     path = output or Path(f"{name}.toml")
     create(text, path, replace=force)
     typer.echo(f"wrote {path}: {tomllib.loads(text)['title']}")
@@ -172,7 +173,7 @@ def error(
     from jointplay.analyses import given, loaded, random, worst
 
     m = answer.mechanism(file, settings, output_point, load_case)
-    put = answer.offsets(offset)
+    put = answer.offsets(m, offset)
     asked = set(question or [Question.all])
     if Question.all in asked:
         asked |= {Question.worst, Question.random, Question.given} | ({Question.loaded} if m.has_loads else set())
@@ -232,10 +233,10 @@ def compensate(
     from jointplay.analyses.compensate import compute
 
     m = answer.mechanism(file, settings, output_point, load_case)
-    put = answer.offsets(offset)
+    put = answer.offsets(m, offset)
     which = (question or (Correctable.given if put else Correctable.loaded)).value
-    pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,))
-    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3, 6))
+    pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,), answer.reader(m))
+    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3, 6), answer.reader(m))
 
     def correct(m: Mechanism) -> Result:
         return compute(m, which, put or None, weights=pair, target=aim)
@@ -269,15 +270,16 @@ def sweep(
     """Compute the error for every value of a clearance size, or of anything else in the file."""
     from jointplay.analyses.sweep import compute
 
-    keys, values, fixed = arguments.swept(arguments.assignments(settings or (), "--set"))
-    m = answer.mechanism(file, fixed, output_point, load_case)
+    pairs = arguments.assignments(settings or (), "--set")
+    m = answer.mechanism(file, arguments.only_set(pairs), output_point, load_case)
+    keys, values = arguments.swept(pairs, answer.reader(m))
     # What a swept key reaches is said once, not again for every value.
     answer.change(m, dict.fromkeys(keys, values[0]))
     options: dict[str, Any] = {}
     if question is Swept.random:
         options = answer.scatter(samples, seed, law, contact)
     if question is Swept.given:
-        options = {"offsets": answer.offsets(offset)}
+        options = {"offsets": answer.offsets(m, offset)}
 
     def ask(m: Mechanism, progress: Any) -> Result:
         return compute(m, keys, values, question.value, progress=progress, **options)
@@ -337,15 +339,15 @@ def map_(
     """Compute the error over a grid of drives or of positions of the output."""
     from . import mapping
 
+    m = answer.mechanism(file, settings, output_point, load_case)
     options: dict[str, Any] = {}
     if question is Mapped.loaded:
         options = {"exact": not first_order, "details": details}
     if question is Mapped.random:
         options = answer.scatter(samples, seed, law, contact)
     if question is Mapped.given:
-        options = {"offsets": answer.offsets(offset)}
-    ranges = arguments.gridded(arguments.assignments(grid, "--grid")) if grid else None
-    m = answer.mechanism(file, settings, output_point, load_case)
+        options = {"offsets": answer.offsets(m, offset)}
+    ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
     kept = mapping.Kept(output, overwrite, chunk)
     return mapping.answer(m, question.value, ranges, options, kept, plot, variable)
 

@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    JsonValue,
+    WithJsonSchema,
+    model_validator,
+)
 from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
@@ -35,6 +43,11 @@ from .values import (
     spaced,
 )
 
+if TYPE_CHECKING:
+    from .pattern_tables import PlanarPattern
+
+#: what the key `patterns` is
+PATTERNS = "parts of the mechanism that are repeated, such as the legs of a platform"
 #: more configurations than anybody looks at; a longer path is a slip of the keyboard
 MOST_CONFIGURATIONS = 1_000_000
 
@@ -327,7 +340,13 @@ def _variable(name: str) -> str:
     return name
 
 
-VariableName = Annotated[Name, AfterValidator(_variable)]
+#: letters, digits and `_`, no digit first, and nothing that has a meaning in expressions
+VARIABLE = f"^(?!(?:{'|'.join(sorted(RESERVED))})$)" + r"(?![0-9])[^\x00-\x2f\x3a-\x40\x5b-\x5e\x60\x7b-\x7f]+$"
+VariableName = Annotated[
+    Name,
+    AfterValidator(_variable),
+    WithJsonSchema({"type": "string", "pattern": VARIABLE, "maxLength": 100}),
+]
 
 
 def _format(value: object) -> object:
@@ -339,8 +358,11 @@ def _format(value: object) -> object:
 OUTPUT = "the point whose error is asked: a body and a point on it"
 OUTPUTS = "several points whose errors are asked, by name, in place of [output]"
 LOAD_CASES = "loads that act in one case, by name, beside those that act in every case"
-#: a file has either of them
-ONE_OR_SEVERAL = {"oneOf": [{"required": ["output"]}, {"required": ["outputs"]}]}
+#: a file has either of them, and joints, which may be those of a pattern
+REQUIRED: dict[str, JsonValue] = {
+    "oneOf": [{"required": ["output"]}, {"required": ["outputs"]}],
+    "anyOf": [{"required": ["joints"]}, {"required": ["patterns"]}],
+}
 #: what the key `links` is
 LINKS = "how far one joint of a body is off against another one, by components"
 
@@ -348,7 +370,7 @@ LINKS = "how far one joint of a body is off against another one, by components"
 class MechanismFile(Table):
     """What the files of all mechanisms have in common."""
 
-    model_config = ConfigDict(json_schema_extra=ONE_OR_SEVERAL)  # type: ignore[typeddict-item]
+    model_config = ConfigDict(json_schema_extra=REQUIRED)
 
     format: Annotated[Literal[1], BeforeValidator(_format)] = Field(description="version of the file format: 1")
     title: str = Field("", description="one line that says what the mechanism is")
@@ -358,6 +380,7 @@ class MechanismFile(Table):
         {}, description="numbers by name, or expressions, for the expressions that stand where a number may"
     )
     units: UnitsTable = Field(description='such as { length = "mm", angle = "deg", force = "N" }')
+    patterns: Mapping[str, Table]
     gravity: tuple[float, ...]
     bodies: Mapping[str, BodyTable]
     joints: Mapping[str, JointTable]
@@ -424,9 +447,11 @@ class PlanarFile(MechanismFile):
     """A mechanism in the plane."""
 
     space: Literal["planar"] = Field("planar", description="plane or space")
+    # Defined in pattern_tables.py, from the tables of this file; `written_out` has put the copies in their place.
+    patterns: dict[Name, PlanarPattern] = Field({}, description=PATTERNS)
     gravity: Pair = Field((0.0, 0.0), description="acceleration of gravity [gx, gy] in m/s^2, ground axes")
     bodies: dict[Name, Body] = Field({}, description="masses of bodies, and what makes them elastic")
-    joints: dict[Name, Joint] = Field(description="the joints; the bodies are named by them")
+    joints: dict[Name, Joint] = Field({}, description="the joints; the bodies are named by them")
     links: dict[Name, PlanarLink] = Field({}, description=LINKS)
     start: dict[Name, Start] = Field({}, description="roughly where the bodies are: it chooses the assembly branch")
     path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")

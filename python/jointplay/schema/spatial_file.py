@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
@@ -15,6 +15,7 @@ from .file import (
     LOAD_CASES,
     OUTPUT,
     OUTPUTS,
+    PATTERNS,
     LoadTable,
     MechanismFile,
     OneOfSeveral,
@@ -25,6 +26,9 @@ from .file import (
 )
 from .kinds import AnySpatialJoint
 from .values import IN_PLANE, Name, Number, Numbers, Triple, problem
+
+if TYPE_CHECKING:
+    from .pattern_tables import SpatialPattern
 
 TURNS = ("rx", "ry", "rz")
 
@@ -99,9 +103,10 @@ class SpatialFile(MechanismFile):
     """A mechanism in space."""
 
     space: Literal["spatial"] = Field(description="plane or space")
+    patterns: dict[Name, SpatialPattern] = Field({}, description=PATTERNS)
     gravity: Triple = Field((0.0, 0.0, 0.0), description="acceleration of gravity [gx, gy, gz] in m/s^2, ground axes")
     bodies: dict[Name, SpatialBody] = Field({}, description="masses of bodies, and what makes them elastic")
-    joints: dict[Name, AnySpatialJoint] = Field(description="the joints; the bodies are named by them")
+    joints: dict[Name, AnySpatialJoint] = Field({}, description="the joints; the bodies are named by them")
     links: dict[Name, SpatialLink] = Field({}, description=LINKS)
     start: dict[Name, SpatialStart] = Field(
         {}, description="roughly where the bodies are; needed where the joints do not determine it"
