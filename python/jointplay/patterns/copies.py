@@ -73,7 +73,10 @@ def entries(copy: Copy, names: Names) -> Iterator[Entry]:
     data, turn = copy.data, copy.turn
     name_of = names.of(copy.number)
     for name, joint in data.get("joints", {}).items():
-        turned = joint if turn is None else turned_joint(joint, copy.table.joints[name], copy.turning, turn)
+        turned = joint
+        if turn is not None:
+            refuse = names.refusing(f"joints.{name}.position")
+            turned = turned_joint(joint, copy.table.joints[name], copy.turning, turn, refuse)
         yield Entry(("joints",), name_of.own(name), name_of.in_joint(turned, f"joints.{name}"), f"joints.{name}")
     for name, body in data.get("bodies", {}).items():
         key = f"bodies.{name}"

@@ -206,7 +206,7 @@ class NamesOfCopy:
     def in_joint(self, joint: Mapping[str, Any], key: str) -> dict[str, Any]:
         """A joint that names the bodies of the copy."""
         new = dict(joint)
-        for word in ("on", "runout", "marks"):
+        for word in ("on", "runout", "marks", "position", "direction"):
             if word in joint:
                 new[word] = {self.body(body, f"{key}.{word}.{body}"): value for body, value in joint[word].items()}
         if "bodies" in joint:

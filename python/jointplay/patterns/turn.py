@@ -16,7 +16,7 @@ from typing import Any
 
 from jointplay import poses
 from jointplay.compile.frames import X, default_side, unit
-from jointplay.schema import JointTable, Mesh, SpatialJoint, Universal
+from jointplay.schema import JointTable, Mesh, SpatialJoint, Universal, Zone
 
 Data = dict[str, Any]
 #: multiples of half a cosine are met exactly, so that quarters and sixths of a turn leave no rounding behind
@@ -83,7 +83,7 @@ def _tidy(value: float) -> float:
     return near if abs(value - near) < ROUNDED else value
 
 
-def turned_joint(data: Data, joint: JointTable, turning: Set[str], turn: Turn) -> Data:
+def turned_joint(data: Data, joint: JointTable, turning: Set[str], turn: Turn, refuse: Any) -> Data:
     """A joint of the copy.
 
     Parameters
@@ -95,10 +95,17 @@ def turned_joint(data: Data, joint: JointTable, turning: Set[str], turn: Turn) -
     turning : set of str
         Bodies whose axes do not turn with the copy, so that what is on them does.
     turn : Turn
+    refuse : callable
+        Makes the error for its position.
     """
     if not turning & set(joint.names):
         return data
     new = dict(data)
+    if joint.position:
+        new["position"] = {
+            body: _off(data["position"][body], zone, turn, refuse) if body in turning else data["position"][body]
+            for body, zone in joint.position.items()
+        }
     if joint.on is None:
         new |= _drawn(joint, turn)
     else:
@@ -111,6 +118,19 @@ def turned_joint(data: Data, joint: JointTable, turning: Set[str], turn: Turn) -
         if turn.is_planar and joint.runout:
             new["runout"] = {body: _eccentric(data["runout"][body], body in turning, turn) for body in joint.runout}
     return new
+
+
+def _off(data: Data, zone: Zone, turn: Turn, refuse: Any) -> Data:
+    """The position of a joint on a body whose axes do not turn; direction and cylinder are in the axes of the joint."""
+    if zone.by_component:
+        problem = (
+            f"{', '.join(zone.by_component)} are along axes of the body, which does not turn with the copies; give a"
+            " zone (diameter), or describe the body in axes of its own"
+        )
+        raise refuse(problem)
+    if "deviation" in data and (turn.is_planar or getattr(zone, "spherical", False)):
+        return {**data, "deviation": turn.direction(data["deviation"])}
+    return data
 
 
 def _eccentric(runout: Any, turns: bool, turn: Turn) -> Any:
