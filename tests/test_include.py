@@ -88,6 +88,34 @@ def test_what_cannot_join_is_named_with_its_files(
     assert said in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "file", "key"),
+    [
+        ("clearance = {", "clearence = {", "rocker.toml", "joints.J4"),
+        ("rocker = [0, 0]", "rocker = [0]", "rocker.toml", "joints.J4.on.rocker"),
+        ("radial = 1.0", "radial = 1e6", "rocker.toml", "joints.J4.clearance"),
+        ("rocker = [0, 0]", "roker = [0, 0]", "rocker.toml", "joints.J4"),
+        ("[joints.J4]", "[[loads]]\nforce = [1]\n\n[joints.J4]", "rocker.toml", "loads.0.force"),
+        ("[joints.J4]", '[variables]\na = "1 +"\n\n[joints.J4]', "rocker.toml", "variables.a"),
+        ("[joints.J4]", "[joints.J5]", "", ""),
+    ],
+)
+def test_a_mistake_in_a_part_names_the_part(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, old: str, new: str, file: str, key: str
+) -> None:
+    """It named the file that includes the part, in which the key cannot be found."""
+    monkeypatch.chdir(folder)
+    part = Path("rocker.toml")
+    assert old in PIN
+    part.write_text(PIN.replace(old, new, 1))
+    if not file:
+        jp.load("main.toml")
+        return
+    with pytest.raises(jp.InputError) as refused:
+        jp.load("main.toml")
+    assert (refused.value.file, refused.value.key) == (file, key)
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no pipes")
 def test_a_pipe_is_no_part(folder: Path) -> None:
     """Reading it would wait for ever."""

@@ -30,6 +30,7 @@ LAYERS = (
     "answers",
     "_core",
     "compile",
+    "patterns",
     "model",
     "gaps",
     "mobility",

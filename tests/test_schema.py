@@ -42,6 +42,9 @@ def test_it_takes_the_examples(name: str) -> None:
         (("dimensions", "l2", "tolerance"), "0.2"),
         (("variables",), {"a": [1]}),
         (("variables",), 3),
+        (("variables",), {"3a": 1}),
+        (("variables",), {"sqrt": 1}),
+        (("variables",), {"a-b": 1}),
         (("drives", "theta1", "count"), 1),
         (("joints", "J1", "stiffness"), 5),
         (("joints", "J1", "stiffness"), {}),
@@ -51,6 +54,12 @@ def test_it_takes_the_examples(name: str) -> None:
         (("bodies",), {"coupler": {"stiffness": 1, "E": 1, "area": 1}}),
         (("bodies",), {"coupler": {"area": 1}}),
         (("bodies",), {"coupler": {"torsion": 1}}),
+        (("joints", "J1", "position"), {"ground": {}}),
+        (("joints", "J1", "position"), {"ground": {"z": 1}}),
+        (("joints", "J1", "position"), {"ground": {"diameter": -1}}),
+        (("joints", "J1", "position"), {"ground": 0.1}),
+        (("links",), {"l": {"body": "coupler", "between": ["J2", "J3"]}}),
+        (("links",), {"l": {"body": "coupler", "between": ["J2", "J3"], "rz": 1}}),
     ],
 )
 def test_it_refuses_what_the_program_refuses(path: tuple[str, ...], value: Any) -> None:
@@ -88,6 +97,11 @@ def test_it_refuses_what_there_is_not_in_space(path: tuple[str | int, ...], valu
     assert not VALIDATOR.is_valid(data)
 
 
+@pytest.mark.parametrize("name", ["a", "a_1", "_b", "länge", "rod2", "pitch", "sinus"])
+def test_it_takes_the_names_of_variables(name: str) -> None:
+    VALIDATOR.validate({**tomllib.loads(TEXTS["four-bar"]), "variables": {name: 1}})
+
+
 def test_the_json_schema_knows_every_key_and_explains_it() -> None:
     schema = json_schema()
     tables = [table for table in schema["$defs"].values() if table["type"] == "object"]
@@ -103,7 +117,8 @@ def test_the_json_schema_knows_every_key_and_explains_it() -> None:
 
 def test_every_key_of_the_examples_is_in_the_json_schema() -> None:
     known = {key for table in json_schema()["$defs"].values() for key in table.get("properties", {})}
-    named = {"joints", "drives", "dimensions", "bodies", "start", "on", "runout"}
+    named = {"joints", "drives", "dimensions", "bodies", "start", "on", "runout", "outputs", "load_cases"}
+    named |= {"patterns", "values", "variables", "grid"}
 
     def keys(node: Any, names: bool = False) -> set[str]:
         if isinstance(node, list):

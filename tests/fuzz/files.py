@@ -20,13 +20,14 @@ TOKENS = [
 SCALARS: list[Any] = [
     0, -1, 1, 2, 1e-300, 1e-9, 1e9, 1e12, -1e12, 1e13, 1e300, 2**63, 2**100, float("nan"), float("inf"),
     float("-inf"), -0.0,
-    "2 * 0.1", "a / 2", "sqrt(-1)", "9**9**9",
+    "2 * 0.1", "a / 2", "sqrt(-1)", "9**9**9", "copy",
     True, False, "", "ground", "output", "J1", "H7/g6", "a\nb", "\x1b[31m", "{}", "$x_$", "<b>", "é漢\u202e", "n" * 300,
 ]  # fmt: skip
 TABLES: list[Any] = [
     [], [0], [0, 0], [0, 0, 0], [[0, 0]], [1, "x"], [1e12, -1e12], [0] * 300, {}, {"at": [0, 0]}, {"x": 1},
     {"sigma": 0.1}, {"radial": 0.1}, {"plus": 0.1, "minus": 0}, {"a": {"b": {"c": 1}}},
-    {"a": 2, "b": "a / 3"}, {"a": "b", "b": "a"},
+    {"a": 2, "b": "a / 3"}, {"a": "b", "b": "a"}, {"a": [1, 2], "b": "copy / 2"}, {"leg": {"count": 2}},
+    {"point": [0, 0], "angle": 90},
     {"fit": "H7/g6", "diameter": 12}, {"fit": "M6/s7", "diameter": 3}, {"fit": "K9/zz", "diameter": 1e3},
     {"hole": {"diameter": 12, "class": "H7"}, "pin": {"diameter": 12, "class": "k6"}}, {"bearing": "C3", "bore": 10},
     {"pert": 0.1}, {"triangular": 0}, {"beta": [0.5, 2]}, {"measured": [0, 0.1]}, {"csv": "x.csv", "column": "d"},
@@ -34,6 +35,14 @@ TABLES: list[Any] = [
     [{"sources": ["l2", "J1.hole"], "rank": 1}], [{"sources": ["theta1", "l2"], "ranks": [[1, 0.5], [0.5, 1]]}],
     {"radial": 0.1, "tolerance": 0.2}, {"gap": 0.1, "tolerance": 0.05, "length": 40}, {"diameter": 12, "tolerance": 1},
 ]  # fmt: skip
+#: deviations of a joint on a body, of place or direction
+DEVIATIONS: list[Any] = [
+    0.05, {"x": 0.02}, {"x": {"tolerance": 0.1, "deviation": 0.05}, "y": 0.01}, {"z": 0.01}, {"diameter": 0.1},
+    {"diameter": 0.1, "length": 30}, {"diameter": 0.1, "spherical": True}, {"diameter": 0.1, "deviation": [0.01, 0]},
+    {"angle": 0.1}, {"side": 0.1, "normal": {"tolerance": {"sigma": 0.1}}}, {"diameter": 1e9, "length": 1e-9}, {},
+    {"x": 1, "diameter": 1}, {"angle": 1e3},
+]  # fmt: skip
+COMPONENTS = ["x", "y", "z", "angle", "rx", "ry", "rz", "a", "alpha", "d", "theta"]
 #: names that results, files and formats have a use of their own for
 NAMES = [
     "x", "y", "angle", "error", "status", "configuration", "component", "nominal", "source", "sources", "worst_offset",
@@ -86,6 +95,22 @@ def at(node: Any, steps: tuple[str | int, ...]) -> Any:
     return node
 
 
+def deviate(raw: Any, random: Random) -> None:
+    """Let a joint deviate on one of its bodies, or against another one."""
+    joints = raw.get("joints")
+    if not isinstance(joints, dict) or not joints:
+        return
+    name = random.choice(sorted(joints))
+    bodies = joints[name].get("on", joints[name].get("bodies", ())) if isinstance(joints[name], dict) else ()
+    bodies = [body for body in bodies if isinstance(body, str)] or ["ground"]
+    if random.random() < 0.7 and isinstance(joints[name], dict):
+        off = {random.choice(bodies): copy.deepcopy(random.choice(DEVIATIONS))}
+        joints[name][random.choice(["position", "direction"])] = off
+        return
+    link = {"body": random.choice(bodies), "between": [name, random.choice([*sorted(joints), "output"])]}
+    raw["links"] = {"l": link | dict.fromkeys(random.sample(COMPONENTS, random.randint(1, 3)), 0.01)}
+
+
 def renamed(node: Any, old: str, new: str) -> Any:
     """With another name, wherever it is."""
     if isinstance(node, dict):
@@ -105,7 +130,9 @@ def structured(random: Random) -> bytes:
             break
         spot = random.choice(spots)
         table, key = at(raw, spot[:-1]), spot[-1]
-        match random.choice(["number", "weird", "table", "swap", "foreign", "remove", "rename", "name", "repeat"]):
+        match random.choice(
+            ["number", "weird", "table", "swap", "foreign", "remove", "rename", "name", "repeat", "deviate"]
+        ):
             case "number" if isinstance(table[key], int | float):
                 table[key] = random.choice([-table[key], 1e-6 * table[key], 1e6 * table[key], 0, random.gauss(0, 100)])
             case "weird" | "number":
@@ -124,6 +151,8 @@ def structured(random: Random) -> bytes:
                 section = raw.get(random.choice(["joints", "drives", "dimensions", "bodies", "start"]))
                 if isinstance(section, dict) and section:
                     raw = renamed(raw, random.choice(sorted(section)), random.choice(NAMES))
+            case "deviate":
+                deviate(raw, random)
             case "repeat" if isinstance(table, list):
                 table += [copy.deepcopy(table[key])] * random.choice([1, MOST])
     _shorten(raw)

@@ -48,7 +48,7 @@ def check(m: Mechanism) -> xr.Dataset:
         `degrees_of_freedom`, `redundancy` (how many constraints are redundant), `mobility` (a sentence), `determinate`
         (whether the drives decide every pose
         just once), `decided` (once or more, with no drive too many), `assembled` (whether the mechanism can be
-        assembled near the start), as 0 or 1.
+        assembled near the start), as 0 or 1; `outputs` and `load_cases` (names, where the file has several).
 
     Examples
     --------
@@ -96,6 +96,9 @@ def compute(m: Mechanism) -> Result:
     _plays(m, builder)
     values = m.drive_values if m.drive_values is not None else m.targets
     builder.attrs["configurations"] = 0 if values is None else len(values)
+    for name, several in (("outputs", m.outputs), ("load_cases", m.load_cases)):
+        if several:
+            builder.attrs[name] = ", ".join(several)
     return builder.result()
 
 

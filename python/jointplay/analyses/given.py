@@ -13,11 +13,12 @@ import numpy as np
 from jointplay import poses
 from jointplay.gaps import attributes
 from jointplay.model import Mechanism
-from jointplay.result import Result, to_dataset
+from jointplay.result import Result, parts, to_dataset
 from jointplay.typed import typed
 
 from .nominal import Floats, Nominal, nominal, report
 from .offsets import Offsets, admissible, parameters
+from .several import of_each, of_outputs
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,6 +75,7 @@ def given(
     return to_dataset(compute(m, offsets, deviations, sizes=sizes))
 
 
+@of_each(lambda _: False)
 def compute(
     m: Mechanism,
     offsets: Offsets | xr.DataArray | xr.Dataset | None = None,
@@ -126,6 +128,9 @@ def compute(
 
 def at_worst(m: Mechanism, worst: Result) -> Result:
     """The light form of `given` at the offsets of the largest position error, which it reproduces."""
+    if m.outputs:
+        own = zip(m.outputs, parts(worst), strict=False)
+        return of_outputs(m, [at_worst(m.only(output=name), part) for name, (_, part) in own])
     result = compute(m, worst.get("worst_offset", extreme="position"))
     return Result(result.coords, result.data, {**result.attrs, "offsets_of": "the largest position error"})
 

@@ -23,6 +23,7 @@ from jointplay.result import Builder, Result, to_dataset
 from jointplay.typed import typed
 
 from .nominal import Nominal, finished, nominal, report
+from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -79,6 +80,7 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
     return to_dataset(compute(m, exact=exact, details=details, sizes=sizes))
 
 
+@of_each(lambda _: True)
 def compute(
     m: Mechanism,
     *,
@@ -177,5 +179,6 @@ def _strain(m: Mechanism, builder: Builder, found: Loaded) -> None:
 def require_loads(m: Mechanism) -> None:
     """Refuse a mechanism on which nothing acts; redundant members may load each other."""
     if not m.has_loads and m.core.isostatic:
-        problem = "nothing loads the mechanism: add [[loads]] with a force or a moment, or gravity and masses"
+        where = f" in load case '{m.of[1]}'" if m.of[1] else ""
+        problem = f"nothing loads the mechanism{where}: add [[loads]] with a force or a moment, or gravity and masses"
         raise InputError(problem, file=m.file, key="loads")

@@ -21,6 +21,7 @@ from jointplay.typed import typed
 
 from .loaded import require_loads
 from .nominal import Nominal, Progress, batched, finished, nominal, report
+from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,6 +99,7 @@ def random(
     return to_dataset(compute(m, samples, seed, law, contact=contact, probabilities=probabilities, threads=threads))
 
 
+@of_each(lambda given: given["contact"] == "loaded")
 def compute(
     m: Mechanism,
     samples: int = 100_000,

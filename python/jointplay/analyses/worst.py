@@ -20,6 +20,7 @@ from jointplay.result import Result, to_dataset
 from jointplay.typed import typed
 
 from .nominal import Nominal, Progress, batched, finished, nominal, report
+from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,6 +66,7 @@ def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
     return to_dataset(compute(m, starts=starts))
 
 
+@of_each(lambda _: False)
 def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progress: Progress | None = None) -> Result:
     """The light form of `worst`."""
     in_range(starts, "starts", "a number of starts", 1, MOST_STARTS)

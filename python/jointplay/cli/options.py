@@ -97,6 +97,13 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", "-s", metavar="KEY=VALUE", help="Change a value of the file: joints.*.clearance.radial=0.2"),
 ]
+Point = Annotated[
+    str | None,
+    typer.Option("--output-point", metavar="NAME", help="Only this one of the outputs. [default: all of them]"),
+]
+LoadCase = Annotated[
+    str | None, typer.Option("--load-case", metavar="NAME", help="Only this load case. [default: all of them]")
+]
 Output = Annotated[
     Path | None,
     typer.Option(

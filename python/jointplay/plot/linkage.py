@@ -20,7 +20,17 @@ from jointplay.typed import typed
 
 from . import couplings
 from .spatial import Sketch
-from .style import COLOURS, GREY, body_colour, canvas, check_exaggeration, light, point_colour
+from .style import (
+    COLOURS,
+    GREY,
+    body_colour,
+    canvas,
+    check_exaggeration,
+    on_ground,
+    path_of_output,
+    point_colour,
+    single,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,7 +85,7 @@ def mechanism(
     drawing.bodies()
     drawing.joints(names)
     if exaggerate > 0:
-        drawing.error(exaggerate, None if result is None else light(result))
+        drawing.error(exaggerate, None if result is None else single(result))
     drawing.frame()
     axes.set_title(m.title)
     handles, labels = axes.get_legend_handles_labels()
@@ -97,7 +107,7 @@ class _Drawing:
         self.poses = np.vstack([at.poses[configuration], np.zeros(3)])  # the ground has index -1
         self.spec = m.core_spec
         every = np.array([self.place(k) for k in range(len(self.spec["points"]))])
-        self.path = at.output[:, :2] / m.units.length
+        self.path = path_of_output(m, at)[:, :2] / m.units.length
         every = np.vstack([every, self.path[np.isfinite(self.path).all(axis=1)]])
         self.extent = float(np.ptp(every, axis=0).max()) or 1.0
 
@@ -250,7 +260,7 @@ class _Drawing:
         if result is not None and "error" in result.data:
             tail = self.place(self.spec["output"]["point"])
             error = [result.get("error", component=c)[self.configuration] for c in ("x", "y")]
-            head = tail + exaggerate * np.array(error)
+            head = tail + exaggerate * on_ground(self.m, self.poses, np.array(error))
             arrow = {"arrowstyle": "-|>", "color": COLOURS[3], "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0}
             self.axes.annotate("", xy=(head[0], head[1]), xytext=(tail[0], tail[1]), arrowprops=arrow, zorder=9)
             self.axes.plot([], [], color=COLOURS[3], label=f"error, {exaggerate:g} times")

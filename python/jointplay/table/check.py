@@ -10,6 +10,8 @@ from jointplay.result import Result
 from .layout import Column, Table, fixed, owners, words
 
 WORDS = {"pin_in_slot": "pin in slot"}
+#: what is listed by name where the file has several
+SEVERAL = {"outputs": "Outputs", "load_cases": "Load cases"}
 
 
 def overview(result: Result) -> list[Table]:
@@ -114,6 +116,7 @@ def _mobility(result: Result) -> Table:
         *_stresses(result),
         assembled,
         _count(count, "configuration", "configurations") + ".",
+        *(f"{words_}: {result.attrs[name]}." for name, words_ in SEVERAL.items() if name in result.attrs),
     )
     return Table("Start, from which it is assembled", tuple(columns), notes)
 
