@@ -31,6 +31,7 @@ from .loads import compile_loads, output_point
 from .members import Member, split
 from .sources import compile_sources
 from .spatial_start import spatial_start
+from .spins import Spin, find_spins
 from .start import planar_start
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "Grid",
     "Limits",
     "Member",
+    "Spin",
     "compile_file",
     "coordinate",
 ]
@@ -103,6 +105,8 @@ class Compiled:
         Indices of the bodies that are crosses of universal joints.
     members : tuple of Member
         The elastic parts of bodies, and which joint gives as they do.
+    spins : tuple of Spin
+        Turns of bodies about a line that move nothing of interest, held unless a load turns them.
     joint_kinds : tuple of str
         Type of each joint.
     sources : tuple of str
@@ -160,6 +164,7 @@ class Compiled:
     owners: tuple[str, ...]
     crosses: frozenset[int]
     members: tuple[Member, ...]
+    spins: tuple[Spin, ...]
     joints: tuple[str, ...]
     joint_kinds: tuple[str, ...]
     sources: tuple[str, ...]
@@ -211,6 +216,8 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
     length = _length(graph, guess)
     pieces = split(data, graph, {output: "output", **_loaded(data, loads, output)})
     guess = pieces.guess(guess)
+    spins = find_spins(graph, guess, {graph.points[output].body}, loads)
+    held = {spin.joints[0]: spin for spin in spins if spin.load is None}
     couplings = compile_couplings(data, graph, guess)
     sources = compile_sources(data, graph, commands, output, length)
     check_sizes(data, graph, guess, commands, sources, length)
@@ -224,7 +231,9 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         "length": length,
         "singular_value": limits.singular_value,
         "points": [{"body": p.body, "at": list(p.at)} for p in graph.points],
-        "joints": [_joint_spec(joint, data.space, couplings.get(k)) for k, joint in enumerate(graph.joints)],
+        "joints": [
+            _joint_spec(joint, data.space, couplings.get(k), held.get(k)) for k, joint in enumerate(graph.joints)
+        ],
         "drives": [_drive_spec(moves) for moves in commands.moves],
         "output": {"point": output},
         "loads": loads,
@@ -238,6 +247,7 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         owners=(*graph.bodies, *(graph.bodies[body] for body in pieces.owners)),
         crosses=frozenset(graph.crosses),
         members=pieces.members,
+        spins=tuple(spins),
         joints=tuple(joint.name for joint in graph.joints),
         joint_kinds=tuple(joint.kind for joint in graph.joints),
         sources=tuple(source.name for source in sources),
@@ -325,7 +335,7 @@ def _drive_spec(moves: Moves) -> DriveSpec:
     return told
 
 
-def _joint_spec(joint: CompiledJoint, space: str, coupling: CouplingSpec | None) -> JointSpec:
+def _joint_spec(joint: CompiledJoint, space: str, coupling: CouplingSpec | None, spin: Spin | None) -> JointSpec:
     told: JointSpec = {
         "kind": joint.kind,
         "first": joint.first,
@@ -339,6 +349,15 @@ def _joint_spec(joint: CompiledJoint, space: str, coupling: CouplingSpec | None)
         told["compliance"] = list(joint.compliance)
     if coupling is not None:
         told["coupling"] = coupling
+    if spin is not None:
+        (told["axis_first"], told["side_first"]), (told["axis_second"], told["side_second"]) = (
+            (list(axis), list(side)) for axis, side in spin.frames
+        )
+        told["settled"] = True
+        if joint.compliance is not None:
+            # The row that holds the spin carries nothing, so that it cannot give.
+            size = round(len(joint.compliance) ** 0.5)
+            told["compliance"] = np.pad(np.reshape(joint.compliance, (size, size)), (0, 1)).ravel().tolist()
     return told
 
 
