@@ -9,7 +9,7 @@ import numpy as np
 
 from jointplay import poses
 from jointplay.compile import LENGTHS
-from jointplay.mobility import Misfit, SelfStress, examine
+from jointplay.mobility import Misfit, SelfStress, examine, held_spins, spin_words
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
 from jointplay.typed import typed
@@ -42,10 +42,12 @@ def check(m: Mechanism) -> xr.Dataset:
         `member`: `member_joint`, `member_length`, `member_stiffness` (along it). Where constraints are redundant, over
         `number`: `self_stress` (reactions that need no load, the largest force 1) and `self_stress_members` (what they
         run through). Where parts are not drawn to fit, `gap` over `joint` (how far it stays open in nominal poses) and
-        the attribute `misfit` (a sentence: what would close it). Attributes: `degrees_of_freedom`, `redundancy` (how
-        many constraints are redundant), `mobility` (a sentence), `determinate` (whether the drives decide every pose
-        just once), `decided` (once or more, with no drive too many), `assembled` (whether the mechanism can be
-        assembled near the start), as 0 or 1.
+        the attribute `misfit` (a sentence: what would close it). Where a rod between two balls can spin about
+        itself, over `spin`: `spin_words` (which bodies, about which line); such spins move neither the output nor a
+        load, are held and do not count as freedoms. Attributes: `degrees_of_freedom`, `redundancy` (how many
+        constraints are redundant), `mobility` (a sentence), `determinate` (whether the drives decide every pose just
+        once), `decided` (once or more, with no drive too many), `assembled` (whether the mechanism can be assembled
+        near the start), as 0 or 1.
 
     Examples
     --------
@@ -86,6 +88,7 @@ def compute(m: Mechanism) -> Result:
     builder.add("driven_joint", "drive", driven, "joint that the drive commands, of a motor all that it moves")
     _members(m, builder)
     _self_stresses(m, builder, mobility.self_stresses)
+    _spins(m, builder)
     if m.sources:
         sizes, units = _sizes(m)
         builder.add("size", "source", sizes, "largest offset: radius, gap or larger tolerance")
@@ -134,6 +137,13 @@ def _self_stresses(m: Mechanism, builder: Builder, found: Sequence[SelfStress]) 
     builder.add("self_stress", ("number", "joint", "wrench"), reactions, "reactions without a load", "wrench")
     words = np.array([stress.words for stress in found], dtype=str)
     builder.add("self_stress_members", "number", words, "bodies that the self-stress runs through")
+
+
+def _spins(m: Mechanism, builder: Builder) -> None:
+    words = [spin_words(m, spin) for spin in held_spins(m)]
+    if words:
+        builder.labels("spin", np.arange(1, len(words) + 1), "number of the spin")
+        builder.add("spin_words", "spin", np.array(words, dtype=str), "what spins, and is held, about which line")
 
 
 def _sizes(m: Mechanism) -> tuple[Floats, list[str]]:

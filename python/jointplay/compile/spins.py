@@ -81,7 +81,7 @@ def find_spins(graph: Graph, guess: Floats, outputs: Container[int], loads: Sequ
 
 def _groups(graph: Graph, bodies: int) -> Iterator[tuple[int, ...]]:
     """Bodies that hang together by other joints than balls."""
-    groups = {body: (body,) for body in range(GROUND_INDEX, bodies)}
+    groups: dict[int, tuple[int, ...]] = {body: (body,) for body in range(GROUND_INDEX, bodies)}
     for joint in graph.joints:
         one, other = (groups[body] for body in _bodies(graph, joint))
         if joint.kind != "spherical" and one is not other:

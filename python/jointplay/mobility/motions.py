@@ -9,6 +9,7 @@ import numpy as np
 from jointplay.compile import LENGTHS
 
 from .probe import TAKES_PART, Floats, Probe, Sample
+from .spins import load_name, spin_words
 from .words import joined
 
 
@@ -59,7 +60,10 @@ def _motion(probe: Probe, twists: Floats, rates: Floats) -> Motion:
     bodies = tuple(dict.fromkeys(owner for owner, moves in zip(m.owners, moving, strict=True) if moves))
     turning = np.abs(rates) > TAKES_PART * max(float(np.abs(rates).max(initial=0.0)), float(parts.max()))
     joints = tuple(m.joints[index] for index, turns in zip(probe.drivable, turning, strict=True) if turns)
-    if len(bodies) == 1:
+    turned = next((s for s in m.spins if s.load is not None and {m.owners[b] for b in s.bodies} == set(bodies)), None)
+    if turned is not None and turned.load is not None:
+        words = f"{spin_words(m, turned)}, {load_name(m, turned.load)} turns it"
+    elif len(bodies) == 1:
         angles = ~np.isin(m.components, LENGTHS)
         turns = parts[int(moving.argmax()), angles].max() > TAKES_PART
         words = f"'{bodies[0]}' {'turns' if turns else 'slides'}"

@@ -95,10 +95,16 @@ def _mobility(result: Result) -> Table:
     notes = (
         f"{words_[0].upper()}{words_[1:]}.",
         *_stresses(result),
+        *_spins(result),
         assembled,
         _count(count, "configuration", "configurations") + ".",
     )
     return Table("Start, from which it is assembled", tuple(columns), notes)
+
+
+def _spins(result: Result) -> Iterator[str]:
+    for spin in result.get("spin_words").tolist() if "spin" in result.coords else []:
+        yield f"{spin[0].upper()}{spin[1:]}. This moves neither the output nor a load, and is held."
 
 
 def _stresses(result: Result) -> Iterator[str]:

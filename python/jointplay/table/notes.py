@@ -36,6 +36,8 @@ def notes(result: Result) -> tuple[str, ...]:
 def _notes(result: Result) -> Iterable[str]:
     if "incomplete" in result.attrs:
         yield f"{str(result.attrs['incomplete']).capitalize()}."
+    if "held_spins" in result.attrs:
+        yield f"Held, because it moves neither the output nor a load: the spin of {result.attrs['held_spins']}."
     status = result.get("status")
     for outcome, meaning in OUTCOMES.items():
         bad = status == outcome
