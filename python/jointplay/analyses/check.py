@@ -14,6 +14,7 @@ from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
 from jointplay.typed import typed
 
+from .failure import failure
 from .nominal import Floats
 
 if TYPE_CHECKING:
@@ -47,7 +48,8 @@ def check(m: Mechanism) -> xr.Dataset:
         load, are held and do not count as freedoms. Attributes: `degrees_of_freedom`, `redundancy` (how many
         constraints are redundant), `mobility` (a sentence), `determinate` (whether the drives decide every pose just
         once), `decided` (once or more, with no drive too many), `assembled` (whether the mechanism can be assembled
-        near the start), as 0 or 1.
+        near the start, with its first drive values), as 0 or 1; where configurations cannot be assembled, `failure`
+        (sentences: which loop stays open, at which joint and by how much, and what would close it).
 
     Examples
     --------
@@ -61,6 +63,9 @@ def check(m: Mechanism) -> xr.Dataset:
 def compute(m: Mechanism) -> Result:
     """The light form of `check`."""
     mobility = examine(m)
+    guess = np.full((1, len(m.bodies), m.pose_size), np.nan)
+    undecided = None if mobility.assembled else failure(m, m.start_drives[None], guess)
+    failed = failure(m) if mobility.is_decided else undecided
     builder = Builder(
         m,
         "check",
@@ -69,8 +74,10 @@ def compute(m: Mechanism) -> Result:
         mobility=mobility.words,
         determinate=int(mobility.is_determinate),
         decided=int(mobility.is_decided),
-        assembled=int(mobility.assembled),
+        assembled=int(mobility.assembled and (failed is None or failed.first > 0)),
     )
+    if failed is not None:
+        builder.attrs["failure"] = "\n".join(failed.words)
     if mobility.misfit is not None:
         builder.attrs["misfit"] = _open(m, mobility.misfit)
         inner = {member.joint: member.name for member in m.members}

@@ -19,23 +19,28 @@ import numpy as np
 from jointplay.errors import InputError, listed
 from jointplay.model import Mechanism
 
+from .attempt import Attempt, attempt
 from .misfit import Misfit, misfit
 from .motions import Motion, free_motions
 from .probe import RANK, Probe, Sample, motors, null, rank, takes_part
+from .report import sentences
 from .self_stress import SelfStress, self_stresses
 from .spins import held_spins, spin_bodies, spin_words
 from .words import count, joined
 
 __all__ = [
     "RANK",
+    "Attempt",
     "Misfit",
     "Mobility",
     "Motion",
     "SelfStress",
+    "attempt",
     "examine",
     "held_spins",
     "motors",
     "require_determinate",
+    "sentences",
     "spin_bodies",
     "spin_words",
 ]

@@ -88,7 +88,8 @@ def _mobility(result: Result) -> Table:
         columns.append(Column(name, unit, tuple(fixed(float(v), places) for v in guess[rows, k])))
     assembled = "It can be assembled near its start."
     if not result.attrs["assembled"]:
-        misfit = str(result.attrs.get("misfit", "it cannot be assembled near its start"))
+        why = "it cannot be assembled near its start" if "failure" not in result.attrs else "it cannot be assembled"
+        misfit = str(result.attrs.get("misfit", why))
         assembled = f"{misfit[0].upper()}{misfit[1:]}."
     words_ = str(result.attrs["mobility"])
     count = int(result.attrs["configurations"])
@@ -97,6 +98,7 @@ def _mobility(result: Result) -> Table:
         *_stresses(result),
         *_spins(result),
         assembled,
+        *str(result.attrs.get("failure", "")).splitlines(),
         _count(count, "configuration", "configurations") + ".",
     )
     return Table("Start, from which it is assembled", tuple(columns), notes)

@@ -47,6 +47,7 @@ def _notes(result: Result) -> Iterable[str]:
             _which(np.flatnonzero(bad).tolist()) if bad.ndim == 1 else f"{int(bad.sum())} of {bad.size} configurations"
         )
         yield f"{which}: {outcome.replace('_', ' ')}: {meaning}{_motion(result, outcome, bad)}."
+    yield from str(result.attrs.get("failure", "")).splitlines()
     question = result.attrs.get("question")
     if question == "random" and status.ndim == 1:
         yield from _samples(result)
