@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointplay import poses
-from jointplay.compile import ANGULAR, TURNS, coordinate
+from jointplay.compile import ANGULAR, LENGTHS, TURNS, coordinate
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.spec import Spec
@@ -42,6 +42,8 @@ STEP = 1e-6
 ROOM = 1e-5
 #: gaps below this (length-scaled) are those at the limit, where the least squares converge slowly
 ALMOST = 1e-7
+#: keys of a start, as few as will do, by the number of components of a pose
+STARTING = {3: (("angle",), ("x", "y", "angle")), 6: (("rotation",), ("x", "y", "z", "rotation"))}
 #: rows on the way along which a drive is followed
 WAY, FEW = 120, 4
 
@@ -135,12 +137,7 @@ def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
     found = [(int(k), *closing.least(drives[k], near)) for k in looked_at]
     configuration, at, gaps = max(found, key=lambda one: float(np.square(one[2]).sum()))
     asked = drives[configuration]
-    start = None
-    for other in (at, *starts(m, guess, STARTS)):
-        closed = closing.closed(asked, other)
-        start = None if closed is None else _start(m, asked, closed, configuration)
-        if start is not None:
-            break
+    start = _other_start(closing, drives[0], guess) if first == 0 else None
     limit = _limit(closing, drives[before[-1]], drives[first], near) if len(before) else None
     if is_closed(gaps):
         return None if start is None else _nothing_open(asked, at, configuration, start, limit)
@@ -150,10 +147,13 @@ def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
         return None
     joint, at_joint, gap, turn = opened
     cures = () if start is not None or not is_loop else tuple(_cures(closing, asked, at, loop))
+    reach = None
+    if start is None:
+        known = (near, drives[before[-1]]) if len(before) else None
+        reach = _reach(closing, guess, known)
     return Attempt(
         configuration, asked, at_joint, tuple(loop), is_loop, joint, gap, turn,
-        cures=tuple(sorted(cures, key=lambda cure: abs(cure.change))),
-        start=start, reach=_reach(m, closing, guess, near if len(before) else None, drives[first - 1]), limit=limit,
+        cures=tuple(sorted(cures, key=lambda cure: abs(cure.change))), start=start, reach=reach, limit=limit,
     )  # fmt: skip
 
 
@@ -183,7 +183,7 @@ def _open(closing: Closing, drives: Floats, at: Floats, loop: list[int]) -> tupl
     m = closing.m
     inner = {member.joint for member in m.members}
     driven = {joint for moves in m.drive_moves for joint, _ in moves}
-    best: tuple[float, int, Floats, float, float] | None = None
+    best: tuple[tuple[bool, float], int, Floats, float, float] | None = None
     middle = sorted(range(len(loop)), key=lambda k: abs(2 * k - len(loop) + 0.5))
     for joint in (loop[k] for k in middle if loop[k] not in inner and loop[k] not in driven):
         found, gaps = closing.least(drives, at, closing.opened(joint))
@@ -193,8 +193,9 @@ def _open(closing: Closing, drives: Floats, at: Floats, loop: list[int]) -> tupl
         if np.abs(gaps[~own]).max(initial=0.0) > TAKES_PART * size:
             continue
         gap, turn = (float(np.linalg.norm(gaps[own & kind])) for kind in (~turns, turns))
-        if best is None or size < 0.999 * best[0]:
-            best = (size, joint, found, gap * m.length, turn)
+        # A distance alone is easier to see than one with an angle.
+        if best is None or (turn > TAKES_PART * size, size) < (best[0][0], 0.999 * best[0][1]):
+            best = ((turn > TAKES_PART * size, size), joint, found, gap * m.length, turn)
     return best and best[1:]
 
 
@@ -264,8 +265,8 @@ def _range(
 
     def closes(length: float, near: Floats) -> bool:
         other = made(length)
-        tried = [poses.moved(near, sign * 0.02 * closing.unknowns.reshape(len(near), -1)) for sign in (1.0, -1.0)]
-        return any(other.closed(drives, begin) is not None for begin in [*tried, *starts(m, near, 3)])
+        tried = (begin for size in (0.03, 0.3) for begin in starts(m, near, 3, size))
+        return any(other.closed(drives, begin) is not None for begin in tried)
 
     found = limit(now, at)
     if found is None:
@@ -292,37 +293,47 @@ def _range(
     return (edge, far) if sign > 0 else (far, edge)
 
 
-def _start(m: Mechanism, drives: Floats, closed: Floats, configuration: int) -> dict[str, dict[str, object]] | None:
-    """A start in file units from which the first configuration can be assembled, checked."""
-    if configuration != 0 or m.drive_values is None:
+def _other_start(closing: Closing, drives: Floats, guess: Floats) -> dict[str, dict[str, object]] | None:
+    """A start in file units from which the first configuration can be assembled, checked; None where none was found."""
+    m = closing.m
+    if m.drive_values is None:
         return None
-    parts = poses.components(closed) / m.component_factors
-    for keys in (("angle",), ("x", "y", "angle")) if m.pose_size != poses.SPATIAL else (("rotation",), None):
-        found: dict[str, dict[str, object]] = {}
-        for name in dict.fromkeys(m.owners):
-            if "." in name:
-                continue
-            own = dict(zip(m.components, parts[m.bodies.index(name)].tolist(), strict=True))
-            if m.pose_size == poses.SPATIAL:
-                table: dict[str, object] = {"rotation": [_short(own[c]) for c in ("rx", "ry", "rz")]}
-                table |= {} if keys else {c: _short(own[c]) for c in "xyz"}
-            else:
-                assert keys is not None
-                own["angle"] = math.remainder(own["angle"], 2.0 * math.pi / m.units.angle)
-                table = {key: _short(own[key]) for key in keys}
-            found[name] = table
-        try:
-            other = m.with_({"start": found})
-            solved = other.core.solve(np.ascontiguousarray(drives[None]))
-        except InputError:
+    for other in (closing.least(drives, guess)[0], *starts(m, guess, STARTS)):
+        closed = closing.closed(drives, other)
+        if closed is None:
             continue
-        if np.isfinite(solved["poses"]).all():
-            return found
+        for keys in STARTING[len(m.components)]:
+            start = _table(m, closed, keys)
+            try:
+                solved = m.with_({"start": start}).core.trace(np.ascontiguousarray(drives[None]))
+            except InputError:
+                continue
+            if np.isfinite(solved["poses"]).all():
+                return start
     return None
 
 
-def _short(value: float) -> float:
-    return float(f"{value:.4g}") + 0.0
+def _table(m: Mechanism, closed: Floats, keys: tuple[str, ...]) -> dict[str, dict[str, object]]:
+    """Poses of the bodies of the file as it has them."""
+    parts = poses.components(closed) / m.component_factors
+    found: dict[str, dict[str, object]] = {}
+    # Names of the file have no dot: that is the cross of a universal joint.
+    for name in (owner for owner in dict.fromkeys(m.owners) if "." not in owner):
+        own = dict(zip(m.components, parts[m.bodies.index(name)].tolist(), strict=True))
+        if "angle" in own:
+            own["angle"] = math.remainder(own["angle"], 2.0 * math.pi / m.units.angle)
+        least = {c: 1e-6 * size for c, size in zip(m.components, _sizes(m), strict=True)}
+        short = {c: 0.0 if abs(value) < least[c] else float(f"{value:.5g}") for c, value in own.items()}
+        short["rotation"] = [short.get(c, 0.0) for c in ("rx", "ry", "rz")]  # type: ignore[assignment]
+        found[name] = {key: short[key] for key in keys}
+    return found
+
+
+def _sizes(m: Mechanism) -> list[float]:
+    """What is large of every component, in units of the file."""
+    return [
+        (m.length if c in LENGTHS else 1.0) / float(f) for c, f in zip(m.components, m.component_factors, strict=True)
+    ]
 
 
 def _limit(closing: Closing, start: Floats, end: Floats, near: Floats) -> Floats:
@@ -338,13 +349,14 @@ def _limit(closing: Closing, start: Floats, end: Floats, near: Floats) -> Floats
     return np.asarray(start + low * (end - start))
 
 
-def _reach(
-    m: Mechanism, closing: Closing, guess: Floats, near: Floats | None, there: Floats
-) -> tuple[float, float] | None:
-    """The range of a single drive."""
+def _reach(closing: Closing, guess: Floats, known: tuple[Floats, Floats] | None) -> tuple[float, float] | None:
+    """The range of a single drive, around poses with its values that are known or found."""
+    m = closing.m
     if len(m.drives) != 1:
         return None
-    if near is None:
+    if known is not None:
+        near, there = known
+    else:
         weights = np.where(np.arange(len(closing.rows)) < closing.joint_rows, 1.0, 0.0)
         near, gaps = closing.least(np.zeros(1), guess, weights)
         if not is_closed(gaps[: closing.joint_rows]):
@@ -369,4 +381,4 @@ def _reach(
                 break
             last, begin = rows[-1], traced[-1]
         ends.append(end)
-    return ends[0], ends[1]
+    return (ends[0], ends[1]) if ends[1] - ends[0] > TAKES_PART * far else None

@@ -106,14 +106,14 @@ def is_closed(gaps: Floats) -> bool:
     return float(np.abs(gaps).max(initial=0.0)) < CLOSED
 
 
-def starts(m: Mechanism, start: Floats, count: int) -> Iterator[Floats]:
-    """Starts all around: bodies turned by any angle and moved by up to their size, the same ones each time."""
+def starts(m: Mechanism, start: Floats, count: int, size: float = 1.0) -> Iterator[Floats]:
+    """Starts around one, the same ones each time: bodies moved by up to a size and turned by half a turn times it."""
     rng = np.random.default_rng(0)
     lengths = np.isin(m.components, LENGTHS)
     for _ in range(count):
         turned = np.where(lengths, m.length * rng.uniform(-1.0, 1.0, (len(start), len(lengths))), 0.0)
         angles = np.where(lengths, 0.0, np.pi * rng.uniform(-1.0, 1.0, (len(start), len(lengths))))
-        yield poses.moved(start, turned + angles)
+        yield poses.moved(start, size * (turned + angles))
 
 
 def in_order(edges: Sequence[tuple[int, int]], names: Sequence[int]) -> list[int] | None:
