@@ -63,9 +63,13 @@ def check(m: Mechanism) -> xr.Dataset:
 def compute(m: Mechanism) -> Result:
     """The light form of `check`."""
     mobility = examine(m)
-    guess = np.full((1, len(m.bodies), m.pose_size), np.nan)
-    undecided = None if mobility.assembled else failure(m, m.start_drives[None], guess)
-    failed = failure(m) if mobility.is_decided else undecided
+    if mobility.is_decided:
+        failed = failure(m)
+    else:
+        # With a drive too many or too few only the first configuration says something.
+        first = (m.start_drives[None] if m.drive_values is None else m.drive_values)[:1]
+        nowhere = np.full((1, len(m.bodies), m.pose_size), np.nan)
+        failed = None if mobility.assembled else failure(m, first, nowhere)
     builder = Builder(
         m,
         "check",

@@ -32,6 +32,8 @@ LARGE = 240
 LOOKED_AT = 5
 #: starts that are tried
 STARTS = 24
+#: starts from which the least squares are tried where those of the file tell nothing
+FURTHER = 5
 #: gaps below this share of the largest belong to loops that close
 TAKES_PART = 1e-4
 #: how far lengths are followed, as a multiple of what they are
@@ -139,12 +141,16 @@ def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
     asked = drives[configuration]
     start = _other_start(closing, drives[0], guess) if first == 0 else None
     limit = _limit(closing, drives[before[-1]], drives[first], near) if len(before) else None
-    if is_closed(gaps):
-        return None if start is None else _nothing_open(asked, at, configuration, start, limit)
-    loop, is_loop = _loop(closing, gaps)
-    opened = _open(closing, asked, at, loop)
+    opened = None
+    # A poor minimum, with axes the wrong way round, has gaps everywhere: then others are tried.
+    for other in (None, *starts(m, guess, FURTHER)):
+        at, gaps = (at, gaps) if other is None else closing.least(asked, other)
+        loop, is_loop = _loop(closing, gaps)
+        opened = None if is_closed(gaps) else _open(closing, asked, at, loop)
+        if opened is not None or start is not None:
+            break
     if opened is None:
-        return None
+        return None if start is None else _nothing_open(asked, at, configuration, start, limit)
     joint, at_joint, gap, turn = opened
     cures = () if start is not None or not is_loop else tuple(_cures(closing, asked, at, loop))
     reach = None
