@@ -7,6 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointplay.compile import LENGTHS
+from jointplay.errors import nearest
+from jointplay.model import Mechanism
+from jointplay.spec import ENDS
 
 from .probe import TAKES_PART, Floats, Probe, Sample
 from .spins import load_name, spin_words
@@ -69,4 +72,20 @@ def _motion(probe: Probe, twists: Floats, rates: Floats) -> Motion:
         words = f"'{bodies[0]}' {'turns' if turns else 'slides'}"
     else:
         words = f"{joined([repr(body) for body in bodies])} move together"
-    return Motion(bodies, joints, words)
+    return Motion(bodies, joints, f"{words}{_namesake(m, bodies)}")
+
+
+def _namesake(m: Mechanism, bodies: tuple[str, ...]) -> str:
+    """A body that moves on a single joint, and one with almost the same name: they may be one."""
+    points = m.core_spec["points"]
+    ends = [
+        {m.owners[points[joint[end]]["body"]] for end in ENDS if points[joint[end]]["body"] >= 0}
+        for joint in m.core_spec["joints"]
+    ]
+    for body in bodies:
+        if sum(body in pair for pair in ends) > 1:
+            continue
+        near = nearest(body, [name for name in dict.fromkeys(m.owners) if name != body], slips_only=True)
+        if near is not None:
+            return f" ('{body}' and '{near}': one body?)"
+    return ""
