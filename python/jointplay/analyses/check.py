@@ -15,6 +15,7 @@ from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
 from jointplay.typed import typed
 
 from .failure import failure
+from .hints import hints
 from .nominal import Floats
 
 if TYPE_CHECKING:
@@ -49,7 +50,8 @@ def check(m: Mechanism) -> xr.Dataset:
         constraints are redundant), `mobility` (a sentence), `determinate` (whether the drives decide every pose just
         once), `decided` (once or more, with no drive too many), `assembled` (whether the mechanism can be assembled
         near the start, with its first drive values), as 0 or 1; where configurations cannot be assembled, `failure`
-        (sentences: which loop stays open, at which joint and by how much, and what would close it).
+        (sentences: which loop stays open, at which joint and by how much, and what would close it); where numbers look
+        as if another unit was meant, `hints`.
 
     Examples
     --------
@@ -82,6 +84,9 @@ def compute(m: Mechanism) -> Result:
     )
     if failed is not None:
         builder.attrs["failure"] = "\n".join(failed.words)
+    looks = hints(m)
+    if looks:
+        builder.attrs["hints"] = "\n".join(looks)
     if mobility.misfit is not None:
         builder.attrs["misfit"] = _open(m, mobility.misfit)
         inner = {member.joint: member.name for member in m.members}

@@ -132,7 +132,11 @@ def _show(results: Mapping[str, Result]) -> None:
 
 
 def _explain(m: Mechanism, results: Mapping[str, Result]) -> None:
-    """Say where the mechanism itself stays open, if it cannot be assembled and no result has said so."""
+    """Say what may be in another unit, and where a mechanism stays open that cannot be assembled."""
+    from jointplay.analyses.hints import hints
+
+    for hint in hints(m):
+        sys.stdout.write(f"  Hint: {one_line(hint)}\n")
     parts = results.values()
     failed = any(r.get("status").ndim == 1 and (r.get("status") == "not_assembled").any() for r in parts)
     if not failed or any("failure" in r.attrs for r in parts) or m.drive_values is None:

@@ -152,9 +152,10 @@ def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
     if opened is None:
         return None if start is None else _nothing_open(asked, at, configuration, start, limit)
     joint, at_joint, gap, turn = opened
-    cures = () if start is not None or not is_loop else tuple(_cures(closing, asked, at, loop))
+    forgotten = start is not None and not m.data.start
+    cures = () if forgotten or not is_loop else tuple(_cures(closing, asked, at, loop))
     reach = None
-    if start is None:
+    if not forgotten:
         known = (near, drives[before[-1]]) if len(before) else None
         reach = _reach(closing, guess, known)
     return Attempt(
@@ -170,9 +171,13 @@ def _nothing_open(
 
 
 def _bodies(m: Mechanism, joint: int) -> tuple[int, int]:
-    spec = m.core_spec
-    first, second = (spec["points"][spec["joints"][joint][end]]["body"] for end in ("first", "second"))
-    return int(first), int(second)
+    first, second = (m.core_spec["points"][point]["body"] for point in _points(m, joint))
+    return first, second
+
+
+def _points(m: Mechanism, joint: int) -> tuple[int, int]:
+    spec = m.core_spec["joints"][joint]
+    return spec["first"], spec["second"]
 
 
 def _loop(closing: Closing, gaps: Floats) -> tuple[list[int], bool]:
@@ -214,20 +219,18 @@ def _spec(m: Mechanism, end: int, at: Floats) -> Spec:
 def _cures(closing: Closing, drives: Floats, at: Floats, loop: list[int]) -> Iterator[Cure]:
     """Lengths of the bodies of a loop, from one of its joints to the next, that close it."""
     m, points = closing.m, closing.m.core_spec["points"]
-    for one, other in zip(loop, [*loop[1:], loop[0]], strict=True):
-        shared = set(_bodies(m, one)) & set(_bodies(m, other))
-        for body in shared:
-            start, end = (
-                next(p for side in ("first", "second") if points[p := m.core_spec["joints"][k][side]]["body"] == body)
-                for k in (one, other)
-            )
+    inner = {member.joint for member in m.members}
+    own = [k for k in loop if k not in inner]
+    names = (*m.owners, "ground")
+    for one, other in zip(own, [*own[1:], own[0]], strict=True):
+        ends = [{names[points[p]["body"]]: p for p in _points(m, k)} for k in (one, other)]
+        for name in (name for name in ends[0] if name in ends[1] and "." not in name):
+            start, end = ends[0][name], ends[1][name]
+            # All pieces of an elastic body have its axes.
             between = np.array(points[end]["at"]) - np.array(points[start]["at"])
             now = float(np.linalg.norm(between))
-            if now < 1e-9 * m.length or (body >= 0 and body in m.crosses):
-                continue
-            reach = _range(closing, drives, at, start, end, now, between / now)
+            reach = _range(closing, drives, at, start, end, now, between / now) if now > 1e-9 * m.length else None
             if reach is not None:
-                name = "ground" if body < 0 else m.owners[body]
                 yield Cure(name, m.joints[one], m.joints[other], now, *reach)
 
 

@@ -40,24 +40,23 @@ def _sentences(m: Mechanism, found: Attempt, missing: Sequence[int], count: int)
     beyond = "" if found.limit is None else f": beyond {_values(m, found.limit)}"
     yield f"{_which(missing, count)} cannot be assembled{beyond}."
     if found.start is not None:
-        given = [body for body in found.start if body in m.data.start]
-        cause = "The start is another one than was meant" if given else "The start is missing"
-        yield f"{cause}: from this one it can be assembled."
+        cause = "Was another start meant? With" if m.data.start else "No start is given. With"
+        yield f"{cause} this one the first configuration can be assembled:"
         yield from _pasted(found.start)
     if found.joint < 0:
         return
     inner = {member.joint for member in m.members}
     names = [m.joints[k] for k in found.loop if k not in inner]
-    what = "The loop" if found.is_loop else "What cannot close together:"
     at = f" at {_values(m, found.drives)}" if len(m.drives) else ""
-    yield f"{what} {', '.join(names)}{f' stays open{at}' if found.is_loop else at}."
+    together = f"These joints cannot all close{at}: {', '.join(names)}."
+    yield f"The loop {', '.join(names)} stays open{at}." if found.is_loop else together
     open_ = " and ".join(_sizes(m, found))
     joint = m.joints[found.joint]
     yield f"In the nearest attempt found, where every other joint is closed, '{joint}' is open by {open_}."
     if found.cures:
         lengths = "; or ".join(_length(m, cure) for cure in found.cures[:MOST_CURES])
         yield f"The loop closes{at} if one length is changed: {lengths}."
-    elif found.start is None and found.is_loop:
+    elif found.is_loop and (found.start is None or m.data.start):
         yield "No single length of the loop was found that closes it."
     if found.reach is not None:
         yield from _range(m, found.reach)

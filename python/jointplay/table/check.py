@@ -99,6 +99,7 @@ def _mobility(result: Result) -> Table:
         *_spins(result),
         assembled,
         *str(result.attrs.get("failure", "")).splitlines(),
+        *(f"Hint: {hint}" for hint in str(result.attrs.get("hints", "")).splitlines()),
         _count(count, "configuration", "configurations") + ".",
     )
     return Table("Start, from which it is assembled", tuple(columns), notes)
