@@ -15,7 +15,6 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 import pytest
-from test_spins import RSSR
 
 import jointplay as jp
 from jointplay import cli, examples
@@ -23,6 +22,7 @@ from jointplay.analyses.failure import Failure, failure
 from jointplay.analyses.hints import hints
 from jointplay.mobility.attempt import Cure
 from jointplay.mobility.closing import Closing, starts
+from test_spins import RSSR
 
 
 def example(name: str, changes: Mapping[str, object] | None = None) -> jp.Mechanism:
@@ -55,12 +55,6 @@ FILES: dict[str, jp.Mechanism] = {
             "drives.theta1.values": [22.7, 25.0],
         },
     ),
-    "leg of a platform too short": example("stewart-gough", {"path": None}).with_(
-        {
-            f"drives.{name}.values": [300.0 if k == 2 else 480.0]
-            for k, name in enumerate(example("stewart-gough").drives)
-        }
-    ),
 }
 LOOPS = {
     "coupler too short": ["J1", "J2", "J3", "J4"],
@@ -87,7 +81,7 @@ def named(name: str, what: Failure) -> list[str]:
 def assembles(m: jp.Mechanism, drives: np.ndarray, near: np.ndarray | None = None) -> bool:
     """Whether the core closes it from any of many starts."""
     closing, guess = Closing(m), np.array(m.core_spec["guess"])
-    tried = [guess, *starts(m, guess, 60)]
+    tried = [guess, *starts(m, guess, 40)]
     if near is not None:
         tried += [*starts(m, near, 20, 0.02), *starts(m, near, 20, 0.2)]
     return any(closing.closed(drives, start) is not None for start in tried)
@@ -140,8 +134,8 @@ def test_lengths_that_are_said_to_close_a_loop_do_and_a_little_less_does_not(nam
         sign = 1.0 if near > cure.now else -1.0
         assert assembles(with_length(m, cure, near + sign * 1e-5 * m.length), what.drives, what.poses), cure
         assert not assembles(with_length(m, cure, near - sign * slack), what.drives, what.poses), cure
-        if 0.0 < far < np.inf:
-            assert assembles(with_length(m, cure, far), what.drives, what.poses), cure
+        assert assembles(with_length(m, cure, far), what.drives, what.poses), cure
+        if 2e-5 * m.length < far < 3.99 * max(cure.now, m.length):
             assert not assembles(with_length(m, cure, far + sign * 0.02 * m.length), what.drives, what.poses), cure
 
 

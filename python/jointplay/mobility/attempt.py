@@ -26,8 +26,8 @@ from jointplay.spec import Spec
 
 from .closing import Closing, Floats, in_order, is_closed, starts
 
-#: unknowns beyond which only the configurations are named
-LARGE = 240
+#: unknowns beyond which nothing is searched: six per body in space
+LARGE = 60
 #: failed configurations of which the one with the largest gap is looked at
 LOOKED_AT = 5
 #: starts that are tried
@@ -59,7 +59,7 @@ class Cure:
     body, start, end : str
         From which joint to which, on which body.
     now, low, high : float
-        What it is, and the range, in metres; infinite where no limit was found.
+        What it is, and the range, in metres, as far as it was followed.
     """
 
     body: str
@@ -135,15 +135,16 @@ def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
     before = np.flatnonzero(np.isfinite(placed[:first]).all(axis=(1, 2)))
     guess = np.array(m.core_spec["guess"])
     near = placed[before[-1]] if len(before) else guess
-    looked_at = missing[np.unique(np.linspace(0, len(missing) - 1, LOOKED_AT).round().astype(int))]
+    some = LOOKED_AT if closing.is_small else 1
+    looked_at = missing[np.unique(np.linspace(0, len(missing) - 1, some).round().astype(int))]
     found = [(int(k), *closing.least(drives[k], near)) for k in looked_at]
     configuration, at, gaps = max(found, key=lambda one: float(np.square(one[2]).sum()))
     asked = drives[configuration]
     start = _other_start(closing, drives[0], guess) if first == 0 else None
-    limit = _limit(closing, drives[before[-1]], drives[first], near) if len(before) else None
+    limit = _limit(closing, drives[before[-1]], drives[first], near) if len(before) and closing.is_small else None
     opened = None
     # A poor minimum, with axes the wrong way round, has gaps everywhere: then others are tried.
-    for other in (None, *starts(m, guess, FURTHER)):
+    for other in (None, *(starts(m, guess, FURTHER) if closing.is_small else ())):
         at, gaps = (at, gaps) if other is None else closing.least(asked, other)
         loop, is_loop = _loop(closing, gaps)
         opened = None if is_closed(gaps) else _open(closing, asked, at, loop)
@@ -153,7 +154,7 @@ def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
         return None if start is None else _nothing_open(asked, at, configuration, start, limit)
     joint, at_joint, gap, turn = opened
     forgotten = start is not None and not m.data.start
-    cures = () if forgotten or not is_loop else tuple(_cures(closing, asked, at, loop))
+    cures = () if forgotten or not (is_loop and closing.is_small) else tuple(_cures(closing, asked, at, loop))
     reach = None
     if not forgotten:
         known = (near, drives[before[-1]]) if len(before) else None
@@ -272,10 +273,10 @@ def _range(
                 return None
         return None
 
-    def closes(length: float, near: Floats) -> bool:
+    def closed(length: float, near: Floats) -> Floats | None:
         other = made(length)
         tried = (begin for size in (0.03, 0.3) for begin in starts(m, near, 3, size))
-        return any(other.closed(drives, begin) is not None for begin in tried)
+        return next((found for begin in tried if (found := other.closed(drives, begin)) is not None), None)
 
     found = limit(now, at)
     if found is None:
@@ -283,22 +284,24 @@ def _range(
     edge, near = found
     sign = 1.0 if edge > now else -1.0
     edge += sign * ROOM * m.length
-    if edge <= 0.0 or not closes(edge, near):
+    inside = closed(edge, near) if edge > 0.0 else None
+    if inside is None:
         return None
-    inside, width = edge, 0.02 * m.length
-    while True:
-        beyond = inside + sign * width
-        if not 0.0 < beyond < FARTHEST * max(now, m.length):
-            far = math.inf if sign > 0 else 0.0
-            break
-        if not closes(beyond, near):
-            low, high = inside, beyond
+    far, width = edge, 0.02 * m.length
+    cap = FARTHEST * max(now, m.length) if sign > 0.0 else ROOM * m.length
+    while abs(cap - far) > ROOM * m.length:
+        beyond = far + sign * min(width, abs(cap - far))
+        further = closed(beyond, inside)
+        if further is None:
             for _ in range(10):
-                middle = 0.5 * (low + high)
-                low, high = (middle, high) if closes(middle, near) else (low, middle)
-            far = low
+                middle = 0.5 * (far + beyond)
+                further = closed(middle, inside)
+                if further is None:
+                    beyond = middle
+                else:
+                    far, inside = middle, further
             break
-        inside, width = beyond, 2.0 * width
+        far, inside, width = beyond, further, 1.5 * width
     return (edge, far) if sign > 0 else (far, edge)
 
 
@@ -307,7 +310,7 @@ def _other_start(closing: Closing, drives: Floats, guess: Floats) -> dict[str, d
     m = closing.m
     if m.drive_values is None:
         return None
-    for other in (closing.least(drives, guess)[0], *starts(m, guess, STARTS)):
+    for other in (closing.least(drives, guess)[0], *starts(m, guess, STARTS if closing.is_small else FURTHER)):
         closed = closing.closed(drives, other)
         if closed is None:
             continue
@@ -361,7 +364,7 @@ def _limit(closing: Closing, start: Floats, end: Floats, near: Floats) -> Floats
 def _reach(closing: Closing, guess: Floats, known: tuple[Floats, Floats] | None) -> tuple[float, float] | None:
     """The range of a single drive, around poses with its values that are known or found."""
     m = closing.m
-    if len(m.drives) != 1:
+    if len(m.drives) != 1 or not closing.is_small:
         return None
     if known is not None:
         near, there = known

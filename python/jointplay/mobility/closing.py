@@ -29,6 +29,8 @@ STEPS = 80
 STILL = 1e-10
 #: the largest step, in characteristic lengths and radians
 LARGEST_STEP = 0.5
+#: unknowns up to which the core's dense steps are the faster ones
+SMALL = 48
 #: weight of rows that are held while another joint is open
 HELD = 1e3
 
@@ -87,9 +89,17 @@ class Closing:
 
     def closed(self, drives: Floats, start: Floats) -> Floats | None:
         """Poses in which everything is closed, found from a start; None where the core finds none."""
+        if not self.is_small:
+            found_poses, gaps = self.least(drives, start)
+            return found_poses if is_closed(gaps) else None
         near: Spec = {**self.spec, "guess": start.tolist(), "sources": [], "loads": []}
         found = in_core(near).assemble(np.ascontiguousarray(drives))
         return found["poses"] if found["converged"] else None
+
+    @property
+    def is_small(self) -> bool:
+        """Whether many searches take little time."""
+        return len(self.unknowns) <= SMALL
 
     def opened(self, joint: int) -> Floats:
         """Weights that hold everything but one joint."""

@@ -94,12 +94,7 @@ def _length(m: Mechanism, cure: Cure) -> str:
     """A range, rounded into itself."""
     low, high, now = (value / m.units.length for value in (cure.low, cure.high, cure.now))
     unit = m.units.length_name
-    if math.isinf(high):
-        limits = f"at least {_rounded(low, math.ceil)}"
-    elif low <= 0.0:
-        limits = f"at most {_rounded(high, math.floor)}"
-    else:
-        limits = f"between {_rounded(low, math.ceil)} and {_rounded(high, math.floor)}"
+    limits = f"between {_rounded(low, math.ceil)} and {_rounded(high, math.floor)}"
     return f"'{cure.body}' from {cure.start} to {cure.end} {limits} {unit} (now {now:.{DIGITS + 2}g})"
 
 
