@@ -90,7 +90,8 @@ def mechanism(
 
 def _attempted(m: Mechanism, at: Nominal, configuration: int) -> tuple[Nominal, Attempt]:
     """The nearest attempt to assemble a configuration in the place of its poses."""
-    before = [k for k in range(configuration) if np.isfinite(at.poses[k]).all()][-1:]
+    missing = ~np.isfinite(at.poses).all(axis=(1, 2))
+    before = [int(missing.argmax()) - 1] if missing.argmax() else []
     chosen = [*before, configuration]
     found = attempt(m, at.drives[chosen], at.poses[chosen])
     if found is None:
