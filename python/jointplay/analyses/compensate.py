@@ -25,6 +25,7 @@ from jointplay.typed import typed
 from .loaded import require_loads
 from .nominal import Codes, Floats, Nominal, nominal, report
 from .offsets import Offsets, array_of, parameters
+from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,6 +102,7 @@ class Correction:
     settled: NDArray[np.bool_]
 
 
+@of_each(lambda given: given["question"] == "loaded")
 def compute(
     m: Mechanism,
     question: str = "loaded",

@@ -17,18 +17,20 @@ import numpy as np
 
 from jointplay.answers import Loaded
 from jointplay.errors import InputError
+from jointplay.gaps import attributes, core_with
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, to_dataset
 from jointplay.typed import typed
 
 from .nominal import Nominal, finished, nominal, report
+from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 @typed
-def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Dataset:
+def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str = "middle") -> xr.Dataset:
     """Find the pose error where the loads take up the clearances.
 
     Parameters
@@ -42,6 +44,9 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Data
     details : bool
         Whether more is returned than `error`, `undetermined`, `iterations`, `status` and, of an over-constrained
         mechanism, `clearance_factor`. For very many configurations the rest takes most of the time and the memory.
+    sizes : {"middle", "largest", "smallest"}
+        Which sizes clearances have that scatter: in the middle of their limits, or those with the largest or the
+        smallest play.
 
     Returns
     -------
@@ -72,20 +77,27 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Data
     >>> result.error.sel(component=["x", "y"])[0].values.round(4)
     array([ 0.9505, -3.1031])
     """
-    return to_dataset(compute(m, exact=exact, details=details))
+    return to_dataset(compute(m, exact=exact, details=details, sizes=sizes))
 
 
+@of_each(lambda _: True)
 def compute(
-    m: Mechanism, *, exact: bool = True, details: bool = True, offset: bool = False, at: Nominal | None = None
+    m: Mechanism,
+    *,
+    exact: bool = True,
+    details: bool = True,
+    sizes: str = "middle",
+    offset: bool = False,
+    at: Nominal | None = None,
 ) -> Result:
     """The light form of `loaded`; `offset` asks for the offsets without the other details."""
     require_loads(m)
     at = at or nominal(m)
-    found = m.core.loaded(at.drives, at.poses, exact, offset or details, details, partly=True)
+    found = core_with(m, sizes).loaded(at.drives, at.poses, exact, offset or details, details, partly=True)
     count, done = len(at), len(found["status"])
     at = at.first(done)
     pose = ("configuration", "component")
-    builder = report(m, "loaded", at)
+    builder = report(m, "loaded", at, **attributes(m, sizes))
     words = "error of the output, actual - nominal" + ("" if exact else ", to first order")
     builder.add("error", pose, found["error"], words, "component")
     builder.add(
@@ -167,5 +179,6 @@ def _strain(m: Mechanism, builder: Builder, found: Loaded) -> None:
 def require_loads(m: Mechanism) -> None:
     """Refuse a mechanism on which nothing acts; redundant members may load each other."""
     if not m.has_loads and m.core.isostatic:
-        problem = "nothing loads the mechanism: add [[loads]] with a force or a moment, or gravity and masses"
+        where = f" in load case '{m.of[1]}'" if m.of[1] else ""
+        problem = f"nothing loads the mechanism{where}: add [[loads]] with a force or a moment, or gravity and masses"
         raise InputError(problem, file=m.file, key="loads")

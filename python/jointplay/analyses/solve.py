@@ -16,6 +16,7 @@ from jointplay.typed import typed
 
 from .failure import failure
 from .nominal import Floats, Nominal, nominal, report
+from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,6 +57,7 @@ def solve(m: Mechanism) -> xr.Dataset:
     return to_dataset(compute(m))
 
 
+@of_each(lambda _: False)
 def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     """The light form of `solve`; at configurations that are solved already, without the targets of a path."""
     on_path = at is None and m.targets is not None

@@ -17,11 +17,24 @@ from numpy.typing import NDArray
 from jointplay import _core, poses
 from jointplay.compile import LENGTHS
 from jointplay.model import Mechanism, in_core
-from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, Changes, DriveSpec, JointSpec, MoveSpec, PointSpec, SourceSpec, Spec
+from jointplay.spec import (
+    AXIS_ON,
+    ENDS,
+    SIDE_ON,
+    Changes,
+    CorrelationSpec,
+    DriveSpec,
+    GapSpec,
+    JointSpec,
+    MoveSpec,
+    PointSpec,
+    SourceSpec,
+    Spec,
+)
 
 GROUND = -1
 #: sources on a joint; the others are on a drive, or dimensions between two points
-ON_JOINT = ("clearance", "angle", "ratio", "centre")
+ON_JOINT = ("clearance", "size", "angle", "ratio", "centre")
 
 Floats = NDArray[np.float64]
 
@@ -144,6 +157,9 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
         "joints": [renamed(spec["joints"][k]) for k in joints],
         "drives": [_drive(*moves[k]) for k in drives],
         "sources": [_renumbered(spec["sources"][k], joints, drives, renumbered) for k in sources],
+        "correlations": [
+            group for group in (_left(group, sources) for group in spec["correlations"]) if group["sources"]
+        ],
         "loads": [
             load | {"point": renumbered[load["point"]]}
             for load in spec["loads"]
@@ -153,6 +169,13 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
     }
     parameters = np.flatnonzero(np.isin(m.parameter_source, sources))
     return Part(m, base, bodies, tuple(points), tuple(joints), tuple(drives), tuple(sources), parameters, every, own)
+
+
+def _left(group: CorrelationSpec, sources: list[int]) -> CorrelationSpec:
+    """What is left of correlated sources where only some are there."""
+    left = [k for k, source in enumerate(group["sources"]) if source in sources]
+    there = [sources.index(group["sources"][k]) for k in left]
+    return {"sources": there, "factor": [group["factor"][k] for k in left]}
 
 
 def _with_pieces(m: Mechanism, there: set[int]) -> set[int]:
@@ -191,11 +214,24 @@ def _drive(first: MoveSpec, *others: MoveSpec) -> DriveSpec:
 
 def _belongs(source: SourceSpec, joints: list[int], drives: list[int], points: list[int]) -> bool:
     if source["kind"] in ON_JOINT:
-        return source["joint"] in joints
+        return any(joint in joints for joint in _joints_of(source))
     return source["drive"] in drives if source["kind"] == "drive" else source["to"] in points
 
 
+def _joints_of(source: SourceSpec) -> list[int]:
+    """The joints of a source; the size of a pin with several bodies has several."""
+    return [source["joint"], *(part["joint"] for part in source.get("also", ()))]
+
+
 def _renumbered(source: SourceSpec, joints: list[int], drives: list[int], points: dict[int, int]) -> SourceSpec:
+    if source["kind"] == "size":
+        parts: list[GapSpec] = [{"joint": source["joint"], "factor": source["factor"]}, *source.get("also", ())]
+        there: list[GapSpec] = [
+            {"joint": joints.index(part["joint"]), "factor": part["factor"]}
+            for part in parts
+            if part["joint"] in joints
+        ]
+        return source | cast("SourceSpec", {**there[0], "also": there[1:]})
     if source["kind"] in ON_JOINT:
         return source | {"joint": joints.index(source["joint"])}
     if source["kind"] == "drive":
