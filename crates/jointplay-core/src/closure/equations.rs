@@ -140,12 +140,13 @@ impl Mechanism {
     /// Sine and cosine (times one positive number) of the roll of a joint about an axis.
     pub(crate) fn roll<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>], parameters: &[S]) -> (S, S) {
         let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
-        let [turned, other] = [j, k].map(|axis| self.carried(joint, true, axis, poses, parameters));
-        let [of_j, of_k] = [j, k].map(|axis| self.carried(joint, false, axis, poses, parameters));
+        let turned = self.carried(joint, true, j, poses, parameters);
+        let [of_k, of_j] = [k, j].map(|axis| self.carried(joint, false, axis, poses, parameters));
         let (sine, cosine) = (dot(of_k, turned), dot(of_j, turned));
         if !self.joints[joint].settled {
             return (sine, cosine);
         }
+        let other = self.carried(joint, true, k, poses, parameters);
         (sine - dot(of_j, other), cosine + dot(of_k, other))
     }
 
