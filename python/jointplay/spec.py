@@ -44,6 +44,7 @@ class JointSpec(TypedDict):
     side_second: NotRequired[list[float]]
     compliance: NotRequired[list[float]]
     coupling: NotRequired[CouplingSpec]
+    settled: NotRequired[bool]
 
 
 class MoveSpec(TypedDict):

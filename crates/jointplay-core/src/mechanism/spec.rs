@@ -99,6 +99,10 @@ pub struct JointSpec {
     /// What a coupling needs more.
     #[serde(default)]
     pub coupling: Option<CouplingSpec>,
+    /// Of a ball joint whose one body, with what hangs on it, can spin about a line without moving anything else:
+    /// whether this spin is held. Axis and side are then the line and a direction off it on both bodies.
+    #[serde(default)]
+    pub settled: bool,
 }
 
 /// A driven joint coordinate.
