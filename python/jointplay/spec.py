@@ -67,11 +67,38 @@ class OutputSpec(TypedDict):
 
 
 class LoadSpec(TypedDict):
-    """A dead load in ground axes."""
+    """A load: dead in ground axes, or in those of a body."""
 
     point: int
     force: list[float]
     moment: list[float]
+    axes: NotRequired[int]
+
+
+class SpringSpec(TypedDict):
+    """A spring between two points."""
+
+    first: int
+    second: int
+    stiffness: float
+    free_length: float
+    preload: float
+
+
+class TorsionSpec(TypedDict):
+    """A torsion spring about a joint."""
+
+    joint: int
+    stiffness: float
+    free_angle: float
+    preload: float
+
+
+class GrowthSpec(TypedDict):
+    """A point that a source moves: by how much per unit of its value, in the axes of its body."""
+
+    point: int
+    rate: list[float]
 
 
 #: a shape by name, with its sizes
@@ -87,6 +114,7 @@ class _Moved(_Ends):
     joint: NotRequired[int]
     drive: NotRequired[int]
     second: NotRequired[bool]
+    moves: NotRequired[list[GrowthSpec]]
 
 
 class SourcePart(_Moved):
@@ -110,6 +138,8 @@ class Changes(TypedDict, total=False):
     joints: list[JointSpec]
     drives: list[DriveSpec]
     loads: list[LoadSpec]
+    springs: list[SpringSpec]
+    torsions: list[TorsionSpec]
     sources: list[SourceSpec]
 
 
@@ -126,4 +156,6 @@ class Spec(TypedDict):
     drives: list[DriveSpec]
     output: OutputSpec
     loads: list[LoadSpec]
+    springs: list[SpringSpec]
+    torsions: list[TorsionSpec]
     sources: list[SourceSpec]

@@ -27,12 +27,15 @@ TABLES: list[Any] = [
     [], [0], [0, 0], [0, 0, 0], [[0, 0]], [1, "x"], [1e12, -1e12], [0] * 300, {}, {"at": [0, 0]}, {"x": 1},
     {"sigma": 0.1}, {"radial": 0.1}, {"plus": 0.1, "minus": 0}, {"a": {"b": {"c": 1}}},
     {"a": 2, "b": "a / 3"}, {"a": "b", "b": "a"},
+    {"on": {"ground": [0, 0], "crank": "J2"}, "stiffness": 2, "free_length": 1}, {"joint": "J1", "stiffness": 1e-3},
+    {"s": {"joint": "theta", "stiffness": 5, "preload": -1e12}}, {"deviation": 40, "tolerance": 15}, {"expansion": 1e-5},
+    [{"force": [0, -10], "axes": "body"}], [{"moment": [0, 1, 2]}], [[0, -10], [0, -12]],
 ]  # fmt: skip
 #: names that results, files and formats have a use of their own for
 NAMES = [
     "x", "y", "angle", "error", "status", "configuration", "component", "nominal", "source", "sources", "worst_offset",
     "output", "ground", "type", "at", "title", "units", "bin", "step", "mechanism", "joint", "parameter", "grid",
-    "side",
+    "side", "spring", "springs", "temperature", "expansion", "axes",
     "Ω", "漢", "a b", "a/b", "a.b", "*", "", "n" * 100, "n" * 101, "CON", "..", "_ARRAY_DIMENSIONS", "coordinates",
     "across",
     "string5", "fingerprint", "\u009b31m", "$a$", "dtype", "drive_theta1", "theta1_unit",

@@ -39,7 +39,8 @@ def check(m: Mechanism) -> xr.Dataset:
     xarray.Dataset
         Over `joint` its kind and bodies (`joint_kind`, `first_body`, `second_body`); over `body` where the file says it
         is (`guess`); over `source` its `size`; over `drive` its `driven_joint`. Where bodies are elastic, over
-        `member`: `member_joint`, `member_length`, `member_stiffness` (along it). Where constraints are redundant, over
+        `member`: `member_joint`, `member_length`, `member_stiffness` (along it). Where there are springs, over
+        `spring`: `spring_on`, `spring_stiffness`. Where constraints are redundant, over
         `number`: `self_stress` (reactions that need no load, the largest force 1) and `self_stress_members` (what they
         run through). Where parts are not drawn to fit, `gap` over `joint` (how far it stays open in nominal poses) and
         the attribute `misfit` (a sentence: what would close it). Attributes: `degrees_of_freedom`, `redundancy` (how
@@ -85,6 +86,7 @@ def compute(m: Mechanism) -> Result:
     driven = np.array([", ".join(m.joints[joint] for joint, _ in moves) for moves in m.drive_moves], dtype=str)
     builder.add("driven_joint", "drive", driven, "joint that the drive commands, of a motor all that it moves")
     _members(m, builder)
+    _springs(m, builder)
     _self_stresses(m, builder, mobility.self_stresses)
     if m.sources:
         sizes, units = _sizes(m)
@@ -123,6 +125,19 @@ def _members(m: Mechanism, builder: Builder) -> None:
     builder.add("member_stiffness", "member", stiffness, "stiffness along the member", "stiffness")
 
 
+def _springs(m: Mechanism, builder: Builder) -> None:
+    if not m.data.springs:
+        return
+    springs = m.data.springs.values()
+    on = [", ".join(spring.on) if spring.on is not None else f"about {spring.joint}" for spring in springs]
+    builder.labels("spring", np.array(list(m.data.springs), dtype=str), "name of the spring")
+    builder.add("spring_on", "spring", np.array(on, dtype=str), "bodies that the spring is on, or its joint")
+    units = [m.units.turning_stiffness_name if spring.on is None else m.units.stiffness_name for spring in springs]
+    stiffness = np.array([spring.stiffness for spring in springs])
+    builder.add("spring_stiffness", "spring", stiffness, "stiffness of the spring, in its own unit")
+    builder.coords["spring_unit"] = Variable(("spring",), np.array(units, dtype=str), "", "unit along spring")
+
+
 def _self_stresses(m: Mechanism, builder: Builder, found: Sequence[SelfStress]) -> None:
     if not found:
         return
@@ -147,5 +162,5 @@ def _sizes(m: Mechanism) -> tuple[Floats, list[str]]:
         first = int(np.flatnonzero(m.parameter_source == s)[0])
         sizes.append(value / float(m.parameter_factors[first]))
         kind = axes_of(m)["parameter"].kinds[first]
-        units.append(m.units.angle_name if kind == "angle" else m.units.length_name)
+        units.append(str(getattr(m.units, f"{kind}_name")))
     return np.array(sizes), units

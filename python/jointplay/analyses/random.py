@@ -125,7 +125,7 @@ def compute(
         nonlocal drawn
         if drawn < samples:
             raise KeyboardInterrupt
-        found = m.core.random(
+        found = (m.core_at(part.start) if is_loaded else m.core).random(
             drives[part],
             poses[part],
             samples,

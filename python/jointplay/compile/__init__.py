@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from jointplay import poses
 from jointplay.errors import not_known
 from jointplay.schema import MechanismFile, PlanarFile, SpatialFile
-from jointplay.spec import CouplingSpec, DriveSpec, JointSpec, LoadSpec, Spec
+from jointplay.spec import ENDS, CouplingSpec, DriveSpec, JointSpec, Spec, SpringSpec
 from jointplay.units import Units
 
 from .assembly import Assembly, compile_assembly
@@ -27,10 +27,11 @@ from .couplings import compile_couplings
 from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, coordinate_factor
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
 from .grid import Grid, compile_grid
-from .loads import compile_loads, output_point
+from .loads import Loads, compile_loads, output_point
 from .members import Member, split
 from .sources import compile_sources
 from .spatial_start import spatial_start
+from .springs import compile_springs
 from .start import planar_start
 
 __all__ = [
@@ -108,7 +109,7 @@ class Compiled:
     sources : tuple of str
         Names of what can be off.
     source_kinds : tuple of str
-        ``clearance``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
+        ``clearance``, ``angle``, ``ratio``, ``runout``, ``dimension``, ``drive`` or ``thermal``.
     drives : tuple of str
         Names of the drives.
     drive_joints : tuple of int
@@ -145,8 +146,10 @@ class Compiled:
         What is acceptable.
     assembly : Assembly or None
         In which order it is assembled.
+    loads : Loads
+        What acts in each configuration.
     has_loads : bool
-        Whether any force or moment acts.
+        Whether any force, moment or spring acts.
     length : float
         Characteristic length, by which angles and lengths are compared; never zero.
     core_spec : Spec
@@ -182,6 +185,7 @@ class Compiled:
     grid: Grid | None
     limits: Limits
     assembly: Assembly | None
+    loads: Loads
     has_loads: bool
     length: float
     core_spec: Spec
@@ -206,13 +210,15 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
     graph = Graph(data, units, file)
     commands = compile_drives(data, graph)
     output = output_point(data, graph)
-    loads = compile_loads(data, graph, output)
+    loads = compile_loads(data, graph, commands, output)
+    springs, torsions = compile_springs(data, graph, commands)
     guess = _guess(data, graph, commands)
     length = _length(graph, guess)
-    pieces = split(data, graph, {output: "output", **_loaded(data, loads, output)})
+    pieces = split(data, graph, {output: "output", **_loaded(data, loads, springs, output)})
+    loads.take_axes(data, graph)
     guess = pieces.guess(guess)
     couplings = compile_couplings(data, graph, guess)
-    sources = compile_sources(data, graph, commands, output, length)
+    sources = compile_sources(data, graph, commands, output, length, pieces.owners)
     check_sizes(data, graph, guess, commands, sources, length)
     limits = _limits(data, graph, commands)
     components = COMPONENTS[data.space]
@@ -227,7 +233,9 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         "joints": [_joint_spec(joint, data.space, couplings.get(k)) for k, joint in enumerate(graph.joints)],
         "drives": [_drive_spec(moves) for moves in commands.moves],
         "output": {"point": output},
-        "loads": loads,
+        "loads": loads.first,
+        "springs": springs,
+        "torsions": torsions,
         "sources": [s.core_spec for s in sources],
     }
     return Compiled(
@@ -262,17 +270,21 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         grid=compile_grid(data, commands, components, component_factors, file),
         limits=limits,
         assembly=compile_assembly(data, graph),
-        has_loads=any(any(load["force"]) or any(load["moment"]) for load in loads),
+        loads=loads,
+        has_loads=loads.are_any or any(s["stiffness"] or s["preload"] for s in (*springs, *torsions)),
         length=length,
         core_spec=cast("Spec", MappingProxyType(spec)),
     )
 
 
-def _loaded(data: MechanismFile, loads: list[LoadSpec], output: int) -> dict[int, str]:
-    """What the points are where loads act, beside the output."""
+def _loaded(data: MechanismFile, loads: Loads, springs: list[SpringSpec], output: int) -> dict[int, str]:
+    """What the points are where loads and springs act, beside the output."""
     names = [f"load{k}" for k in range(len(data.loads))]
-    names += ["centre"] * (len(loads) - len(names))
-    return {load["point"]: name for load, name in zip(loads, names, strict=True) if load["point"] != output}
+    names += ["centre"] * (len(loads.first) - len(names))
+    named = {load["point"]: name for load, name in zip(loads.first, names, strict=True)}
+    between = [name for name, spring in data.springs.items() if spring.on is not None]
+    ends = {spring[end]: name for name, spring in zip(between, springs, strict=True) for end in ENDS}
+    return {point: name for point, name in {**ends, **named}.items() if point != output}
 
 
 def _length(graph: Graph, guess: Floats) -> float:

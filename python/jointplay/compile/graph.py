@@ -213,7 +213,10 @@ class Graph:
         for section, names in (("bodies", data.bodies), ("start", data.start)):
             for name in names:
                 if name == GROUND:
-                    raise self.refuse(f"'{GROUND}' is fixed; leave it out", f"{section}.{name}")
+                    if section == "bodies" and data.bodies[name].model_fields_set <= {"expansion"}:
+                        continue
+                    only = "; it has no key but expansion" if section == "bodies" else "; leave it out"
+                    raise self.refuse(f"'{GROUND}' is fixed{only}", f"{section}.{name}")
                 self.body_index(name, f"{section}.{name}")
         self._check_strays(data)
 
@@ -222,6 +225,7 @@ class Graph:
         driven = {joint for drive in data.drives.values() for joint in drive.moves}
         named = {data.output.body, *data.start, *data.bodies, *(load.body for load in data.loads)}
         named |= {dimension.body for dimension in data.dimensions.values()}
+        named |= {body for spring in data.springs.values() for body in spring.on or ()}
         for index, body in enumerate(self.bodies):
             joints = self.joints_of(index)
             if body in named or len(joints) > 1 or joints[0].name in driven or not joints[0].can_be_driven:

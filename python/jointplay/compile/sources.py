@@ -1,4 +1,4 @@
-"""The sources of error in the order of results: clearances and locked angles by joint, then dimensions, then drives.
+"""The sources of error in the order of results: clearances and locked angles by joint, then dimensions, drives, heat.
 
 A source that the file declares stays one when its size is zero, so that results keep their shape in a sweep.
 """
@@ -26,12 +26,13 @@ from jointplay.schema import (
     ToleranceLaw,
     ToleranceTable,
 )
-from jointplay.spec import SetSpec, SourcePart, SourceSpec
+from jointplay.spec import GrowthSpec, SetSpec, SourcePart, SourceSpec
 from jointplay.units import Units
 
 from .couplings import play_at_rim
 from .drives import Commands
 from .graph import TURNS, CompiledJoint, Graph
+from .thermal import growth
 
 #: two points closer than this share of the mechanism's length have no direction between them
 COINCIDENT = 1e-9
@@ -47,7 +48,7 @@ class Source:
     ----------
     name : str
     kind : str
-        ``clearance``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
+        ``clearance``, ``angle``, ``ratio``, ``runout``, ``dimension``, ``drive`` or ``thermal``.
     components : tuple of str
         What each of its parameters is called.
     factors : tuple of float
@@ -71,11 +72,16 @@ class Source:
         return {"kind": self.kind, "centre": list(self.centre), **self.spec}
 
 
-def compile_sources(data: MechanismFile, graph: Graph, commands: Commands, output: int, length: float) -> list[Source]:
-    """All sources of a mechanism, in SI."""
+def compile_sources(
+    data: MechanismFile, graph: Graph, commands: Commands, output: int, length: float, owners: tuple[int, ...]
+) -> list[Source]:
+    """All sources of a mechanism, in SI; `owners` are the bodies of further pieces of elastic ones."""
     sources: list[Source] = []
+    grown = growth(data, graph, owners)
     for index, joint in enumerate(graph.joints):
         sources.extend(_of_joint(data, graph, index, joint, length))
+        if grown is not None and joint.pin in data.joints:
+            _grow(sources, grown.of_play(data, graph, index), index)
     sources.extend(_of_dimension(data, graph, name, output, length) for name in data.dimensions)
     taken = {source.name for source in sources} | {joint.name for joint in graph.joints}
     for index, (name, drive) in enumerate(data.drives.items()):
@@ -84,7 +90,25 @@ def compile_sources(data: MechanismFile, graph: Graph, commands: Commands, outpu
             factor = float(commands.factors[index])
             spec = _interval(drive.error, drive.law or "uniform", factor)
             sources.append(Source(label, "drive", ("value",), (factor,), (0.0,), spec | {"drive": index}))
+    if grown is not None:
+        sources.append(_of_temperature(data, grown.moves(graph), {source.name for source in sources}))
     return sources
+
+
+def _grow(sources: list[Source], by: float, joint: int) -> None:
+    """Lets the play of a joint grow."""
+    for source in sources if by else ():
+        if source.kind == "clearance" and source.spec.get("joint") == joint:
+            ((_, size),) = source.spec["set"].items()
+            size["radius"] += by
+
+
+def _of_temperature(data: MechanismFile, moves: list[GrowthSpec], taken: set[str]) -> Source:
+    assert data.temperature is not None
+    given = data.temperature
+    name = "temperature" if "temperature" not in taken else "thermal growth"
+    spec = _interval(given.tolerance, given.law or "normal", 1.0) | {"kind": "growth", "moves": moves}
+    return Source(name, "thermal", ("difference",), (1.0,), (given.deviation,), spec)
 
 
 def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoint, length: float) -> list[Source]:

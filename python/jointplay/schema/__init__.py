@@ -25,6 +25,7 @@ from .clearances import (
     LockedAngle,
     PlateClearance,
     PrismaticClearance,
+    RadialClearance,
     RevoluteClearance,
     SleeveClearance,
     SlotClearance,
@@ -37,8 +38,10 @@ from .joints import JointTable
 from .kinds import with_coordinate
 from .messages import located
 from .placements import Place, PlacementTable, SpatialPlacementTable
+from .places import along_the_path
 from .spatial_file import SpatialFile, SpatialStart
 from .spatial_joints import SpatialJoint, Universal
+from .springs import SpringTable
 from .stiffness import Stiffness
 from .values import NAME, ToleranceLaw, ToleranceTable, is_number
 
@@ -68,6 +71,7 @@ __all__ = [
     "PlanarFile",
     "PlateClearance",
     "PrismaticClearance",
+    "RadialClearance",
     "RevoluteClearance",
     "Screw",
     "SleeveClearance",
@@ -77,10 +81,12 @@ __all__ = [
     "SpatialJoint",
     "SpatialPlacementTable",
     "SpatialStart",
+    "SpringTable",
     "Stiffness",
     "ToleranceLaw",
     "ToleranceTable",
     "Universal",
+    "along_the_path",
     "json_schema",
     "validate",
     "with_coordinate",

@@ -36,6 +36,9 @@ class RadialClearance(Clearance):
 
     radial: NonNegative | SkipJsonSchema[None] = Field(None, description="hole radius minus pin radius")
     diametral: NonNegative | SkipJsonSchema[None] = Field(None, description="hole diameter minus pin diameter")
+    diameter: Positive | SkipJsonSchema[None] = Field(
+        None, description="diameter of pin and hole, by which the clearance changes where the bodies grow differently"
+    )
 
     @model_validator(mode="after")
     def _one_measure(self) -> Self:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from .bodies import SpatialBody
@@ -15,9 +15,10 @@ from .file import (
     OutputTable,
     PathTable,
     StartTable,
-    place_checker,
 )
 from .kinds import AnySpatialJoint
+from .places import PathTriple, SpatialPlace
+from .springs import SpatialSpring
 from .values import IN_PLANE, Name, Number, Numbers, Triple, problem
 
 TURNS = ("rx", "ry", "rz")
@@ -55,10 +56,6 @@ class SpatialPath(PathTable):
         return self
 
 
-#: a point of a body: its coordinates in body axes, or the name of a joint on that body
-SpatialPlace = Annotated[Triple | str, BeforeValidator(place_checker(3))]
-
-
 class SpatialOutput(OutputTable):
     """The point on a body whose pose error is asked."""
 
@@ -70,7 +67,7 @@ class SpatialOutput(OutputTable):
 
 
 class SpatialLoad(LoadTable):
-    """A dead load in ground axes."""
+    """A load: dead in ground axes, or a follower in those of a body."""
 
     example: ClassVar[str] = "{ force = [0, 0, -10] }"
     written: ClassVar[str] = "a force [fx, fy, fz] or a moment [mx, my, mz]"
@@ -78,8 +75,12 @@ class SpatialLoad(LoadTable):
     at: SpatialPlace | SkipJsonSchema[None] = Field(
         None, description="where: [x, y, z] in body axes or a joint on the body; the output point if left out"
     )
-    force: Triple | SkipJsonSchema[None] = Field(None, description="force [fx, fy, fz]")
-    moment: Triple = Field((0.0, 0.0, 0.0), description="moment [mx, my, mz]")
+    force: PathTriple | SkipJsonSchema[None] = Field(
+        None, description="force [fx, fy, fz], or a list of them, one per configuration"
+    )
+    moment: PathTriple = Field(
+        (0.0, 0.0, 0.0), description="moment [mx, my, mz], or a list of them, one per configuration"
+    )
 
 
 class SpatialFile(MechanismFile):
@@ -96,4 +97,5 @@ class SpatialFile(MechanismFile):
         None, description="targets of the output, in place of drive values"
     )
     output: SpatialOutput = Field(description="the point whose error is asked: a body and a point on it")
-    loads: Annotated[tuple[SpatialLoad, ...], Field(strict=False)] = Field((), description="dead loads")
+    loads: Annotated[tuple[SpatialLoad, ...], Field(strict=False)] = Field((), description="forces and moments")
+    springs: dict[Name, SpatialSpring] = Field({}, description="springs between bodies")

@@ -8,6 +8,7 @@ mod escape;
 pub(crate) mod newton;
 pub(crate) mod recorded;
 pub(crate) mod sensitivity;
+mod springs;
 mod state;
 mod statics;
 mod tolerance;

@@ -54,7 +54,7 @@ impl Solver<'_> {
         let forces = |gradient: &Gradient| -> Vec<f64> {
             let of = |(s, way): &(usize, Direction)| {
                 let source = &m.sources[*s];
-                let size = m.undecided(source, scale) * way.reach;
+                let size = source.undecided(scale) * way.reach;
                 inner(&gradient.inputs.parameters[source.range()], &way.along) / size
             };
             ways.iter().map(of).collect()

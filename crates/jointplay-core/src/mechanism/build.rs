@@ -42,6 +42,7 @@ impl Mechanism {
             return fail("the output or a load refers to a point that does not exist");
         }
         let joints = joints(spec, &points)?;
+        check_forces(spec, &points, &joints)?;
         let mut rows: Vec<Row> = Vec::new();
         for (joint, j) in joints.iter().enumerate() {
             rows.extend(j.locked.iter().map(|&component| {
@@ -83,11 +84,19 @@ impl Mechanism {
             let is_angle = match s.target {
                 Target::Angle { .. } => true,
                 Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
-                Target::Clearance { .. } | Target::Dimension { .. } | Target::Ratio { .. } | Target::Centre { .. } => {
-                    false
-                }
+                Target::Clearance { .. }
+                | Target::Dimension { .. }
+                | Target::Growth { .. }
+                | Target::Ratio { .. }
+                | Target::Centre { .. } => false,
             };
-            sources.push(Source { set, law: s.law, first, is_clearance, is_angle, components });
+            let lever = match &s.target {
+                // Zero where nothing grows: then nothing is conjugate to it.
+                Target::Growth { moves } => moves.iter().fold(0.0, |far: f64, moved| far.max(norm(&moved.rate))),
+                _ if is_angle => spec.length,
+                _ => 1.0,
+            };
+            sources.push(Source { set, law: s.law, first, is_clearance, lever, components });
         }
         let largest_move = |joint: &Joint| joint.coupling.as_ref().map_or(f64::INFINITY, Coupling::largest_move);
         let mut built = Self {
@@ -102,6 +111,8 @@ impl Mechanism {
             largest_move: joints.iter().map(largest_move).fold(f64::INFINITY, f64::min),
             output: spec.output.point,
             loads: spec.loads.clone(),
+            springs: spec.springs.clone(),
+            torsions: spec.torsions.clone(),
             sources,
             elastic,
             centre,
@@ -160,6 +171,28 @@ fn joints(spec: &Spec, points: &[Point]) -> Result<Vec<Joint>, SpecError> {
     spec.joints.iter().enumerate().map(connect).collect()
 }
 
+/// What loads and springs refer to.
+fn check_forces(spec: &Spec, points: &[Point], joints: &[Joint]) -> Result<(), SpecError> {
+    if spec.loads.iter().any(|load| load.axes.is_some_and(|body| body >= spec.n_bodies)) {
+        return fail("a load is in the axes of a body that does not exist");
+    }
+    for (i, spring) in spec.springs.iter().enumerate() {
+        let (Some(first), Some(second)) = (points.get(spring.first), points.get(spring.second)) else {
+            return fail(format!("spring {i} refers to a point that does not exist"));
+        };
+        if first.body == second.body {
+            return fail(format!("spring {i} connects a body to itself"));
+        }
+    }
+    for (i, spring) in spec.torsions.iter().enumerate() {
+        let turns = |joint: &Joint| matches!(joint.coordinate, Some(Component::About(_)));
+        if !joints.get(spring.joint).is_some_and(turns) {
+            return fail(format!("torsion spring {i} needs a joint whose coordinate is an angle"));
+        }
+    }
+    Ok(())
+}
+
 /// The joints that give way, with their rows; a compliance of zero is that of a rigid joint.
 fn elastic(spec: &Spec, rows: &[Row]) -> Result<Vec<Elastic>, SpecError> {
     let mut elastic = Vec::new();
@@ -194,6 +227,13 @@ fn attach(
     rows: &mut [Row],
 ) -> Result<Vec<&'static str>, SpecError> {
     match source.target {
+        Target::Growth { ref moves } => {
+            for moved in moves {
+                let Some(point) = points.get_mut(moved.point) else { return fail("there is no such point") };
+                point.moved_by.push((first, moved.rate));
+            }
+            Ok(vec!["growth"])
+        }
         Target::Clearance { joint } => {
             let Some(j) = joints.get(joint) else { return fail("there is no such joint") };
             if j.loosened == 0 {

@@ -6,7 +6,7 @@ and loads on them. The base is where it nominally is; the ground, when it is not
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Unpack, cast
@@ -17,7 +17,19 @@ from numpy.typing import NDArray
 from jointplay import _core, poses
 from jointplay.compile import LENGTHS
 from jointplay.model import Mechanism, in_core
-from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, Changes, DriveSpec, JointSpec, MoveSpec, PointSpec, SourceSpec, Spec
+from jointplay.spec import (
+    AXIS_ON,
+    ENDS,
+    SIDE_ON,
+    Changes,
+    DriveSpec,
+    JointSpec,
+    LoadSpec,
+    MoveSpec,
+    PointSpec,
+    SourceSpec,
+    Spec,
+)
 
 GROUND = -1
 #: sources on a joint; the others are on a drive, or dimensions between two points
@@ -132,27 +144,55 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
             own[end] = renumbered[joint[end]]
         return own
 
+    def turned(source: SourceSpec) -> SourceSpec:
+        # The points of the base are in ground axes.
+        on_base = lambda move: body_of(move["point"]) == base != GROUND  # noqa: E731
+        moves = [
+            move | {"rate": (turn @ move["rate"]).tolist()} if on_base(move) else move
+            for move in source.get("moves", ())
+        ]
+        return source | {"moves": moves} if moves else source
+
     joined = index if attached else set(bodies)
     joints = [k for k, j in enumerate(spec["joints"]) if {body_of(j["first"]), body_of(j["second"])} <= set(joined)]
     moves = [_moves(drive, joints) for drive in spec["drives"]]
     drives = [k for k, there in enumerate(moves) if there]
-    sources = [k for k, source in enumerate(spec["sources"]) if _belongs(source, joints, drives, points)]
+    sources = [k for k, source in enumerate(spec["sources"]) if _belongs(source, joints, drives, renumbered)]
     own = spec | {
         "n_bodies": len(bodies),
         "guess": every[list(bodies)].tolist(),
         "points": [placed(spec["points"][k]) for k in points],
         "joints": [renamed(spec["joints"][k]) for k in joints],
         "drives": [_drive(*moves[k]) for k in drives],
-        "sources": [_renumbered(spec["sources"][k], joints, drives, renumbered) for k in sources],
+        "sources": [_renumbered(turned(spec["sources"][k]), joints, drives, renumbered) for k in sources],
         "loads": [
-            load | {"point": renumbered[load["point"]]}
+            _in_axes(load, every, index) | {"point": renumbered[load["point"]]}
             for load in spec["loads"]
             if body_of(load["point"]) in index and body_of(load["point"]) not in (base, GROUND)
+        ],
+        "springs": [
+            spring | {end: renumbered[spring[end]] for end in ENDS}
+            for spring in spec["springs"]
+            if all(spring[end] in renumbered for end in ENDS)
+        ],
+        "torsions": [
+            spring | {"joint": joints.index(spring["joint"])}
+            for spring in spec["torsions"]
+            if spring["joint"] in joints
         ],
         "output": {"point": renumbered.get(spec["output"]["point"], 0)},
     }
     parameters = np.flatnonzero(np.isin(m.parameter_source, sources))
     return Part(m, base, bodies, tuple(points), tuple(joints), tuple(drives), tuple(sources), parameters, every, own)
+
+
+def _in_axes(load: LoadSpec, every: Floats, index: Mapping[int, int]) -> LoadSpec:
+    """A load in the axes of a body of the part; of one that is not there, or does not move, as it nominally is."""
+    if "axes" not in load or index.get(load["axes"], GROUND) != GROUND:
+        return load | {"axes": index[load["axes"]]} if "axes" in load else load
+    turn = poses.matrix(every[load["axes"]])
+    force, moment = ((turn @ load[name]).tolist() for name in ("force", "moment"))
+    return {"point": load["point"], "force": force, "moment": moment}
 
 
 def _with_pieces(m: Mechanism, there: set[int]) -> set[int]:
@@ -189,15 +229,20 @@ def _drive(first: MoveSpec, *others: MoveSpec) -> DriveSpec:
     return drive
 
 
-def _belongs(source: SourceSpec, joints: list[int], drives: list[int], points: list[int]) -> bool:
+def _belongs(source: SourceSpec, joints: list[int], drives: list[int], points: Mapping[int, int]) -> bool:
     if source["kind"] in ON_JOINT:
         return source["joint"] in joints
+    if source["kind"] == "growth":
+        return any(move["point"] in points for move in source["moves"])
     return source["drive"] in drives if source["kind"] == "drive" else source["to"] in points
 
 
 def _renumbered(source: SourceSpec, joints: list[int], drives: list[int], points: dict[int, int]) -> SourceSpec:
     if source["kind"] in ON_JOINT:
         return source | {"joint": joints.index(source["joint"])}
+    if source["kind"] == "growth":
+        there = [move for move in source["moves"] if move["point"] in points]
+        return source | {"moves": [move | {"point": points[move["point"]]} for move in there]}
     if source["kind"] == "drive":
         return source | {"drive": drives.index(source["drive"])}
     return source | {"from": points[source["from"]], "to": points[source["to"]]}

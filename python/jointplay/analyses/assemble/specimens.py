@@ -119,7 +119,7 @@ def bent_at_most(held: Held, u: Floats) -> dict[int, float]:
     part = held.part
     if not held.redundant:
         return {point: float(np.linalg.norm(bent(held, point)[: part.lengths])) for point in held.points()}
-    if held.is_rigid or not part.spec["loads"]:
+    if held.is_rigid or not any(part.spec[name] for name in ("loads", "springs", "torsions")):
         return dict.fromkeys(held.points(), 0.0)
     known = np.where(_clearances(part), 0.0, u[:, part.parameters])
     ways = [
@@ -151,6 +151,9 @@ def _moved(held: Held, point: int, placed: Floats, u: Floats) -> Floats:
         if source["kind"] == "dimension" and source["to"] == point:
             along = at - spec["points"][source["from"]]["at"]
             offset += u[:, [first]] * along / np.linalg.norm(along)
+        for move in source.get("moves", ()):
+            if move["point"] == point:
+                offset += u[:, [first]] * np.array(move["rate"])
         first += len(source["centre"])
     pose = _pose(placed.swapaxes(0, 1), body)
     actual = poses.position(pose) + (poses.matrix(pose) @ (at + offset)[..., None])[..., 0]

@@ -313,7 +313,7 @@ mod tests {
                 law: Law::Uniform,
                 first: first - set.size(),
                 is_clearance: true,
-                is_angle: false,
+                lever: 1.0,
                 components: Vec::new(),
             }
         };
