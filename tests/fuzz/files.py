@@ -28,7 +28,8 @@ TABLES: list[Any] = [
     {"sigma": 0.1}, {"radial": 0.1}, {"plus": 0.1, "minus": 0}, {"a": {"b": {"c": 1}}},
     {"a": 2, "b": "a / 3"}, {"a": "b", "b": "a"},
     {"on": {"ground": [0, 0], "crank": "J2"}, "stiffness": 2, "free_length": 1}, {"joint": "J1", "stiffness": 1e-3},
-    {"s": {"joint": "theta", "stiffness": 5, "preload": -1e12}}, {"deviation": 40, "tolerance": 15}, {"expansion": 1e-5},
+    {"s": {"joint": "theta", "stiffness": 5, "preload": -1e12}}, {"deviation": 40, "tolerance": 15},
+    {"expansion": 1e-5},
     [{"force": [0, -10], "axes": "body"}], [{"moment": [0, 1, 2]}], [[0, -10], [0, -12]],
 ]  # fmt: skip
 #: names that results, files and formats have a use of their own for

@@ -83,11 +83,11 @@ def compute(
     """The light form of `loaded`; `offset` asks for the offsets without the other details."""
     require_loads(m)
     at = at or nominal(m)
-    count = len(at)
+    count, drives, poses = len(at), at.drives, at.poses
     found, done = under_loads(
         m,
         count,
-        lambda core, part: core.loaded(at.drives[part], at.poses[part], exact, offset or details, details, partly=True),
+        lambda core, part: core.loaded(drives[part], poses[part], exact, offset or details, details, partly=True),
     )
     at = at.first(done)
     pose = ("configuration", "component")

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 #: width of a zigzag and radius of a spiral, as shares of the drawing's extent
 WIDTH, RADIUS = 0.025, 0.03
 #: bends of a zigzag, the part of it that is straight at each end, turns of a spiral
 BENDS, STRAIGHT, TURNS = 10, 0.15, 2.5
-STYLE = {"color": "black", "linewidth": 1.0, "solid_joinstyle": "round"}
+STYLE: Any = {"color": "black", "linewidth": 1.0, "solid_joinstyle": "round"}
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

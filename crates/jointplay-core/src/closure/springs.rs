@@ -14,8 +14,8 @@
 use crate::closure::equations::constant;
 use crate::closure::sensitivity::Cost;
 use crate::math::real::Real;
-use crate::math::space::{Component, Pose};
-use crate::math::vector::{dot, scale, sub};
+use crate::math::space::{Component, Pose, Space};
+use crate::math::vector::{Vec3, cross, dot, norm, scale, sub};
 use crate::mechanism::{Mechanism, SpringSpec, TorsionSpec};
 
 impl Mechanism {
@@ -27,6 +27,52 @@ impl Mechanism {
         for spring in &self.torsions {
             self.add_torsion(spring, poses, parameters, cost);
         }
+    }
+
+    /// Whether forces change with the pose by springs.
+    pub(crate) fn has_springs(&self) -> bool {
+        !self.springs.is_empty() || !self.torsions.is_empty()
+    }
+
+    /// The largest force of the springs' stiffnesses over a characteristic length.
+    pub(crate) fn spring_scale(&self) -> f64 {
+        let forces = self.springs.iter().map(|spring| spring.stiffness * self.length);
+        let moments = self.torsions.iter().map(|spring| spring.stiffness / self.length);
+        forces.chain(moments).fold(0.0, f64::max)
+    }
+
+    /// The stiffnesses of the springs at a pose, each with the gradient of what it resists: elongation and deflection,
+    /// and, of a spring under tension, the motion of its ends across.
+    pub(crate) fn spring_stiffness(&self, poses: &[Pose<f64>], parameters: &[f64]) -> Vec<(f64, Cost<f64>)> {
+        let none = [0.0; 3];
+        let mut found = Vec::new();
+        for spring in &self.springs {
+            let place = |point| self.place(point, poses, parameters).position;
+            let apart = sub(place(spring.second), place(spring.first));
+            let length = norm(&apart);
+            let across = if length > 0.0 {
+                spring.stiffness + (spring.preload - spring.stiffness * spring.free_length) / length
+            } else {
+                0.0
+            };
+            for (axis, along) in frame(apart, self.space).into_iter().enumerate() {
+                let mut work = self.no_cost();
+                self.add_wrench(spring.second, along, none, poses, parameters, &mut work);
+                self.add_wrench(spring.first, along.map(|x| -x), none, poses, parameters, &mut work);
+                found.push((if axis == 0 { spring.stiffness } else { across }, work));
+            }
+        }
+        for spring in &self.torsions {
+            let joint = &self.joints[spring.joint];
+            let Some(Component::About(axis)) = joint.coordinate else { continue };
+            let moment = self.rotation_gradient(spring.joint, axis, poses);
+            let mut work = self.no_cost();
+            self.add_wrench(joint.second, none, moment, poses, parameters, &mut work);
+            self.add_wrench(joint.first, none, moment.map(|m| -m), poses, parameters, &mut work);
+            found.push((spring.stiffness, work));
+        }
+        found.retain(|(stiffness, _)| *stiffness > 0.0);
+        found
     }
 
     fn add_spring<S: Real>(&self, spring: &SpringSpec, poses: &[Pose<S>], parameters: &[S], cost: &mut Cost<S>) {
@@ -55,4 +101,19 @@ impl Mechanism {
         self.add_wrench(joint.first, none, moment, poses, parameters, cost);
         self.add_wrench(joint.second, none, moment.map(|m| -m), poses, parameters, cost);
     }
+}
+
+/// A direction, or any one, and those across it.
+fn frame(direction: Vec3<f64>, space: Space) -> Vec<Vec3<f64>> {
+    let length = norm(&direction);
+    let along = if length > 0.0 { scale(direction, 1.0 / length) } else { [1.0, 0.0, 0.0] };
+    if space == Space::Planar {
+        return vec![along, [-along[1], along[0], 0.0]];
+    }
+    let mut other = [0.0; 3];
+    let least = (0..3).min_by(|a, b| along[*a].abs().total_cmp(&along[*b].abs())).unwrap_or_default();
+    other[least] = 1.0;
+    let across = cross(along, other);
+    let across = scale(across, 1.0 / norm(&across));
+    vec![along, across, cross(along, across)]
 }

@@ -50,7 +50,8 @@ impl Solver<'_> {
         let ways = m.ways(faces, unforced);
         let n = ways.len();
         let linearised = self.linearise(&at.state)?;
-        let scale = m.force_scale(&at.gradient);
+        // Where springs are in balance nothing is transmitted, and they alone say how large a force is.
+        let scale = Some(m.force_scale(&at.gradient)).filter(|scale| *scale > 0.0).unwrap_or_else(|| m.spring_scale());
         let forces = |gradient: &Gradient| -> Vec<f64> {
             let of = |(s, way): &(usize, Direction)| {
                 let source = &m.sources[*s];

@@ -23,6 +23,7 @@ from jointplay.spec import (
     SIDE_ON,
     Changes,
     DriveSpec,
+    GrowthSpec,
     JointSpec,
     LoadSpec,
     MoveSpec,
@@ -146,12 +147,15 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
 
     def turned(source: SourceSpec) -> SourceSpec:
         # The points of the base are in ground axes.
-        on_base = lambda move: body_of(move["point"]) == base != GROUND  # noqa: E731
+        if base == GROUND or "moves" not in source:
+            return source
         moves = [
-            move | {"rate": (turn @ move["rate"]).tolist()} if on_base(move) else move
-            for move in source.get("moves", ())
+            GrowthSpec(point=move["point"], rate=(turn @ move["rate"]).tolist())
+            if body_of(move["point"]) == base
+            else move
+            for move in source["moves"]
         ]
-        return source | {"moves": moves} if moves else source
+        return source | {"moves": moves}
 
     joined = index if attached else set(bodies)
     joints = [k for k, j in enumerate(spec["joints"]) if {body_of(j["first"]), body_of(j["second"])} <= set(joined)]
@@ -171,7 +175,7 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
             if body_of(load["point"]) in index and body_of(load["point"]) not in (base, GROUND)
         ],
         "springs": [
-            spring | {end: renumbered[spring[end]] for end in ENDS}
+            spring | {"first": renumbered[spring["first"]], "second": renumbered[spring["second"]]}
             for spring in spec["springs"]
             if all(spring[end] in renumbered for end in ENDS)
         ],

@@ -44,7 +44,9 @@ impl Together<'_> {
     pub async fn settle(&self, rounds: &Rounds, known: &[f64], ask: &Ask) -> Result<SpecimenSolution, Status> {
         let (c, right) = (self.nominal.compatibility, self.nominal.right_beside(known));
         let first = self.system.balance_in(&rounds.roughly(), c, &right, ask, None).await;
-        if let Some(begun) = first.as_ref().filter(|first| first.solved)
+        // The lanes know no springs.
+        let steady = !(matches!(ask, Ask::Load) && self.system.mechanism.has_springs());
+        if let Some(begun) = first.as_ref().filter(|first| first.solved && steady)
             && let Some(settled) = self.settle_on_lanes(&rounds.roughly(), known, ask, begun).await
         {
             return Ok(SpecimenSolution { first, ..settled });
