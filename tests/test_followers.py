@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from answers import example, refusal
 from scipy.spatial.transform import Rotation
 
 import jointplay as jp
+from answers import example, refusal
 
 
 def turned(force: list[float], angle: float) -> list[float]:
@@ -44,7 +44,7 @@ def test_lanes_follow_as_the_plain_solver_does() -> None:
 
 
 def test_a_follower_in_space_turns_with_its_body() -> None:
-    """The load on an arm in space, given in its own axes, is the same as in ground axes at the pose of each configuration."""
+    """The load on an arm in space, given in its own axes, is that in ground axes at each exact pose."""
     m = example("serial-6r", loads=[{"force": [1, 2, -30], "moment": [50, -20, 10], "axes": "body"}])
     m = m.with_({f"joints.{name}.clearance": None for name in m.raw["joints"] if name != "J2"})
     found = jp.loaded(m)
