@@ -85,6 +85,21 @@ def test_lanes_know_springs_as_the_plain_solver_does() -> None:
         np.testing.assert_allclose(many.reaction[::13], few.reaction, rtol=1e-8, atol=1e-7)
 
 
+@pytest.mark.parametrize("free", [-95, -60, 100, 195])
+def test_lanes_know_deflections_up_to_half_a_turn(free: float) -> None:
+    """On lanes an angle is found by halving its tangent; the plain solver has the arc tangent."""
+    m = example("four-bar", springs={"t": {"joint": "J1", "stiffness": 4, "free_angle": free}})
+    values = np.linspace(22, 76, 130).tolist()
+    many, few = (jp.loaded(m.with_({"drives.theta1.values": v})) for v in (values, values[::13]))
+    assert (many.status == "ok").all()
+    np.testing.assert_allclose(many.reaction[::13], few.reaction, rtol=1e-9, atol=1e-9)
+    crank = few.reaction.sel(joint="J1", wrench="moment")
+    # The drive of the crank holds the torsion spring, whatever else it holds.
+    without = jp.loaded(m.with_({"drives.theta1.values": values[::13], "springs.t.stiffness": 0}))
+    turned = few.theta1 - free
+    np.testing.assert_allclose(crank - without.reaction.sel(joint="J1", wrench="moment"), 4 * turned, rtol=1e-9)
+
+
 ARM = """
 format = 1
 units = { length = "mm", angle = "deg", force = "N" }
