@@ -107,7 +107,7 @@ impl Mechanism {
         poses: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let (shape, coordinates) = leading(&poses, &[self.core.n_bodies(), self.core.n_body_coordinates()], "poses")?;
-        let found = short(|| self.core.jacobians(&coordinates))?;
+        let found = work(py, || self.core.jacobians(&coordinates))?;
         reshaped(py, &[shape, &[self.core.n_rows(), self.core.n_unknowns()]].concat(), found)
     }
 
@@ -130,7 +130,7 @@ impl Mechanism {
             let (body, drive) = (core.n_coordinates(), core.n_drives());
             core.gaps(&coordinates[k * body..(k + 1) * body], &values[k * drive..(k + 1) * drive])
         };
-        let found = short(|| (0..n).flat_map(at).collect())?;
+        let found = work(py, || (0..n).flat_map(at).collect())?;
         reshaped(py, &[shape, &[core.n_rows()]].concat(), found)
     }
 

@@ -3,19 +3,18 @@
 
 use std::hash::{Hash, Hasher};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::{Arc, Mutex};
 
 use rustc_hash::FxHasher;
 
 use crate::program::code::{Code, Frame};
 use crate::program::graph::Node;
+use crate::program::patient::lock;
 
 /// Recordings kept at most.
 const MOST: usize = 256;
 /// Bytes that they take at most, machine code included.
 const LARGEST: usize = 64 << 20;
-/// Times that other threads may go first before the lock is gone without.
-const PATIENCE: usize = 1000;
 
 /// Most recently used ones last, each with its key.
 type Traces = Vec<(u64, Arc<Trace>)>;
@@ -104,7 +103,7 @@ impl Kept {
     /// As it is now.
     #[must_use]
     pub fn now() -> Self {
-        let kept = lock();
+        let kept = lock(&KEPT);
         let traces = kept.as_deref().map_or(&[][..], |kept| kept);
         Self {
             recorded: RECORDED.load(Ordering::Relaxed),
@@ -112,20 +111,6 @@ impl Kept {
             bytes: traces.iter().map(|(_, trace)| trace.bytes()).sum(),
         }
     }
-}
-
-/// The lock; `None` where it is not to be had: in a process that was forked just when another thread of its parent
-/// held it, it never is.
-fn lock() -> Option<MutexGuard<'static, Traces>> {
-    for _ in 0..PATIENCE {
-        match KEPT.try_lock() {
-            Ok(kept) => return Some(kept),
-            // What is in it is whole at any time.
-            Err(TryLockError::Poisoned(kept)) => return Some(PoisonError::into_inner(kept)),
-            Err(TryLockError::WouldBlock) => std::thread::yield_now(),
-        }
-    }
-    None
 }
 
 /// Counts a program.
@@ -142,7 +127,7 @@ pub(crate) fn key(of: &impl Hash) -> u64 {
 
 /// The recording of a key used last among those that suit.
 pub(crate) fn find(key: u64, suits: impl Fn(&Trace) -> bool) -> Option<Arc<Trace>> {
-    let mut kept = lock()?;
+    let mut kept = lock(&KEPT)?;
     let at = kept.iter().rposition(|(of, trace)| *of == key && suits(trace))?;
     kept[at..].rotate_left(1);
     kept.last().map(|(_, trace)| trace.clone())
@@ -156,7 +141,7 @@ pub(crate) fn keep(key: u64, trace: Trace) {
     }
     // Their memory is given back after the lock.
     let mut forgotten = Vec::new();
-    let Some(mut kept) = lock() else { return };
+    let Some(mut kept) = lock(&KEPT) else { return };
     kept.push((key, Arc::new(trace)));
     let mut bytes: usize = kept.iter().map(|(_, trace)| trace.bytes()).sum();
     while kept.len() > MOST || bytes > LARGEST {

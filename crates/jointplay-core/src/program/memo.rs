@@ -2,13 +2,13 @@
 
 use std::any::Any;
 use std::fmt;
-use std::sync::{Arc, Mutex, TryLockError};
+use std::sync::{Arc, Mutex};
+
+use crate::program::patient::lock;
 
 /// Most entries of one object. Those that have recorded programs share them with [`super::kept`] as long as that keeps
 /// them.
 const MOST: usize = 24;
-/// Times that other threads may go first before the entries are gone without.
-const PATIENCE: usize = 1000;
 
 type Entry = Arc<dyn Any + Send + Sync>;
 
@@ -40,16 +40,8 @@ impl Memo {
         found
     }
 
-    /// `None` where another thread has the entries for long: in a process that was forked just then it has them for ever.
     fn with<R>(&self, change: impl FnOnce(&mut Vec<Entry>) -> R) -> Option<R> {
-        for _ in 0..PATIENCE {
-            match self.0.try_lock() {
-                Ok(mut entries) => return Some(change(&mut entries)),
-                Err(TryLockError::Poisoned(entries)) => return Some(change(&mut entries.into_inner())),
-                Err(TryLockError::WouldBlock) => std::thread::yield_now(),
-            }
-        }
-        None
+        lock(&self.0).map(|mut entries| change(&mut entries))
     }
 }
 

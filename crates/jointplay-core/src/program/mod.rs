@@ -6,6 +6,7 @@ pub mod kept;
 pub(crate) mod memo;
 mod native;
 mod operation;
+mod patient;
 mod recording;
 mod schedule;
 pub(crate) mod symbol;
