@@ -187,7 +187,7 @@ impl System<'_> {
                 Vec::new()
             };
             let balance = if !springs.is_empty() {
-                let drawn = (pull > 0.0).then(|| (at.as_slice(), stiffness * pull));
+                let drawn = (pull > 0.0).then_some((at.as_slice(), stiffness * pull));
                 self.balance_sprung(rounds, c.ties(), &right, &forces, &springs, drawn).await
             } else if pull > 0.0 {
                 self.balance_near(rounds, c.ties(), &right, &forces, &at, stiffness * pull).await

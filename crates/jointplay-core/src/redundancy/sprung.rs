@@ -1,7 +1,7 @@
 //! Springs of the mechanism as stiffness of its forces.
 //!
 //! The forces of springs change with the displacements d of the rows, `w(d) = w(d_0) - sum_j k_j a_j (a_j . (d - d_0))`
-//! to first order, with a_j the gradient of what spring j resists. A program that takes the forces as constant runs away
+//! to first order, with `a_j` the gradient of what spring j resists. A program that takes the forces as constant runs away
 //! where a spring is stiffer than what is elastic. With an equation and a block for every spring,
 //!
 //! ```text
