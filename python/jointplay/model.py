@@ -88,13 +88,25 @@ class Mechanism(Compiled):
             raise InputError(str(error), file=self.file) from error
 
     def core_at(self, configuration: int) -> _core.Mechanism:
-        """The mechanism in the compiled core under the loads of a configuration, where these change along the path."""
+        """The mechanism in the compiled core under the loads of a configuration, where these change along the path.
+
+        Parameters
+        ----------
+        configuration : int
+            Number of the configuration, from 0.
+        """
         if not self.loads.along or configuration == 0:
             return self.core
         return in_core({**self.core_spec, "loads": self.loads.at(configuration)})
 
     def under_loads_of(self, configuration: int) -> Mechanism:
-        """A copy on which the loads of a configuration act in all of them; itself where they do not change."""
+        """A copy on which the loads of a configuration act in all of them; itself where they do not change.
+
+        Parameters
+        ----------
+        configuration : int
+            Number of the configuration, from 0.
+        """
         loads = self.raw.get("loads", ())
         steady = {f"loads.{k}.{name}": loads[k][name][configuration] for k, name in self.loads.changing}
         return self.with_(steady) if steady else self
