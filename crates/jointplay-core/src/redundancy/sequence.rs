@@ -144,8 +144,7 @@ impl System<'_> {
     ) -> Result<Rest, Failure> {
         let mut start = Start { state: start, near: None, last: f64::INFINITY, steps: 0 };
         // Springs may be far from what they are to first order.
-        let steady = !(matches!(ask, Ask::Load) && self.mechanism.has_springs());
-        if let Some(first) = first.filter(|_| steady) {
+        if let Some(first) = first.filter(|_| !self.is_sprung(&ask)) {
             start.near.clone_from(&first.answer);
             let target = self.target(known, first);
             if let Ok((state, 1.0)) = step(solver, &start.state, &target) {
@@ -181,7 +180,7 @@ impl System<'_> {
             let c = C::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
             let (right, asked) = (c.ties().right(&state.inputs.parameters, known), ask(&state, &c));
             let forces = c.forces(&asked);
-            let springs = if matches!(asked, Ask::Load) && self.mechanism.has_springs() {
+            let springs = if self.is_sprung(&asked) {
                 self.sprung(solver, &state, known).ok_or(Failure::Singular)?
             } else {
                 Vec::new()

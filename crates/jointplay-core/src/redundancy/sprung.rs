@@ -17,6 +17,7 @@ use crate::cone::scheduler::Rounds;
 use crate::cone::{Block, Kind, Program, Question};
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Ties;
+use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::system::{Element, System};
 
 /// A gradient below this part of the largest one is rounding.
@@ -33,6 +34,12 @@ pub(crate) struct Sprung {
 }
 
 impl System<'_> {
+    /// Whether the forces that are asked for change with deformations. Within clearances they change by as little as the
+    /// play is of the springs' lengths.
+    pub(crate) fn is_sprung(&self, ask: &Ask) -> bool {
+        matches!(ask, Ask::Load) && self.mechanism.has_springs() && !self.is_rigid()
+    }
+
     /// The springs at a state that is closed for displacements beside the known ones; `None` where it is singular.
     pub(crate) fn sprung(&self, solver: &Solver<'_>, state: &State, known: &[f64]) -> Option<Vec<Sprung>> {
         let linearised = solver.linearise(state)?;

@@ -45,8 +45,8 @@ impl Together<'_> {
         let (c, right) = (self.nominal.compatibility, self.nominal.right_beside(known));
         let first = self.system.balance_in(&rounds.roughly(), c, &right, ask, None).await;
         // The lanes know no springs.
-        let steady = !(matches!(ask, Ask::Load) && self.system.mechanism.has_springs());
-        if let Some(begun) = first.as_ref().filter(|first| first.solved && steady)
+        let on_lanes = !self.system.is_sprung(ask);
+        if let Some(begun) = first.as_ref().filter(|first| first.solved && on_lanes)
             && let Some(settled) = self.settle_on_lanes(&rounds.roughly(), known, ask, begun).await
         {
             return Ok(SpecimenSolution { first, ..settled });
