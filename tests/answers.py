@@ -27,7 +27,9 @@ EXAMPLES = tuple(name for name in jp.examples.names() if name not in OVER_CONSTR
 
 
 def example(name: str, **changes: Any) -> jp.Mechanism:
+    """A bundled mechanism; of several outputs and load cases the first."""
     m = jp.loads(jp.examples.text(name), f"{name}.toml")
+    m = m.only(*(next(iter(names), None) for names in (m.outputs, m.load_cases)))
     return m.with_({key.replace("__", "."): value for key, value in changes.items()}) if changes else m
 
 

@@ -18,7 +18,7 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay.cli import run
-from jointplay.cli.arguments import assignments, numbers, swept, value
+from jointplay.cli.arguments import assignments, numbers, only_set, swept, value
 from processes import COMMAND, worked, working
 
 
@@ -378,11 +378,13 @@ def test_values_are_toml_or_words(text: str, expected: object) -> None:
 
 
 def test_swept_values() -> None:
-    keys, steps, fixed = swept({"a": "0:0.3:4", "b": "[1, 2]", "c": "10:13", "d": "0:0.3:4"} | {"c": "'10:13'"})
+    settings = {"a": "0:0.3:4", "b": "[1, 2]", "c": "'10:13'", "d": "0:0.3:4", "e": "atan2(3, 4)"}
+    keys, steps = swept(settings)
     assert keys == ["a", "d"]
     assert steps == pytest.approx([0.0, 0.1, 0.2, 0.3])
     assert steps[-1] == 0.3
-    assert fixed == {"b": "[1, 2]", "c": "'10:13'"}
+    assert only_set(settings) == {"b": "[1, 2]", "c": "'10:13'", "e": "atan2(3, 4)"}
+    assert swept({"lean": "0.1,atan2(3, 4),a / 2"})[1] == [0.1, "atan2(3, 4)", "a / 2"]
     assert swept({"law": "uniform,normal"})[1] == ["uniform", "normal"]
 
 

@@ -20,12 +20,15 @@ ON = "on   = { ground = [0, 0], crank = [0, 0] }"
 VALUES = "values = [22.7, 28.16, 33.46, 38.67, 43.83, 48.98, 54.17, 59.43, 64.83, 70.45, 76.39]"
 PATH = TEXTS["five-bar"][TEXTS["five-bar"].index("[path]\n") :].partition("\n\n")[0]
 TOLERANCE = "tolerance = 0.0 "
-KNOWN_TOP = "Known: assembly, bodies, dimensions, drives, expansion, format, gravity, grid, include, joints, limits, loads, output"
+KNOWN_TOP = (
+    "Known: assembly, bodies, dimensions, drives, expansion, format, gravity, grid, include, joints, limits, load_cases,"
+    " loads, output"
+)
 
 #: example, what stands there, what is written instead, key of the message, what else it says
 MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     # -- keys
-    "unknown key": ("four-bar", PLAY, "clearance = { radail = 1 }", "joints.J1.clearance", "did you mean 'radial'? Known: d"),
+    "unknown key": ("four-bar", PLAY, "clearance = { radail = 1 }", "joints.J1.clearance", "did you mean 'radial'? Known: bearing, bore, d"),
     "unknown section": ("four-bar", "[output]", "[outptu]", "", "'outptu' is not a key here; did you mean 'output'? " + KNOWN_TOP),
     "unknown key of a joint": ("four-bar", PLAY, "clearence = 1", "joints.J1", "did you mean 'clearance'?"),
     "unknown key of units": ("four-bar", 'angle = "deg", f', 'angel = "deg", f', "units", "did you mean 'angle'?"),
@@ -56,7 +59,7 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     "huge": ("four-bar", PLAY, "clearance = {radial=1e300}", "joints.J1.clearance.radial", "must be at most 1000000000000: 1e+300"),
     "text for a number": ("four-bar", PLAY, 'clearance = {radial="1"}', "joints.J1.clearance.radial", 'a number is needed, not "1"'),
     "boolean for a number": ("four-bar", PLAY, "clearance = {radial=true}", "joints.J1.clearance.radial", "a number is needed, not true"),
-    "a guide's clearance on a pin": ("four-bar", PLAY, "clearance = {gap=1}", "joints.J1.clearance", "'gap' is not a key here; Known: d"),
+    "a guide's clearance on a pin": ("four-bar", PLAY, "clearance = {gap=1}", "joints.J1.clearance", "'gap' is not a key here; Known: bearing, bore, d"),
     "a pin's clearance on a guide": ("slider-crank", "{ gap = 0.03, length = 60 }", "{ radial = 1 }", "joints.guide.clearance", "gap"),
     "guide of no length": ("slider-crank", "length = 60", "length = 0", "joints.guide.clearance.length", "must be greater than zero: 0"),
     "guide without length": ("slider-crank", ", length = 60", "", "joints.guide.clearance", "'length' is missing (length of the slider"),

@@ -47,7 +47,7 @@ def test_what_a_part_says_again_must_be_the_same(folder: Path) -> None:
 def test_lists_and_variables_join(folder: Path) -> None:
     (folder / "rocker.toml").write_text("[variables]\nplay = 0.3\n" + PIN + "\n[[loads]]\nforce = [1, 2]\n")
     m = jp.load(folder / "main.toml").with_({"joints.J1.clearance.radial": "play"})
-    assert m.data.joints["J1"].clearance.radius == 0.3
+    assert m.data.joints["J1"].clearance.radial == 0.3
     assert len(m.data.loads) == len(jp.loads(WHOLE).data.loads) + 1
 
 
@@ -86,6 +86,34 @@ def test_what_cannot_join_is_named_with_its_files(
         jp.load("main.toml")
     assert refused.value.key == key
     assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "file", "key"),
+    [
+        ("clearance = {", "clearence = {", "rocker.toml", "joints.J4"),
+        ("rocker = [0, 0]", "rocker = [0]", "rocker.toml", "joints.J4.on.rocker"),
+        ("radial = 1.0", "radial = 1e6", "rocker.toml", "joints.J4.clearance"),
+        ("rocker = [0, 0]", "roker = [0, 0]", "rocker.toml", "joints.J4"),
+        ("[joints.J4]", "[[loads]]\nforce = [1]\n\n[joints.J4]", "rocker.toml", "loads.0.force"),
+        ("[joints.J4]", '[variables]\na = "1 +"\n\n[joints.J4]', "rocker.toml", "variables.a"),
+        ("[joints.J4]", "[joints.J5]", "", ""),
+    ],
+)
+def test_a_mistake_in_a_part_names_the_part(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, old: str, new: str, file: str, key: str
+) -> None:
+    """It named the file that includes the part, in which the key cannot be found."""
+    monkeypatch.chdir(folder)
+    part = Path("rocker.toml")
+    assert old in PIN
+    part.write_text(PIN.replace(old, new, 1))
+    if not file:
+        jp.load("main.toml")
+        return
+    with pytest.raises(jp.InputError) as refused:
+        jp.load("main.toml")
+    assert (refused.value.file, refused.value.key) == (file, key)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no pipes")

@@ -42,6 +42,9 @@ def test_it_takes_the_examples(name: str) -> None:
         (("dimensions", "l2", "tolerance"), "0.2"),
         (("variables",), {"a": [1]}),
         (("variables",), 3),
+        (("variables",), {"3a": 1}),
+        (("variables",), {"sqrt": 1}),
+        (("variables",), {"a-b": 1}),
         (("drives", "theta1", "count"), 1),
         (("joints", "J1", "stiffness"), 5),
         (("joints", "J1", "stiffness"), {}),
@@ -88,11 +91,16 @@ def test_it_refuses_what_there_is_not_in_space(path: tuple[str | int, ...], valu
     assert not VALIDATOR.is_valid(data)
 
 
+@pytest.mark.parametrize("name", ["a", "a_1", "_b", "länge", "rod2", "pitch", "sinus"])
+def test_it_takes_the_names_of_variables(name: str) -> None:
+    VALIDATOR.validate({**tomllib.loads(TEXTS["four-bar"]), "variables": {name: 1}})
+
+
 def test_the_json_schema_knows_every_key_and_explains_it() -> None:
     schema = json_schema()
     tables = [table for table in schema["$defs"].values() if table["type"] == "object"]
     assert {"radial", "diametral", "law"} <= set(schema["$defs"]["RevoluteClearance"]["properties"])
-    assert {"radial", "axial", "length", "law"} <= set(schema["$defs"]["JournalClearance"]["properties"])
+    assert {"radial", "axial", "length", "law"} <= set(schema["$defs"]["BearingClearance"]["properties"])
     assert "from" in schema["$defs"]["Drive"]["properties"]
     for table in tables:
         assert table["additionalProperties"] is False
@@ -103,7 +111,8 @@ def test_the_json_schema_knows_every_key_and_explains_it() -> None:
 
 def test_every_key_of_the_examples_is_in_the_json_schema() -> None:
     known = {key for table in json_schema()["$defs"].values() for key in table.get("properties", {})}
-    named = {"joints", "drives", "dimensions", "bodies", "start", "on", "runout"}
+    named = {"joints", "drives", "dimensions", "bodies", "start", "on", "runout", "outputs", "load_cases"}
+    named |= {"patterns", "values", "variables", "grid"}
 
     def keys(node: Any, names: bool = False) -> set[str]:
         if isinstance(node, list):

@@ -206,11 +206,11 @@ def test_a_warm_assembly_is_the_warm_mechanism() -> None:
         ("bodies.ground.mass = 3", "bodies.ground: 'ground' is fixed; it has no key but expansion"),
         (
             "temperature = -100\nbodies.arm.expansion = 1e-3",
-            "joints.J.clearance.diameter: at -100 K the pin has become larger than its hole: radial clearance -0.98 mm",
+            "joints.J.clearance: at -100 K the pin has become larger than its hole: radial clearance -0.98 mm",
         ),
         (
             "temperature = { deviation = 1, tolerance = 5 }\nbodies.arm.expansion = 1e-5",
-            "joints.J.clearance.diameter: the clearance changes with a temperature that has a tolerance",
+            "joints.J.clearance: the clearance changes with a temperature that has a tolerance",
         ),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import math
 from pathlib import Path
 from typing import Any
@@ -99,7 +100,7 @@ def test_a_wildcard_reaches_a_size_in_other_words() -> None:
     """The joint in whose file the diameter stands has half of the expression as its radius."""
     m = jp.loads(SLIDER_CRANK)
     radius = m.value("joints.B.clearance.radial")
-    np.testing.assert_allclose(m.with_({"joints.A.clearance.radial": radius}).data.joints["A"].clearance.radius, 0.1)
+    np.testing.assert_allclose(m.with_({"joints.A.clearance.radial": radius}).data.joints["A"].clearance.radial, 0.1)
 
 
 def test_angles_are_in_the_unit_of_the_file() -> None:
@@ -201,7 +202,7 @@ def test_a_word_that_is_no_number_keeps_its_message(old: str, new: str, said: st
 
 def test_an_expression_needs_no_variables() -> None:
     m = jp.loads(jp.examples.text("four-bar")).with_({"joints.J1.clearance.radial": "sqrt(2) / 10"})
-    assert m.data.joints["J1"].clearance.radius == math.sqrt(2) / 10
+    assert m.data.joints["J1"].clearance.radial == math.sqrt(2) / 10
     with pytest.raises(jp.InputError, match='a number is needed, not "wide"'):
         m.with_({"joints.J1.clearance.radial": "wide"})
     with pytest.raises(jp.InputError, match="is not a variable"):
@@ -217,6 +218,29 @@ def test_the_command_sets_a_variable(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert said in capsys.readouterr().out
     assert run(["sweep", str(path), "--set", "variables.play=0.1,0.2"]) == 0
     assert said in capsys.readouterr().out
+
+
+def test_the_command_reads_expressions_wherever_it_reads_numbers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A list was split at the comma of atan2(3, 4), and numbers beside expressions were refused."""
+    path = tmp_path / "m.toml"
+    path.write_text(SLIDER_CRANK)
+    assert run(["sweep", str(path), "--set", "variables.lean=atan2(3, 4)", "--set", "variables.play=0.1,a/200"]) == 0
+    numbers = capsys.readouterr().out
+    assert run(["sweep", str(path), "--set", "variables.play=a/400:max(0.2, a/1000):2"]) == 0
+    assert capsys.readouterr().out == numbers
+    assert run(["error", str(path), "--offset", "A=play/2,-play/2"]) == 0
+    offsets = capsys.readouterr().out
+    assert run(["error", str(path), "--offset", "A=0.05,-0.05"]) == 0
+    assert capsys.readouterr().out == offsets
+    assert run(["map", str(path), "--grid", "theta=0:2*lean:3", "-q", "solve"]) == 0
+    assert run(["error", str(path), "--offset", "A=ply,0"]) == 2
+    assert "did you mean 'play'?" in capsys.readouterr().err
+    assert run(["map", str(path), "--grid", "theta=0:lena:3"]) == 2
+    assert "did you mean 'lean'?" in capsys.readouterr().err
+    assert run(["sweep", str(path), "--set", "variables.play=0.1,wide"]) == 2
+    assert "values are all numbers or all words; 'wide' is not one of" in capsys.readouterr().err
 
 
 def _both(form: str, *parts: tuple[str, str], python: str = "") -> tuple[str, str]:
@@ -241,21 +265,62 @@ EXPRESSIONS = st.recursive(
 )
 
 
+def _of_python(python: str | ast.expr) -> float:
+    names: dict[str, Any] = {name: getattr(math, name) for name in ("sqrt", "sin", "cos", "tan", "exp", "pow", "hypot")}
+    names |= {"abs": abs, "min": min, "max": max, "a": 2.5, "b": 5.0, "pi": math.pi}
+    code = python if isinstance(python, str) else compile(ast.Expression(python), "", "eval")
+    return float(eval(code, {"__builtins__": {}}, names))
+
+
 @settings(max_examples=300, deadline=None)
 @given(EXPRESSIONS)
 def test_values_are_those_of_python(both: tuple[str, str]) -> None:
+    """But for what rounding keeps from a number of few digits."""
     text, python = both
-    names: dict[str, Any] = {name: getattr(math, name) for name in ("sqrt", "sin", "cos", "tan", "exp", "pow", "hypot")}
-    names |= {"abs": abs, "min": min, "max": max, "a": 2.5, "b": 5.0, "pi": math.pi}
     try:
-        expected = float(eval(python, {"__builtins__": {}}, names))
+        expected = _of_python(python)
     except (ValueError, ZeroDivisionError, OverflowError):
         expected = math.nan
     if math.isfinite(expected) and len(text) <= LONGEST:
-        assert Variables({"a": 2.5, "b": "2 * a"}, 1.0).number(text) == expected
+        found = Variables({"a": 2.5, "b": "2 * a"}, 1.0).number(text)
+        match ast.parse(python, mode="eval").body:
+            case ast.BinOp(left=left, op=ast.Add() | ast.Sub(), right=right):
+                size = max(abs(_of_python(left)), abs(_of_python(right)))
+            case _:
+                size = abs(expected)
+        assert abs(found - expected) <= 4 * math.ulp(size)
+        assert found == expected or found == float(f"{found:.12g}")
     else:
         with pytest.raises(NotAnExpression):
             Variables({"a": 2.5, "b": "2 * a"}, 1.0).number(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("180 * sin(30)", 90.0),
+        ("sin(180)", 0.0),
+        ("cos(-90)", 0.0),
+        ("cos(420)", 0.5),
+        ("tan(-135)", 1.0),
+        ("asin(0.5)", 30.0),
+        ("3 * 0.1", 0.3),
+        ("0.3 - 3 * 0.1", 0.0),
+        ("0.1 + 0.2 - 0.3", 0.0),
+        ("sqrt(2) * sqrt(2)", 2.0),
+        ("sqrt(2)", math.sqrt(2)),
+        ("1 / 3", 1 / 3),
+        ("1e-30 / 3", 1e-30 / 3),
+    ],
+)
+def test_rounding_does_not_miss_a_number_that_is_meant(text: str, value: float) -> None:
+    """A range to "180 * sin(30)" did not hold 90, and "0.3 - 3 * 0.1" was negative."""
+    assert Variables({}, math.pi / 180).number(text) == value
+
+
+def test_a_tangent_of_a_right_angle_has_no_value() -> None:
+    with pytest.raises(NotAnExpression, match="has no finite value"):
+        Variables({}, math.pi / 180).number("tan(90)")
 
 
 @pytest.mark.parametrize("axis", ["1" * 400, f"[{'1' * 400}, 0]", "nan", "[inf, 1]"])

@@ -149,6 +149,7 @@ class Random(TypedDict):
     largest: Floats
     failures: Counts
     fallbacks: Counts
+    interference: Floats
     status: Codes
     # over-constrained, or under load
     clearance_factor: NotRequired[Floats]

@@ -8,14 +8,16 @@ import os
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
 
-from jointplay import _core, toml
-from jointplay.compile import Compiled, compile_file
+from jointplay import _core, measured, toml
+from jointplay.compile import Compiled, Loads, compile_file
 from jointplay.errors import InputError, not_known
-from jointplay.schema import validate
+from jointplay.patterns import written_out
+from jointplay.schema import MechanismFile, validate
 from jointplay.schema.keys import change, expand, value_at
 from jointplay.spec import Spec
 from jointplay.typed import typed
@@ -54,6 +56,9 @@ class Mechanism(Compiled):
         Label of every clearance offset, deviation and drive error, such as ``J1.x``.
     units : Units
         Units of the file.
+    outputs, load_cases : tuple of str
+        Names of the outputs and of the load cases that questions are asked of; empty where the file has ``[output]``
+        and no load cases, or where `only` has chosen one.
 
     Raises
     ------
@@ -62,14 +67,121 @@ class Mechanism(Compiled):
     """
 
     raw: Mapping[str, Any]
+    outputs: tuple[str, ...]
+    load_cases: tuple[str, ...]
+    #: the output and the load case that the numbers are of; empty where there is none
+    of: tuple[str, str]
+    _whole: MechanismFile
+    #: what was chosen of the same file before
+    _parts: dict[object, Mechanism]
 
     @typed
     def __init__(self, raw: Mapping[str, Any], file: str = "<data>") -> None:
         toml.check_depth(raw, file=file)
         plain: dict[str, Any] = _plain(raw)
-        compiled = compile_file(validate(plain, file), file)
+        written = written_out(plain, file)
+        try:
+            self._read(plain, validate(written.data, file), file)
+        except InputError as error:
+            raise written.as_the_user_wrote(error) from None
+
+    def _read(self, plain: dict[str, Any], data: MechanismFile, file: str) -> None:
+        outputs, cases = tuple(data.outputs), tuple(data.load_cases)
+        self._make(plain, data, file, (next(iter(outputs), ""), ""), outputs, cases, {})
+        # What is wrong with any of them is said now.
+        if cases:
+            loaded = [self.only(load_case=name).has_loads for name in cases]
+            vars(self)["has_loads"] = any(loaded)
+        for name in outputs[1:]:
+            self.only(output=name)
+
+    def _make(
+        self,
+        raw: Mapping[str, Any],
+        whole: MechanismFile,
+        file: str,
+        of: tuple[str, str],
+        outputs: tuple[str, ...],
+        load_cases: tuple[str, ...],
+        parts: dict[object, Mechanism],
+    ) -> None:
+        compiled = compile_file(whole, file, *of)
         # The class is frozen; this is where it is made.
-        vars(self).update({f.name: getattr(compiled, f.name) for f in fields(compiled)}, raw=plain)
+        vars(self).update({f.name: getattr(compiled, f.name) for f in fields(compiled)})
+        vars(self).update(raw=raw, _whole=whole, of=of, outputs=outputs, load_cases=load_cases, _parts=parts)
+
+    @typed
+    def only(self, output: str | None = None, load_case: str | None = None) -> Mechanism:
+        """The mechanism with one of its outputs, or in one of its load cases, as if the file had no others.
+
+        Parameters
+        ----------
+        output : str, optional
+            One of `outputs`; all of them if left out.
+        load_case : str, optional
+            One of `load_cases`; all of them if left out. The loads of every case act as well.
+
+        Raises
+        ------
+        InputError
+            When the file has no such output or load case.
+
+        Examples
+        --------
+        >>> from jointplay import examples
+        >>> m = loads(examples.text("four-bar")).with_({"output": None, "outputs.tip": {"body": "rocker"}})
+        >>> m.outputs, m.only(output="tip").outputs
+        (('tip',), ())
+        """
+        for name, known, key in ((output, self.outputs, "outputs"), (load_case, self.load_cases, "load_cases")):
+            if name is not None and name not in known:
+                raise InputError(not_known(name, f"one of the {key.replace('_', ' ')}", known), file=self.file, key=key)
+        of = (output or self.of[0], load_case or self.of[1])
+        return self._part(of, self.outputs if output is None else (), self.load_cases if load_case is None else ())
+
+    def without_load_cases(self) -> Mechanism:
+        """The mechanism with the loads of every case only, for what does not depend on loads."""
+        return self._part((self.of[0], ""), self.outputs, ())
+
+    @property
+    def first(self) -> Mechanism:
+        """The mechanism that the numbers are of: its first output, with the loads of every case only."""
+        return self._part(self.of, (), ())
+
+    @property
+    def every_part(self) -> list[Mechanism]:
+        """The mechanism with each of its outputs in each of its load cases."""
+        outputs, cases = self.outputs or (None,), self.load_cases or (None,)
+        return [self.only(output, case) for output in outputs for case in cases]
+
+    @property
+    def names_leader(self) -> bool:
+        """Whether one of several outputs is said to be the one that the path and a grid speak of."""
+        return any(output.leads for output in self._whole.outputs.values())
+
+    @property
+    def leader(self) -> Mechanism:
+        """The mechanism with the output that the path and a grid of positions speak of."""
+        named = [name for name, output in self._whole.outputs.items() if output.leads]
+        return self._part((named[0], ""), (), ()) if named and named[0] != self.of[0] else self
+
+    def _part(self, of: tuple[str, str], outputs: tuple[str, ...], load_cases: tuple[str, ...]) -> Mechanism:
+        key = (of, bool(outputs), bool(load_cases))
+        if key == (self.of, bool(self.outputs), bool(self.load_cases)):
+            return self
+        if key not in self._parts:
+            part = object.__new__(Mechanism)
+            part._make(self.raw, self._whole, self.file, of, outputs, load_cases, self._parts)
+            if load_cases:
+                vars(part)["has_loads"] = self.has_loads
+            self._parts[key] = part
+        return self._parts[key]
+
+    @property
+    def chosen(self) -> tuple[str | None, str | None]:
+        """The output and the load case that `only` has chosen."""
+        output, load_case = self.of
+        return (output or None if not self.outputs else None, load_case or None if not self.load_cases else None)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a mechanism is immutable; with_() gives a copy with another {name}")
@@ -87,29 +199,22 @@ class Mechanism(Compiled):
         except ValueError as error:
             raise InputError(str(error), file=self.file) from error
 
-    def core_at(self, configuration: int) -> _core.Mechanism:
-        """The mechanism in the compiled core under the loads of a configuration, where these change along the path.
-
-        Parameters
-        ----------
-        configuration : int
-            Number of the configuration, from 0.
-        """
-        if not self.loads.along or configuration == 0:
-            return self.core
-        return in_core({**self.core_spec, "loads": self.loads.at(configuration)})
-
     def under_loads_of(self, configuration: int) -> Mechanism:
-        """A copy on which the loads of a configuration act in all of them; itself where they do not change.
+        """The mechanism under the loads of a configuration; itself where they do not change along the path.
 
         Parameters
         ----------
         configuration : int
             Number of the configuration, from 0.
         """
-        loads = self.raw.get("loads", ())
-        steady = {f"loads.{k}.{name}": loads[k][name][configuration] for k, name in self.loads.changing}
-        return self.with_(steady) if steady else self
+        if not self.loads.along:
+            return self
+        steady = object.__new__(Mechanism)
+        loads = self.loads.at(configuration)
+        own = {name: value for name, value in vars(self).items() if name != "core"}
+        spec = MappingProxyType({**self.core_spec, "loads": loads})
+        vars(steady).update(own, loads=Loads(loads), core_spec=spec, _parts={})
+        return steady
 
     def spec(self) -> Spec:
         """The mechanism as the core reads it: SI units, radians, points and bodies by index. A copy."""
@@ -166,13 +271,16 @@ class Mechanism(Compiled):
         return changed(self, {**(changes or {}), **more})[0]
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Mechanism) and _canonical(self.raw) == _canonical(other.raw)
+        return isinstance(other, Mechanism) and self._identity() == other._identity()
 
     def __hash__(self) -> int:
-        return hash(_canonical(self.raw))
+        return hash(self._identity())
+
+    def _identity(self) -> tuple[object, ...]:
+        return (json.dumps(self.raw, sort_keys=True, default=str), *self.chosen)
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (Mechanism, (dict(self.raw), self.file))
+        return (_made, (dict(self.raw), self.file, *self.chosen))
 
     def __repr__(self) -> str:
         # Pieces of an elastic body are that body.
@@ -201,7 +309,7 @@ def changed(m: Mechanism, changes: Mapping[str, object]) -> tuple[Mechanism, lis
     for key, value in changes.items():
         toml.check_depth(value, file=m.file, key=key)
     reached = change(raw, {key: _plain(value) for key, value in changes.items()}, m.file)
-    return Mechanism(raw, m.file), reached
+    return Mechanism(raw, m.file).only(*m.chosen), reached
 
 
 @typed
@@ -220,7 +328,13 @@ def load(path: str | os.PathLike[str]) -> Mechanism:
     """
     name, content = toml.read(path)
     raw = _tables(content, name)
-    return Mechanism(toml.joined(raw, os.fspath(path), name) if "include" in raw else raw, name)
+    if "include" not in raw:
+        return Mechanism(measured.filled_in(raw, os.fspath(path), name), name)
+    joined = toml.joined(raw, os.fspath(path), name)
+    try:
+        return Mechanism(measured.filled_in(joined.tables, os.fspath(path), name), name)
+    except InputError as error:
+        raise joined.in_its_part(error) from None
 
 
 @typed
@@ -259,8 +373,8 @@ def _plain(value: object) -> Any:
     return value
 
 
-def _canonical(raw: Mapping[str, Any]) -> str:
-    return json.dumps(raw, sort_keys=True, default=str)
+def _made(raw: Mapping[str, Any], file: str, output: str | None, load_case: str | None) -> Mechanism:
+    return Mechanism(raw, file).only(output, load_case)
 
 
 def _absent(raw: Mapping[str, Any], key: str) -> str:

@@ -132,6 +132,11 @@ def place(poses: ArrayLike, at: ArrayLike) -> Floats:
     return position(poses) + matrix(poses) @ np.asarray(at, dtype=np.float64)
 
 
+def seen_from(poses: ArrayLike, vectors: ArrayLike) -> Floats:
+    """Vectors in the axes of bodies from those in ground axes."""
+    return np.asarray((np.swapaxes(matrix(poses), -1, -2) @ np.asarray(vectors)[..., None])[..., 0])
+
+
 def ground(size: int) -> Floats:
     """The pose of the ground, which has so many numbers."""
     pose = np.zeros(size)

@@ -3,7 +3,7 @@
 These are names and types for the type checker; the core says what they mean (`mechanism/spec.rs`) and checks them.
 """
 
-from typing import Literal, NotRequired, TypedDict
+from typing import Any, Literal, NotRequired, TypedDict
 
 End = Literal["first", "second"]
 ENDS: tuple[End, End] = ("first", "second")
@@ -60,10 +60,18 @@ class DriveSpec(MoveSpec):
     also: NotRequired[list[MoveSpec]]
 
 
+class GapSpec(TypedDict):
+    """How much the gap of a joint grows with a size."""
+
+    joint: int
+    factor: float
+
+
 class OutputSpec(TypedDict):
-    """The output point."""
+    """The output point, and the body against which it is measured if that is not the ground."""
 
     point: int
+    relative_to: NotRequired[int]
 
 
 class LoadSpec(TypedDict):
@@ -110,8 +118,10 @@ class _Moved(_Ends):
     """What a source moves, by the keys of its kind; where its offset can be, and how it scatters there."""
 
     set: SetSpec
-    law: str
+    law: str | dict[str, Any]
     joint: NotRequired[int]
+    factor: NotRequired[float]
+    also: NotRequired[list[GapSpec]]
     drive: NotRequired[int]
     second: NotRequired[bool]
     moves: NotRequired[list[GrowthSpec]]
@@ -130,6 +140,13 @@ class SourceSpec(_Moved):
     centre: list[float]
 
 
+class CorrelationSpec(TypedDict):
+    """Sources that scatter together, and what makes their scores of independent ones."""
+
+    sources: list[int]
+    factor: list[list[float]]
+
+
 class Changes(TypedDict, total=False):
     """What takes the place of parts of a mechanism, the output apart."""
 
@@ -141,6 +158,7 @@ class Changes(TypedDict, total=False):
     springs: list[SpringSpec]
     torsions: list[TorsionSpec]
     sources: list[SourceSpec]
+    correlations: list[CorrelationSpec]
 
 
 class Spec(TypedDict):
@@ -159,3 +177,4 @@ class Spec(TypedDict):
     springs: list[SpringSpec]
     torsions: list[TorsionSpec]
     sources: list[SourceSpec]
+    correlations: list[CorrelationSpec]

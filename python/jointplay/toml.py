@@ -7,6 +7,7 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +71,39 @@ def _decoded(content: bytes, name: str) -> str:
         raise InputError(f"line {line}: is not UTF-8 text (byte 0x{byte:02x}); save it as UTF-8", file=name) from None
 
 
-def joined(tables: Mapping[str, Any], path: str, file: str) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Joined:
+    """The tables of a file with those of its parts.
+
+    Attributes
+    ----------
+    tables : dict
+        As if all of them were written in the file.
+    file : str
+        Name of the file in messages.
+    came_from : dict
+        Part, and place in it, of what does not stand in the file itself, by place.
+    """
+
+    tables: dict[str, Any]
+    file: str
+    came_from: dict[tuple[str, ...], tuple[str, tuple[str, ...]]]
+
+    def in_its_part(self, error: InputError) -> InputError:
+        """The error with the file and the key where the mistake was written."""
+        steps = tuple(error.key.split(".")) if error.file == self.file else ()
+        for length in range(len(steps), 0, -1):
+            if steps[:length] in self.came_from:
+                part, place = self.came_from[steps[:length]]
+                return InputError(error.problem, file=part, key=".".join((*place, *steps[length:])))
+        return error
+
+    def file_of(self, *place: str) -> str | None:
+        """The part that gives a place; None where the file itself does."""
+        return self.came_from[place][0] if place in self.came_from else None
+
+
+def joined(tables: Mapping[str, Any], path: str, file: str) -> Joined:
     """The tables of a file with those of the files that it includes, as if they were written in it.
 
     Parameters
@@ -93,7 +126,7 @@ def joined(tables: Mapping[str, Any], path: str, file: str) -> dict[str, Any]:
         raise InputError(
             f'names of files are needed, such as ["leg.toml"], not {shown(names)}', file=file, key="include"
         )
-    came_from: dict[tuple[str, ...], str] = {}
+    joined = Joined(whole, file, {})
     total = 0
     for number, name in enumerate(names):
         key = f"include.{number}"
@@ -113,31 +146,34 @@ def joined(tables: Mapping[str, Any], path: str, file: str) -> dict[str, Any]:
         for section, value in parse(text, file=part).items():
             if section == "include":
                 raise InputError("a part that is included includes no other", file=part, key="include")
-            _join(whole, section, value, file, part, came_from)
-    return whole
+            _join(joined, section, value, file, part)
+    return joined
 
 
-def _join(
-    whole: dict[str, Any], section: str, value: Any, file: str, part: str, came_from: dict[tuple[str, ...], str]
-) -> None:
+def _join(joined: Joined, section: str, value: Any, file: str, part: str) -> None:
+    whole, came_from = joined.tables, joined.came_from
     here = whole.get(section)
     if section not in whole:
         whole[section] = dict(value) if isinstance(value, dict) else value
-        came_from |= {(section,): part} | {(section, key): part for key in (value if isinstance(value, dict) else ())}
+        came_from[section,] = part, (section,)
+        came_from |= {(section, key): (part, (section, key)) for key in (value if isinstance(value, dict) else ())}
     elif section in SHARED:
         if type(here) is not type(value) or here != value:
-            said = f"{shown(value)} in {part}, but {shown(here)} in {came_from.get((section,), file)}"
+            said = f"{shown(value)} in {part}, but {shown(here)} in {joined.file_of(section) or file}"
             raise InputError(said, file=file, key=section)
     elif isinstance(here, dict) and isinstance(value, dict):
         for key in value:
             if key in here:
-                raise InputError(_twice(file, part, came_from.get((section, key))), file=file, key=f"{section}.{key}")
-            came_from[section, key] = part
+                problem = _twice(file, part, joined.file_of(section, key))
+                raise InputError(problem, file=file, key=f"{section}.{key}")
+            came_from[section, key] = part, (section, key)
         whole[section] = {**here, **value}
     elif isinstance(here, list) and isinstance(value, list) and all(isinstance(v, dict) for v in [*here, *value]):
+        for number in range(len(value)):
+            came_from[section, str(len(here) + number)] = part, (section, str(number))
         whole[section] = [*here, *value]
     else:
-        raise InputError(_twice(file, part, came_from.get((section,))), file=file, key=section)
+        raise InputError(_twice(file, part, joined.file_of(section)), file=file, key=section)
 
 
 def _twice(file: str, part: str, before: str | None) -> str:

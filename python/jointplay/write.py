@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: dimensions that make rows of a table, the rest makes columns
-ROWS = ("mechanism", "configuration", "step")
+ROWS = ("mechanism", "output", "load_case", "configuration", "step")
 #: the extension of what is a folder
 FOLDER = ".zarr"
 #: dimensions too long for columns

@@ -20,13 +20,20 @@ TOKENS = [
 SCALARS: list[Any] = [
     0, -1, 1, 2, 1e-300, 1e-9, 1e9, 1e12, -1e12, 1e13, 1e300, 2**63, 2**100, float("nan"), float("inf"),
     float("-inf"), -0.0,
-    "2 * 0.1", "a / 2", "sqrt(-1)", "9**9**9",
-    True, False, "", "ground", "output", "J1", "a\nb", "\x1b[31m", "{}", "$x_$", "<b>", "é漢\u202e", "n" * 300,
+    "2 * 0.1", "a / 2", "sqrt(-1)", "9**9**9", "copy",
+    True, False, "", "ground", "output", "J1", "H7/g6", "a\nb", "\x1b[31m", "{}", "$x_$", "<b>", "é漢\u202e", "n" * 300,
 ]  # fmt: skip
 TABLES: list[Any] = [
     [], [0], [0, 0], [0, 0, 0], [[0, 0]], [1, "x"], [1e12, -1e12], [0] * 300, {}, {"at": [0, 0]}, {"x": 1},
     {"sigma": 0.1}, {"radial": 0.1}, {"plus": 0.1, "minus": 0}, {"a": {"b": {"c": 1}}},
-    {"a": 2, "b": "a / 3"}, {"a": "b", "b": "a"},
+    {"a": 2, "b": "a / 3"}, {"a": "b", "b": "a"}, {"a": [1, 2], "b": "copy / 2"}, {"leg": {"count": 2}},
+    {"point": [0, 0], "angle": 90},
+    {"fit": "H7/g6", "diameter": 12}, {"fit": "M6/s7", "diameter": 3}, {"fit": "K9/zz", "diameter": 1e3},
+    {"hole": {"diameter": 12, "class": "H7"}, "pin": {"diameter": 12, "class": "k6"}}, {"bearing": "C3", "bore": 10},
+    {"pert": 0.1}, {"triangular": 0}, {"beta": [0.5, 2]}, {"measured": [0, 0.1]}, {"csv": "x.csv", "column": "d"},
+    {"normal": {"cpk": 1.33, "shift": 1.5, "drift": 0.5, "sorted": False}}, {"normal": {"sigma": 0.1}},
+    [{"sources": ["l2", "J1.hole"], "rank": 1}], [{"sources": ["theta1", "l2"], "ranks": [[1, 0.5], [0.5, 1]]}],
+    {"radial": 0.1, "tolerance": 0.2}, {"gap": 0.1, "tolerance": 0.05, "length": 40}, {"diameter": 12, "tolerance": 1},
     {"on": {"ground": [0, 0], "crank": "J2"}, "stiffness": 2, "free_length": 1}, {"joint": "J1", "stiffness": 1e-3},
     {"s": {"joint": "theta", "stiffness": 5, "preload": -1e12}}, {"deviation": 40, "tolerance": 15},
     {"expansion": 1e-5},

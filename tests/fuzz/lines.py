@@ -11,14 +11,17 @@ VALUES = [
     "[]", "{}",
     "[1, 2]", "[1, 2, 3]", "{ radial = 0.1 }", "[" * 2000, "x", "é", "a\nb", "\x1b[0m", "\udcff", "0:1:3", "1,2",
     "0:1:0", ",", ":", "::",
-    "0:1:99999999999", "=", "", " ", "*", "1_000", "0x10", "1979-05-27", '"' * 3, "$x$",
+    "0:1:99999999999", "0:2 * 3:3", "1,atan2(1, 2)", "(,", "0:(:3",
+    "=", "", " ", "*", "1_000", "0x10", "1979-05-27", '"' * 3, "$x$",
 ]  # fmt: skip
 KEYS = [
     "title", "joints.*.clearance.radial", "joints.J1.clearance.radial", "joints.J1.clearance", "drives.theta1.values",
+    "joints.J1.clearance.fit",
     "drives.theta1.error", "loads", "loads.0.force", "gravity", "limits.singular_value", "output.at", "output.body",
     "units.length", "space", "format", "*", "*.*", "joints.*", "a", "a.b.c", "", ".", "..", "joints", "joints..x",
     "start",
     ".".join("a" * 50), "a." * 3000 + "a", "drives.*.values", "dimensions.l2.deviation", "J1", "J1.x", "l2", "theta1",
+    "patterns.leg.count", "patterns.*.joints.*.clearance.radial", "patterns",
     "x", "y", "angle", "left", "right", "é", "\udcff", "path", "path.x", "grid.x", "\x1b",
 ]  # fmt: skip
 TARGETS = [

@@ -218,6 +218,16 @@ impl Mechanism {
         Ok(array.into_pyarray(py))
     }
 
+    /// Pose of the output in configurations that are solved already.
+    fn output<'py>(&self, py: Python<'py>, poses: PyReadonlyArray3<'py, f64>) -> PyResult<Matrix<'py>> {
+        let core = &self.core;
+        let (shape, coordinates) = leading(&poses, &[core.n_bodies(), core.n_body_coordinates()], "poses")?;
+        let found = work(py, || core.outputs(&coordinates))?;
+        let array =
+            Array2::from_shape_vec((shape[0], core.size()), found).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Ok(array.into_pyarray(py))
+    }
+
     /// How near configurations that are solved already are to a singular one.
     fn measure<'py>(
         &self,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay import poses
-from jointplay.compile import LENGTHS
+from jointplay.compile import LENGTHS, described
+from jointplay.gaps import clearance_of, scattering
 from jointplay.mobility import Misfit, SelfStress, examine
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
@@ -38,15 +39,16 @@ def check(m: Mechanism) -> xr.Dataset:
     -------
     xarray.Dataset
         Over `joint` its kind and bodies (`joint_kind`, `first_body`, `second_body`); over `body` where the file says it
-        is (`guess`); over `source` its `size`; over `drive` its `driven_joint`. Where bodies are elastic, over
-        `member`: `member_joint`, `member_length`, `member_stiffness` (along it). Where there are springs, over
-        `spring`: `spring_on`, `spring_stiffness`. Where constraints are redundant, over
+        is (`guess`); over `source` its `size`; over `drive` its `driven_joint`. Where sizes scatter, over `clearance`:
+        `play` (least and most travel from side to side, negative with interference) and `play_given` (how it is given).
+        Where bodies are elastic, over `member`: `member_joint`, `member_length`, `member_stiffness` (along it). Where
+        there are springs, over `spring`: `spring_on`, `spring_stiffness`. Where constraints are redundant, over
         `number`: `self_stress` (reactions that need no load, the largest force 1) and `self_stress_members` (what they
         run through). Where parts are not drawn to fit, `gap` over `joint` (how far it stays open in nominal poses) and
         the attribute `misfit` (a sentence: what would close it). Attributes: `degrees_of_freedom`, `redundancy` (how
         many constraints are redundant), `mobility` (a sentence), `determinate` (whether the drives decide every pose
         just once), `decided` (once or more, with no drive too many), `assembled` (whether the mechanism can be
-        assembled near the start), as 0 or 1.
+        assembled near the start), as 0 or 1; `outputs` and `load_cases` (names, where the file has several).
 
     Examples
     --------
@@ -92,8 +94,12 @@ def compute(m: Mechanism) -> Result:
         sizes, units = _sizes(m)
         builder.add("size", "source", sizes, "largest offset: radius, gap or larger tolerance")
         builder.coords["source_unit"] = Variable(("source",), np.array(units, dtype=str), "", "unit along source")
+    _plays(m, builder)
     values = m.drive_values if m.drive_values is not None else m.targets
     builder.attrs["configurations"] = 0 if values is None else len(values)
+    for name, several in (("outputs", m.outputs), ("load_cases", m.load_cases)):
+        if several:
+            builder.attrs[name] = ", ".join(several)
     return builder.result()
 
 
@@ -151,12 +157,28 @@ def _self_stresses(m: Mechanism, builder: Builder, found: Sequence[SelfStress]) 
     builder.add("self_stress_members", "number", words, "bodies that the self-stress runs through")
 
 
+def _plays(m: Mechanism, builder: Builder) -> None:
+    """The clearances whose size scatters: what makes them, and the travel from side to side that this allows."""
+    found = scattering(m)
+    if not found:
+        return
+    names = [m.sources[k] for k in found]
+    builder.labels("clearance", np.array(names, dtype=str), "clearance whose size scatters")
+    travel = 2.0 * np.array([*found.values()])
+    words = "least and most travel from side to side; negative where hole and pin have interference"
+    builder.add("play", ("clearance", "side"), travel, words, "length")
+    # A pin with several bodies, or a universal joint, stands once in the file.
+    joints = [m.data.joints[name.partition("/")[0].partition(".")[0]] for name in names]
+    given = [described(getattr(joint, "clearance", None)) for joint in joints]
+    builder.add("play_given", "clearance", np.array(given, dtype=str), "how it is given")
+
+
 def _sizes(m: Mechanism) -> tuple[Floats, list[str]]:
     """The size of every source's set in units of the file, and those units."""
     sizes: list[float] = []
     units: list[str] = []
-    for s, source in enumerate(m.core_spec["sources"]):
-        ((shape, size),) = source["set"].items()
+    for s in range(len(m.sources)):
+        shape, size = clearance_of(m, s)
         names = ("low", "high") if shape == "interval" else SIZES
         value = max(abs(size[name]) for name in names if name in size)
         first = int(np.flatnonzero(m.parameter_source == s)[0])

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay import poses
-from jointplay.errors import InputError, not_known
+from jointplay.errors import InputError, listed, not_known
 from jointplay.mobility import require_determinate
 from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, align, axes_of, split, stack, to_dataset
@@ -88,6 +88,9 @@ def compute(
     if a.components != b.components:
         spaces = f"{a.data.space} and {b.data.space}"
         raise InputError(f"one moves in the plane and one in space ({spaces}), so their errors cannot be compared")
+    if a.outputs != b.outputs or a.load_cases != b.load_cases:
+        held = " and ".join(f"{listed(m.outputs)} (load cases: {listed(m.load_cases)})" for m in (a, b))
+        raise InputError(f"two mechanisms are compared by the same outputs and load cases; here: {held}")
     followed = _components(b, components)
     labels = _labels(a, b, names)
     require_determinate(b, over_constrained=True)

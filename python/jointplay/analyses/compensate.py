@@ -25,6 +25,7 @@ from jointplay.typed import typed
 from .loaded import require_loads
 from .nominal import Codes, Floats, Nominal, nominal, report
 from .offsets import Offsets, array_of, parameters
+from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,6 +102,7 @@ class Correction:
     settled: NDArray[np.bool_]
 
 
+@of_each(lambda given: given["question"] == "loaded")
 def compute(
     m: Mechanism,
     question: str = "loaded",
@@ -218,7 +220,9 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
             found = m.core.loaded(drives, at.poses[places])
             return found["error"], at.worse(found["status"], places)
         numbers = np.arange(len(at))[places]
-        each = [m.core_at(int(n)).loaded(drives[k : k + 1], at.poses[n : n + 1]) for k, n in enumerate(numbers)]
+        each = [
+            m.under_loads_of(int(n)).core.loaded(drives[k : k + 1], at.poses[n : n + 1]) for k, n in enumerate(numbers)
+        ]
         error, status = (np.concatenate([one[name] for one in each]) for name in ("error", "status"))
         return error, at.worse(status, places)
 

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay import poses
+from jointplay.gaps import attributes
 from jointplay.model import Mechanism
-from jointplay.result import Result, to_dataset
+from jointplay.result import Result, parts, to_dataset
 from jointplay.typed import typed
 
 from .nominal import Floats, Nominal, nominal, report
 from .offsets import Offsets, admissible, parameters
+from .several import of_each, of_outputs
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +29,8 @@ def given(
     m: Mechanism,
     offsets: Offsets | xr.DataArray | xr.Dataset | None = None,
     deviations: Mapping[str, Any] | None = None,
+    *,
+    sizes: str = "middle",
 ) -> xr.Dataset:
     """Find the pose error for given clearance offsets and deviations.
 
@@ -41,6 +45,9 @@ def given(
     deviations : mapping, optional
         The same for dimensions, locked angles and drive errors: the whole deviation, in place of the known one of
         the file. They may stand among the offsets as well.
+    sizes : {"middle", "largest", "smallest"}
+        Which sizes clearances have that scatter: in the middle of their limits, or those with the largest or the
+        smallest play. A size that is named (``{"J1.hole": 0.005}``: its difference from the middle) has its own value.
 
     Returns
     -------
@@ -65,19 +72,21 @@ def given(
     >>> jp.given(m, {"J1": [0.5, 0], "J3.x": -1}).error[0].values.round(3)
     array([-0.183,  0.255,  0.12 ])
     """
-    return to_dataset(compute(m, offsets, deviations))
+    return to_dataset(compute(m, offsets, deviations, sizes=sizes))
 
 
+@of_each(lambda _: False)
 def compute(
     m: Mechanism,
     offsets: Offsets | xr.DataArray | xr.Dataset | None = None,
     deviations: Mapping[str, Any] | None = None,
     *,
+    sizes: str = "middle",
     at: Nominal | None = None,
 ) -> Result:
     """The light form of `given`."""
     at = at or nominal(m)
-    u = parameters(m, len(at), {} if offsets is None else offsets, deviations or {})
+    u = parameters(m, len(at), {} if offsets is None else offsets, deviations or {}, sizes)
     # Offsets of another result are nan where it has none.
     unknown = np.isnan(u).sum(axis=1) > 0
     found = m.core.given(at.drives, at.poses, np.where(unknown[:, None], m.centre, u))
@@ -85,7 +94,7 @@ def compute(
         found[name][unknown] = np.nan
     slopes = m.core.sensitivity(at.drives, at.poses)["source"]
     pose = ("configuration", "component")
-    builder = report(m, "given", at)
+    builder = report(m, "given", at, **attributes(m, sizes))
     builder.add("error", pose, found["error"], "error of the output, actual - nominal", "component")
     builder.add("error_first_order", pose, found["error_first_order"], "error to first order", "component")
     builder.add(
@@ -119,6 +128,9 @@ def compute(
 
 def at_worst(m: Mechanism, worst: Result) -> Result:
     """The light form of `given` at the offsets of the largest position error, which it reproduces."""
+    if m.outputs:
+        own = zip(m.outputs, parts(worst), strict=False)
+        return of_outputs(m, [at_worst(m.only(output=name), part) for name, (_, part) in own])
     result = compute(m, worst.get("worst_offset", extreme="position"))
     return Result(result.coords, result.data, {**result.attrs, "offsets_of": "the largest position error"})
 

@@ -16,21 +16,22 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from jointplay import _core
 from jointplay.answers import Loaded
 from jointplay.errors import InputError
+from jointplay.gaps import attributes, core_with
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, to_dataset
 from jointplay.typed import typed
 
 from .nominal import Columns, Nominal, batched, finished, nominal, report
+from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 @typed
-def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Dataset:
+def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str = "middle") -> xr.Dataset:
     """Find the pose error where the loads take up the clearances.
 
     Parameters
@@ -44,6 +45,9 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Data
     details : bool
         Whether more is returned than `error`, `undetermined`, `iterations`, `status` and, of an over-constrained
         mechanism, `clearance_factor`. For very many configurations the rest takes most of the time and the memory.
+    sizes : {"middle", "largest", "smallest"}
+        Which sizes clearances have that scatter: in the middle of their limits, or those with the largest or the
+        smallest play.
 
     Returns
     -------
@@ -74,11 +78,18 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True) -> xr.Data
     >>> result.error.sel(component=["x", "y"])[0].values.round(4)
     array([ 0.9505, -3.1031])
     """
-    return to_dataset(compute(m, exact=exact, details=details))
+    return to_dataset(compute(m, exact=exact, details=details, sizes=sizes))
 
 
+@of_each(lambda _: True)
 def compute(
-    m: Mechanism, *, exact: bool = True, details: bool = True, offset: bool = False, at: Nominal | None = None
+    m: Mechanism,
+    *,
+    exact: bool = True,
+    details: bool = True,
+    sizes: str = "middle",
+    offset: bool = False,
+    at: Nominal | None = None,
 ) -> Result:
     """The light form of `loaded`; `offset` asks for the offsets without the other details."""
     require_loads(m)
@@ -87,11 +98,13 @@ def compute(
     found, done = under_loads(
         m,
         count,
-        lambda core, part: core.loaded(drives[part], poses[part], exact, offset or details, details, partly=True),
+        lambda one, part: core_with(one, sizes).loaded(
+            drives[part], poses[part], exact, offset or details, details, partly=True
+        ),
     )
     at = at.first(done)
     pose = ("configuration", "component")
-    builder = report(m, "loaded", at)
+    builder = report(m, "loaded", at, **attributes(m, sizes))
     words = "error of the output, actual - nominal" + ("" if exact else ", to first order")
     builder.add("error", pose, found["error"], words, "component")
     builder.add(
@@ -113,17 +126,17 @@ def compute(
     return finished(builder, done, count)
 
 
-def under_loads(m: Mechanism, count: int, run: Callable[[_core.Mechanism, slice], Columns]) -> tuple[Columns, int]:
+def under_loads(m: Mechanism, count: int, run: Callable[[Mechanism, slice], Columns]) -> tuple[Columns, int]:
     """What a question gives for all configurations, each under its own loads; and how many of them are done."""
 
     def rows(part: slice) -> Columns:
         # Without the totals, which belong to no configuration.
-        found = {name: array for name, array in run(m.core_at(part.start), part).items() if np.ndim(array)}
+        found = {name: array for name, array in run(m.under_loads_of(part.start), part).items() if np.ndim(array)}
         return cast("Columns", found)
 
     if m.loads.along:
         return batched(count, 1, rows, None)
-    found = run(m.core, slice(count))
+    found = run(m, slice(count))
     return found, len(found["status"])
 
 
@@ -187,7 +200,7 @@ def _strain(m: Mechanism, builder: Builder, found: Loaded) -> None:
 def require_loads(m: Mechanism) -> None:
     """Refuse a mechanism on which nothing acts; redundant members may load each other."""
     if not m.has_loads and m.core.isostatic:
-        problem = (
-            "nothing loads the mechanism: add [[loads]] with a force or a moment, [springs.NAME], or gravity and masses"
-        )
+        where = f" in load case '{m.of[1]}'" if m.of[1] else ""
+        what = "[[loads]] with a force or a moment, [springs.NAME], or gravity and masses"
+        problem = f"nothing loads the mechanism{where}: add {what}"
         raise InputError(problem, file=m.file, key="loads")

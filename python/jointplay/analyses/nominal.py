@@ -89,6 +89,8 @@ def nominal(m: Mechanism) -> Nominal:
         When the mechanism has too few or too many drives, or only has a grid.
     """
     require_determinate(m, over_constrained=True)
+    if m.targets is not None and m.leader is not m:
+        return carried(nominal(m.leader), m.leader, m)
     if m.drive_values is not None:
         # A drive has its commanded value also where the links cannot follow.
         return replace(_of(m.core.solve(m.drive_values)), drives=m.drive_values)
@@ -96,6 +98,24 @@ def nominal(m: Mechanism) -> Nominal:
         problem = "the file has a [grid] for `map`; for anything else give the drives values, or the output a [path]"
         raise InputError(problem, file=m.file, key="drives")
     return follow(m, m.targets, m.target_components)
+
+
+def carried(at: Nominal, known: Mechanism, m: Mechanism) -> Nominal:
+    """Configurations of a mechanism as those of the same with another output or in another load case."""
+    # Pieces of an elastic body that only one of them has move with the body.
+    own = [known.bodies.index(name if name in known.bodies else m.owners[k]) for k, name in enumerate(m.bodies)]
+    poses = np.ascontiguousarray(at.poses[:, own])
+    if np.isnan(at.singular_value).all() or (known.bodies == m.bodies and known.length == m.length):
+        return replace(at, poses=poses, output=m.core.output(poses))
+    found = m.core.measure(at.drives, poses)
+    return replace(
+        at,
+        poses=poses,
+        output=found["output"],
+        status=np.where(at.status != 0, at.status, found["status"]),
+        singular_value=found["singular_value"],
+        singular_motion=found["singular_motion"],
+    )
 
 
 def follow(m: Mechanism, targets: Floats, components: tuple[str, ...]) -> Nominal:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.errors import InputError, listed, not_known, shown
+from jointplay.gaps import centre, clearance_of
 from jointplay.model import Mechanism
 from jointplay.result import axes_of
 from jointplay.schema.values import LARGEST
@@ -24,15 +25,19 @@ SLACK = 1e-9
 
 
 def parameters(
-    m: Mechanism, count: int, offsets: Offsets | xr.DataArray | xr.Dataset, deviations: Mapping[str, Any]
+    m: Mechanism,
+    count: int,
+    offsets: Offsets | xr.DataArray | xr.Dataset,
+    deviations: Mapping[str, Any],
+    sizes: str = "middle",
 ) -> Floats:
     """The vector u of every configuration, SI, shape (configuration, parameter).
 
-    What is not named stays at its known deviation, zero for clearances.
+    What is not named stays at its known deviation, zero for clearances; sizes where `sizes` says.
     """
     if not isinstance(offsets, Mapping) or hasattr(offsets, "data_vars"):
         return _from_array(m, count, offsets, deviations)
-    u = np.tile(m.centre, (count, 1))
+    u = np.tile(centre(m, sizes), (count, 1))
     named: set[int] = set()
     for name, value in offsets.items():
         _put(m, u, _columns(m, str(name), "offsets"), value, str(name), named)
@@ -134,7 +139,7 @@ def admissible(m: Mechanism, u: Floats) -> NDArray[np.bool_]:
     for s, source in enumerate(m.core_spec["sources"]):
         columns = np.flatnonzero(m.parameter_source == s)
         away = u[:, columns] - np.array(source["centre"])
-        ((shape, size),) = source["set"].items()
+        shape, size = clearance_of(m, s, u)
         slack = SLACK * m.length
         if shape == "interval":
             angular = axes_of(m)["parameter"].kinds[columns[0]] == "angle"
@@ -145,7 +150,7 @@ def admissible(m: Mechanism, u: Floats) -> NDArray[np.bool_]:
     return inside
 
 
-def beyond(shape: str, size: Mapping[str, float], away: Floats) -> Floats:
+def beyond(shape: str, size: Mapping[str, Any], away: Floats) -> Floats:
     """How far outside the set of a clearance offsets are, in metres; not above zero inside. Shape (configuration,)."""
     moves: Floats = np.abs(away.T)
     outside: Floats
@@ -173,7 +178,7 @@ def beyond(shape: str, size: Mapping[str, float], away: Floats) -> Floats:
     return outside
 
 
-def _pin_ends(size: Mapping[str, float], away: Floats) -> Floats:
+def _pin_ends(size: Mapping[str, Any], away: Floats) -> Floats:
     """How far the farther end of a pin is beyond the wall; offsets are side, normal, tilt_side, tilt_normal."""
     side, normal, tilt_side, tilt_normal = away.T
     # An end is at +- half_length along the axis; turned by the tilt it moves across by tilt x axis.

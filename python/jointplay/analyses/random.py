@@ -21,6 +21,7 @@ from jointplay.typed import typed
 
 from .loaded import require_loads
 from .nominal import Nominal, Progress, batched, finished, nominal, report
+from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,7 +73,8 @@ def random(
         Over `configuration`: `error_mean`, `error_std`, `error_covariance` (also with `_first_order`), `error_quantile`
         and `largest` (of every component, position, rotation; quantiles are known within `quantile_resolution`),
         `histogram` with `edge`, `outside` (share beyond the limits of the file), `failures` (samples by outcome; no
-        sample is dropped silently, and those that the load leaves `undetermined` are included), `contribution`
+        sample is dropped silently, and those that the load leaves `undetermined` are included), `interference` (where
+        sizes of clearances scatter: share of the specimens, per source, in which a pair has none), `contribution`
         (variance per source; they add up to the first-order one), `nominal`, `status`.
 
         An over-constrained mechanism, or an elastic one under load, has as well: `clearance_factor_quantile` (of the
@@ -97,6 +99,7 @@ def random(
     return to_dataset(compute(m, samples, seed, law, contact=contact, probabilities=probabilities, threads=threads))
 
 
+@of_each(lambda given: given["contact"] == "loaded")
 def compute(
     m: Mechanism,
     samples: int = 100_000,
@@ -125,7 +128,7 @@ def compute(
         nonlocal drawn
         if drawn < samples:
             raise KeyboardInterrupt
-        found = (m.core_at(part.start) if is_loaded else m.core).random(
+        found = (m.under_loads_of(part.start) if is_loaded else m).core.random(
             drives[part],
             poses[part],
             samples,
@@ -217,6 +220,9 @@ def _distribution(builder: Builder, found: Random, levels: NDArray[np.float64], 
     builder.add("histogram", (*per, "bin"), found["histogram"].astype(np.int64), "specimens in the bin")
     builder.add("edge", (*per, "bin_edge"), found["edges"], "edges of the bins", "quantity")
     builder.add("outside", "configuration", found["outside"], "share of the specimens beyond the limits")
+    if "size" in m.source_kinds:
+        words = "share of the specimens in which hole and pin have interference, and no play"
+        builder.add("interference", ("configuration", "source"), found["interference"], words)
     failures = found["failures"].astype(np.int64)
     builder.add("failures", ("configuration", "outcome"), failures, "specimens by outcome")
     if not np.isnan(m.limits.position):

@@ -218,10 +218,14 @@ class Path:
         return float(self.scaled.closure(state.pose[None])[0][0]) if state.is_closed else 0.0
 
     def _output(self, states: Floats) -> Floats:
-        """Position of the output point, three coordinates."""
+        """Position of the output point, three coordinates, in the axes in which it is measured."""
         spec = self.m.core_spec
         point = spec["points"][spec["output"]["point"]]
-        return poses.place(states[:, point["body"]], point["at"])
+        place = poses.place(states[:, point["body"]], point["at"])
+        if "relative_to" not in spec["output"]:
+            return place
+        other = states[:, spec["output"]["relative_to"]]
+        return poses.seen_from(other, place - poses.position(other))
 
     def _kind(self, pose: Floats) -> str:
         values = self.scaled.measure(pose[None], range(len(self.scaled.units)))["values"][0]

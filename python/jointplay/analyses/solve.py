@@ -15,6 +15,7 @@ from jointplay.result import Result, Variable, to_dataset
 from jointplay.typed import typed
 
 from .nominal import Floats, Nominal, nominal, report
+from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,6 +54,7 @@ def solve(m: Mechanism) -> xr.Dataset:
     return to_dataset(compute(m))
 
 
+@of_each(lambda _: False)
 def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     """The light form of `solve`; at configurations that are solved already, without the targets of a path."""
     on_path = at is None and m.targets is not None

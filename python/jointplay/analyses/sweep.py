@@ -10,8 +10,9 @@ import numpy as np
 
 from jointplay.compile import ANGULAR
 from jointplay.errors import InputError, shown
-from jointplay.model import Mechanism
+from jointplay.model import Mechanism, changed
 from jointplay.result import Result, Variable, coordinate_names, stack, to_dataset
+from jointplay.schema import NotAnExpression, Variables, variables_of
 from jointplay.typed import typed
 
 from .nominal import Interrupted, Progress
@@ -51,7 +52,7 @@ def sweep(
         Dotted key, ``*`` for every entry that has the rest of it: ``joints.*.clearance.radial``. Several keys get the
         same value.
     values : iterable of float or str
-        In the units of the file.
+        In the units of the file; expressions in its variables may be among them.
     question : {"worst", "loaded", "random", "given", "solve"}
     name : str, optional
         Of the new dimension; the last word of the key if left out, or the whole key where the results have that word.
@@ -61,7 +62,8 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        The variables of the question with a new leading dimension, its coordinate the values.
+        The variables of the question with a new leading dimension, its coordinate the values. The attribute
+        ``reached`` says of every key with a ``*`` what it reached.
 
     Raises
     ------
@@ -94,11 +96,13 @@ def compute(
     check_options(question, options, "sweep")
     keys = (key,) if isinstance(key, str) else tuple(key)
     steps = _checked(m, keys, values)
+    labels = _labels(m, keys[0], steps)
     results: list[Result] = []
+    reached: list[str] = []
     try:
         for value in steps:
-            changed = m.with_(dict.fromkeys(keys, value))
-            result = ask(changed, **options)
+            copy, reached = changed(m, dict.fromkeys(keys, value))
+            result = ask(copy, **options)
             if results:
                 _check_shape(m, keys[0], value, results[0], result)
             results.append(result)
@@ -108,7 +112,7 @@ def compute(
         if not results:
             # Part of one value is no sweep.
             raise KeyboardInterrupt from None
-    swept = _stacked(m, keys, steps[: len(results)], name, results)
+    swept = _stacked(m, keys, labels[: len(results)], name, results, reached)
     if len(results) < len(steps):
         incomplete = f"interrupted after {len(results)} of {len(steps)} values"
         raise Interrupted(Result(swept.coords, swept.data, {**swept.attrs, "incomplete": incomplete}))
@@ -122,11 +126,27 @@ def _checked(m: Mechanism, keys: tuple[str, ...], values: Iterable[float | str])
     if not 1 <= len(steps) <= MOST_VALUES:
         few = "needs at least one value"
         raise InputError(f"more than {MOST_VALUES} values" if steps else few, file=m.file, key=keys[0])
-    kinds = {str if isinstance(value, str) else float for value in steps}
     for value in steps:
-        if isinstance(value, bool) or not isinstance(value, int | float | str) or len(kinds) > 1:
-            raise InputError(f"values are all numbers or all words; here is {shown(value)}", file=m.file, key=keys[0])
+        if isinstance(value, bool) or not isinstance(value, int | float | str):
+            raise InputError(f"values are numbers, expressions or words, not {shown(value)}", file=m.file, key=keys[0])
     return steps
+
+
+def _labels(m: Mechanism, key: str, steps: list[float | str]) -> list[float | str]:
+    """The values as the new dimension has them: expressions among numbers are numbers, too.
+
+    Raises
+    ------
+    InputError
+        When words are among the numbers.
+    """
+    if len({isinstance(value, str) for value in steps}) < 2:
+        return steps
+    variables = Variables(*variables_of(m.raw))
+    try:
+        return [variables.number(value) if isinstance(value, str) else value for value in steps]
+    except NotAnExpression as problem:
+        raise InputError(f"values are all numbers or all words; {problem}", file=m.file, key=key) from None
 
 
 def _check_shape(m: Mechanism, key: str, value: object, first: Result, result: Result) -> None:
@@ -139,7 +159,12 @@ def _check_shape(m: Mechanism, key: str, value: object, first: Result, result: R
 
 
 def _stacked(
-    m: Mechanism, keys: tuple[str, ...], steps: list[float | str], name: str | None, results: list[Result]
+    m: Mechanism,
+    keys: tuple[str, ...],
+    steps: list[float | str],
+    name: str | None,
+    results: list[Result],
+    reached: list[str],
 ) -> Result:
     first = results[0]
     taken = {*first.coords, *first.data, *first.sizes}
@@ -151,12 +176,15 @@ def _stacked(
             word = keys[0].replace(".*", "").replace(".", "_")
         (dim,) = coordinate_names([word], taken, "sweep_")
     along = Variable((dim,), np.array(steps), _unit(m, keys[0]), ", ".join(keys))
-    return stack(results, along, {**first.attrs, "sweep": dim})
+    attrs = {"sweep": dim} | ({"reached": "\n".join(reached)} if reached else {})
+    return stack(results, along, {**first.attrs, **attrs})
 
 
 def _unit(m: Mechanism, key: str) -> str:
     """Unit of a value of the file; none where it is a word, a count or not known."""
     parts = key.split(".")
+    if parts[0] == "patterns" and len(parts) > 3:
+        parts = parts[2:]
     words = [part for part in parts if not part.isdigit()]
     if parts[0] == "gravity":
         return "m/s^2"
@@ -170,7 +198,7 @@ def _unit(m: Mechanism, key: str) -> str:
         return _unit_of_spring(m, parts[1], words[-1])
     if parts[0] == "bodies":
         return _unit_of_body(m, words[-1])
-    if parts[0] == "loads":
+    if parts[0] in ("loads", "load_cases"):
         return {"force": m.units.force_name, "moment": m.units.moment_name}.get(words[-1], m.units.length_name)
     if parts[0] == "dimensions" and words[-1] not in ("law", "body", "between"):
         return m.units.length_name
@@ -178,7 +206,9 @@ def _unit(m: Mechanism, key: str) -> str:
         return m.units.length_name if words[-1] != "law" else ""
     if parts[0] == "drives" and words[-1] not in ("law", "count", "joint") and "joints" not in parts:
         turns = {
-            m.joint_kinds[j] in ANGULAR for d, j in zip(m.drives, m.drive_joints, strict=True) if parts[1] in ("*", d)
+            m.joint_kinds[j] in ANGULAR
+            for d, j in zip(m.drives, m.drive_joints, strict=True)
+            if parts[1] in ("*", d, d.rpartition("_")[0])
         }
         return "" if len(turns) != 1 else m.units.angle_name if turns.pop() else m.units.length_name
     if words[-1] in ANGLES or (parts[0] == "joints" and "angle" in parts):

@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING
 
 from jointplay.answers import Worst
 from jointplay.errors import in_range
+from jointplay.gaps import tight
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
 from jointplay.typed import typed
 
 from .nominal import Nominal, Progress, batched, finished, nominal, report
+from .several import of_each
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,6 +66,7 @@ def worst(m: Mechanism, *, starts: int = 24) -> xr.Dataset:
     return to_dataset(compute(m, starts=starts))
 
 
+@of_each(lambda _: False)
 def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progress: Progress | None = None) -> Result:
     """The light form of `worst`."""
     in_range(starts, "starts", "a number of starts", 1, MOST_STARTS)
@@ -76,6 +79,11 @@ def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progre
     found, done = batched(len(at), BATCH, run, progress)
     at = at.first(done)
     builder = report(m, "worst", at)
+    if some := tight(m):
+        builder.attrs["some_without_play"] = ", ".join(some)
+    if groups := m.data.correlations:
+        names = (name for group in groups for name in group.sources)
+        builder.attrs["correlations_ignored"] = ", ".join(names)
     sides = ("configuration", "component", "side")
     exact = found["position"], found["rotation"], found["component"]
     linear = found["position_first_order"], found["rotation_first_order"], found["component_first_order"]

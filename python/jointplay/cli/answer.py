@@ -25,13 +25,22 @@ if TYPE_CHECKING:
 UNLIMITED = 400
 
 
-def mechanism(file: str, settings: Sequence[str] | Mapping[str, str] | None) -> Mechanism:
-    """The mechanism of a file with changes; what a key with a `*` reached goes to stderr."""
+def mechanism(
+    file: str,
+    settings: Sequence[str] | Mapping[str, str] | None,
+    output: str | None = None,
+    load_case: str | None = None,
+) -> Mechanism:
+    """The mechanism of a file with changes, perhaps with one of its outputs or load cases only.
+
+    What a key with a `*` reached goes to stderr.
+    """
     from jointplay.model import load
 
     pairs = settings if isinstance(settings, Mapping) else assignments(settings or (), "--set")
     m = load(file)
-    return change(m, {key: value(text, key) for key, text in pairs.items()}) if pairs else m
+    m = change(m, {key: value(text, key) for key, text in pairs.items()}) if pairs else m
+    return m.only(output, load_case)
 
 
 def change(m: Mechanism, settings: Mapping[str, object]) -> Mechanism:
@@ -39,13 +48,34 @@ def change(m: Mechanism, settings: Mapping[str, object]) -> Mechanism:
     from jointplay.model import changed
 
     copy, reached = changed(m, settings)
-    sys.stderr.write("".join(f"{line}\n" for line in reached))
+    say(reached)
     return copy
 
 
-def offsets(given: Sequence[str] | None) -> dict[str, Any]:
+def say(lines: Sequence[str]) -> None:
+    """Write lines to stderr."""
+    sys.stderr.write("".join(f"{one_line(line)}\n" for line in lines))
+
+
+def reader(m: Mechanism) -> Callable[[str], float]:
+    """Finds the values of expressions in the variables of a mechanism."""
+    from jointplay.schema import NotAnExpression, Variables, variables_of
+
+    variables = Variables(*variables_of(m.raw))
+
+    def read(text: str) -> float:
+        try:
+            return variables.number(text)
+        except NotAnExpression as problem:
+            raise ValueError(str(problem)) from None
+
+    return read
+
+
+def offsets(m: Mechanism, given: Sequence[str] | None) -> dict[str, Any]:
     """Offsets by name."""
-    return {name: numbers(text, f"--offset {name}") for name, text in assignments(given or (), "--offset").items()}
+    pairs = assignments(given or (), "--offset")
+    return {name: numbers(text, f"--offset {name}", None, reader(m)) for name, text in pairs.items()}
 
 
 def scatter(samples: int, seed: int, law: Law | None, contact: Contact) -> dict[str, Any]:

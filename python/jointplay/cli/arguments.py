@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from jointplay import toml
@@ -48,8 +48,15 @@ def value(text: str, key: str = "") -> Any:
     return parsed["value"] if len(parsed) == 1 else text
 
 
-def numbers(text: str, option: str, counts: tuple[int, ...] | None = None) -> float | tuple[float, ...]:
-    """Numbers between commas; a single one as it is.
+NOT_NUMBERS = "is not a number, or numbers with commas between them"
+#: finds the value of an expression; raises ValueError
+Read = Callable[[str], float]
+
+
+def numbers(
+    text: str, option: str, counts: tuple[int, ...] | None = None, read: Read = float
+) -> float | tuple[float, ...]:
+    """Numbers or expressions between commas; a single one as it is.
 
     Raises
     ------
@@ -57,36 +64,68 @@ def numbers(text: str, option: str, counts: tuple[int, ...] | None = None) -> fl
         When something is not a number, or there are not as many as `counts` allows.
     """
     try:
-        found = tuple(_bounded(part, option) for part in text.split(","))
-    except ValueError:
-        raise InputError(f"{shown(text)} is not a number, or numbers with commas between them", key=option) from None
+        found = tuple(_bounded(part, option, read) for part in parts(text, ","))
+    except ValueError as error:
+        why = f": {error}" if read is not float and not _looks_plain(text) else ""
+        raise InputError(f"{shown(text)} {NOT_NUMBERS}{why}", key=option) from None
     if counts is not None and len(found) not in counts:
         wanted = " or ".join(map(str, counts))
         raise InputError(f"needs {wanted} numbers with commas between them, not {shown(text)}", key=option)
     return found[0] if len(found) == 1 and counts is None else found
 
 
-def _bounded(text: str, option: str) -> float:
+def parts(text: str, mark: str) -> list[str]:
+    """What stands between the marks outside of brackets.
+
+    Examples
+    --------
+    >>> parts("0.1,atan2(3, 4),a / 2", ",")
+    ['0.1', 'atan2(3, 4)', 'a / 2']
+    """
+    found, depth = [""], 0
+    for character in text:
+        depth += (character in "([{") - (character in ")]}")
+        if character == mark and depth <= 0:
+            found.append("")
+        else:
+            found[-1] += character
+    return [part.strip() for part in found]
+
+
+def _looks_plain(text: str) -> bool:
+    """Whether a text has no expression in it, but a slip in a list of numbers."""
+    return set(text) <= set("0123456789.eE+-:, ")
+
+
+def _bounded(text: str, option: str, read: Read) -> float:
     """A number, within what a file may have."""
     from jointplay.schema.values import LARGEST
 
-    number = float(text)
+    try:
+        number = float(text)
+    except ValueError:
+        number = read(text)
     if not abs(number) <= LARGEST:
         raise InputError(f"{shown(text)} is not a number up to {LARGEST:.0e}", key=option)
     return number
 
 
-def swept(settings: dict[str, str]) -> tuple[list[str], list[float | str], dict[str, str]]:
-    """Which keys are swept over which values, and which are only set.
+def only_set(settings: dict[str, str]) -> dict[str, str]:
+    """The settings of a sweep that are not swept."""
+    return {key: text for key, text in settings.items() if not _is_swept(text)}
+
+
+def swept(settings: dict[str, str], read: Read = float) -> tuple[list[str], list[float | str]]:
+    """Which keys are swept, and over which values.
 
     ``KEY=0:1:11`` and ``KEY=1,2,5`` sweep; several swept keys need the same values.
 
     Examples
     --------
     >>> swept({"joints.*.clearance.radial": "0:1:3", "drives.theta1.error": "0.1"})
-    (['joints.*.clearance.radial'], [0.0, 0.5, 1.0], {'drives.theta1.error': '0.1'})
+    (['joints.*.clearance.radial'], [0.0, 0.5, 1.0])
     """
-    ranges = {key: steps for key, text in settings.items() if (steps := _steps(key, text)) is not None}
+    ranges = {key: _steps(key, text, "--set", read) for key, text in settings.items() if _is_swept(text)}
     if not ranges:
         raise InputError("say what is swept: --set KEY=from:to:count, or KEY=1,2,5", key="--set")
     values = next(iter(ranges.values()))
@@ -96,10 +135,10 @@ def swept(settings: dict[str, str]) -> tuple[list[str], list[float | str], dict[
                 f"{key} has other values than {next(iter(ranges))}; keys that are swept together share them",
                 key="--set",
             )
-    return list(ranges), values, {key: text for key, text in settings.items() if key not in ranges}
+    return list(ranges), values
 
 
-def gridded(settings: dict[str, str]) -> dict[str, float | list[float]]:
+def gridded(settings: dict[str, str], read: Read = float) -> dict[str, float | list[float]]:
     """The grid of a map: ``KEY=from:to:count`` and ``KEY=1,2,5`` make an axis, ``KEY=0`` holds.
 
     Examples
@@ -109,29 +148,44 @@ def gridded(settings: dict[str, str]) -> dict[str, float | list[float]]:
     """
     grid: dict[str, float | list[float]] = {}
     for key, text in settings.items():
-        steps = _steps(key, text, "--grid")
-        if steps is None:
-            held = numbers(text, f"--grid {key}")
-            steps = [*held] if isinstance(held, tuple) else [held]
-        values = [step for step in steps if isinstance(step, int | float)]
-        if len(values) < len(steps):
-            raise InputError(f"{shown(text)} is not from:to:count, 1,2,5 or a number", key=f"--grid {key}")
-        grid[key] = [float(v) for v in values] if len(values) > 1 else float(values[0])
+        if _is_swept(text) and len(parts(text, ",")) == 1:
+            grid[key] = [float(step) for step in _steps(key, text, "--grid", read)]
+            continue
+        try:
+            held = numbers(text, f"--grid {key}", None, read)
+        except InputError as error:
+            if len(parts(text, ",")) == 1:
+                raise
+            problem = error.problem.replace(NOT_NUMBERS, "is not from:to:count, 1,2,5 or a number", 1)
+            raise InputError(problem, key=error.key) from None
+        grid[key] = [*held] if isinstance(held, tuple) else held
     return grid
 
 
-def _steps(key: str, text: str, option: str = "--set") -> list[float | str] | None:
+def _is_swept(text: str) -> bool:
+    """Whether a text is a range or a list of values, and not one value of the file."""
     if text[:1] in ("[", "{", '"', "'"):
-        return None
-    if "," in text:
-        return [value(part.strip()) for part in text.split(",")]
-    if ":" not in text or not set(text) <= set("0123456789.eE+-: "):
-        return None
+        return False
+    ends = parts(text, ":")
+    return len(parts(text, ",")) > 1 or (len(ends) > 1 and (_looks_plain(text) or _is_count(ends[2:])))
+
+
+def _is_count(ends: list[str]) -> bool:
+    return len(ends) == 1 and ends[0].isascii() and ends[0].isdigit()
+
+
+def _steps(key: str, text: str, option: str, read: Read) -> list[float | str]:
+    listed = parts(text, ",")
+    if len(listed) > 1:
+        return [value(part) for part in listed]
+    ends = parts(text, ":")
     try:
-        first, last, number = text.split(":")
-        low, high, count = _bounded(first, option), _bounded(last, option), int(number)
-    except ValueError:
-        raise InputError(f"{shown(text)} is not from:to:count, such as 0:1:11", key=f"{option} {key}") from None
+        first, last, number = ends
+        low, high, count = _bounded(first, option, read), _bounded(last, option, read), int(number)
+    except ValueError as error:
+        why = "" if _looks_plain(text) else f": {error}"
+        problem = f"{shown(text)} is not from:to:count, such as 0:1:11{why}"
+        raise InputError(problem, key=f"{option} {key}") from None
     if not 2 <= count <= MOST_STEPS:
         raise InputError(f"{count} values; 2 to {MOST_STEPS} are possible", key=f"{option} {key}")
     from jointplay.schema.values import spaced

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import answer
-from .options import Assembled, Best, File, Output, Plot, Samples, Scatter, Seed, Settings
+from .options import Assembled, Best, File, LoadCase, Output, Plot, Point, Samples, Scatter, Seed, Settings
 from .progress import bar
 
 if TYPE_CHECKING:
@@ -31,6 +31,8 @@ def assemble(
     samples: Samples = 2_000,
     seed: Seed = 0,
     law: Scatter = None,
+    output_point: Point = None,
+    load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -39,7 +41,7 @@ def assemble(
     from jointplay.analyses.assemble import best_order, compute
 
     answer.check_paths(output, plot)
-    m = answer.mechanism(file, settings)
+    m = answer.mechanism(file, settings, output_point, load_case)
     if best is not None:
         with bar("order") as progress:
             m = best_order(m, best.value, configuration=configuration, progress=progress)

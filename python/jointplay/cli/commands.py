@@ -14,15 +14,19 @@ from .options import (
     Contact,
     Correctable,
     File,
+    LoadCase,
     Mapped,
     Offset,
     Output,
     Plot,
+    Point,
     Question,
     Samples,
     Scatter,
     Seed,
     Settings,
+    Sized,
+    Sizes,
     Swept,
     Touching,
 )
@@ -77,7 +81,8 @@ def new(
         for example in examples.names():
             typer.echo(f"{example:<{width}}  {examples.title(example)}")
         return DONE
-    text = examples.text(name, arguments.assignments(settings or (), "--set"))
+    text, reached = examples.changed_text(name, arguments.assignments(settings or (), "--set"))
+    answer.say(reached)
     path = output or Path(f"{name}.toml")
     create(text, path, replace=force)
     typer.echo(f"wrote {path}: {tomllib.loads(text)['title']}")
@@ -102,11 +107,13 @@ def check(file: File, settings: Settings = None, output: Output = None) -> int:
 
 
 @app.command()
-def solve(file: File, settings: Settings = None, output: Output = None, plot: Plot = None) -> int:
+def solve(
+    file: File, output_point: Point = None, settings: Settings = None, output: Output = None, plot: Plot = None
+) -> int:
     """Solve the nominal mechanism: output, drives of a path, nearness to a singularity."""
     from jointplay.analyses.solve import compute
 
-    return answer.answer({"solve": compute}, answer.mechanism(file, settings), output, plot)
+    return answer.answer({"solve": compute}, answer.mechanism(file, settings, output_point), output, plot)
 
 
 @app.command()
@@ -123,6 +130,7 @@ def singularities(
     path: Annotated[
         bool, typer.Option("--path/--no-path", help="Look for singularities between the configurations, too.")
     ] = True,
+    output_point: Point = None,
     settings: Settings = None,
     output: Output = None,
 ) -> int:
@@ -134,7 +142,7 @@ def singularities(
     def ask(m: Mechanism, progress: Any) -> Result:
         return compute(m, length=length, components=counted, path=path, progress=progress)
 
-    return answer.answer({"singularities": ask}, answer.mechanism(file, settings), output, None)
+    return answer.answer({"singularities": ask}, answer.mechanism(file, settings, output_point), output, None)
 
 
 @app.command()
@@ -149,6 +157,9 @@ def error(
     seed: Seed = 0,
     law: Scatter = None,
     contact: Touching = Contact.scattered,
+    sizes: Sizes = Sized.middle,
+    output_point: Point = None,
+    load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -161,8 +172,8 @@ def error(
     """
     from jointplay.analyses import given, loaded, random, worst
 
-    m = answer.mechanism(file, settings)
-    put = answer.offsets(offset)
+    m = answer.mechanism(file, settings, output_point, load_case)
+    put = answer.offsets(m, offset)
     asked = set(question or [Question.all])
     if Question.all in asked:
         asked |= {Question.worst, Question.random, Question.given} | ({Question.loaded} if m.has_loads else set())
@@ -179,11 +190,14 @@ def error(
 
     def ask_given(m: Mechanism, progress: Any) -> Result:
         if put:
-            return given.compute(m, put)
+            return given.compute(m, put, sizes=sizes.value)
         return given.at_worst(m, found.get("worst") or ask_worst(m, progress))
 
+    def ask_loaded(m: Mechanism) -> Result:
+        return loaded.compute(m, sizes=sizes.value)
+
     asks: dict[Question, Callable[..., Result]] = {
-        Question.loaded: loaded.compute,
+        Question.loaded: ask_loaded,
         Question.worst: ask_worst,
         Question.random: ask_random,
         Question.given: ask_given,
@@ -209,6 +223,8 @@ def compensate(
             "--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero; in space X,Y,Z[,RX,RY,RZ]."
         ),
     ] = None,
+    output_point: Point = None,
+    load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -216,11 +232,11 @@ def compensate(
     """Correct the drives so that the output returns as near as possible to its nominal pose."""
     from jointplay.analyses.compensate import compute
 
-    m = answer.mechanism(file, settings)
-    put = answer.offsets(offset)
+    m = answer.mechanism(file, settings, output_point, load_case)
+    put = answer.offsets(m, offset)
     which = (question or (Correctable.given if put else Correctable.loaded)).value
-    pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,))
-    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3, 6))
+    pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,), answer.reader(m))
+    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3, 6), answer.reader(m))
 
     def correct(m: Mechanism) -> Result:
         return compute(m, which, put or None, weights=pair, target=aim)
@@ -241,6 +257,8 @@ def sweep(
         ),
     ] = None,
     question: Annotated[Swept, typer.Option("--question", "-q", help="What is asked at every value.")] = Swept.worst,
+    output_point: Point = None,
+    load_case: LoadCase = None,
     offset: Offset = None,
     samples: Samples = 100_000,
     seed: Seed = 0,
@@ -252,15 +270,16 @@ def sweep(
     """Compute the error for every value of a clearance size, or of anything else in the file."""
     from jointplay.analyses.sweep import compute
 
-    keys, values, fixed = arguments.swept(arguments.assignments(settings or (), "--set"))
-    m = answer.mechanism(file, fixed)
+    pairs = arguments.assignments(settings or (), "--set")
+    m = answer.mechanism(file, arguments.only_set(pairs), output_point, load_case)
+    keys, values = arguments.swept(pairs, answer.reader(m))
     # What a swept key reaches is said once, not again for every value.
     answer.change(m, dict.fromkeys(keys, values[0]))
     options: dict[str, Any] = {}
     if question is Swept.random:
         options = answer.scatter(samples, seed, law, contact)
     if question is Swept.given:
-        options = {"offsets": answer.offsets(offset)}
+        options = {"offsets": answer.offsets(m, offset)}
 
     def ask(m: Mechanism, progress: Any) -> Result:
         return compute(m, keys, values, question.value, progress=progress, **options)
@@ -295,6 +314,8 @@ def map_(
     seed: Seed = 0,
     law: Scatter = None,
     contact: Touching = Contact.scattered,
+    output_point: Point = None,
+    load_case: LoadCase = None,
     settings: Settings = None,
     output: Annotated[
         Path | None,
@@ -318,15 +339,15 @@ def map_(
     """Compute the error over a grid of drives or of positions of the output."""
     from . import mapping
 
+    m = answer.mechanism(file, settings, output_point, load_case)
     options: dict[str, Any] = {}
     if question is Mapped.loaded:
         options = {"exact": not first_order, "details": details}
     if question is Mapped.random:
         options = answer.scatter(samples, seed, law, contact)
     if question is Mapped.given:
-        options = {"offsets": answer.offsets(offset)}
-    ranges = arguments.gridded(arguments.assignments(grid, "--grid")) if grid else None
-    m = answer.mechanism(file, settings)
+        options = {"offsets": answer.offsets(m, offset)}
+    ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
     kept = mapping.Kept(output, overwrite, chunk)
     return mapping.answer(m, question.value, ranges, options, kept, plot, variable)
 
@@ -348,6 +369,8 @@ def compare(
     seed: Seed = 0,
     law: Scatter = None,
     contact: Touching = Contact.scattered,
+    output_point: Point = None,
+    load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
     plot: Plot = None,
@@ -355,7 +378,7 @@ def compare(
     """Compare two mechanisms on one path: the drives of B are solved so that its output follows that of A."""
     from jointplay.analyses.compare import compute
 
-    a, b = answer.mechanism(first, settings), answer.mechanism(second, settings)
+    a, b = (answer.mechanism(file, settings, output_point, load_case) for file in (first, second))
     options: dict[str, Any] = {}
     if question is Compared.random:
         options = answer.scatter(samples, seed, law, contact)

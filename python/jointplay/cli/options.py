@@ -59,6 +59,14 @@ class Contact(StrEnum):
     loaded = "loaded"
 
 
+class Sized(StrEnum):
+    """Which sizes clearances have that scatter."""
+
+    middle = "middle"
+    largest = "largest"
+    smallest = "smallest"
+
+
 class Mapped(StrEnum):
     """What `map` can ask."""
 
@@ -89,6 +97,13 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", "-s", metavar="KEY=VALUE", help="Change a value of the file: joints.*.clearance.radial=0.2"),
 ]
+Point = Annotated[
+    str | None,
+    typer.Option("--output-point", metavar="NAME", help="Only this one of the outputs. [default: all of them]"),
+]
+LoadCase = Annotated[
+    str | None, typer.Option("--load-case", metavar="NAME", help="Only this load case. [default: all of them]")
+]
 Output = Annotated[
     Path | None,
     typer.Option(
@@ -107,4 +122,7 @@ Scatter = Annotated[
 ]
 Touching = Annotated[
     Contact, typer.Option("--contact", help="random: clearances scatter, or the load decides where they are.")
+]
+Sizes = Annotated[
+    Sized, typer.Option("--sizes", help="loaded, given: clearances that scatter have the sizes of this play.")
 ]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import poses
-from jointplay.errors import not_known
+from jointplay.errors import InputError, not_known
 from jointplay.schema import MechanismFile, PlanarFile, SpatialFile
 from jointplay.spec import ENDS, CouplingSpec, DriveSpec, JointSpec, Spec, SpringSpec
 from jointplay.units import Units
@@ -23,12 +23,14 @@ from jointplay.units import Units
 from .assembly import Assembly, compile_assembly
 from .bounds import LARGEST_RATIO, check_sizes
 from .coordinates import coordinate
+from .correlations import compile_correlations
 from .couplings import compile_couplings
 from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, coordinate_factor
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
 from .grid import Grid, compile_grid
-from .loads import Loads, compile_loads, output_point
+from .loads import Loads, compile_loads, compile_output, places_of_outputs
 from .members import Member, split
+from .sizes import described
 from .sources import compile_sources
 from .spatial_start import spatial_start
 from .springs import compile_springs
@@ -44,9 +46,11 @@ __all__ = [
     "Compiled",
     "Grid",
     "Limits",
+    "Loads",
     "Member",
     "compile_file",
     "coordinate",
+    "described",
 ]
 
 #: below this (metres) a mechanism has no size of its own
@@ -109,7 +113,7 @@ class Compiled:
     sources : tuple of str
         Names of what can be off.
     source_kinds : tuple of str
-        ``clearance``, ``angle``, ``ratio``, ``runout``, ``dimension``, ``drive`` or ``thermal``.
+        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``dimension``, ``drive`` or ``thermal``.
     drives : tuple of str
         Names of the drives.
     drive_joints : tuple of int
@@ -191,7 +195,7 @@ class Compiled:
     core_spec: Spec
 
 
-def compile_file(data: MechanismFile, file: str) -> Compiled:
+def compile_file(data: MechanismFile, file: str, output: str = "", load_case: str = "") -> Compiled:
     """Compile the checked data of a file.
 
     Parameters
@@ -200,25 +204,46 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         The data.
     file : str
         Name of the file, for messages.
+    output, load_case : str
+        Which of several outputs and of the load cases it is about; empty where the file has none, and without a load
+        case only the loads of every case act.
 
     Raises
     ------
     InputError
         When a name means nothing, bodies are not connected, or parts of the file contradict each other.
     """
+    try:
+        return _compiled(data.only(output, load_case), file)
+    except InputError as error:
+        # What stands in the place of [output] and at the end of [[loads]] has another key in the file.
+        head, _, rest = error.key.partition(".")
+        if output and head == "output":
+            raise InputError(error.problem, file=file, key=f"outputs.{output}.{rest}") from None
+        number, _, rest = rest.partition(".")
+        if load_case and head == "loads" and int(number) >= len(data.loads):
+            key = f"load_cases.{load_case}.{int(number) - len(data.loads)}.{rest}"
+            raise InputError(error.problem, file=file, key=key) from None
+        raise
+
+
+def _compiled(data: MechanismFile, file: str) -> Compiled:
+    assert data.output is not None
     units = Units(data.units.length, data.units.angle, data.units.force)
     graph = Graph(data, units, file)
     commands = compile_drives(data, graph)
-    output = output_point(data, graph)
-    loads = compile_loads(data, graph, commands, output)
+    output = compile_output(data.output, graph)
+    outputs = places_of_outputs(data, graph, output["point"])
+    loads = compile_loads(data, graph, commands, output["point"])
     springs, torsions = compile_springs(data, graph, commands)
     guess = _guess(data, graph, commands)
     length = _length(graph, guess)
-    pieces = split(data, graph, {output: "output", **_loaded(data, loads, springs, output)})
+    labels = {point: name for name, (_, point) in outputs.items()} | {output["point"]: "output"}
+    pieces = split(data, graph, {**labels, **_loaded(data, loads, springs, output["point"])})
     loads.take_axes(data, graph)
     guess = pieces.guess(guess)
     couplings = compile_couplings(data, graph, guess)
-    sources = compile_sources(data, graph, commands, output, length, pieces.owners)
+    sources = compile_sources(data, graph, commands, outputs, length, pieces.owners)
     check_sizes(data, graph, guess, commands, sources, length)
     limits = _limits(data, graph, commands)
     components = COMPONENTS[data.space]
@@ -232,11 +257,12 @@ def compile_file(data: MechanismFile, file: str) -> Compiled:
         "points": [{"body": p.body, "at": list(p.at)} for p in graph.points],
         "joints": [_joint_spec(joint, data.space, couplings.get(k)) for k, joint in enumerate(graph.joints)],
         "drives": [_drive_spec(moves) for moves in commands.moves],
-        "output": {"point": output},
+        "output": output,
         "loads": loads.first,
         "springs": springs,
         "torsions": torsions,
         "sources": [s.core_spec for s in sources],
+        "correlations": compile_correlations(data, graph, sources),
     }
     return Compiled(
         file=file,

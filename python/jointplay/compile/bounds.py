@@ -109,7 +109,7 @@ def _turns(source: Source, commands: Commands, graph: Graph) -> bool:
 
 def _key(data: MechanismFile, graph: Graph, source: Source) -> str:
     match source.kind:
-        case "clearance":
+        case "clearance" | "size":
             return f"joints.{graph.joints[source.spec['joint']].pin}.clearance"
         case "angle":
             return f"joints.{graph.joints[source.spec['joint']].pin}.angle"

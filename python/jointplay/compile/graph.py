@@ -223,7 +223,10 @@ class Graph:
     def _check_strays(self, data: MechanismFile) -> None:
         """A body on a single loose joint that nothing else speaks of, with a name almost like another one's."""
         driven = {joint for drive in data.drives.values() for joint in drive.moves}
-        named = {data.output.body, *data.start, *data.bodies, *(load.body for load in data.loads)}
+        outputs = [data.output, *data.outputs.values()]
+        loads = [load for loads in (data.loads, *data.load_cases.values()) for load in loads]
+        named = {place.body for place in (*outputs, *loads) if place} | {*data.start, *data.bodies}
+        named |= {output.relative_to for output in outputs if output}
         named |= {dimension.body for dimension in data.dimensions.values()}
         named |= {body for spring in data.springs.values() for body in spring.on or ()}
         for index, body in enumerate(self.bodies):

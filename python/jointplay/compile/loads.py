@@ -1,19 +1,20 @@
-"""The output point, and the loads with their points."""
+"""The output and its point, and the loads with their points."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from jointplay.errors import not_known
-from jointplay.schema import LoadTable, MechanismFile, along_the_path
-from jointplay.spec import LoadSpec
+from jointplay.errors import listed, not_known
+from jointplay.schema import LoadTable, MechanismFile, OutputTable, along_the_path
+from jointplay.spec import LoadSpec, OutputSpec
 from jointplay.units import Units
 
 from .drives import Commands
 from .frames import vector
 from .graph import GROUND, ORIGIN, Graph
 
+RELATIVE = "output.relative_to"
 #: axes of the loaded body itself
 BODY = "body"
 
@@ -28,13 +29,10 @@ class Loads:
         Those of the first configuration, as the core wants them.
     along : dict
         Loads of all configurations by the number of the load; of those that change along the path.
-    changing : list of tuple
-        Number of the load, and which of `force` and `moment` the file gives for each configuration.
     """
 
     first: list[LoadSpec] = field(default_factory=list)
     along: dict[int, list[LoadSpec]] = field(default_factory=dict)
-    changing: list[tuple[int, str]] = field(default_factory=list)
 
     def at(self, configuration: int) -> list[LoadSpec]:
         """Those of a configuration."""
@@ -57,12 +55,42 @@ class Loads:
                 load["axes"] = body
 
 
-def output_point(data: MechanismFile, graph: Graph) -> int:
-    """Index of the output point."""
-    output = data.output
+def compile_output(output: OutputTable, graph: Graph) -> OutputSpec:
+    """The output as the core wants it."""
     if output.body == GROUND:
         raise graph.refuse(f"'{GROUND}' does not move; the output is on a moving body", "output.body")
-    return place(graph, output.body, output.at, "output.body", "output.at")
+    told: OutputSpec = {"point": place(graph, output.body, output.at, "output.body", "output.at")}
+    if output.relative_to is not None:
+        if output.relative_to == GROUND:
+            raise graph.refuse(f"'{GROUND}' is what an output is measured against if this is left out", RELATIVE)
+        if output.relative_to == output.body:
+            problem = f"'{output.body}' carries the output itself and sees no error of it; name another body"
+            raise graph.refuse(problem, RELATIVE)
+        told["relative_to"] = graph.body_index(output.relative_to, RELATIVE)
+    return told
+
+
+def places_of_outputs(data: MechanismFile, graph: Graph, output: int) -> dict[str, tuple[str, int]]:
+    """What dimensions may call an output: body and point by name. The points of others exist where a dimension ends."""
+    if not data.outputs:
+        return {"output": (data.output.body, output)} if data.output else {}
+    joints = {joint.pin for joint in graph.joints} | {joint.name for joint in graph.joints}
+    for name in data.outputs:
+        if name in joints or name in ("output", GROUND):
+            what = "the name of a joint" if name in joints else "a word with a meaning of its own in the file"
+            raise graph.refuse(f"'{name}' is {what}; give the output another one", f"outputs.{name}")
+    ends = {end for dimension in data.dimensions.values() for end in dimension.between}
+    found = {}
+    for name, other in data.outputs.items():
+        if other is data.output:
+            found[name] = (other.body, output)
+        elif name in ends:
+            found[name] = (other.body, place(graph, other.body, other.at, f"outputs.{name}.body", f"outputs.{name}.at"))
+    for name, dimension in data.dimensions.items():
+        if "output" in dimension.between:
+            problem = f"which of the outputs is meant? Name one of {listed(data.outputs)}"
+            raise graph.refuse(problem, f"dimensions.{name}.between")
+    return found
 
 
 def place(graph: Graph, body: str, at: Sequence[float] | str, body_key: str, key: str) -> int:
@@ -75,9 +103,13 @@ def place(graph: Graph, body: str, at: Sequence[float] | str, body_key: str, key
 
 def compile_loads(data: MechanismFile, graph: Graph, commands: Commands, output: int) -> Loads:
     """Loads and weights as the core wants them, in SI."""
+    assert data.output is not None
     loads = Loads()
     for k, load in enumerate(data.loads):
         key = f"loads.{k}"
+        if data.outputs and load.body is None:
+            # Left out it would be another one with every output.
+            raise graph.refuse(f"'body' is missing (the loaded body; the outputs are {listed(data.outputs)})", key)
         body = load.body or data.output.body
         if body == GROUND:
             raise graph.refuse(f"'{GROUND}' does not move; a load acts on a moving body", f"{key}.body")
@@ -85,12 +117,11 @@ def compile_loads(data: MechanismFile, graph: Graph, commands: Commands, output:
             raise graph.refuse(not_known(str(load.axes), "axes", [GROUND, BODY, *graph.bodies]), f"{key}.axes")
         if load.at is not None:
             point = place(graph, body, load.at, f"{key}.body", f"{key}.at")
-        elif body == data.output.body:
+        elif body == data.output.body and not data.outputs:
             point = output
         else:
             point = place(graph, body, ORIGIN, f"{key}.body", f"{key}.at")
         given = {name: _along(data, graph, commands, load, name, key) for name in ("force", "moment")}
-        loads.changing += [(k, name) for name, values in given.items() if len(values) > 1]
         count = max(map(len, given.values()))
         forces, moments = (values * count if len(values) == 1 else values for values in given.values())
         every = [_wrench(force, moment, graph.units, point) for force, moment in zip(forces, moments, strict=True)]

@@ -6,25 +6,30 @@ A source that the file declares stays one when its size is zero, so that results
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from jointplay.errors import InputError
 from jointplay.schema import (
     BallClearance,
     Coupling,
     GuideClearance,
     JournalClearance,
+    LawTable,
     LockedAngle,
     MechanismFile,
     Mesh,
     PlateClearance,
     PrismaticClearance,
     RevoluteClearance,
+    SizedClearance,
     SleeveClearance,
     SlotClearance,
     SpatialJoint,
     ToleranceLaw,
     ToleranceTable,
+    law_in_core,
+    limits_of,
 )
 from jointplay.spec import GrowthSpec, SetSpec, SourcePart, SourceSpec
 from jointplay.units import Units
@@ -32,7 +37,8 @@ from jointplay.units import Units
 from .couplings import play_at_rim
 from .drives import Commands
 from .graph import TURNS, CompiledJoint, Graph
-from .thermal import growth
+from .sizes import Size, sizes_of
+from .thermal import Growth, growth
 
 #: two points closer than this share of the mechanism's length have no direction between them
 COINCIDENT = 1e-9
@@ -48,7 +54,7 @@ class Source:
     ----------
     name : str
     kind : str
-        ``clearance``, ``angle``, ``ratio``, ``runout``, ``dimension``, ``drive`` or ``thermal``.
+        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``dimension``, ``drive`` or ``thermal``.
     components : tuple of str
         What each of its parameters is called.
     factors : tuple of float
@@ -73,16 +79,21 @@ class Source:
 
 
 def compile_sources(
-    data: MechanismFile, graph: Graph, commands: Commands, output: int, length: float, owners: tuple[int, ...]
+    data: MechanismFile,
+    graph: Graph,
+    commands: Commands,
+    outputs: Mapping[str, tuple[str, int]],
+    length: float,
+    owners: tuple[int, ...],
 ) -> list[Source]:
-    """All sources of a mechanism, in SI; `owners` are the bodies of further pieces of elastic ones."""
+    """All sources of a mechanism, in SI; of the outputs body and point by name, of further pieces their bodies."""
     sources: list[Source] = []
     grown = growth(data, graph, owners)
     for index, joint in enumerate(graph.joints):
         sources.extend(_of_joint(data, graph, index, joint, length))
         if grown is not None and joint.pin in data.joints:
-            _grow(sources, grown.of_play(data, graph, index), index)
-    sources.extend(_of_dimension(data, graph, name, output, length) for name in data.dimensions)
+            _grow(sources, grown, data, graph, index)
+    sources.extend(_of_dimension(data, graph, name, outputs, length) for name in data.dimensions)
     taken = {source.name for source in sources} | {joint.name for joint in graph.joints}
     for index, (name, drive) in enumerate(data.drives.items()):
         if drive.error is not None:
@@ -95,12 +106,16 @@ def compile_sources(
     return sources
 
 
-def _grow(sources: list[Source], by: float, joint: int) -> None:
-    """Lets the play of a joint grow."""
-    for source in sources if by else ():
-        if source.kind == "clearance" and source.spec.get("joint") == joint:
-            ((_, size),) = source.spec["set"].items()
-            size["radius"] += by
+def _grow(sources: list[Source], grown: Growth, data: MechanismFile, graph: Graph, joint: int) -> None:
+    """Lets the play of a joint grow; where its sizes scatter, the radius is that in the middle and may be negative."""
+    own = [source for source in sources if source.spec.get("joint") == joint]
+    for source in own:
+        ((_, size),) = source.spec["set"].items()
+        if source.kind == "clearance" and "radius" in size:
+            radius = size["radius"] + grown.of_play(data, graph, joint)
+            if radius < 0.0 and not any(other.kind == "size" for other in own):
+                raise grown.too_tight(graph, joint, radius)
+            size["radius"] = radius
 
 
 def _of_temperature(data: MechanismFile, moves: list[GrowthSpec], taken: set[str]) -> Source:
@@ -117,13 +132,15 @@ def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoin
     locked, play = getattr(entry, "angle", None), getattr(entry, "clearance", None)
     sources: list[Source] = []
     if play is not None:
-        components, shape = _set(entry, play, units, length)
+        gap, sizes = _sizes(graph, joint, play)
+        components, shape = _set(entry, play, gap, units, length)
         if joint.kind == "fixed":
             # The pin of a locked hinge is given in the joint's own axes, as its angle is.
             components = ("along", "normal")
         factors = tuple(units.angle if component in TURNS else units.length for component in components)
         spec: SourcePart = {"joint": index, "set": shape, "law": play.law}
         sources.append(Source(joint.name, "clearance", components, factors, (0.0,) * len(components), spec))
+        sources.extend(_of_sizes(graph, index, joint, play, sizes))
     if isinstance(locked, LockedAngle):
         spec = _interval(locked.tolerance, locked.law or "normal", units.angle) | {"joint": index}
         name = f"{joint.name}.lock" if sources else joint.name
@@ -131,6 +148,40 @@ def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoin
     if isinstance(entry, Coupling):
         sources.extend(_of_coupling(entry, joint, index, units.length))
     return sources
+
+
+def _sizes(graph: Graph, joint: CompiledJoint, play: object) -> tuple[float, list[Size]]:
+    """Radius or gap of a clearance that has one, and the sizes that make it."""
+    if not isinstance(play, SizedClearance):
+        return 0.0, []
+
+    def refuse(problem: str, key: str) -> InputError:
+        return graph.refuse(problem, ".".join(part for part in (f"joints.{joint.pin}.clearance", key) if part))
+
+    return sizes_of(play, graph.units, refuse)
+
+
+def _of_sizes(graph: Graph, index: int, joint: CompiledJoint, play: object, sizes: list[Size]) -> Iterator[Source]:
+    """Sizes that scatter about the middle of their limits; several bodies on one pin have it in common."""
+    unit = graph.units.length
+    riders = [k for k, other in enumerate(graph.joints) if other.pin == joint.pin and other.name != joint.pin]
+    several = joint.name.startswith(f"{joint.pin}/")
+    for size in sizes:
+        if isinstance(size.law, LawTable) and (wrong := size.law.mistake(size.low / unit, size.high / unit)):
+            raise graph.refuse(f"the law of {size.name}: {wrong}", f"joints.{joint.pin}.clearance")
+        spec: SourcePart = {
+            "joint": index,
+            "factor": size.factor,
+            "set": {"interval": {"low": -size.half, "high": size.half}},
+            "law": law_in_core(size.law, size.low, size.high, unit, size.middle),
+        }
+        name = joint.name
+        if several and isinstance(play, SizedClearance) and size.name == play.carried:
+            if index != riders[0]:
+                continue
+            name = joint.pin
+            spec["also"] = [{"joint": k, "factor": size.factor} for k in riders[1:]]
+        yield Source(f"{name}.{size.name}", "size", ("size",), (unit,), (size.centre,), spec)
 
 
 def _of_coupling(entry: Coupling, joint: CompiledJoint, index: int, unit: float) -> Iterator[Source]:
@@ -147,60 +198,66 @@ def _of_coupling(entry: Coupling, joint: CompiledJoint, index: int, unit: float)
         yield Source(f"{joint.name}.runout.{body}", "runout", components, (unit, unit), (x * unit, y * unit), spec)
 
 
-def _set(entry: object, play: object, units: Units, length: float) -> tuple[tuple[str, ...], SetSpec]:
-    """Components of a clearance in the order of the joint's locked directions, and its set."""
+def _set(entry: object, play: object, gap: float, units: Units, length: float) -> tuple[tuple[str, ...], SetSpec]:
+    """Components of a clearance in the order of the joint's locked directions, and its set.
+
+    `gap` is its radius or gap; in the middle of its sizes it may be negative, where most pairs have no play.
+    """
     unit = units.length
     if isinstance(entry, Mesh):
         low, high = play_at_rim(entry, units)
         return entry.held, {"interval": {"low": low, "high": high}}
     match play:
         case RevoluteClearance():
-            return ("x", "y"), {"disc": {"radius": play.radius * unit}}
+            return ("x", "y"), {"disc": {"radius": gap}}
         case PrismaticClearance():
-            size = {"gap": play.gap * unit, "half_length": play.length / 2.0 * unit}
+            size = {"gap": gap, "half_length": play.length / 2.0 * unit}
             return ("normal", "angle"), {"diamond": size}
         case SlotClearance():
-            return ("normal",), {"interval": {"low": -play.gap * unit, "high": play.gap * unit}}
+            return ("normal",), {"interval": {"low": -gap, "high": gap}}
         case JournalClearance():
-            size = {**_pin(play, unit, length), "axial": play.axial * unit}
+            size = {**_pin(play, gap, unit, length), "axial": play.axial * unit}
             return ("along", *SHIFTS_ACROSS, *TILTS), {"journal": size}
         case SleeveClearance():
-            return (*SHIFTS_ACROSS, *TILTS), {"sleeve": _pin(play, unit, length)}
+            return (*SHIFTS_ACROSS, *TILTS), {"sleeve": _pin(play, gap, unit, length)}
         case BallClearance():
-            return ("x", "y", "z"), {"ball": {"radius": play.radius * unit}}
+            return ("x", "y", "z"), {"ball": {"radius": gap}}
         case GuideClearance():
             height = play.width if play.height is None else play.height
             halves = {"half_length": play.length, "half_width": play.width, "half_height": height}
-            size = {"gap": play.gap * unit, **{key: value / 2.0 * unit for key, value in halves.items()}}
+            size = {"gap": gap, **{key: value / 2.0 * unit for key, value in halves.items()}}
             return (*SHIFTS_ACROSS, "roll", *TILTS), {"guide": size}
         case PlateClearance():
             side, normal = play.size
-            size = {"gap": play.gap * unit, "half_normal": normal / 2.0 * unit, "half_side": side / 2.0 * unit}
+            size = {"gap": gap, "half_normal": normal / 2.0 * unit, "half_side": side / 2.0 * unit}
             return ("along", *TILTS), {"plate": size}
     raise AssertionError(f"{type(play).__name__} has no set")
 
 
-def _pin(play: SleeveClearance, unit: float, length: float) -> dict[str, float]:
+def _pin(play: SleeveClearance, gap: float, unit: float, length: float) -> dict[str, float]:
     """Radius and half-length of a pin. One without radial play does not tilt, however long it is."""
-    return {"radius": play.radius * unit, "half_length": length if play.length is None else play.length / 2.0 * unit}
+    return {"radius": gap, "half_length": length if play.length is None else play.length / 2.0 * unit}
 
 
-def _of_dimension(data: MechanismFile, graph: Graph, name: str, output: int, length: float) -> Source:
+def _of_dimension(
+    data: MechanismFile, graph: Graph, name: str, outputs: Mapping[str, tuple[str, int]], length: float
+) -> Source:
     dimension, key = data.dimensions[name], f"dimensions.{name}"
     if any(name in (joint.name, joint.pin) for joint in graph.joints):
         raise graph.refuse(f"'{name}' is the name of a joint; give the dimension another one", key)
     graph.body_index(dimension.body, f"{key}.body")
     ends: list[int] = []
     for k, place in enumerate(dimension.between):
-        if place != "output":
+        if place not in outputs:
             ends.append(graph.joint_point(dimension.body, place, f"{key}.between.{k}"))
-        elif data.output.body == dimension.body:
-            ends.append(output)
-        else:
-            problem = f"the output is on '{data.output.body}', not on '{dimension.body}'"
-            raise graph.refuse(problem, f"{key}.between.{k}")
+            continue
+        body, point = outputs[place]
+        if body != dimension.body:
+            what = "the output" if place == "output" else f"output '{place}'"
+            raise graph.refuse(f"{what} is on '{body}', not on '{dimension.body}'", f"{key}.between.{k}")
+        ends.append(point)
     start, end = (graph.points[p].at for p in ends)
-    for (body, joint), point in graph.places.items() if dimension.between[1] != "output" else ():
+    for (body, joint), point in graph.places.items() if dimension.between[1] not in outputs else ():
         if body == dimension.body and point != ends[1] and graph.points[point].at == end:
             problem = (
                 f"would part '{dimension.between[1]}' from '{joint}', which is at the same place of '{body}' with a"
@@ -217,9 +274,6 @@ def _of_dimension(data: MechanismFile, graph: Graph, name: str, output: int, len
 
 
 def _interval(tolerance: ToleranceTable | None, law: ToleranceLaw, factor: float) -> SourcePart:
-    if tolerance is None:
-        return {"set": {"interval": {"low": 0.0, "high": 0.0}}, "law": law}
-    interval = {"low": tolerance.low * factor, "high": tolerance.high * factor}
-    if tolerance.sigma is not None:
-        return {"set": {"interval": interval}, "law": "gauss"}
-    return {"set": {"interval": interval}, "law": law}
+    low, high = (limit * factor for limit in limits_of(tolerance, law))
+    own = "gauss" if tolerance is not None and tolerance.sigma is not None else law_in_core(law, low, high, factor)
+    return {"set": {"interval": {"low": low, "high": high}}, "law": own}

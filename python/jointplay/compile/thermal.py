@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from jointplay.errors import InputError
 from jointplay.schema import Coupling, MechanismFile, RadialClearance
 from jointplay.spec import GrowthSpec
 
@@ -47,29 +48,32 @@ class Growth:
         Raises
         ------
         InputError
-            When nothing is left of the play, or the growth scatters.
+            When the growth scatters.
         """
         joint = graph.joints[index]
         play = getattr(data.joints[joint.pin], "clearance", None)
-        if not isinstance(play, RadialClearance) or play.diameter is None:
+        if not isinstance(play, RadialClearance):
+            return 0.0
+        diameter = play.diameter if play.hole is None else play.hole.diameter
+        if diameter is None:
             return 0.0
         pin, hole = (self.coefficients[graph.points[end].body] for end in (joint.first, joint.second))
-        key = f"joints.{joint.pin}.clearance.diameter"
         if self.scatters and pin != hole:
             problem = (
                 "the clearance changes with a temperature that has a tolerance; leave out the tolerance and sweep"
                 " temperature, or give the clearance at the middle temperature without diameter"
             )
-            raise graph.refuse(problem, key)
-        grown = (hole - pin) * self.difference * play.diameter / 2.0
-        if play.radius + grown < 0.0:
-            unit = graph.units.length_name
-            problem = (
-                f"at {self.difference:+g} K the pin has become larger than its hole: radial clearance"
-                f" {play.radius + grown:.4g} {unit}"
-            )
-            raise graph.refuse(problem, key)
-        return grown * graph.units.length
+            raise graph.refuse(problem, f"joints.{joint.pin}.clearance")
+        return (hole - pin) * self.difference * diameter / 2.0 * graph.units.length
+
+    def too_tight(self, graph: Graph, index: int, radius: float) -> InputError:
+        """The error for a pin that has become larger than its hole."""
+        unit = graph.units
+        problem = (
+            f"at {self.difference:+g} K the pin has become larger than its hole: radial clearance"
+            f" {radius / unit.length:.4g} {unit.length_name}"
+        )
+        return graph.refuse(problem, f"joints.{graph.joints[index].pin}.clearance")
 
 
 def growth(data: MechanismFile, graph: Graph, owners: tuple[int, ...]) -> Growth | None:

@@ -15,7 +15,7 @@ from jointplay import toml
 from jointplay.errors import InputError, not_known
 from jointplay.model import Mechanism, loads
 from jointplay.schema import SpatialFile
-from jointplay.schema.keys import assign, expand
+from jointplay.schema.keys import assign, expand, what_is_reached
 from jointplay.typed import typed
 
 from .antenna_support import AntennaSupport
@@ -24,13 +24,16 @@ from .stewart_gough import StewartGough
 from .template import Template
 from .three_upu import ThreeUpu
 
-_PLANAR = ("four-bar", "p3r", "slider-crank", "five-bar", "3-rrr", "six-bar", "serial-2r")
+_PLANAR = (
+    *("four-bar", "p3r", "slider-crank", "slider-crank-cases", "five-bar", "3-rrr", "six-bar", "serial-2r"),
+    "excavator",
+)
 _PLANAR_OVER_CONSTRAINED = ("redundant-bar", "x-braced-square", "antenna-support")
 _TEMPLATES: Mapping[str, type[Template]] = {
     template.name: template for template in (AntennaSupport, ThreeUpu, StewartGough, Delta)
 }
 _COUPLED = ("geared-five-bar", "rack-slider", "belt-arm", "ball-screw", "planetary-gear")
-_SPATIAL = ("serial-6r", "rssr", "3-upu", "stewart-gough", "delta", "3-rrr-spherical")
+_SPATIAL = ("serial-6r", "rssr", "3-upu", "stewart-gough", "delta", "delta-by-hand", "3-rrr-spherical")
 _SPATIAL_OVER_CONSTRAINED = ("sarrus", "bennett", "four-legged-platform")
 _NAMES = (*_PLANAR, *_PLANAR_OVER_CONSTRAINED, *_SPATIAL, *_SPATIAL_OVER_CONSTRAINED, *_COUPLED)
 
@@ -103,20 +106,36 @@ def text(name: str, settings: Mapping[str, str] | None = None) -> str:
     >>> print(text("four-bar", {"title": "Mine"}).splitlines()[6])
     title  = "Mine"
     """
+    return changed_text(name, settings or {})[0]
+
+
+def changed_text(name: str, settings: Mapping[str, str]) -> tuple[str, list[str]]:
+    """The file that `text` gives, and of every key with a ``*`` what it reached.
+
+    Examples
+    --------
+    >>> changed_text("four-bar", {"joints.*.clearance.radial": "0.2"})[1]
+    ['joints.*.clearance.radial: 4 of 4 joints']
+    """
     _check(name)
-    given = dict(settings or {})
+    given = dict(settings)
     content = _written(name, given)
     if not given:
-        return content
+        return content, []
     file = f"{name}.toml"
     document = tomlkit.parse(content)
+    reached = []
     for key, value in given.items():
-        for steps in expand(document.unwrap(), key, file):
+        data = document.unwrap()
+        places = expand(data, key, file)
+        if "*" in key.split("."):
+            reached.append(what_is_reached(data, key, places))
+        for steps in places:
             assign(document, steps, _value(value, key), table=tomlkit.table)
     Mechanism(document.unwrap(), file)  # before it is written: TOML has no way to write some mistakes
     content = document.as_string()
     loads(content, file)  # a file that we write is a file that we read
-    return content
+    return content, reached
 
 
 def _check(name: str) -> None:

@@ -54,7 +54,7 @@ class Probe:
 
     def __init__(self, m: Mechanism) -> None:
         self.m = m
-        self.spec = m.spec() | {"loads": [], "sources": []}
+        self.spec = m.spec() | {"loads": [], "sources": [], "correlations": []}
         self.drivable = [index for index, kind in enumerate(m.joint_kinds) if kind in DRIVABLE]
         #: rows of the drives among the rows of all coordinates
         self.driven = [self.drivable.index(joint) for moves in m.drive_moves for joint, _ in moves]

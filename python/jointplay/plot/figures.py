@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jointplay.errors import InputError, in_range
-from jointplay.result import Result, size, typical, unit_of
+from jointplay.result import Result, parts, size, typical, unit_of
 from jointplay.result import blame as shares_of
 from jointplay.typed import typed
 
-from .style import COLOURS, GREY, HATCHES, along, canvas, labelled, light, series
+from .style import COLOURS, GREY, HATCHES, along, canvas, labelled, light, series, single
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,7 +72,7 @@ def blame(result: Result | xr.Dataset, quantity: str = "position", *, axes: Axes
     """
     _check_quantity(quantity)
     figure, axes = canvas(axes)
-    part = light(result)
+    part = single(result)
     found = shares_of(part)
     shares = 100.0 * np.nan_to_num(found.position if quantity == "position" else found.rotation)
     order = np.argsort(-np.abs(shares).sum(axis=0), kind="stable")
@@ -117,7 +117,7 @@ def sweep(
     axes : matplotlib axes, optional
     """
     _check_quantity(quantity)
-    part = light(result)
+    part = single(result)
     dim = str(part.attrs.get("sweep", ""))
     if not dim:
         raise InputError("is not the result of a sweep", key="result")
@@ -166,7 +166,7 @@ def histogram(
     configuration : int
     axes : matplotlib axes, optional
     """
-    part = light(result)
+    part = single(result)
     if "histogram" not in part.data:
         raise InputError("has no histogram; it is the question random that has one", key="result")
     known = part.labels("quantity")
@@ -221,9 +221,17 @@ def _named(results: Results | Result | xr.Dataset) -> dict[str, Result]:
 
 
 def _mechanisms(result: Result) -> list[tuple[str, Result]]:
-    if "mechanism" not in result.sizes:
-        return [("", result)]
-    return [(str(label), result.isel("mechanism", k)) for k, label in enumerate(result.labels("mechanism"))]
+    whole = [("", result)]
+    if "mechanism" in result.sizes:
+        whole = [(str(label), result.isel("mechanism", k)) for k, label in enumerate(result.labels("mechanism"))]
+    return [
+        (" ".join(filter(None, (name, _lower(heading)))), part) for name, each in whole for heading, part in parts(each)
+    ]
+
+
+def _lower(heading: str) -> str:
+    """A heading within a label; names stay as they are."""
+    return heading[:1].lower() + heading[1:]
 
 
 def _sizes(result: Result, quantity: str) -> list[tuple[str, Floats, str]]:

@@ -12,6 +12,7 @@ from matplotlib.patches import Circle, Polygon
 from jointplay import poses
 from jointplay.analyses.nominal import Nominal, nominal
 from jointplay.errors import InputError, shown
+from jointplay.gaps import clearance_of
 from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.spec import JointSpec
@@ -19,7 +20,17 @@ from jointplay.typed import typed
 
 from . import couplings, springs
 from .spatial import Sketch
-from .style import COLOURS, GREY, body_colour, canvas, check_exaggeration, light, point_colour
+from .style import (
+    COLOURS,
+    GREY,
+    body_colour,
+    canvas,
+    check_exaggeration,
+    on_ground,
+    path_of_output,
+    point_colour,
+    single,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,7 +86,7 @@ def mechanism(
     drawing.joints(names)
     drawing.springs()
     if exaggerate > 0:
-        drawing.error(exaggerate, None if result is None else light(result))
+        drawing.error(exaggerate, None if result is None else single(result))
     drawing.frame()
     axes.set_title(m.title)
     handles, labels = axes.get_legend_handles_labels()
@@ -97,7 +108,7 @@ class _Drawing:
         self.poses = np.vstack([at.poses[configuration], np.zeros(3)])  # the ground has index -1
         self.spec = m.core_spec
         every = np.array([self.place(k) for k in range(len(self.spec["points"]))])
-        self.path = at.output[:, :2] / m.units.length
+        self.path = path_of_output(m, at)[:, :2] / m.units.length
         every = np.vstack([every, self.path[np.isfinite(self.path).all(axis=1)]])
         self.extent = float(np.ptp(every, axis=0).max()) or 1.0
 
@@ -242,12 +253,12 @@ class _Drawing:
     def error(self, exaggerate: float, result: Result | None) -> None:
         """The disc that each pin can use, where the pin lies in it, and the error of the output."""
         label = f"clearance, {exaggerate:g} times"
-        for source in self.spec["sources"]:
+        for number, source in enumerate(self.spec["sources"]):
             if source["kind"] != "clearance" or "disc" not in source["set"]:
                 continue
             joint = self.spec["joints"][source["joint"]]
             x, y = self.place(joint["first"])
-            radius = source["set"]["disc"]["radius"] / self.m.units.length * exaggerate
+            radius = clearance_of(self.m, number)[1]["radius"] / self.m.units.length * exaggerate
             self.axes.add_patch(
                 Circle((x, y), radius, facecolor=COLOURS[1], edgecolor=COLOURS[3], alpha=0.35, zorder=5, label=label)
             )
@@ -260,7 +271,7 @@ class _Drawing:
         if result is not None and "error" in result.data:
             tail = self.place(self.spec["output"]["point"])
             error = [result.get("error", component=c)[self.configuration] for c in ("x", "y")]
-            head = tail + exaggerate * np.array(error)
+            head = tail + exaggerate * on_ground(self.m, self.poses, np.array(error))
             arrow = {"arrowstyle": "-|>", "color": COLOURS[3], "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0}
             self.axes.annotate("", xy=(head[0], head[1]), xytext=(tail[0], tail[1]), arrowprops=arrow, zorder=9)
             self.axes.plot([], [], color=COLOURS[3], label=f"error, {exaggerate:g} times")

@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 
 from jointplay import files
 from jointplay.errors import InputError
-from jointplay.result import Result, Variable, quantity
+from jointplay.result import SEVERAL, Result, Variable, quantity
 from jointplay.typed import typed
 
 from . import sheet
@@ -105,6 +105,12 @@ def layers(result: Result | xr.Dataset, variable: str | None = None) -> Layers:
     """What is drawn of a map."""
     if "grid" not in result.attrs:
         raise InputError("this is not a map; jointplay.map makes one", key="map")
+    title = str(result.attrs["title"])
+    for dim in (dim for dim in SEVERAL if dim in result.sizes):
+        # The first one; another is drawn of a result in which it is chosen.
+        label = str(_values(result, dim)[0])
+        result = result.isel(dim, 0) if isinstance(result, Result) else result.isel({dim: 0})
+        title = f"{title} | {dim.replace('_', ' ')} {label}"
     import xarray as xr
 
     found = quantity(result, variable)
@@ -117,7 +123,7 @@ def layers(result: Result | xr.Dataset, variable: str | None = None) -> Layers:
     coords = {dim: _coordinate(result, dim) for dim in dims}
     attrs = {"long_name": found.long_name, "units": found.units}
     value = xr.DataArray(np.where(trusted, found.values, np.nan), coords, dims, attrs=attrs)
-    return Layers(value, status, changes, str(result.attrs["title"]))
+    return Layers(value, status, changes, title)
 
 
 def _values(result: Result | xr.Dataset, name: str) -> np.ndarray[Any, np.dtype[Any]]:

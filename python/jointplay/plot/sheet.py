@@ -13,9 +13,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jointplay import files
-from jointplay.errors import InputError
+from jointplay.errors import InputError, listed
+from jointplay.gaps import clearance_of
 from jointplay.model import Mechanism
-from jointplay.result import Result
+from jointplay.result import Result, parts
 from jointplay.result import size as size_of
 from jointplay.typed import typed
 
@@ -74,6 +75,9 @@ def put(figure: Figure, path: Path) -> None:
 
 def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:
     """The figure of `draw`."""
+    several = [parts(result) for result in results.values()]
+    if any(heading for part in several for heading, _ in part):
+        return _first_of_several(m, results, max(several, key=len))
     first = next(iter(results.values()))
     if "sweep" in first.attrs:
         return _sweep(first)
@@ -90,6 +94,17 @@ def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:
         figure.suptitle(str(first.attrs["title"]), fontsize=10)
         return figure
     return _errors(m, results)
+
+
+def _first_of_several(m: Mechanism, results: Mapping[str, Result], found: list[tuple[str, Result]]) -> Figure:
+    """The sheet of the first output and load case, with a line that says what else there is."""
+    own = {name: parts(result)[0][1] for name, result in results.items()}
+    figure = sheet(m.only(*(next(iter(names), None) for names in (m.outputs, m.load_cases))), own)
+    others = [("outputs", m.outputs[1:], "--output-point"), ("load cases", m.load_cases[1:], "--load-case")]
+    also = "; ".join(f"other {word} ({option}): {listed(names)}" for word, names, option in others if names)
+    heading = found[0][0]
+    figure.supxlabel("; ".join(filter(None, (heading, also))), x=0.01, ha="left", fontsize=7)
+    return figure
 
 
 def _sweep(result: Result) -> Figure:
@@ -133,7 +148,9 @@ def _drawable(result: Result) -> int:
 
 def _exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
     """A round factor that makes clearances and errors visible."""
-    radii = [s["set"]["disc"]["radius"] for s in m.core_spec["sources"] if "disc" in s["set"]]
+    radii = [
+        clearance_of(m, k)[1]["radius"] for k, source in enumerate(m.core_spec["sources"]) if "disc" in source["set"]
+    ]
     size = max(radii, default=0.0) / m.units.length
     if pushed is not None:
         size = max(size, float(np.nan_to_num(size_of(pushed, "error", "position")[shown])) / 2.0)

@@ -12,7 +12,7 @@ from jointplay.result import Result
 from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
 
 from . import couplings, springs
-from .style import COLOURS, GREY, body_colour, point_colour
+from .style import COLOURS, GREY, body_colour, on_ground, path_of_output, point_colour
 
 if TYPE_CHECKING:
     from jointplay.analyses.nominal import Nominal
@@ -36,7 +36,7 @@ class Sketch:
         self.spec = m.core_spec
         self.poses = np.vstack([at.poses[configuration], poses.ground(m.pose_size)])  # the ground has index -1
         self.places = np.array([self._place(k) for k in range(len(self.spec["points"]))])
-        self.path = at.output[:, :3] / m.units.length
+        self.path = path_of_output(m, at) / m.units.length
         every = np.vstack([self.places, self.path[np.isfinite(self.path).all(axis=1)]])
         self.extent = float(np.ptp(every, axis=0).max()) or 1.0
         self.every = every
@@ -138,7 +138,7 @@ class Sketch:
             return
         tail = self.places[self.spec["output"]["point"]]
         error = [result.get("error", component=c)[self.configuration] for c in ("x", "y", "z")]
-        arrow = exaggerate * np.array(error)
+        arrow = exaggerate * on_ground(self.m, self.poses, np.array(error))
         self.axes.quiver(*tail, *arrow, color=COLOURS[3], linewidth=1.6, label=f"error, {exaggerate:g} times")
         self.every = np.vstack([self.every, tail + arrow])
 

@@ -10,14 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from jointplay.errors import InputError, one_line, shown
-from jointplay.result import Result, from_dataset
+from jointplay import poses
+from jointplay.errors import InputError, listed, one_line, shown
+from jointplay.result import SEVERAL, Result, from_dataset
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from jointplay.analyses.nominal import Nominal
     from jointplay.model import Mechanism
 
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: Okabe and Ito, ordered so that neighbours differ in lightness as well
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
@@ -59,6 +62,38 @@ def point_colour(m: Mechanism, point: int) -> str:
 def light(result: Result | xr.Dataset) -> Result:
     """The light form of a result, whichever it came in."""
     return result if isinstance(result, Result) else from_dataset(result)
+
+
+def single(result: Result | xr.Dataset) -> Result:
+    """The light form of a result of one output in one load case.
+
+    Raises
+    ------
+    InputError
+        When it is of several.
+    """
+    found = light(result)
+    for dim in SEVERAL:
+        if dim in found.sizes:
+            labels = found.labels(dim)
+            problem = f"has several, of which one is drawn: result.sel({dim}={labels[0]!r}); there are {listed(labels)}"
+            raise InputError(problem, key=dim)
+    return found
+
+
+def on_ground(m: Mechanism, at: Floats, error: Floats) -> Floats:
+    """An error of the output's position in ground axes; `at` are the poses of all bodies."""
+    other = m.core_spec["output"].get("relative_to")
+    if other is None:
+        return error
+    turned: Floats = poses.matrix(at[other])[: len(error), : len(error)] @ error
+    return turned
+
+
+def path_of_output(m: Mechanism, at: Nominal) -> Floats:
+    """The place of the output point in every configuration, ground axes, metres; three coordinates."""
+    point = m.core_spec["points"][m.core_spec["output"]["point"]]
+    return poses.place(at.poses[:, point["body"]], point["at"])
 
 
 def canvas(

@@ -182,7 +182,8 @@ class Builder:
             numbers = np.arange(sizes["configuration"])
             coords["configuration"] = Variable(("configuration",), numbers, "", "number of the configuration, from 0")
         # No variable is lost to a drive that has its name.
-        taken = {*sizes, *self.coords, *self.data, *coords, *self.attrs}
+        several = (*(("output",) if self.m.data.outputs else ()), *(("load_case",) if self.m.data.load_cases else ()))
+        taken = {*sizes, *self.coords, *self.data, *coords, *self.attrs, *several}
         drives = dict(zip(coordinate_names(self._drives, taken), self._drives.values(), strict=True))
         attrs = {**self.attrs, "drives": ", ".join(drives)} if drives else self.attrs
         return Result({**coords, **drives, **self.coords}, self.data, attrs)

@@ -10,7 +10,9 @@ from .names import coordinate_names
 from .structure import Array, Result, Variable
 
 #: dimensions whose labels may differ between mechanisms
-NAMED = ("source", "joint", "parameter", "body", "drive")
+NAMED = ("source", "joint", "parameter", "body", "drive", "member", "elastic")
+#: dimensions of several outputs and load cases
+SEVERAL = ("output", "load_case")
 
 
 def stack(results: Sequence[Result], along: Variable, attrs: Mapping[str, str | int | float]) -> Result:
@@ -33,6 +35,44 @@ def stack(results: Sequence[Result], along: Variable, attrs: Mapping[str, str | 
         coords[name] = first if same else _stacked(variables, dim)
     data = {name: _stacked([result.data[name] for result in results], dim) for name in results[0].data}
     return Result(coords, data, attrs)
+
+
+def beside(results: Sequence[Result], dim: str, labels: Sequence[str], words: str, same: Sequence[str] = ()) -> Result:
+    """Results of the outputs, or of the load cases, of one mechanism along a new leading dimension.
+
+    Attributes that differ become coordinates; `same` names variables that do not depend on it.
+    """
+    first = results[0]
+    known = {name for result in results for name in result.attrs}
+    values = {name: [result.attrs.get(name, np.nan) for result in results] for name in sorted(known)}
+    apart = {name: v for name, v in values.items() if any(value != v[0] for value in v)}
+    attrs = {name: value for name, value in first.attrs.items() if name not in apart}
+    along = Variable((dim,), np.array(labels, dtype=str), "", words)
+    stacked = stack(results, along, attrs)
+    coords = {name: Variable((dim,), np.array(v)) for name, v in apart.items()}
+    data = {name: first.data[name] if name in same and name in first.data else v for name, v in stacked.data.items()}
+    return Result({**stacked.coords, **coords}, data, attrs)
+
+
+def parts(result: Result) -> list[tuple[str, Result]]:
+    """The results of every output and load case, each with its heading; the result itself where there are none."""
+    dims = [dim for dim in SEVERAL if dim in result.sizes]
+    found = [("", result)]
+    for dim in dims:
+        labels = result.labels(dim)
+        word = dim.replace("_", " ")
+        found = [
+            (f"{heading}, {word} {label}" if heading else f"{word.capitalize()} {label}", part.isel(dim, k))
+            for heading, part in found
+            for k, label in enumerate(labels)
+        ]
+    return [(heading, _with_own_attributes(part) if dims else part) for heading, part in found]
+
+
+def _with_own_attributes(result: Result) -> Result:
+    own = {name: v.values.item() for name, v in result.coords.items() if not v.dims and name not in SEVERAL}
+    known = {name: value for name, value in own.items() if value == value}
+    return Result(result.coords, result.data, {**result.attrs, **known})
 
 
 def _same(a: Array, b: Array) -> bool:

@@ -7,19 +7,20 @@ mechanism is compiled.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from pydantic.json_schema import models_json_schema
 
 from jointplay.errors import InputError, shown, suggestion
-from jointplay.units import ANGLES
 
 from .bodies import Body, BodyTable, SpatialBody
 from .clearances import (
     BallClearance,
+    BearingKeys,
     BeltClearance,
     FlankClearance,
+    GapClearance,
     GuideClearance,
     JournalClearance,
     LockedAngle,
@@ -27,27 +28,35 @@ from .clearances import (
     PrismaticClearance,
     RadialClearance,
     RevoluteClearance,
+    SizedClearance,
     SleeveClearance,
     SlotClearance,
 )
 from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
-from .expressions import LONGEST, NotAnExpression, Variables, is_variable, resolved
+from .expressions import LONGEST, NotAnExpression, Variables, resolved, variables_of
 from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, PlanarFile
 from .grid import GridRange
 from .joints import JointTable
 from .kinds import with_coordinate
+from .laws import LawName, LawTable, ToleranceLaw, law_in_core, limits_of
 from .messages import located
+from .pattern_tables import COPY, HEADS, PARTS, PatternHead, PatternTable
 from .placements import Place, PlacementTable, SpatialPlacementTable
 from .places import along_the_path
+from .sizes import Machined
 from .spatial_file import SpatialFile, SpatialStart
 from .spatial_joints import SpatialJoint, Universal
 from .springs import SpringTable
 from .stiffness import Stiffness
-from .values import NAME, ToleranceLaw, ToleranceTable, is_number
+from .values import NAME, ToleranceTable
 
 __all__ = [
+    "COPY",
+    "HEADS",
     "NAME",
+    "PARTS",
     "BallClearance",
+    "BearingKeys",
     "BeltClearance",
     "BeltKeys",
     "Body",
@@ -56,16 +65,23 @@ __all__ = [
     "Dimension",
     "Drive",
     "FlankClearance",
+    "GapClearance",
     "GearKeys",
     "GridRange",
     "GuideClearance",
     "JointTable",
     "JournalClearance",
+    "LawName",
+    "LawTable",
     "LoadTable",
     "LockedAngle",
+    "Machined",
     "MechanismFile",
     "Mesh",
+    "NotAnExpression",
     "OutputTable",
+    "PatternHead",
+    "PatternTable",
     "Place",
     "PlacementTable",
     "PlanarFile",
@@ -74,6 +90,7 @@ __all__ = [
     "RadialClearance",
     "RevoluteClearance",
     "Screw",
+    "SizedClearance",
     "SleeveClearance",
     "SlotClearance",
     "SpatialBody",
@@ -86,11 +103,19 @@ __all__ = [
     "ToleranceLaw",
     "ToleranceTable",
     "Universal",
+    "Variables",
     "along_the_path",
+    "checked",
     "json_schema",
+    "law_in_core",
+    "limits_of",
+    "space_of",
     "validate",
+    "variables_of",
     "with_coordinate",
 ]
+
+T = TypeVar("T", bound=BaseModel)
 
 #: the two kinds of file, by the value of `space`; without one a mechanism is planar
 FILES: dict[str, type[MechanismFile]] = {"planar": PlanarFile, "spatial": SpatialFile}
@@ -134,29 +159,42 @@ def validate(raw: dict[str, Any], file: str) -> MechanismFile:
     InputError
         Naming the first mistake.
     """
+    space = space_of(raw, file)
+    try:
+        variables = Variables(*variables_of(raw))
+    except NotAnExpression as problem:
+        raise InputError(str(problem), file=file, key=f"variables.{problem.name}") from None
+    return checked(raw, variables, FILES[space], file)[0]
+
+
+def space_of(raw: Mapping[str, Any], file: str) -> str:
+    """Whether a file is in the plane or in space.
+
+    Raises
+    ------
+    InputError
+        When it says something else.
+    """
     space = raw.get("space", "planar")
     if not isinstance(space, str) or space not in FILES:
         problem = f"{shown(space)} is not valid here; {suggestion(str(space), FILES)}"
         raise InputError(problem, file=file, key="space")
-    variables = _variables(raw, file)
+    return space
+
+
+def checked(raw: dict[str, Any], variables: Variables, model: type[T], file: str) -> tuple[T, dict[str, Any]]:
+    """Data as a model, and the data with numbers for its expressions.
+
+    Raises
+    ------
+    InputError
+        Naming the first mistake.
+    """
     try:
-        return resolved(raw, variables, FILES[space].model_validate, file)
+        return resolved(raw, variables, model.model_validate, file)
     except ValidationError as error:
         key, problem = located(error, raw)
         raise InputError(problem, file=file, key=key) from None
-
-
-def _variables(raw: Mapping[str, Any], file: str) -> Variables:
-    """The variables of a file; what is no table of numbers and texts is left for the model to refuse."""
-    given, units = raw.get("variables"), raw.get("units")
-    angle = units.get("angle", "deg") if isinstance(units, Mapping) else "deg"
-    is_value = lambda value: isinstance(value, str) or is_number(value)  # noqa: E731
-    if not (isinstance(given, Mapping) and all(map(is_variable, given)) and all(map(is_value, given.values()))):
-        given = {}
-    try:
-        return Variables(given, ANGLES.get(angle, 1.0) if isinstance(angle, str) else 1.0)
-    except NotAnExpression as problem:
-        raise InputError(str(problem), file=file, key=f"variables.{problem.name}") from None
 
 
 def json_schema() -> dict[str, Any]:

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, JsonValue, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
+from jointplay.errors import shown
+
+from .laws import Deviating, ToleranceLaw, check_law
+from .sizes import SIZE_LAW, Fit, Hole, Pin, Slider, Slot
 from .values import (
     IN_SPACE,
     ClearanceLaw,
-    Deviating,
     NonNegative,
     Pair,
     Positive,
     Table,
+    Tolerance,
     is_number,
     problem,
 )
@@ -29,54 +33,179 @@ class Clearance(Table):
     law: ClearanceLaw = Field("uniform", description=LAW)
 
 
-class RadialClearance(Clearance):
-    """Play of something round in something round: its size is the difference of the radii."""
+class SizedClearance(Clearance):
+    """A clearance whose size may scatter: it is given with a tolerance, or by the two sizes that make it."""
 
-    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["radial"]}, {"required": ["diametral"]}]})
+    #: keys that say how large it is by themselves, what each is, and the two sizes and the nominal size for a fit
+    measures: ClassVar[Mapping[str, str]]
+    pair: ClassVar[tuple[str, str]]
+    #: which of the two the joint's first body has, for all others
+    carried: ClassVar[str]
+    nominal_key: ClassVar[str]
+    #: what may stand beside a measure, for what temperature makes of it
+    grows_with: ClassVar[str] = ""
+    #: whether it may be left out
+    may_be_none: ClassVar[bool] = False
 
-    radial: NonNegative | SkipJsonSchema[None] = Field(None, description="hole radius minus pin radius")
-    diametral: NonNegative | SkipJsonSchema[None] = Field(None, description="hole diameter minus pin diameter")
-    diameter: Positive | SkipJsonSchema[None] = Field(
-        None, description="diameter of pin and hole, by which the clearance changes where the bodies grow differently"
+    tolerance: Tolerance | SkipJsonSchema[None] = Field(
+        None, description="how far the clearance may be off, in the measure in which it is given"
+    )
+    fit: Fit | SkipJsonSchema[None] = Field(None, description="instead: tolerance classes of ISO 286, such as H7/g6")
+    size_law: ToleranceLaw | SkipJsonSchema[None] = Field(
+        None, description=f"how the sizes scatter that have no law of their own: {SIZE_LAW}"
     )
 
     @model_validator(mode="after")
     def _one_measure(self) -> Self:
-        if self.radial is None and self.diametral is None:
-            raise problem("say which clearance is meant: radial (hole radius - pin radius) or diametral (twice that)")
-        if self.radial is not None and self.diametral is not None:
-            raise problem("give radial or diametral, not both")
+        own = [key for key in self.measures if getattr(self, key) is not None]
+        ways = [*own, *(key for key in ("fit", "bearing") if getattr(self, key, None) is not None)]
+        first, second = self.pair
+        parts = [key for key in self.pair if getattr(self, key) is not None]
+        ways += [" and ".join(self.pair)] if parts else []
+        if not ways and not self.may_be_none:
+            raise problem(self._missing())
+        if len(ways) > 1:
+            raise problem(f"give {' or '.join(ways)}, not both")
+        if len(parts) == 1:
+            raise problem(
+                f"'{second if parts == [first] else first}' is missing ({first} and {second} belong together)"
+            )
+        for key, needed, what in self._go_together():
+            if getattr(self, key) is not None and getattr(self, needed) is None:
+                raise problem(f"'{needed}' is missing ({what}, which {key} needs)")
+            by_heat = needed == self.grows_with and bool(own)
+            if getattr(self, needed) is not None and getattr(self, key) is None and not by_heat:
+                raise problem(f"'{needed}' goes with {key}")
+        if self.tolerance is not None and not own:
+            raise problem(
+                f"'tolerance' goes with {' or '.join(self.measures)}; here {ways[0] if ways else 'it'} has none"
+            )
+        if self.size_law is not None and not (parts or self.fit or self.tolerance or getattr(self, "bearing", None)):
+            raise problem("'size_law' says how sizes scatter; here the size is one number without a tolerance")
+        check_law(self.tolerance, self.size_law)
         return self
 
-    @property
-    def radius(self) -> float:
-        """Radius of the play, in file units."""
-        return self.radial if self.radial is not None else (self.diametral or 0.0) / 2.0
+    def _go_together(self) -> list[tuple[str, str, str]]:
+        """Keys that need another one: the key, what it needs, and what that is."""
+        return [("fit", self.nominal_key, "the nominal size")]
+
+    def _missing(self) -> str:
+        raise NotImplementedError
 
 
-class RevoluteClearance(RadialClearance):
+def _either(*ways: list[str]) -> dict[str, JsonValue]:
+    """The JSON Schema of a table that says something in one way."""
+    return {"oneOf": [{"required": [*way]} for way in ways]}
+
+
+class RadialClearance(SizedClearance):
+    """Play of something round in something round: its size is the difference of the radii."""
+
+    model_config = ConfigDict(
+        json_schema_extra=_either(["radial"], ["diametral"], ["fit", "diameter"], ["hole", "pin"])
+    )
+    measures: ClassVar[Mapping[str, str]] = {"radial": "hole radius - pin radius", "diametral": "twice that"}
+    pair: ClassVar[tuple[str, str]] = ("hole", "pin")
+    carried: ClassVar[str] = "pin"
+    nominal_key: ClassVar[str] = "diameter"
+    grows_with: ClassVar[str] = "diameter"
+
+    radial: NonNegative | SkipJsonSchema[None] = Field(None, description="hole radius minus pin radius")
+    diametral: NonNegative | SkipJsonSchema[None] = Field(None, description="hole diameter minus pin diameter")
+    diameter: Positive | SkipJsonSchema[None] = Field(
+        None, description="nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance"
+    )
+    hole: Hole | SkipJsonSchema[None] = Field(None, description="instead, with pin: diameter and limits of the hole")
+    pin: Pin | SkipJsonSchema[None] = Field(None, description="diameter and limits of the pin")
+
+    def _missing(self) -> str:
+        return (
+            "say which clearance is meant: radial (hole radius - pin radius) or diametral (twice that); or fit and"
+            " diameter, or hole and pin"
+        )
+
+
+def _range(value: object) -> object:
+    return (value, value) if is_number(value) else value
+
+
+#: a number, or the least and the most
+Range = Annotated[
+    tuple[NonNegative, NonNegative],
+    Field(strict=False),
+    BeforeValidator(_range, json_schema_input_type=NonNegative | tuple[NonNegative, NonNegative]),
+]
+
+
+class BearingKeys(SizedClearance):
+    """Play of a deep groove ball bearing, where a joint may be one."""
+
+    bearing: Literal["C2", "CN", "N", "C3", "C4", "C5"] | SkipJsonSchema[None] = Field(
+        None, description="instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1"
+    )
+    bore: Positive | SkipJsonSchema[None] = Field(None, description="with bearing: diameter of its bore")
+    reduction: Range | SkipJsonSchema[None] = Field(
+        None, description="with bearing: by how much mounting reduces its clearance; [least, most] where that scatters"
+    )
+
+    @model_validator(mode="after")
+    def _mounted(self) -> Self:
+        if self.reduction is not None and self.bearing is None:
+            raise problem("'reduction' goes with bearing")
+        if self.reduction is not None and self.reduction[0] > self.reduction[1]:
+            raise problem(f"reduction is [least, most], not {shown(list(self.reduction))}")
+        return self
+
+    def _go_together(self) -> list[tuple[str, str, str]]:
+        return [*super()._go_together(), ("bearing", "bore", "the diameter of its bore")]
+
+
+ROUND = (["radial"], ["diametral"], ["fit", "diameter"], ["hole", "pin"], ["bearing", "bore"])
+
+
+class RevoluteClearance(RadialClearance, BearingKeys):
     """Play of a pin in its hole: the pin's centre lies in a disc."""
 
+    model_config = ConfigDict(json_schema_extra=_either(*ROUND))
     example: ClassVar[str] = "{ radial = 0.02 } (hole radius - pin radius) or { diametral = 0.04 }"
     elsewhere: ClassVar[Mapping[str, str]] = {"axial": IN_SPACE, "length": IN_SPACE}
 
 
-class PrismaticClearance(Clearance):
+class GapClearance(SizedClearance):
+    """Play of something between two parallel faces."""
+
+    model_config = ConfigDict(json_schema_extra=_either(["gap"], ["fit", "nominal"], ["slot", "slider"]))
+    measures: ClassVar[Mapping[str, str]] = {"gap": "on each side"}
+    pair: ClassVar[tuple[str, str]] = ("slot", "slider")
+    carried: ClassVar[str] = "slot"
+    nominal_key: ClassVar[str] = "nominal"
+    #: what has the gap on each side
+    inner: ClassVar[str]
+
+    gap: NonNegative | SkipJsonSchema[None] = Field(None, description="gap on each side")
+    nominal: Positive | SkipJsonSchema[None] = Field(None, description="with fit: nominal width of the slot")
+    slot: Slot | SkipJsonSchema[None] = Field(None, description="instead, with slider: width and limits of the slot")
+    slider: Slider | SkipJsonSchema[None] = Field(None, description="width and limits of what is in the slot")
+
+    def _missing(self) -> str:
+        return f"'gap' is missing (gap on each side of the {self.inner}); or fit and nominal, or slot and slider"
+
+
+class PrismaticClearance(GapClearance):
     """Play of a slider in its guide: it may shift, and tilt over its length."""
 
+    inner: ClassVar[str] = "slider"
     example: ClassVar[str] = "{ gap = 0.02, length = 40 }"
     elsewhere: ClassVar[Mapping[str, str]] = {"width": IN_SPACE, "height": IN_SPACE}
 
-    gap: NonNegative = Field(description="gap on each side of the slider")
     length: Positive = Field(description="length of the slider inside its guide")
 
 
-class SlotClearance(Clearance):
+class SlotClearance(GapClearance):
     """Play of a pin across its slot."""
 
+    inner: ClassVar[str] = "pin"
     example: ClassVar[str] = "{ gap = 0.02 }"
-
-    gap: NonNegative = Field(description="gap on each side of the pin")
 
 
 class SleeveClearance(RadialClearance):
@@ -88,9 +217,15 @@ class SleeveClearance(RadialClearance):
 
     @model_validator(mode="after")
     def _bounded(self) -> Self:
-        if self.radius > 0.0 and self.length is None:
+        # A size that is one number may be zero, in which case the pin cannot tilt.
+        has_play = any(self.measures_given()) or self.tolerance is not None
+        if has_play and self.length is None:
             raise problem("'length' is missing (length of the pin inside its hole: it decides how far the pin tilts)")
         return self
+
+    def measures_given(self) -> list[object]:
+        """What says how large the radial play is; empty or zero where there is none."""
+        return [self.radial, self.diametral, self.fit, self.hole]
 
 
 class JournalClearance(SleeveClearance):
@@ -101,12 +236,28 @@ class JournalClearance(SleeveClearance):
     axial: NonNegative = Field(0.0, description="how far the pin can slide to each side")
 
 
-class GuideClearance(Clearance):
+class BearingClearance(JournalClearance, BearingKeys):
+    """Play of a pin in its hole and along it, or of a ball bearing, in space."""
+
+    model_config = ConfigDict(json_schema_extra=_either(*ROUND))
+
+    def measures_given(self) -> list[object]:
+        """What says how large the radial play is; empty or zero where there is none."""
+        return [*super().measures_given(), self.bearing]
+
+    @model_validator(mode="after")
+    def _of_bearing(self) -> Self:
+        if self.bearing is not None and "axial" not in self.model_fields_set:
+            raise problem("'axial' is missing (how far the shaft can slide to each side: the standard does not say)")
+        return self
+
+
+class GuideClearance(GapClearance):
     """Play of a slider of rectangular section in its guide: it may shift, tilt over its length, and roll."""
 
+    inner: ClassVar[str] = "slider"
     example: ClassVar[str] = "{ gap = 0.02, length = 40, width = 20, height = 10 }"
 
-    gap: NonNegative = Field(description="gap on each side of the slider")
     length: Positive = Field(description="length of the slider inside its guide")
     width: Positive = Field(description="size of its section along `side`")
     height: Positive | SkipJsonSchema[None] = Field(
@@ -120,12 +271,12 @@ class BallClearance(RadialClearance):
     example: ClassVar[str] = "{ radial = 0.02 } (socket radius - ball radius) or { diametral = 0.04 }"
 
 
-class PlateClearance(Clearance):
+class PlateClearance(GapClearance):
     """Play of a plate between two planes: it may rise, and tilt over its size."""
 
+    inner: ClassVar[str] = "plate"
     example: ClassVar[str] = "{ gap = 0.02, size = [40, 30] }"
 
-    gap: NonNegative = Field(description="gap on each side of the plate")
     size: Annotated[tuple[Positive, Positive], Field(strict=False)] = Field(
         description="size of the plate [along `side`, across it]"
     )
@@ -208,12 +359,7 @@ class ScrewClearance(JournalClearance):
     """Play of a screw in its nut: along the thread's axis, and of the pin in its hole."""
 
     model_config = ConfigDict(json_schema_extra={"not": {"required": ["radial", "diametral"]}})
+    may_be_none: ClassVar[bool] = True
     example: ClassVar[str] = "{ axial = 0.02 } or { axial = 0.02, radial = 0.05, length = 30 }"
 
     axial: NonNegative = Field(0.0, description="how far the nut can shift on the thread to each side")
-
-    @model_validator(mode="after")
-    def _one_measure(self) -> Self:
-        if self.radial is not None and self.diametral is not None:
-            raise problem("give radial or diametral, not both")
-        return self

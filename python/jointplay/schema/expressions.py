@@ -2,7 +2,7 @@
 
 An expression stands only where a number may: what is valid as a text, such as the name of a joint, stays one. Numbers,
 ``+ - * / **``, parentheses, variables, `pi` and the functions below; nothing else can be called. Angles are in the
-file's unit.
+file's unit. A value that only rounding keeps from a number of few digits is that number: limits are met exactly.
 """
 
 from __future__ import annotations
@@ -21,11 +21,34 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from jointplay.errors import InputError, listed, not_known, shown
+from jointplay.units import ANGLES
+
+from .messages import place
+from .values import is_number
 
 #: an expression that a person wrote is not longer, nor are there more operations in a chain
 LONGEST = 300
 #: variables of a circle that a message lists
 MOST_NAMED = 10
+#: a number of no more digits is meant where the value of an expression is within so many units in its last place
+FEW_DIGITS = 12
+ROUNDING = 4
+#: sines of multiples of this many degrees are met exactly
+EXACT = 30.0
+SINES = (
+    0.0,
+    0.5,
+    math.sqrt(0.75),
+    1.0,
+    math.sqrt(0.75),
+    0.5,
+    0.0,
+    -0.5,
+    -math.sqrt(0.75),
+    -1.0,
+    -math.sqrt(0.75),
+    -0.5,
+)
 #: passes over the file: what an expression becomes may show the next one
 MOST_PASSES = 12
 
@@ -47,6 +70,7 @@ PLAIN: Mapping[str, Callable[..., float]] = {
     "log": math.log,
 }
 FROM_ANGLE: Mapping[str, Callable[[float], float]] = {"sin": math.sin, "cos": math.cos, "tan": math.tan}
+DEGREE = ANGLES["deg"]
 TO_ANGLE: Mapping[str, Callable[..., float]] = {
     "asin": math.asin,
     "acos": math.acos,
@@ -74,8 +98,8 @@ class NotAnExpression(Exception):
 
     Parameters
     ----------
-    why : callable
-        Gives the sentence.
+    why : callable or str
+        The sentence, or what gives it.
     name : str
         The variable whose expression it is.
     """
@@ -90,7 +114,7 @@ class NotAnExpression(Exception):
 
 
 class Variables:
-    """The variables of a file, as they are asked for.
+    """The variables of a file, with their values.
 
     Parameters
     ----------
@@ -98,6 +122,11 @@ class Variables:
         Numbers and expressions by name.
     angle : float
         The file's unit of angles in radians.
+
+    Raises
+    ------
+    NotAnExpression
+        When one has no value; its `name` says which.
     """
 
     def __init__(self, given: Mapping[str, object], angle: float) -> None:
@@ -147,12 +176,17 @@ class Variables:
         16.0
         """
         try:
-            value = self._value(_parsed(text), text)
+            node = _parsed(text)
+            value = self._value(node, text)
+            size = abs(value)
+            if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
+                # A difference is rounded as its larger part is.
+                size = max(abs(self._value(part, text)) for part in (node.left, node.right))
         except RecursionError:
             raise NotAnExpression(f"{shown(text)} is nested too deep") from None
         if not math.isfinite(value):
             raise NotAnExpression(f"{shown(text)} has no finite value")
-        return value
+        return _settled(value, size)
 
     def _variable(self, name: str) -> float:
         if name in self._known:
@@ -184,6 +218,8 @@ class Variables:
                     raise NotAnExpression(f"{shown(text)}: {name} takes {needed} value{'s' * (needed != '1')}")
                 values = [self._value(argument, text) for argument in arguments]
                 if name in FROM_ANGLE:
+                    if self.angle == DEGREE and values[0] % EXACT == 0.0:
+                        return self._called(_exact, [name, values[0]], text)
                     return self._called(FROM_ANGLE[name], [values[0] * self.angle], text)
                 if name in TO_ANGLE:
                     return self._called(TO_ANGLE[name], values, text) / self.angle
@@ -202,6 +238,26 @@ class Variables:
             raise NotAnExpression(f"{shown(text)} has no finite value") from None
 
 
+def _settled(value: float, size: float) -> float:
+    """The number of few digits that a value is but for rounding, where there is one.
+
+    Examples
+    --------
+    >>> _settled(0.1 * 3, 0.3), _settled(0.1 + 0.2 - 0.3, 0.3), _settled(2 / 3, 2 / 3)
+    (0.3, 0.0, 0.6666666666666666)
+    """
+    within = ROUNDING * math.ulp(size)
+    near = float(f"{value:.{FEW_DIGITS}g}") if abs(value) > within else 0.0
+    return near if abs(near - value) <= within else value
+
+
+def _exact(name: str, degrees: float) -> float:
+    """Sine, cosine or tangent of a multiple of 30 degrees."""
+    turned = round(degrees % 360.0 / EXACT)
+    sine, cosine = SINES[turned % 12], SINES[(turned + 3) % 12]
+    return {"sin": sine, "cos": cosine}[name] if name != "tan" else sine / cosine
+
+
 def _parsed(text: str) -> ast.expr:
     if len(text) > LONGEST:
         raise NotAnExpression(f"{shown(text)} is longer than {LONGEST} characters")
@@ -209,6 +265,19 @@ def _parsed(text: str) -> ast.expr:
         return ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         raise NotAnExpression(f"{shown(text)} is not an expression such as a / 2 + 10") from None
+
+
+def variables_of(raw: Mapping[str, Any]) -> tuple[Mapping[str, object], float]:
+    """What a file gives as variables, and its unit of angles in radians.
+
+    What is no table of numbers and texts is left for the model to refuse.
+    """
+    given, units = raw.get("variables"), raw.get("units")
+    angle = units.get("angle", "deg") if isinstance(units, Mapping) else "deg"
+    is_value = lambda value: isinstance(value, str) or is_number(value)  # noqa: E731
+    if not (isinstance(given, Mapping) and all(map(is_variable, given)) and all(map(is_value, given.values()))):
+        given = {}
+    return given, ANGLES.get(angle, 1.0) if isinstance(angle, str) else 1.0
 
 
 def is_plain(text: str) -> bool:
@@ -230,8 +299,10 @@ ONLY_NUMBERS = {"float_type", "none_required"}
 SIGNS_OF_ONE = re.compile(r"[-+*/()]")
 
 
-def resolved(raw: dict[str, Any], variables: Variables, check: Callable[[dict[str, Any]], F], file: str) -> F:
-    """What a check makes of data whose expressions are replaced by numbers wherever it refuses a text.
+def resolved(
+    raw: dict[str, Any], variables: Variables, check: Callable[[dict[str, Any]], F], file: str
+) -> tuple[F, dict[str, Any]]:
+    """Data whose expressions are replaced by numbers wherever a check refuses a text, and what the check makes of it.
 
     Parameters
     ----------
@@ -254,19 +325,19 @@ def resolved(raw: dict[str, Any], variables: Variables, check: Callable[[dict[st
     data, replaced, first = raw, set[tuple[int | str, ...]](), None
     for _ in range(MOST_PASSES):
         try:
-            return check(data)
+            return check(data), data
         except ValidationError as error:
             first = first or error
             changed = _replaced(data, error, variables, file, replaced)
             if changed is None:
                 mistake = error.errors(include_url=False, include_context=False)[0]
-                place = tuple(_place(mistake["loc"], data))
-                was_text = any(place[: len(p)] == p or p[: len(place)] == place for p in replaced)
+                spot = place(mistake["loc"], data)
+                was_text = any(spot[: len(p)] == p or p[: len(spot)] == spot for p in replaced)
                 if was_text and mistake["type"] not in OF_NUMBERS:
                     raise first from None
                 raise
             data = changed
-    return check(data)
+    return check(data), data
 
 
 def _replaced(
@@ -279,13 +350,13 @@ def _replaced(
     """A copy with numbers for the texts that are refused where a number may stand; None where that changes nothing."""
     kinds: dict[tuple[int | str, ...], set[str]] = {}
     for mistake in error.errors(include_url=False, include_context=False):
-        kinds.setdefault(tuple(_place(mistake["loc"], data)), set()).add(mistake["type"])
+        kinds.setdefault(place(mistake["loc"], data), set()).add(mistake["type"])
     data = copy.deepcopy(data)
     changed = False
-    for place, kind in kinds.items():
-        if not place or place[0] == "variables" or not kind & OF_TEXTS:
+    for refused_at, kind in kinds.items():
+        if not refused_at or refused_at[0] == "variables" or not kind & OF_TEXTS:
             continue
-        *above, last = place
+        *above, last = refused_at
         here: Any = data
         for step in above:
             here = here[step]
@@ -296,7 +367,7 @@ def _replaced(
             text = holder[at]
             if not isinstance(text, str) or is_plain(text):
                 continue
-            spot = (*place, at) if within else place
+            spot = (*refused_at, at) if within else refused_at
             try:
                 holder[at] = variables.number(text)
             except NotAnExpression as why:
@@ -306,15 +377,3 @@ def _replaced(
                 changed = True
                 replaced.add(spot)
     return data if changed else None
-
-
-def _place(loc: tuple[int | str, ...], data: Any) -> list[int | str]:
-    """The part of pydantic's location that is in the file."""
-    steps: list[int | str] = []
-    for part in loc:
-        if (isinstance(data, dict) and part in data) or (
-            isinstance(data, list) and isinstance(part, int) and part < len(data)
-        ):
-            data = data[part]  # type: ignore[index]
-            steps.append(part)
-    return steps

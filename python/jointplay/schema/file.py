@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    JsonValue,
+    WithJsonSchema,
+    model_validator,
+)
 from pydantic.json_schema import SkipJsonSchema
 
 from jointplay.errors import shown
@@ -13,15 +21,16 @@ from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 
 from .assembly import Assembly
 from .bodies import Body, BodyTable, Expansion
+from .correlations import Correlation
 from .expressions import RESERVED, is_variable
 from .grid import Grid
 from .joints import JointTable
 from .kinds import Joint
+from .laws import Deviating, ToleranceLaw, check_law
 from .places import PathNumber, PathPair, Place
 from .springs import Spring, SpringTable
 from .values import (
     IN_SPACE,
-    Deviating,
     Name,
     NonNegative,
     Number,
@@ -30,13 +39,16 @@ from .values import (
     Positive,
     Table,
     Tolerance,
-    ToleranceLaw,
-    check_law,
     is_number,
     problem,
     spaced,
 )
 
+if TYPE_CHECKING:
+    from .pattern_tables import PlanarPattern
+
+#: what the key `patterns` is
+PATTERNS = "parts of the mechanism that are repeated, such as the legs of a platform"
 #: more configurations than anybody looks at; a longer path is a slip of the keyboard
 MOST_CONFIGURATIONS = 1_000_000
 
@@ -90,7 +102,9 @@ class Drive(Table):
         None, description="how many equally spaced values"
     )
     error: Tolerance | SkipJsonSchema[None] = Field(None, description="how far the drive may be off its command")
-    law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="how it scatters: uniform (default) or normal")
+    law: ToleranceLaw | SkipJsonSchema[None] = Field(
+        None, description="how it scatters: uniform if left out; see tolerances"
+    )
 
     @model_validator(mode="after")
     def _moves_something(self) -> Self:
@@ -178,8 +192,14 @@ class Path(PathTable):
 class OutputTable(Table):
     """The point on a body whose pose error is asked."""
 
+    elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(("limits", "leads"), "of one of several [outputs.NAME]")
+
     body: str = Field(description="the body that carries the output point")
     at: tuple[float, ...] | str
+    relative_to: str | SkipJsonSchema[None] = Field(
+        None,
+        description="the body against which the output is measured, in the axes of that body; the ground if left out",
+    )
 
 
 class Output(OutputTable):
@@ -188,6 +208,31 @@ class Output(OutputTable):
     example: ClassVar[str] = '{ body = "rocker", at = [150, 0] }'
 
     at: Place = Field((0.0, 0.0), description="the output point: [x, y] in body axes, or a joint on the body")
+
+
+class OutputLimits(Table):
+    """What is acceptable of one output."""
+
+    example: ClassVar[str] = "{ position = 0.5, rotation = 0.1 }"
+
+    position: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable position error")
+    rotation: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable rotation error")
+
+
+class OneOfSeveral(OutputTable):
+    """What an output has beside its point where there are several."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {}
+
+    limits: OutputLimits = Field(
+        default_factory=lambda: OutputLimits.model_validate({}),
+        description="its own limits, in place of those of [limits]",
+    )
+    leads: bool = Field(False, description="whether it is the one that [path] and a [grid] of positions speak of")
+
+
+class NamedOutput(Output, OneOfSeveral):
+    """One of several outputs."""
 
 
 class LoadTable(Table):
@@ -226,6 +271,9 @@ class Load(LoadTable):
         None, description="force [fx, fy], or a list of them, one per configuration"
     )
     moment: PathNumber = Field(0.0, description="moment, counter-clockwise, or one per configuration")
+
+
+Loads = Annotated[tuple[Load, ...], Field(strict=False)]
 
 
 class Dimension(Deviating):
@@ -292,7 +340,13 @@ def _variable(name: str) -> str:
     return name
 
 
-VariableName = Annotated[Name, AfterValidator(_variable)]
+#: letters, digits and `_`, no digit first, and nothing that has a meaning in expressions
+VARIABLE = f"^(?!(?:{'|'.join(sorted(RESERVED))})$)" + r"(?![0-9])[^\x00-\x2f\x3a-\x40\x5b-\x5e\x60\x7b-\x7f]+$"
+VariableName = Annotated[
+    Name,
+    AfterValidator(_variable),
+    WithJsonSchema({"type": "string", "pattern": VARIABLE, "maxLength": 100}),
+]
 
 
 def _format(value: object) -> object:
@@ -301,8 +355,20 @@ def _format(value: object) -> object:
     return value
 
 
+OUTPUT = "the point whose error is asked: a body and a point on it"
+OUTPUTS = "several points whose errors are asked, by name, in place of [output]"
+LOAD_CASES = "loads that act in one case, by name, beside those that act in every case"
+#: a file has either of them, and joints, which may be those of a pattern
+REQUIRED: dict[str, JsonValue] = {
+    "oneOf": [{"required": ["output"]}, {"required": ["outputs"]}],
+    "anyOf": [{"required": ["joints"]}, {"required": ["patterns"]}],
+}
+
+
 class MechanismFile(Table):
     """What the files of all mechanisms have in common."""
+
+    model_config = ConfigDict(json_schema_extra=REQUIRED)
 
     format: Annotated[Literal[1], BeforeValidator(_format)] = Field(description="version of the file format: 1")
     title: str = Field("", description="one line that says what the mechanism is")
@@ -312,6 +378,7 @@ class MechanismFile(Table):
         {}, description="numbers by name, or expressions, for the expressions that stand where a number may"
     )
     units: UnitsTable = Field(description='such as { length = "mm", angle = "deg", force = "N" }')
+    patterns: Mapping[str, Table]
     gravity: tuple[float, ...]
     bodies: Mapping[str, BodyTable]
     joints: Mapping[str, JointTable]
@@ -319,8 +386,10 @@ class MechanismFile(Table):
     drives: dict[Name, Drive] = Field({}, description="commanded joint coordinates")
     path: PathTable | None
     grid: Grid | SkipJsonSchema[None] = Field(None, description="what is mapped: ranges of drives or of the output")
-    output: OutputTable
+    output: OutputTable | None
+    outputs: Mapping[str, OneOfSeveral]
     loads: Sequence[LoadTable]
+    load_cases: Mapping[str, Sequence[LoadTable]]
     springs: Mapping[str, SpringTable]
     temperature: (
         Annotated[Temperature, BeforeValidator(_temperature, json_schema_input_type=Number | Temperature)]
@@ -330,6 +399,9 @@ class MechanismFile(Table):
         None, description="coefficient of thermal expansion in 1/K of every body without its own, ground included"
     )
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
+    correlations: Annotated[tuple[Correlation, ...], Field(strict=False)] = Field(
+        (), description="sources that scatter together"
+    )
     assembly: Assembly | SkipJsonSchema[None] = Field(None, description="the order in which it is assembled")
     limits: Limits = Field(default_factory=lambda: Limits.model_validate({}), description="what is acceptable")
 
@@ -339,16 +411,56 @@ class MechanismFile(Table):
             raise problem("a mechanism needs joints: [joints.NAME] tables")
         return self
 
+    @model_validator(mode="after")
+    def _one_output_or_several(self) -> Self:
+        if self.output is not None and self.outputs:
+            raise problem("give [output], or [outputs.NAME] for each of several; not both")
+        if self.output is None and not self.outputs:
+            raise problem(f"'output' is missing ({OUTPUT}), or [outputs.NAME] for each of several")
+        for word in ("position", "rotation"):
+            own = [name for name, output in self.outputs.items() if getattr(output.limits, word) is not None]
+            if own and len(own) == len(self.outputs) and getattr(self.limits, word) is not None:
+                raise problem(f"limits.{word} holds for no output: {shown(own)} have their own")
+        if self.path is not None and len(self.outputs) > 1 and not any(o.leads for o in self.outputs.values()):
+            raise problem(
+                f"which output has the [path]? Say leads = true in one of [outputs.NAME]: {shown([*self.outputs])}"
+            )
+        if len(leading := [name for name, output in self.outputs.items() if output.leads]) > 1:
+            raise problem(f"one output leads, that which [path] and [grid] speak of; here: {shown(leading)}")
+        return self
+
+    @model_validator(mode="after")
+    def _cases_have_loads(self) -> Self:
+        for name, loads in self.load_cases.items():
+            if not (loads or self.loads or any(self.gravity)):
+                raise problem(f"load_cases.{name} has no loads: [[load_cases.{name}]] with a force or a moment")
+        return self
+
+    def only(self, output: str, load_case: str) -> Self:
+        """The file of one of its outputs, and of one of its load cases; empty names are of what it has none."""
+        changes: dict[str, object] = {}
+        if output:
+            chosen = self.outputs[output]
+            own = {key: value for key, value in chosen.limits if value is not None}
+            changes = {"output": chosen, "limits": self.limits.model_copy(update=own)}
+        if load_case:
+            changes["loads"] = (*self.loads, *self.load_cases[load_case])
+        return self.model_copy(update=changes)
+
 
 class PlanarFile(MechanismFile):
     """A mechanism in the plane."""
 
     space: Literal["planar"] = Field("planar", description="plane or space")
+    # Defined in pattern_tables.py, from the tables of this file; `written_out` has put the copies in their place.
+    patterns: dict[Name, PlanarPattern] = Field({}, description=PATTERNS)
     gravity: Pair = Field((0.0, 0.0), description="acceleration of gravity [gx, gy] in m/s^2, ground axes")
     bodies: dict[Name, Body] = Field({}, description="masses of bodies, and what makes them elastic")
-    joints: dict[Name, Joint] = Field(description="the joints; the bodies are named by them")
+    joints: dict[Name, Joint] = Field({}, description="the joints; the bodies are named by them")
     start: dict[Name, Start] = Field({}, description="roughly where the bodies are: it chooses the assembly branch")
     path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")
-    output: Output = Field(description="the point whose error is asked: a body and a point on it")
-    loads: Annotated[tuple[Load, ...], Field(strict=False)] = Field((), description="forces and moments")
+    output: Output | SkipJsonSchema[None] = Field(None, description=OUTPUT)
+    outputs: dict[Name, NamedOutput] = Field({}, description=OUTPUTS)
+    loads: Loads = Field((), description="forces and moments")
+    load_cases: dict[Name, Loads] = Field({}, description=LOAD_CASES)
     springs: dict[Name, Spring] = Field({}, description="springs between bodies")

@@ -1,16 +1,32 @@
-"""Dotted keys: `joints.J1.clearance.radial`, `loads.0.force`, and `*` for every entry (`joints.*.clearance.radial`)."""
+"""Dotted keys: `joints.J1.clearance.radial`, `loads.0.force`, and `*` for every entry (`joints.*.clearance.radial`).
+
+What is repeated has the key of its pattern, `patterns.leg.joints.hip.clearance.radial`, for all copies at once. A `*`
+for entries of the file stands for those of its patterns as well.
+"""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from jointplay.errors import SHOWN, InputError, not_known, shown
 from jointplay.toml import DEEPEST, too_deep
 
 #: sections whose entries have names of the user's own
-NAMED = {"joints": "a joint", "drives": "a drive", "dimensions": "a dimension", "variables": "a variable"}
+NAMED = {
+    "joints": "a joint",
+    "drives": "a drive",
+    "dimensions": "a dimension",
+    "variables": "a variable",
+    "load_cases": "a load case",
+    "patterns": "a pattern",
+}
+
+#: the sizes that make a clearance, a ball bearing in its place, and what else than a number says how large it is
+PAIRS = ("hole", "pin", "slot", "slider")
+BEARING = ("bearing", "bore", "reduction")
+FITTED = ("fit", "diameter", "nominal", *PAIRS, *BEARING)
 
 #: different ways to say the same
 RIVALS: Mapping[str, tuple[str, ...]] = {
@@ -18,11 +34,17 @@ RIVALS: Mapping[str, tuple[str, ...]] = {
     "from": ("values",),
     "to": ("values",),
     "count": ("values",),
-    "radial": ("diametral",),
-    "diametral": ("radial",),
+    "radial": ("diametral", *FITTED),
+    "diametral": ("radial", *FITTED),
+    "gap": FITTED,
+    "fit": ("radial", "diametral", "gap", "tolerance", *PAIRS, *BEARING),
+    "bearing": ("radial", "diametral", "tolerance", "fit", "diameter", *PAIRS),
+    **dict.fromkeys(PAIRS, ("radial", "diametral", "gap", "tolerance", "fit", "diameter", "nominal", *BEARING)),
+    "tolerance": ("plus", "minus", "class"),
+    "class": ("tolerance", "plus", "minus"),
     "sigma": ("plus", "minus"),
-    "plus": ("sigma",),
-    "minus": ("sigma",),
+    "plus": ("sigma", "tolerance", "class"),
+    "minus": ("sigma", "tolerance", "class"),
     "backlash": ("backlash_angle",),
     "backlash_angle": ("backlash",),
     "module": ("radii", "radius"),
@@ -33,13 +55,19 @@ RIVALS: Mapping[str, tuple[str, ...]] = {
     "joints": ("joint",),
 }
 #: words that say by themselves all that their rivals do
-WHOLE = frozenset({"values", "radial", "diametral", "sigma", "backlash", "backlash_angle"})
+WHOLE = frozenset({"values", "radial", "diametral", "gap", "sigma", "backlash", "backlash_angle"})
 #: what a value of the first word is in terms of the second
 IN_TERMS_OF = {("radial", "diametral"): 0.5, ("diametral", "radial"): 2.0}
-#: keys at this depth (section, name, key) and below are the format's, above they may be names
-OWN_KEYS = 3
-
 Steps = tuple[str | int, ...]
+
+
+def _is_own(steps: Sequence[str | int]) -> bool:
+    """Whether the last step is a key of the format's (section, name, key) and not a name."""
+    return len(steps) >= 3 + 2 * _in_pattern(steps)
+
+
+def _in_pattern(steps: Sequence[str | int]) -> bool:
+    return len(steps) > 0 and steps[0] == "patterns"
 
 
 def expand(data: Mapping[str, Any], key: str, file: str) -> list[Steps]:
@@ -67,7 +95,7 @@ def expand(data: Mapping[str, Any], key: str, file: str) -> list[Steps]:
         raise InputError(f"{shown(key)} is not a dotted key such as joints.J1.clearance.radial", file=file)
     if "*" not in parts:
         return [_path(data, parts, key, file)]
-    found = _places(data, parts)
+    found = [place for spelled in _spellings(data, parts) for place in _places(data, spelled)]
     if not found:
         raise InputError(_no_match(data, parts), file=file, key=key)
     return found
@@ -88,30 +116,57 @@ def change(data: dict[str, Any], changes: Mapping[str, object], file: str) -> li
     for key, value in changes.items():
         places = expand(data, key, file)
         if "*" in key.split("."):
-            reached.append(_reached(data, key, places))
+            reached.append(what_is_reached(data, key, places))
         for steps in places:
             # Places share nothing that a later change of one of them would change in the others.
             assign(data, steps, copy.deepcopy(value))
     return reached
 
 
-def _reached(data: Mapping[str, Any], key: str, places: list[Steps]) -> str:
+def _spellings(data: Mapping[str, Any], parts: list[str]) -> list[list[str]]:
+    """A key with a `*` as it is, and within every pattern."""
+    patterns = data.get("patterns")
+    within = patterns if isinstance(patterns, Mapping) and parts[0] not in ("*", "patterns") else ()
+    return [parts, *(["patterns", name, *parts] for name in within)]
+
+
+def what_is_reached(data: Mapping[str, Any], key: str, places: list[Steps]) -> str:
     """How many of the entries that a `*` stands for a key reaches, and which of them say it in other words."""
     parts = key.split(".")
+    hit: set[Steps] = set()
+    entries: list[Steps] = []
+    for spelled in _spellings(data, parts):
+        star = spelled.index("*")
+        hit |= {steps[: star + 1] for steps in places if list(steps[:star]) == spelled[:star]}
+        entries += _matches(data, spelled[: star + 1])
     star = parts.index("*")
-    entries = [entry for above in _matches(data, parts[:star]) for entry in _steps(value_at(data, above), "*")]
-    hit = {steps[: star + 1] for steps in places}
     what = parts[star - 1] if star else "sections"
-    text = f"{key}: {len(hit)} of {len(entries)} {what}"
-    others = [word for steps in places for word in [_other_word(value_at(data, steps[:-1]), steps)] if word]
-    return text + "".join(f"; {others.count(word)} converted from {word}" for word in sorted(set(others)))
+    text = f"{key}: {_count(data, hit)} of {_count(data, entries)} {what}"
+    others = [(steps, _other_word(value_at(data, steps[:-1]), steps)) for steps in places]
+    words = sorted({word for _, word in others if word})
+    converted = ((_count(data, (steps for steps, other in others if other == word)), word) for word in words)
+    return text + "".join(f"; {number} converted from {word}" for number, word in converted)
+
+
+def _count(data: Mapping[str, Any], places: Iterable[Steps]) -> int:
+    """How many entries of the mechanism places are: what is in a pattern is there once for every copy."""
+    return sum(copies(data["patterns"][steps[1]]) if _in_pattern(steps) and len(steps) > 2 else 1 for steps in places)
+
+
+def copies(pattern: Any) -> int:
+    """How many copies of a pattern there are; one as long as it does not say it."""
+    table = pattern if isinstance(pattern, Mapping) else {}
+    values = table.get("values")
+    lists = values.values() if isinstance(values, Mapping) else ()
+    count = table.get("count", next((len(value) for value in lists if isinstance(value, list)), 1))
+    return count if isinstance(count, int) else 1
 
 
 def _places(data: Any, parts: list[str]) -> list[Steps]:
     """The places that a key with a `*` means: those that are given, be it in other words."""
     given = _matches(data, parts)
     last = parts[-1]
-    if last not in WHOLE or len(parts) < OWN_KEYS:
+    if last not in WHOLE or not _is_own(parts):
         return given
     tables = ((steps, value_at(data, steps)) for steps in _matches(data, parts[:-1]))
     return [(*steps, last) for steps, table in tables if _says(table, last)]
@@ -124,7 +179,7 @@ def _says(table: Any, word: str) -> bool:
 def _other_word(table: Any, steps: Steps) -> str:
     """The words in which a table says what is set at its end, where these are others."""
     last = steps[-1]
-    if not isinstance(last, str) or last not in WHOLE or last in table or len(steps) < OWN_KEYS:
+    if not isinstance(last, str) or last not in WHOLE or last in table or not _is_own(steps):
         return ""
     return ", ".join(word for word in RIVALS[last] if word in table)
 
@@ -163,10 +218,9 @@ def _no_match(data: Mapping[str, Any], parts: list[str]) -> str:
 
 
 def _path(data: Mapping[str, Any], parts: list[str], key: str, file: str) -> Steps:
-    if len(parts) > 1 + (parts[0] != "variables") and parts[0] in NAMED:
-        names = data.get(parts[0], {})
-        if isinstance(names, Mapping) and parts[1] not in names:
-            raise InputError(not_known(parts[1], NAMED[parts[0]], names), file=file, key=key)
+    _check_name(data, parts, 0, key, file)
+    if _in_pattern(parts) and len(parts) > 2:
+        _check_name(data, parts, 2, key, file)
     here: Any = data
     steps: list[str | int] = []
     for part in parts:
@@ -185,16 +239,40 @@ def _path(data: Mapping[str, Any], parts: list[str], key: str, file: str) -> Ste
     return tuple(steps)
 
 
+def _check_name(data: Mapping[str, Any], parts: list[str], start: int, key: str, file: str) -> None:
+    """Refuse the name of an entry that does not exist, in a section of the file or of a pattern."""
+    if len(parts) <= start + 1 + (parts[start] != "variables") or parts[start] not in NAMED:
+        return
+    section, name = parts[start : start + 2]
+    tables: Any = data["patterns"][parts[1]] if start else data
+    names = tables.get(section, {}) if isinstance(tables, Mapping) else None
+    if not isinstance(names, Mapping) or name in names:
+        return
+    patterns = data.get("patterns")
+    for pattern, table in patterns.items() if isinstance(patterns, Mapping) and not start else ():
+        own = table.get(section) if isinstance(table, Mapping) else None
+        original, _, number = name.rpartition("_")
+        there = f"patterns.{pattern}.{section}"
+        if isinstance(own, Mapping) and name in own:
+            raise InputError(f"'{name}' is in a pattern: {there}.{name}", file=file, key=key)
+        if isinstance(own, Mapping) and original in own and number in map(str, range(1, copies(table) + 1)):
+            problem = (
+                f"'{name}' is a copy: {there}.{original} is for all copies, and a value that differs from copy to copy"
+                f" is in patterns.{pattern}.values"
+            )
+            raise InputError(problem, file=file, key=key)
+    raise InputError(not_known(name, NAMED[section], names), file=file, key=key)
+
+
 def value_at(data: Any, steps: Steps) -> Any:
     """The value at a place that exists, converted where it is given in other words."""
     for step in steps[:-1]:
         data = data[step]
     last = steps[-1] if steps else None
-    if isinstance(data, Mapping) and isinstance(last, str) and last not in data and len(steps) >= OWN_KEYS:
+    if isinstance(data, Mapping) and isinstance(last, str) and last not in data and _is_own(steps):
         for other in RIVALS.get(last, ()):
             if other in data and (last, other) in IN_TERMS_OF:
-                part, given = IN_TERMS_OF[last, other], data[other]
-                return f"{part:g} * ({given})" if isinstance(given, str) else part * given
+                return _scaled(data[other], IN_TERMS_OF[last, other])
     return data if last is None else data[last]
 
 
@@ -214,7 +292,23 @@ def assign(data: Any, steps: Steps, value: Any, table: Callable[[], Any] = dict)
         if isinstance(last, int) or last in here:
             del here[last]
         return
+    if isinstance(last, str) and isinstance(here, dict) and _is_own(steps):
+        _keep_measure(here, last)
     here[last] = value
-    for rival in RIVALS.get(last, ()) if len(steps) >= OWN_KEYS and isinstance(last, str) else ():
+    for rival in RIVALS.get(last, ()) if _is_own(steps) and isinstance(last, str) else ():
         if rival in here:
             del here[rival]
+
+
+def _keep_measure(table: dict[str, Any], word: str) -> None:
+    """A tolerance is in the measure in which its clearance is given, and changes with it."""
+    for other in RIVALS.get(word, ()):
+        if other in table and "tolerance" in table and (word, other) in IN_TERMS_OF:
+            table["tolerance"] = _scaled(table["tolerance"], IN_TERMS_OF[word, other])
+
+
+def _scaled(value: Any, part: float) -> Any:
+    """A number, an expression, or a table of them, times a number."""
+    if isinstance(value, Mapping):
+        return {key: _scaled(one, part) for key, one in value.items()}
+    return f"{part:g} * ({value})" if isinstance(value, str) else part * value

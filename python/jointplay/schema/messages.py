@@ -45,23 +45,33 @@ def _name(name: str) -> str:
     return f"{shown(name)} is not a name: no blanks and none of . / * = [ ] or quotes, up to 100 characters"
 
 
-def _key(loc: Sequence[int | str], raw: Any) -> str:
-    """The part of pydantic's location that is in the file: it also names members of unions."""
-    parts: list[str] = []
+def place(loc: Sequence[int | str], raw: Any) -> tuple[int | str, ...]:
+    """The part of pydantic's location that is in the file: it also names members of unions.
+
+    Examples
+    --------
+    >>> place(("joints", "A", "<revolute>", "on", 0), {"joints": {"A": {"on": [1, 2]}}})
+    ('joints', 'A', 'on', 0)
+    """
+    parts: list[int | str] = []
     here = raw
     for part in loc:
         in_table = isinstance(here, Mapping) and part in here
         in_list = isinstance(here, list | tuple) and isinstance(part, int) and part < len(here)
         if in_table or in_list:
             here = here[part]
-            parts.append(str(part))
-    return ".".join(parts)
+            parts.append(part)
+    return tuple(parts)
+
+
+def _key(loc: Sequence[int | str], raw: Any) -> str:
+    return ".".join(map(str, place(loc, raw)))
 
 
 def _sentence(kind: str, given: object, context: Mapping[str, Any]) -> str:
     value = shown(given)
     match kind:
-        case "problem":
+        case "problem" | "problem_of_text":
             return str(context["message"])
         case "finite_number":
             return f"a finite number is needed, not {value}"

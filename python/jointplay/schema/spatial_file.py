@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from .bodies import SpatialBody
 from .file import (
+    LOAD_CASES,
+    OUTPUT,
+    OUTPUTS,
+    PATTERNS,
     LoadTable,
     MechanismFile,
+    OneOfSeveral,
     OutputTable,
     PathTable,
     StartTable,
@@ -20,6 +25,9 @@ from .kinds import AnySpatialJoint
 from .places import PathTriple, SpatialPlace
 from .springs import SpatialSpring
 from .values import IN_PLANE, Name, Number, Numbers, Triple, problem
+
+if TYPE_CHECKING:
+    from .pattern_tables import SpatialPattern
 
 TURNS = ("rx", "ry", "rz")
 
@@ -66,6 +74,10 @@ class SpatialOutput(OutputTable):
     )
 
 
+class SpatialNamedOutput(SpatialOutput, OneOfSeveral):
+    """One of several outputs."""
+
+
 class SpatialLoad(LoadTable):
     """A load: dead in ground axes, or a follower in those of a body."""
 
@@ -83,19 +95,25 @@ class SpatialLoad(LoadTable):
     )
 
 
+SpatialLoads = Annotated[tuple[SpatialLoad, ...], Field(strict=False)]
+
+
 class SpatialFile(MechanismFile):
     """A mechanism in space."""
 
     space: Literal["spatial"] = Field(description="plane or space")
+    patterns: dict[Name, SpatialPattern] = Field({}, description=PATTERNS)
     gravity: Triple = Field((0.0, 0.0, 0.0), description="acceleration of gravity [gx, gy, gz] in m/s^2, ground axes")
     bodies: dict[Name, SpatialBody] = Field({}, description="masses of bodies, and what makes them elastic")
-    joints: dict[Name, AnySpatialJoint] = Field(description="the joints; the bodies are named by them")
+    joints: dict[Name, AnySpatialJoint] = Field({}, description="the joints; the bodies are named by them")
     start: dict[Name, SpatialStart] = Field(
         {}, description="roughly where the bodies are; needed where the joints do not determine it"
     )
     path: SpatialPath | SkipJsonSchema[None] = Field(
         None, description="targets of the output, in place of drive values"
     )
-    output: SpatialOutput = Field(description="the point whose error is asked: a body and a point on it")
-    loads: Annotated[tuple[SpatialLoad, ...], Field(strict=False)] = Field((), description="forces and moments")
+    output: SpatialOutput | SkipJsonSchema[None] = Field(None, description=OUTPUT)
+    outputs: dict[Name, SpatialNamedOutput] = Field({}, description=OUTPUTS)
+    loads: SpatialLoads = Field((), description="forces and moments")
+    load_cases: dict[Name, SpatialLoads] = Field({}, description=LOAD_CASES)
     springs: dict[Name, SpatialSpring] = Field({}, description="springs between bodies")

@@ -10,8 +10,8 @@ from pydantic.json_schema import SkipJsonSchema
 
 from .clearances import (
     BallClearance,
+    BearingClearance,
     GuideClearance,
-    JournalClearance,
     LockedAngle,
     PlateClearance,
     SleeveClearance,
@@ -76,7 +76,7 @@ class SpatialRevolute(SpatialJoint):
     held: ClassVar[tuple[str, ...]] = ("axial", "radial", "radial", "tilt", "tilt")
 
     type: Literal["revolute"] = Field(description="kind of joint")
-    clearance: JournalClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
+    clearance: BearingClearance | SkipJsonSchema[None] = Field(None, description=PLAY)
     stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=ELASTIC)
 
 
@@ -123,7 +123,7 @@ class Universal(SpatialJoint):
     held: ClassVar[tuple[str, ...]] = ("axial", "radial", "radial", "tilt", "tilt")
 
     type: Literal["universal"] = Field(description="kind of joint")
-    clearance: JournalClearance | SkipJsonSchema[None] = Field(None, description="play of each of the two pins")
+    clearance: BearingClearance | SkipJsonSchema[None] = Field(None, description="play of each of the two pins")
     stiffness: JournalStiffness | SkipJsonSchema[None] = Field(None, description=f"of each of the two pins: {ELASTIC}")
     axes: Annotated[tuple[Direction, Direction], Field(strict=False)] | SkipJsonSchema[None] = Field(
         None, description="with `bodies`: directions of the pin in the first and of the pin in the second body"

@@ -29,7 +29,6 @@ NAME = r"""^[^\s\x00-\x1f\x7f./*"=\[\]]+$"""
 Name = Annotated[str, StringConstraints(pattern=NAME, max_length=100)]
 
 ClearanceLaw = Literal["uniform", "boundary", "normal"]
-ToleranceLaw = Literal["normal", "uniform"]
 
 #: where keys belong that a mechanism of the other kind does not have
 IN_SPACE = 'in space (space = "spatial")'
@@ -40,6 +39,11 @@ def problem(message: str) -> PydanticCustomError:
     """An error whose message is already a sentence for people."""
     # The text travels as context, so that braces in it are not read as placeholders.
     return PydanticCustomError("problem", "{message}", {"message": message})
+
+
+def problem_of_text(message: str) -> PydanticCustomError:
+    """The same of a value that has to be a text, in whose place no expression can stand."""
+    return PydanticCustomError("problem_of_text", "{message}", {"message": message})
 
 
 def is_number(value: object) -> bool:
@@ -167,22 +171,3 @@ def _tolerance(value: object) -> object:
 
 #: a number means plus and minus that number
 Tolerance = Annotated[ToleranceTable, BeforeValidator(_tolerance, json_schema_input_type=NonNegative | ToleranceTable)]
-
-
-def check_law(tolerance: ToleranceTable | None, law: ToleranceLaw | None) -> None:
-    """Refuse a law beside `sigma`, which is one already."""
-    if law is not None and tolerance is not None and tolerance.sigma is not None:
-        raise problem(f"sigma already says how it scatters (normal, not truncated); leave out law = {shown(law)}")
-
-
-class Deviating(Table):
-    """A length or an angle: its tolerance, and its known error in a built specimen."""
-
-    tolerance: Tolerance | SkipJsonSchema[None] = Field(None, description="how far it may be off")
-    deviation: Number = Field(0.0, description="the known error of one built specimen")
-    law: ToleranceLaw | SkipJsonSchema[None] = Field(None, description="normal (three sigma, default) or uniform")
-
-    @model_validator(mode="after")
-    def _law(self) -> Self:
-        check_law(self.tolerance, self.law)
-        return self

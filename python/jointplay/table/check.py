@@ -10,6 +10,8 @@ from jointplay.result import Result
 from .layout import Column, Table, fixed, owners, words
 
 WORDS = {"pin_in_slot": "pin in slot"}
+#: what is listed by name where the file has several
+SEVERAL = {"outputs": "Outputs", "load_cases": "Load cases"}
 
 
 def overview(result: Result) -> list[Table]:
@@ -21,6 +23,8 @@ def overview(result: Result) -> list[Table]:
         tables.append(_springs(result))
     if "source" in result.coords:
         tables.append(_sources(result))
+    if "clearance" in result.coords:
+        tables.append(_plays(result))
     tables.append(_mobility(result))
     return tables
 
@@ -90,6 +94,21 @@ def _sources(result: Result) -> Table:
     return Table(_count(len(names), "source of error", "sources of error"), columns)
 
 
+def _plays(result: Result) -> Table:
+    """The clearances whose size scatters, with the travel of the pin from side to side."""
+    names, play = result.labels("clearance"), result.get("play")
+    columns = (
+        words("clearance", names),
+        words("given as", result.get("play_given").tolist()),
+        Column("play, from", result.unit("play"), tuple(f"{value:.4g}" for value in play[:, 0].tolist())),
+        Column("to", result.unit("play"), tuple(f"{value:.4g}" for value in play[:, 1].tolist())),
+    )
+    tight = [name for name, value in zip(names, play[:, 0].tolist(), strict=True) if value < 0.0]
+    notes = (f"Pairs with interference have no play: {', '.join(tight)}.",) if tight else ()
+    count = _count(len(names), "clearance whose size scatters", "clearances whose sizes scatter")
+    return Table(f"{count}: travel from side to side", columns, notes)
+
+
 def _mobility(result: Result) -> Table:
     frame = result.labels("component")
     guess = result.get("guess")
@@ -110,6 +129,7 @@ def _mobility(result: Result) -> Table:
         *_stresses(result),
         assembled,
         _count(count, "configuration", "configurations") + ".",
+        *(f"{words_}: {result.attrs[name]}." for name, words_ in SEVERAL.items() if name in result.attrs),
     )
     return Table("Start, from which it is assembled", tuple(columns), notes)
 

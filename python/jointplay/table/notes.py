@@ -48,6 +48,7 @@ def _notes(result: Result) -> Iterable[str]:
     question = result.attrs.get("question")
     if question == "random" and status.ndim == 1:
         yield from _samples(result)
+        yield from _interference(result)
     if "offsets_of" in result.attrs:
         yield f"Every clearance and tolerance is where {result.attrs['offsets_of']} has it; --offset gives others."
     elif question == "given" and status.ndim == 1:
@@ -55,6 +56,18 @@ def _notes(result: Result) -> Iterable[str]:
     if question == "worst" and "unsettled" in result.data and result.get("unsettled").any():
         which = _which(np.flatnonzero(result.get("unsettled")).tolist()) if status.ndim == 1 else "Some configurations"
         yield f"{which}: the search reached its limit of steps; the largest errors found are shown."
+    if question == "worst" and "some_without_play" in result.attrs:
+        tight = result.attrs["some_without_play"]
+        yield f"{tight}: the largest play counts; some pairs of hole and pin have interference, and none."
+    if question == "worst" and "correlations_ignored" in result.attrs:
+        yield (
+            f"{result.attrs['correlations_ignored']}: correlated, but the worst case takes each of them at any of its"
+            " limits; `random` knows the correlation."
+        )
+    if "sizes" in result.attrs and question in ("loaded", "given") and "offsets_of" not in result.attrs:
+        which = str(result.attrs["sizes"])
+        middle = "in the middle of their limits; --sizes takes the largest or the smallest play"
+        yield f"Sizes of clearances: {middle if which == 'middle' else f'those of the {which} play'}."
     if question == "compensate":
         yield from _correction(result)
     if question == "solve" and (status == "singular").any():
@@ -84,6 +97,15 @@ def _motion(result: Result, outcome: str, bad: np.ndarray[tuple[int, ...], np.dt
     moving = (parts > TAKES_PART * parts.max(axis=1, keepdims=True)).any(axis=0)
     names = dict.fromkeys(name for name, moves in zip(owners(result), moving.tolist(), strict=True) if moves)
     return f" (what moves: {', '.join(names)})" if names else ""
+
+
+def _interference(result: Result) -> Iterable[str]:
+    if "interference" not in result.data:
+        return
+    shares = np.nan_to_num(result.get("interference")).max(axis=0)
+    for name, share in zip(result.labels("source"), shares.tolist(), strict=True):
+        if share > 0.0:
+            yield f"{name}: {100.0 * share:.2g} % of the pairs have interference, and no play."
 
 
 def _samples(result: Result) -> Iterable[str]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointplay.result import TYPICAL, Result, blame, size, split, unit_of
+from jointplay.result import TYPICAL, Result, blame, parts, size, split, unit_of
 
 from .assembly import overview as assembly_overview
 from .check import overview
@@ -26,6 +26,10 @@ Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 def tables(result: Result) -> list[Table]:
     """The tables of a result, by the question in its attributes."""
+    several = parts(result)
+    if len(several) > 1 or several[0][0]:
+        blocks = [replace(t, title=f"{heading}: {t.title}") for heading, part in several for t in tables(part)]
+        return [*blocks, *_envelopes(result)]
     if "mechanism" in result.sizes:
         return [Table(TITLES[_question(result)], _compare(result), notes(result))]
     if "sweep" in result.attrs:
@@ -46,17 +50,57 @@ def tables(result: Result) -> list[Table]:
     return [Table(TITLES[question], tuple(_only(c, shown) for c in columns), (*notes(result), *extra))]
 
 
+def _envelopes(result: Result) -> list[Table]:
+    """Of every output the largest errors over the load cases, configuration by configuration."""
+    if "envelope_position" not in result.data or "configuration" not in result.data["envelope_position"].dims:
+        return []
+    outputs = enumerate(result.labels("output")) if "output" in result.sizes else [(None, "")]
+    return [
+        table
+        for k, name in outputs
+        for table in _envelope(result if k is None else result.isel("output", k), f"Output {name}: " if name else "")
+    ]
+
+
+def _envelope(result: Result, heading: str) -> list[Table]:
+    if "sweep" in result.attrs or "mechanism" in result.sizes:
+        return []
+    drives = [commands(name, drive.units, drive.values) for name, drive in result.drives.items()]
+    columns = [Column("#", "", tuple(str(k) for k in range(result.sizes["configuration"]))), *drives]
+    for word in ("position", "rotation"):
+        columns.append(_figures(result, f"envelope_{word}", word))
+        columns.append(words("in case", [case or NOTHING for case in result.get(f"envelope_{word}_case").tolist()]))
+    for part in _components(result):
+        unit = result.unit("envelope_component", component=part[0])
+        ends = {
+            f"{c}\n{s}": result.get("envelope_component", component=c, side=s) for c in part for s in ("low", "high")
+        }
+        cells = numbers("", unit, np.concatenate(list(ends.values())), noise(result, unit)).cells
+        count = len(cells) // len(ends)
+        columns += [Column(n, unit, cells[k * count : (k + 1) * count], spare=1) for k, n in enumerate(ends)]
+    rows = _chosen_rows(result.get("envelope_position"))
+    more = result.sizes["configuration"] - len(rows)
+    extra = (f"{more} more configurations are not shown; -o writes them all.",) if more else ()
+    title = f"{heading}Envelope: the largest errors over the load cases"
+    return [Table(title, tuple(_only(c, rows) for c in columns), extra)]
+
+
 def _question(result: Result) -> str:
     return str(result.attrs["question"])
 
 
 def _rows(result: Result, question: str) -> list[int]:
     """All configurations, or some evenly spaced and the worst of them."""
-    count = len(result.get("status"))
+    if len(result.get("status")) <= MOST_ROWS:
+        return list(range(len(result.get("status"))))
+    return _chosen_rows(_size(result, question))
+
+
+def _chosen_rows(figure: Floats) -> list[int]:
+    count = len(figure)
     if count <= MOST_ROWS:
         return list(range(count))
     rows = set(np.linspace(0, count - 1, MOST_ROWS).round().astype(int).tolist())
-    figure = _size(result, question)
     if np.isfinite(figure).any():
         rows.add(int(np.nanargmax(figure)))
     return sorted(rows)

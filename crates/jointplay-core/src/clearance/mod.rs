@@ -21,11 +21,13 @@ mod convex;
 pub mod draw;
 pub(crate) mod face;
 pub(crate) mod faces_on_lanes;
+mod gap;
 pub(crate) mod law;
 mod normalized;
 pub(crate) mod offset;
 mod pin;
 mod projection;
+pub(crate) mod quantile;
 #[cfg(test)]
 pub(crate) mod samples;
 mod tapered;

@@ -6,6 +6,7 @@ pub(crate) mod coupling;
 pub(crate) mod equations;
 mod escape;
 pub(crate) mod newton;
+mod output;
 pub(crate) mod recorded;
 pub(crate) mod sensitivity;
 mod springs;

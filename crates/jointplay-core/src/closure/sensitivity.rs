@@ -6,11 +6,9 @@
 //! sensitivity. One solve serves all inputs.
 
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 
 use crate::closure::equations::{Inputs, constant};
 use crate::closure::newton::{Linearised, State};
-use crate::math::memory::filled;
 use crate::math::real::Real;
 use crate::math::space::{Component, Pose};
 use crate::math::vector::{Vec3, add, cross, dot};
@@ -40,18 +38,6 @@ pub struct Gradient {
 }
 
 impl Mechanism {
-    /// Coordinates of the output: position of its point, rotation of its body.
-    #[must_use]
-    pub fn output(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> Vec<f64> {
-        let poses = self.poses(coordinates);
-        let place = self.place(self.output, &poses, &inputs.parameters);
-        let turned = self.points[self.output].body.map_or_else(
-            || vec![0.0; self.size() - self.n_translations()],
-            |b| self.space.attitude(&coordinates[b * self.n_body_coordinates()..(b + 1) * self.n_body_coordinates()]),
-        );
-        self.pose_components(place.position, &turned)
-    }
-
     /// Components of a pose: the translations that exist, then the rotations.
     pub(crate) fn pose_components<S: Real>(&self, position: Vec3<S>, rotation: &[S]) -> Vec<S> {
         let mut rotations = rotation.iter();
@@ -69,28 +55,6 @@ impl Mechanism {
         let mut difference: Vec<f64> = from[..n].iter().zip(&to[..n]).map(|(a, b)| b - a).collect();
         difference.extend(self.space.turn_between(&from[n..], &to[n..]));
         difference
-    }
-
-    /// Outputs of many perfect mechanisms, coordinates given one after the other.
-    #[must_use]
-    pub fn outputs(&self, coordinates: &[f64]) -> Vec<f64> {
-        const AT_ONCE: usize = 1 << 10;
-        let inputs = Inputs::nominal(self, &vec![0.0; self.n_drives]);
-        let (point, width) = (&self.points[self.output], self.n_body_coordinates());
-        let Some(body) = point.body else {
-            let rows = coordinates.chunks_exact(self.n_coordinates());
-            return rows.flat_map(|c| self.output(c, &inputs)).collect();
-        };
-        let mut outputs = filled(coordinates.len() / self.n_coordinates() * self.size(), 0.0);
-        let rows = outputs.par_chunks_exact_mut(self.size()).zip(coordinates.par_chunks_exact(self.n_coordinates()));
-        rows.with_min_len(AT_ONCE).for_each(|(output, row)| {
-            let own = &row[body * width..(body + 1) * width];
-            let pose = self.space.pose(own);
-            let (place, attitude) = output.split_at_mut(self.n_translations());
-            place.copy_from_slice(&add(pose.position, pose.turn(point.at))[..place.len()]);
-            attitude.copy_from_slice(&self.space.attitude(own));
-        });
-        outputs
     }
 
     /// Adds a wrench on the body of a point: the gradient of its work along the twists and along the
@@ -149,7 +113,7 @@ impl Mechanism {
             Component::Along(i) => force[i] = 1.0,
             Component::About(i) => moment[i] = 1.0,
         }
-        self.add_wrench(self.output, constant(force), constant(moment), poses, parameters, &mut cost);
+        self.add_output_wrench(constant(force), constant(moment), poses, parameters, &mut cost);
         cost
     }
 

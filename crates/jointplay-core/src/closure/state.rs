@@ -54,15 +54,8 @@ impl Mechanism {
 
     /// Error of an output against that of nominal coordinates.
     pub(crate) fn error(&self, state: &State, nominal: &State) -> Vec<f64> {
-        let place = |s: &State| self.place(self.output, &self.poses(&s.coordinates), &s.inputs.parameters).position;
-        let width = self.n_body_coordinates();
-        let turned = self.points[self.output].body.map_or_else(
-            || vec![0.0; self.size() - self.n_translations()],
-            |b| {
-                let body = b * width..(b + 1) * width;
-                self.space.turn_of_body(&nominal.coordinates[body.clone()], &state.coordinates[body])
-            },
-        );
+        let place = |s: &State| self.output_place(&self.poses(&s.coordinates), &s.inputs.parameters);
+        let turned = self.output_turn(&nominal.coordinates, &state.coordinates);
         self.pose_components(sub(place(state), place(nominal)), &turned)
     }
 

@@ -229,6 +229,28 @@ impl Space {
         }
     }
 
+    /// Coordinates, or pose numbers, of a body with its rotation as seen from another body.
+    pub fn seen_from<S: Real>(self, from: &[S], own: &[S]) -> Vec<S> {
+        let mut seen = own.to_vec();
+        match (self, own.len()) {
+            (Self::Planar, 3) => seen[2] = own[2] - from[2],
+            (Self::Planar, _) => {
+                let ((c0, s0), (c, s)) = ((from[2], from[3]), (own[2], own[3]));
+                seen[2] = c * c0 + s * s0;
+                seen[3] = s * c0 - c * s0;
+            }
+            (Self::Spatial, _) => {
+                // The product of the other quaternion, turned round, and the own one.
+                let (w0, v0) = (from[3], [from[4], from[5], from[6]]);
+                let (w, v) = (own[3], [own[4], own[5], own[6]]);
+                let vector = sub(sub(scale(v, w0), scale(v0, w)), cross(v0, v));
+                seen[3] = w * w0 + dot(v, v0);
+                seen[4..7].copy_from_slice(&vector);
+            }
+        }
+        seen
+    }
+
     /// The rotation components of a body's attitude: the angle in the plane, a rotation vector in space.
     #[must_use]
     pub fn attitude(self, coordinates: &[f64]) -> Vec<f64> {
@@ -284,6 +306,13 @@ impl<S: Real> Pose<S> {
     #[must_use]
     pub fn turn(&self, v: Vec3<S>) -> Vec3<S> {
         let r = &self.rotation;
+        [dot(r[0], v), dot(r[1], v), dot(r[2], v)]
+    }
+
+    /// Turns a vector from ground axes to body axes.
+    #[must_use]
+    pub fn turn_back(&self, v: Vec3<S>) -> Vec3<S> {
+        let r = transposed(&self.rotation);
         [dot(r[0], v), dot(r[1], v), dot(r[2], v)]
     }
 }

@@ -7,7 +7,9 @@ use crate::cone::springs::factor;
 use crate::math::space::{Component, Space};
 use crate::math::vector::{add, norm, scale, sub};
 use crate::mechanism::coupling::{Coupling, Pair, Play};
+use crate::mechanism::gap::{Gap, Size};
 use crate::mechanism::joint::Joint;
+use crate::mechanism::scores::{groups, quantile};
 use crate::mechanism::spec::{SourceSpec, Spec, Target};
 use crate::mechanism::{Driven, Elastic, Mechanism, Point, Row, Source};
 use crate::program::memo::Memo;
@@ -16,6 +18,9 @@ use crate::program::memo::Memo;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("inconsistent mechanism: {0}")]
 pub struct SpecError(String);
+
+/// Sizes of one clearance: hole and pin, or one of its own.
+const MOST_SIZES: usize = 2;
 
 fn fail<T>(message: impl Into<String>) -> Result<T, SpecError> {
     Err(SpecError(message.into()))
@@ -40,6 +45,10 @@ impl Mechanism {
         let mut points = points(spec)?;
         if spec.output.point >= points.len() || spec.loads.iter().any(|l| l.point >= points.len()) {
             return fail("the output or a load refers to a point that does not exist");
+        }
+        if spec.output.relative_to.is_some_and(|body| body >= spec.n_bodies || points[spec.output.point].body.is_none())
+        {
+            return fail("the output is measured against a body that does not exist, or is on the ground");
         }
         let joints = joints(spec, &points)?;
         check_forces(spec, &points, &joints)?;
@@ -68,36 +77,8 @@ impl Mechanism {
                 rows.push(Row { drive: Some(Driven { drive: d, coefficient, command }), ..Row::of(joint, component) });
             }
         }
-        let mut sources = Vec::with_capacity(spec.sources.len());
-        let mut centre = Vec::new();
-        for (i, s) in spec.sources.iter().enumerate() {
-            let set = s.set;
-            set.check().map_err(|e| SpecError(format!("source {i}: {e}")))?;
-            let first = centre.len();
-            let components = attach(s, first, &mut points, &joints, &mut rows)
-                .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;
-            if components.len() != set.size() || s.centre.len() != set.size() {
-                return fail(format!("source {i}: its set or centre has the wrong size"));
-            }
-            centre.extend_from_slice(&s.centre);
-            let is_clearance = matches!(s.target, Target::Clearance { .. });
-            let is_angle = match s.target {
-                Target::Angle { .. } => true,
-                Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
-                Target::Clearance { .. }
-                | Target::Dimension { .. }
-                | Target::Growth { .. }
-                | Target::Ratio { .. }
-                | Target::Centre { .. } => false,
-            };
-            let lever = match &s.target {
-                // Zero where nothing grows: then nothing is conjugate to it.
-                Target::Growth { moves } => moves.iter().fold(0.0, |far: f64, moved| far.max(norm(&moved.rate))),
-                _ if is_angle => spec.length,
-                _ => 1.0,
-            };
-            sources.push(Source { set, law: s.law, first, is_clearance, lever, components });
-        }
+        let (sources, centre) = sources(spec, &mut points, &joints, &mut rows, &driven_rows)?;
+        let scores = groups(&spec.correlations, &sources).map_err(SpecError)?;
         let largest_move = |joint: &Joint| joint.coupling.as_ref().map_or(f64::INFINITY, Coupling::largest_move);
         let mut built = Self {
             space: spec.space,
@@ -110,10 +91,12 @@ impl Mechanism {
             n_driven: rows.len() - of_joints,
             largest_move: joints.iter().map(largest_move).fold(f64::INFINITY, f64::min),
             output: spec.output.point,
+            seen_from: spec.output.relative_to,
             loads: spec.loads.clone(),
             springs: spec.springs.clone(),
             torsions: spec.torsions.clone(),
             sources,
+            scores,
             elastic,
             centre,
             memo: Memo::default(),
@@ -218,9 +201,102 @@ fn elastic(spec: &Spec, rows: &[Row]) -> Result<Vec<Elastic>, SpecError> {
     Ok(elastic)
 }
 
+/// The sources with the known deviations of their parameters.
+fn sources(
+    spec: &Spec,
+    points: &mut [Point],
+    joints: &[Joint],
+    rows: &mut [Row],
+    driven_rows: &[usize],
+) -> Result<(Vec<Source>, Vec<f64>), SpecError> {
+    let mut sources = Vec::with_capacity(spec.sources.len());
+    let mut centre = Vec::new();
+    let is_of = |joint| move |s: &SourceSpec| matches!(s.target, Target::Clearance { joint: of } if of == joint);
+    let has_clearance = |joint| spec.sources.iter().any(is_of(joint));
+    for (i, s) in spec.sources.iter().enumerate() {
+        let set = if sized(spec, s) { s.set.with_gap(s.set.gap()) } else { s.set };
+        set.check().map_err(|e| SpecError(format!("source {i}: {e}")))?;
+        let first = centre.len();
+        let components = attach(s, &has_clearance, first, points, joints, rows)
+            .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;
+        if components.len() != set.size() || s.centre.len() != set.size() {
+            return fail(format!("source {i}: its set or centre has the wrong size"));
+        }
+        centre.extend_from_slice(&s.centre);
+        let is_clearance = matches!(s.target, Target::Clearance { .. });
+        let is_angle = match s.target {
+            Target::Angle { .. } => true,
+            Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
+            Target::Clearance { .. }
+            | Target::Dimension { .. }
+            | Target::Size { .. }
+            | Target::Growth { .. }
+            | Target::Ratio { .. }
+            | Target::Centre { .. } => false,
+        };
+        let lever = match &s.target {
+            // Zero where nothing grows: then nothing is conjugate to it.
+            Target::Growth { moves } => moves.iter().fold(0.0, |far: f64, moved| far.max(norm(&moved.rate))),
+            _ if is_angle => spec.length,
+            _ => 1.0,
+        };
+        let quantile = quantile(spec, i).map_err(|e| SpecError(format!("source {i}: {e}")))?;
+        let law = s.law.plain();
+        sources.push(Source { set, law, quantile, gap: None, first, is_clearance, lever, components });
+    }
+    let gaps: Vec<_> = (0..sources.len()).map(|s| gap(spec, s, &sources, &centre)).collect::<Result<_, _>>()?;
+    for (source, gap) in sources.iter_mut().zip(gaps) {
+        if let Some(gap) = &gap {
+            source.set = source.set.with_gap(gap.at(&centre));
+        }
+        source.gap = gap;
+    }
+    Ok((sources, centre))
+}
+
+/// How much the gap of a joint grows with a source.
+fn factor_of(source: &SourceSpec, joint: usize) -> Option<f64> {
+    let Target::Size { joint: first, factor, also } = &source.target else { return None };
+    let others = also.iter().map(|other| (other.joint, other.factor));
+    iter::once((*first, *factor)).chain(others).find(|(of, _)| *of == joint).map(|(_, factor)| factor)
+}
+
+/// Whether sizes of a clearance scatter.
+fn sized(spec: &Spec, source: &SourceSpec) -> bool {
+    let Target::Clearance { joint } = source.target else { return false };
+    spec.sources.iter().any(|s| factor_of(s, joint).is_some())
+}
+
+/// What the gap of a clearance depends on where sizes of its joint scatter.
+fn gap(spec: &Spec, number: usize, sources: &[Source], centre: &[f64]) -> Result<Option<Gap>, SpecError> {
+    let Target::Clearance { joint } = spec.sources[number].target else { return Ok(None) };
+    if !sized(spec, &spec.sources[number]) {
+        return Ok(None);
+    }
+    let set = spec.sources[number].set;
+    let base = set.gap();
+    #[allow(clippy::float_cmp)] // exact: both ends are written from one gap
+    let lopsided = matches!(set, Set::Interval { low, high } if low != -high);
+    if !base.is_finite() || lopsided {
+        return fail(format!("source {number}: the gap that sizes depend on must be finite, and equal on both sides"));
+    }
+    let mut gap = Gap { base, sizes: Vec::new(), largest: base };
+    for (source, s) in spec.sources.iter().enumerate() {
+        let (Some(factor), Set::Interval { low, high }) = (factor_of(s, joint), s.set) else { continue };
+        let parameter = sources[source].first;
+        gap.largest += factor * centre[parameter] + (factor * low).max(factor * high);
+        gap.sizes.push(Size { source, parameter, factor, share: 0.0 });
+    }
+    if gap.sizes.len() > MOST_SIZES {
+        return fail(format!("source {number}: a gap depends on at most {MOST_SIZES} sizes"));
+    }
+    Ok(Some(gap))
+}
+
 /// Lets the parameters from `first` on displace what the target names; gives their names.
 fn attach(
     source: &SourceSpec,
+    has_clearance: &dyn Fn(usize) -> bool,
     first: usize,
     points: &mut [Point],
     joints: &[Joint],
@@ -272,6 +348,23 @@ fn attach(
             }
             points[to].moved_by.push((first, scale(between, 1.0 / distance)));
             Ok(vec!["length"])
+        }
+        Target::Size { joint, factor, ref also } => {
+            let is_part = |by: f64| by.is_finite() && by * factor > 0.0;
+            if !matches!(source.set, Set::Interval { .. })
+                || !is_part(factor)
+                || !also.iter().all(|o| is_part(o.factor))
+            {
+                return fail("a size is one number, of which every gap is a part, with one sign");
+            }
+            let is_loose = |&joint: &usize| {
+                let of_kind = joints.get(joint).is_some_and(|j| j.loosened > 0 && j.coupling.is_none());
+                of_kind && has_clearance(joint)
+            };
+            if !iter::once(joint).chain(also.iter().map(|other| other.joint)).all(|joint| is_loose(&joint)) {
+                return fail("a joint of this kind has no clearance with sizes");
+            }
+            Ok(vec!["size"])
         }
         Target::Drive { drive } => {
             let mut driven: Vec<&mut Row> =

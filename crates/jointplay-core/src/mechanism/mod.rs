@@ -7,8 +7,10 @@ pub(crate) mod case;
 pub(crate) mod columns;
 pub(crate) mod coupling;
 pub(crate) mod dim;
+pub(crate) mod gap;
 pub(crate) mod joint;
 mod kind;
+pub(crate) mod scores;
 mod spec;
 pub(crate) mod status;
 
@@ -20,13 +22,18 @@ pub use spec::Spec;
 pub(crate) use spec::{SpringSpec, TorsionSpec};
 pub use status::Status;
 
+use std::sync::Arc;
+
 use crate::clearance::Set;
 use crate::clearance::law::Law;
+use crate::clearance::quantile::Quantile;
 use crate::math::real::Real;
 use crate::math::space::{Component, Space};
 use crate::math::vector::Vec3;
 use crate::mechanism::coupling::Play;
+use crate::mechanism::gap::Gap;
 use crate::mechanism::joint::Joint;
+use crate::mechanism::scores::Scores;
 use crate::mechanism::spec::LoadSpec;
 use crate::program::memo::Memo;
 
@@ -100,6 +107,10 @@ pub struct Source {
     pub set: Set,
     /// How it scatters.
     pub law: Law,
+    /// Of one number that does not scatter by that law alone: its quantile function.
+    pub quantile: Option<Arc<Quantile>>,
+    /// Of a clearance: what its gap depends on where sizes scatter; the set has the gap of their middles.
+    pub gap: Option<Gap>,
     /// Its first parameter; it owns `set.size()` of them.
     pub first: usize,
     /// Whether the load decides where it goes (clearances) or not (tolerances, drive errors).
@@ -159,10 +170,14 @@ pub struct Mechanism {
     /// The largest move of the bodies (length-scaled; radians) in which no tooth of a coupling is skipped.
     pub(crate) largest_move: f64,
     pub(crate) output: usize,
+    /// The body that the output is measured against; the ground if none.
+    pub(crate) seen_from: Body,
     pub(crate) loads: Vec<LoadSpec>,
     pub(crate) springs: Vec<SpringSpec>,
     pub(crate) torsions: Vec<TorsionSpec>,
     pub(crate) sources: Vec<Source>,
+    /// The sources with quantile functions, in groups whose scores are drawn together.
+    pub(crate) scores: Vec<Scores>,
     pub(crate) elastic: Vec<Elastic>,
     pub(crate) centre: Vec<f64>,
     /// What has been derived of it: a basis, recorded programs.
@@ -287,7 +302,7 @@ impl Mechanism {
         let by = |row: &Row| row.parameter.map(|p| (p, 1.0)).into_iter().chain(row.shift);
         turning.flat_map(by).fold(0.0, |largest: f64, (p, coefficient)| {
             let source = self.sources.iter().find(|s| s.range().contains(&p));
-            let half_width = source.map_or(0.0, |s| s.set.half_width(p - s.first));
+            let half_width = source.map_or(0.0, |s| s.largest_set().half_width(p - s.first));
             largest.max(coefficient.abs() * (self.centre[p].abs() + 2.0 * half_width))
         })
     }

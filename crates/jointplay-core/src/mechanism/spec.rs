@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::clearance::Set;
-use crate::clearance::law::Law;
+use crate::clearance::law::{Law, ScalarLaw};
 use crate::math::space::Space;
 use crate::mechanism::kind::JointKind;
 
@@ -40,6 +40,9 @@ pub struct Spec {
     /// What can be off.
     #[serde(default)]
     pub sources: Vec<SourceSpec>,
+    /// Which of them are correlated.
+    #[serde(default)]
+    pub correlations: Vec<CorrelationSpec>,
 }
 
 /// A point fixed to a body.
@@ -155,6 +158,9 @@ pub enum Coordinate {
 pub struct OutputSpec {
     /// Index of the point.
     pub point: usize,
+    /// The body against which it is measured, in the axes of that body; the ground if left out.
+    #[serde(default)]
+    pub relative_to: Option<usize>,
 }
 
 /// A load: dead in ground axes, or a follower in those of a body.
@@ -225,6 +231,16 @@ pub enum Target {
         /// The point that moves.
         to: usize,
     },
+    /// A size of the parts of a clearance (the diameter of a hole, of a pin), on which its gap depends.
+    Size {
+        /// Index of the joint.
+        joint: usize,
+        /// How much the gap grows with it.
+        factor: f64,
+        /// Further joints whose gap depends on it: several bodies on one pin.
+        #[serde(default)]
+        also: Vec<GapSpec>,
+    },
     /// The value of a drive.
     Drive {
         /// Index of the drive.
@@ -255,16 +271,45 @@ pub enum Target {
     },
 }
 
+/// A further joint whose gap depends on a size.
+#[derive(Clone, Debug, Deserialize)]
+pub struct GapSpec {
+    /// Index of the joint.
+    pub joint: usize,
+    /// How much the gap grows with the size.
+    pub factor: f64,
+}
+
 /// One thing that can be off.
 #[derive(Clone, Debug, Deserialize)]
 pub struct SourceSpec {
     /// What it moves.
     #[serde(flatten)]
     pub target: Target,
-    /// Where its offset can be, relative to the centre.
+    /// Where its offset can be, relative to the centre. That of a clearance with sizes has the gap at the middle of all
+    /// sizes, which may be below zero.
     pub set: Set,
     /// Known deviation of the built unit.
     pub centre: Vec<f64>,
     /// How it scatters.
-    pub law: Law,
+    pub law: LawSpec,
+}
+
+/// How a source scatters.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+pub enum LawSpec {
+    /// Over its set, by name.
+    Plain(Law),
+    /// By a law of one number.
+    Scalar(ScalarLaw),
+}
+
+/// Sources of one number that do not scatter one by one: a Gaussian copula.
+#[derive(Clone, Debug, Deserialize)]
+pub struct CorrelationSpec {
+    /// Indices of the sources.
+    pub sources: Vec<usize>,
+    /// What makes their scores of independent ones, a row of length 1 for each source.
+    pub factor: Vec<Vec<f64>>,
 }

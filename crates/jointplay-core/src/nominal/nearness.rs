@@ -121,6 +121,17 @@ impl Mechanism {
         let (size, point) = (self.size(), &self.points[self.output]);
         let mut map = DMatrix::zeros(size, self.n_unknowns());
         let Some(body) = point.body else { return map };
+        if self.seen_from.is_some() {
+            let unit = |of: Component| if matches!(of, Component::About(_)) { 1.0 } else { length };
+            let (poses, parameters) = (self.poses(coordinates), vec![0.0; self.n_parameters()]);
+            for (i, to) in self.space.components().iter().enumerate() {
+                let twists = self.component_cost(i, &poses, &parameters).twists;
+                for (j, along) in twists.into_iter().enumerate() {
+                    map[(i, j)] = along * unit(self.space.components()[j % size]) / unit(*to);
+                }
+            }
+            return map;
+        }
         let lever = self.poses(coordinates)[body].turn(point.at).map(|x| x / length);
         for (j, of) in self.space.components().iter().enumerate() {
             let velocity: Vec3<f64> = match of {

@@ -168,6 +168,8 @@ columns! {
     failures: u64 [Outcome];
     /// Samples that the batch engine handed to the plain solver.
     fallbacks: u64 [];
+    /// Share of the samples whose sizes leave an interference instead of a gap, by the clearance.
+    interference: f64 [Source];
     /// Outcome of the nominal configuration.
     status: Status [];
 }

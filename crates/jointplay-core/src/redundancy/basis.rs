@@ -55,6 +55,7 @@ impl Mechanism {
             n_driven: rows.iter().filter(|row| row.drive.is_some()).count(),
             rows,
             sources: Vec::new(),
+            scores: Vec::new(),
             elastic: Vec::new(),
             centre: vec![0.0; self.n_rows() + self.n_parameters()],
             ..self.clone()

@@ -195,11 +195,15 @@ impl System<'_> {
             source.range().for_each(|p| add(&mut of_sources[own(s)], m.place_of(p), parameters[p]));
         }
         for (element, given) in self.elements.iter().zip(&balance.given) {
-            let parts = match element.source {
-                Some(s) => &mut of_sources[own(s)],
-                None => &mut of_joints[own(m.rows[element.columns[0]].joint)],
-            };
-            element.columns.iter().zip(given).for_each(|(&column, d)| add(parts, column, *d));
+            let moved = element.columns.iter().zip(given);
+            if let Some(s) = element.source {
+                for (k, (&column, d)) in moved.enumerate() {
+                    m.sources[s].split(s, k, *d, |s, d| add(&mut of_sources[own(s)], column, d));
+                }
+            } else {
+                let parts = &mut of_joints[own(m.rows[element.columns[0]].joint)];
+                moved.for_each(|(&column, d)| add(parts, column, *d));
+            }
         }
         (of_sources, of_joints)
     }

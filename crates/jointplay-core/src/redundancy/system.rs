@@ -2,11 +2,12 @@
 
 use nalgebra::DVector;
 
+use crate::clearance::Set;
 use crate::clearance::face::Face;
 use crate::clearance::undecided::UNDECIDED;
 use crate::cone::{Block, Kind, Program};
 use crate::math::space::Component;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, Source};
 use crate::redundancy::balance::Balance;
 use crate::redundancy::basis::Basis;
 use crate::redundancy::compatibility::{FITS, Ties};
@@ -34,10 +35,22 @@ pub(crate) struct System<'m> {
 
 impl<'m> System<'m> {
     pub fn new(mechanism: &'m Mechanism, basis: &'m Basis) -> Self {
-        let clearances = mechanism.sources.iter().enumerate().filter(|(_, s)| s.is_clearance && !s.set.is_zero());
+        Self::with_sets(mechanism, basis, |source| source.set)
+    }
+
+    /// That of a specimen, whose sizes are given beside all other parameters, where it differs from that of others.
+    pub fn of_specimen(&self, parameters: &[f64]) -> Option<Self> {
+        let m = self.mechanism;
+        m.has_sizes().then(|| Self::with_sets(m, self.basis, |source| source.set_at(parameters)))
+    }
+
+    fn with_sets(mechanism: &'m Mechanism, basis: &'m Basis, set: impl Fn(&Source) -> Set) -> Self {
+        let clearances = mechanism.sources.iter().enumerate().filter(|(_, s)| s.is_clearance);
         let mut elements: Vec<Element> = clearances
-            .map(|(number, source)| Element {
-                kind: Kind::Clearance(source.set),
+            .map(|(number, source)| (number, source, set(source)))
+            .filter(|(_, _, set)| !set.is_zero())
+            .map(|(number, source, set)| Element {
+                kind: Kind::Clearance(set),
                 columns: source.range().map(|p| mechanism.place_of(p)).collect(),
                 source: Some(number),
             })

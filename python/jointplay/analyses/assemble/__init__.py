@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from jointplay.analyses.nominal import Progress
 from jointplay.analyses.random import PROBABILITIES
+from jointplay.analyses.several import of_each
 from jointplay.errors import InputError, in_range, not_known
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
@@ -97,6 +98,7 @@ def assemble(
     return to_dataset(compute(m, question, **options, probabilities=probabilities))  # type: ignore[arg-type]
 
 
+@of_each(lambda _: True)
 def compute(
     m: Mechanism,
     question: str = "unit",
@@ -112,6 +114,9 @@ def compute(
     if question not in QUESTIONS:
         raise InputError(not_known(str(question), "a question about an assembly", QUESTIONS), key="question")
     order(m)
+    if "relative_to" in m.core_spec["output"]:
+        problem = "an assembly is followed against its base: choose an output without relative_to"
+        raise InputError(problem, file=m.file, key="relative_to")
     # Specimens are solved all at once.
     in_range(samples, "samples", "a number of samples", 2, MOST_SAMPLES)
     at = place(m, configuration)

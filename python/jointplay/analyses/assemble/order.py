@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from jointplay.analyses.nominal import Progress
-from jointplay.errors import InputError, not_known
+from jointplay.errors import InputError, listed, not_known
 from jointplay.model import Mechanism
 from jointplay.typed import typed
 
@@ -75,6 +75,9 @@ def best_order(
     """
     if criterion not in CRITERIA:
         raise InputError(not_known(str(criterion), "a criterion", CRITERIA), key="criterion")
+    if m.load_cases:
+        problem = f"forces and errors depend on the load case; choose one with only(): {listed(m.load_cases)}"
+        raise InputError(problem, file=m.file, key="load_cases")
     base, every = order(m)
     if len(every) > MOST_STEPS:
         problem = f"{len(every)} steps have too many orders to search; up to {MOST_STEPS} are possible"

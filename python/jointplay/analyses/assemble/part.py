@@ -22,7 +22,9 @@ from jointplay.spec import (
     ENDS,
     SIDE_ON,
     Changes,
+    CorrelationSpec,
     DriveSpec,
+    GapSpec,
     GrowthSpec,
     JointSpec,
     LoadSpec,
@@ -34,7 +36,7 @@ from jointplay.spec import (
 
 GROUND = -1
 #: sources on a joint; the others are on a drive, or dimensions between two points
-ON_JOINT = ("clearance", "angle", "ratio", "centre")
+ON_JOINT = ("clearance", "size", "angle", "ratio", "centre")
 
 Floats = NDArray[np.float64]
 
@@ -169,6 +171,9 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
         "joints": [renamed(spec["joints"][k]) for k in joints],
         "drives": [_drive(*moves[k]) for k in drives],
         "sources": [_renumbered(turned(spec["sources"][k]), joints, drives, renumbered) for k in sources],
+        "correlations": [
+            group for group in (_left(group, sources) for group in spec["correlations"]) if group["sources"]
+        ],
         "loads": [
             _in_axes(load, every, index) | {"point": renumbered[load["point"]]}
             for load in spec["loads"]
@@ -197,6 +202,13 @@ def _in_axes(load: LoadSpec, every: Floats, index: Mapping[int, int]) -> LoadSpe
     turn = poses.matrix(every[load["axes"]])
     force, moment = ((turn @ load[name]).tolist() for name in ("force", "moment"))
     return {"point": load["point"], "force": force, "moment": moment}
+
+
+def _left(group: CorrelationSpec, sources: list[int]) -> CorrelationSpec:
+    """What is left of correlated sources where only some are there."""
+    left = [k for k, source in enumerate(group["sources"]) if source in sources]
+    there = [sources.index(group["sources"][k]) for k in left]
+    return {"sources": there, "factor": [group["factor"][k] for k in left]}
 
 
 def _with_pieces(m: Mechanism, there: set[int]) -> set[int]:
@@ -235,18 +247,35 @@ def _drive(first: MoveSpec, *others: MoveSpec) -> DriveSpec:
 
 def _belongs(source: SourceSpec, joints: list[int], drives: list[int], points: Mapping[int, int]) -> bool:
     if source["kind"] in ON_JOINT:
-        return source["joint"] in joints
+        return any(joint in joints for joint in _joints_of(source))
     if source["kind"] == "growth":
         return any(move["point"] in points for move in source["moves"])
     return source["drive"] in drives if source["kind"] == "drive" else source["to"] in points
 
 
+def _joints_of(source: SourceSpec) -> list[int]:
+    """The joints of a source; the size of a pin with several bodies has several."""
+    return [source["joint"], *(part["joint"] for part in source.get("also", ()))]
+
+
 def _renumbered(source: SourceSpec, joints: list[int], drives: list[int], points: dict[int, int]) -> SourceSpec:
+    if source["kind"] == "size":
+        parts: list[GapSpec] = [{"joint": source["joint"], "factor": source["factor"]}, *source.get("also", ())]
+        there: list[GapSpec] = [
+            {"joint": joints.index(part["joint"]), "factor": part["factor"]}
+            for part in parts
+            if part["joint"] in joints
+        ]
+        return source | cast("SourceSpec", {**there[0], "also": there[1:]})
     if source["kind"] in ON_JOINT:
         return source | {"joint": joints.index(source["joint"])}
     if source["kind"] == "growth":
-        there = [move for move in source["moves"] if move["point"] in points]
-        return source | {"moves": [move | {"point": points[move["point"]]} for move in there]}
+        moves = [
+            GrowthSpec(point=points[move["point"]], rate=move["rate"])
+            for move in source["moves"]
+            if move["point"] in points
+        ]
+        return source | {"moves": moves}
     if source["kind"] == "drive":
         return source | {"drive": drives.index(source["drive"])}
     return source | {"from": points[source["from"]], "to": points[source["to"]]}

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from jointplay import _core
 from jointplay.analyses.offsets import beyond
 from jointplay.answers import Given, Loaded
+from jointplay.gaps import clearance_of
 from jointplay.model import Mechanism
 from jointplay.result import STATUSES
 from jointplay.spec import ENDS, Changes, End, JointSpec
@@ -176,7 +177,7 @@ def contact(m: Mechanism, found: State) -> list[str]:
         elif not found.decided[s]:
             words.append("undetermined")
         else:
-            ((shape, size),) = m.core_spec["sources"][s]["set"].items()
+            shape, size = clearance_of(m, s)
             away = beyond(shape, size, offset[None])[0]
             words.append("touching" if away > -TOUCHING * m.length else "open")
     return words

@@ -99,7 +99,7 @@ def corners(held: Held, members: Members) -> Floats:
     wide: dict[int, tuple[float, float]] = {}
     for s in held.part.sources:
         ((shape, size),) = m.core_spec["sources"][s]["set"].items()
-        if m.source_kinds[s] != "clearance" and shape == "interval" and size["high"] > size["low"]:
+        if m.source_kinds[s] not in ("clearance", "size") and shape == "interval" and size["high"] > size["low"]:
             wide[int(np.flatnonzero(m.parameter_source == s)[0])] = (size["low"], size["high"])
 
     def specimens(high: NDArray[np.bool_]) -> Floats:

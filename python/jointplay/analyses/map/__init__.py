@@ -11,13 +11,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from jointplay.analyses.loaded import require_loads
-from jointplay.analyses.nominal import Interrupted, Nominal, Progress
+from jointplay.analyses.nominal import Interrupted, Nominal, Progress, carried
 from jointplay.analyses.offsets import parameters
 from jointplay.analyses.questions import check_options, computation
-from jointplay.errors import InputError, in_range
+from jointplay.errors import InputError, in_range, listed
 from jointplay.model import Mechanism
-from jointplay.result import Result, to_dataset, version
+from jointplay.result import Result, Variable, to_dataset, version
 from jointplay.store import MemoryStore, Plan, open_store
 from jointplay.typed import typed
 
@@ -136,6 +138,7 @@ def compute(
     _check_options(m, question, options)
     if grid is not None:
         m = m.with_({"grid": dict(grid)})
+    whole, m = m, leading(m)
     if m.grid is None:
         problem = "say what is mapped: a [grid] in the file, grid={...}, or --grid x=-100:100:201"
         raise InputError(problem, file=m.file, key="grid")
@@ -149,10 +152,15 @@ def compute(
     also = {"offset": True} if question == "loaded" else {}
 
     def answer(at: Nominal) -> Result:
-        return ask(m, at=at, **options, **also)
+        if whole is m:
+            return ask(m, at=at, **options, **also)
+        # The axes of the grid come first.
+        return _configurations_first(ask(whole, at=carried(at, m, whole), **options, **also))
 
     names = drive_names(m, m.grid, answer)
-    plan = Plan(axis_names(m.grid, names), lattice.shape, lattice.chunk, _fingerprint(m, question, lattice, options))
+    plan = Plan(
+        axis_names(m.grid, names), lattice.shape, lattice.chunk, _fingerprint(whole, question, lattice, options)
+    )
     store = MemoryStore(plan) if path is None else open_store(Path(path), plan, overwrite=overwrite)
     try:
         if not isinstance(store, MemoryStore) and store.is_complete():
@@ -189,6 +197,34 @@ def _check_options(m: Mechanism, question: str, options: Mapping[str, Any]) -> N
         parameters(m, 1, options.get("offsets") or {}, options.get("deviations") or {})
 
 
+def leading(m: Mechanism) -> Mechanism:
+    """The mechanism that is brought to the nodes of a grid: with the output that the grid speaks of.
+
+    Raises
+    ------
+    InputError
+        When the grid is one of positions and does not say of which output.
+    """
+    if not (m.outputs or m.load_cases):
+        return m.leader if m.grid is not None and m.grid.of_output else m
+    if m.grid is not None and m.grid.of_output and len(m.outputs) > 1 and not m.names_leader:
+        problem = f"which output is meant? Say leads = true in one of [outputs.NAME]: {listed(m.outputs)}"
+        raise InputError(problem, file=m.file, key="grid")
+    return m.leader if m.grid is not None and m.grid.of_output else m.first
+
+
+def _configurations_first(result: Result) -> Result:
+    def moved(variable: Variable) -> Variable:
+        if "configuration" not in variable.dims:
+            return variable
+        place = variable.dims.index("configuration")
+        dims = ("configuration", *(dim for dim in variable.dims if dim != "configuration"))
+        return Variable(dims, np.moveaxis(variable.values, place, 0), variable.units, variable.long_name)
+
+    coords = {name: moved(v) for name, v in result.coords.items()}
+    return Result(coords, {name: moved(v) for name, v in result.data.items()}, result.attrs)
+
+
 def _fingerprint(m: Mechanism, question: str, lattice: Lattice, options: Mapping[str, Any]) -> str:
     """What has to be the same for a map to go on: all that its numbers and labels depend on, however it was written."""
     assert m.grid is not None
@@ -203,5 +239,9 @@ def _fingerprint(m: Mechanism, question: str, lattice: Lattice, options: Mapping
         "chunk": lattice.chunk,
         "version": version(),
     }
+    if m.outputs or m.load_cases:
+        said["several"] = [
+            [part.of, part.spec(), [part.limits.position, part.limits.rotation]] for part in m.every_part
+        ]
     text = json.dumps(said, sort_keys=True, default=lambda v: v.tolist() if hasattr(v, "tolist") else str(v))
     return hashlib.sha256(text.encode()).hexdigest()

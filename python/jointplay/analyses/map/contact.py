@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses.nominal import Floats
+from jointplay.gaps import clearance_of
 from jointplay.model import Mechanism
 
 #: a share of the clearance: below it a round contact has no direction
@@ -42,7 +43,7 @@ class Contacts:
             if source["kind"] != "clearance":
                 continue
             columns = np.flatnonzero(m.parameter_source == number)
-            ((shape, size),) = source["set"].items()
+            shape, size = clearance_of(m, number)
             for is_round, rows in _places(shape, size):
                 # A set of size zero leaves nothing to turn.
                 matrix = np.nan_to_num(np.array(rows), nan=0.0, posinf=0.0, neginf=0.0)

@@ -150,16 +150,16 @@ def _start(m: Mechanism) -> Nominal:
 
 def _commanding_output(m: Mechanism, grid: Grid, commanded: list[str], start: Nominal) -> _core.Mechanism:
     """The mechanism whose drives command components of the output."""
-    spec = m.spec() | {"guess": start.poses[0].tolist(), "loads": [], "sources": []}
-    ground, output = len(spec["points"]), spec["output"]["point"]
-    spec["points"].append({"body": -1, "at": [0.0, 0.0, 0.0]})
+    spec = m.spec() | {"guess": start.poses[0].tolist(), "loads": [], "sources": [], "correlations": []}
+    origin, output = len(spec["points"]), spec["output"]["point"]
+    spec["points"].append({"body": spec["output"].get("relative_to", -1), "at": [0.0, 0.0, 0.0]})
     frame = np.eye(3)
-    spec["joints"].append({"kind": "target", "first": ground, "second": output, **_axes(frame, frame)})
+    spec["joints"].append({"kind": "target", "first": origin, "second": output, **_axes(frame, frame)})
     target = len(spec["joints"]) - 1
     spec["drives"] = [{"joint": target, "component": name} for name in commanded]
     if any(name in grid.held for name in ROTATIONS):
         held = poses.turned_by([grid.held[name] for name in ROTATIONS])
-        spec["joints"].append({"kind": "orientation", "first": ground, "second": output, **_axes(held.T, frame)})
+        spec["joints"].append({"kind": "orientation", "first": origin, "second": output, **_axes(held.T, frame)})
     return in_core(spec)
 
 

@@ -153,12 +153,13 @@ class Work:
             return result, None
         states = self.contacts.states(result.get("offset"))
         axes = axis_names(self.lattice.grid, self.names)
+        several = result.data["offset"].dims[len(axes) : -1]
         changed = np.zeros((*states.shape[:-1], len(axes)), dtype=bool)
         for axis in range(len(axes)):
             along = np.moveaxis(states, axis, 0)
             np.moveaxis(changed[..., axis], axis, 0)[:-1] = self.contacts.change(along[:-1], along[1:])
         words = "whether a contact changes sides between this node and the next one along the axis"
-        change = Variable((*axes, "across"), changed, "", words)
+        change = Variable((*axes, *several, "across"), changed, "", words)
         across = Variable(("across",), np.array(axes), "", "axis of the grid along which the next node lies")
         data, coords = {**result.data, "contact_change": change}, {**result.coords, "across": across}
         if not self.keep_offset:

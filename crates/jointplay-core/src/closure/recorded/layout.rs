@@ -212,25 +212,3 @@ impl Space {
         }
     }
 }
-
-impl Mechanism {
-    /// Puts the numbers that tell how far the output's body has turned, at the beginning.
-    #[inline(always)]
-    pub(crate) fn put_turn_numbers(&self, coordinates: &[f64], mut put: impl FnMut(f64)) {
-        let width = self.n_body_coordinates();
-        match self.points[self.output].body {
-            Some(b) => self.space.put_turn_numbers(&coordinates[b * width..(b + 1) * width], put),
-            // The ground does not turn.
-            None => (0..self.space.n_turn_numbers()).for_each(|_| put(0.0)),
-        }
-    }
-
-    /// The rotation of the output's body since the beginning.
-    pub(crate) fn turned<'r>(&self, turn: &[Symbol<'r>], numbers: &[Symbol<'r>]) -> Vec<Symbol<'r>> {
-        let width = self.space.n_pose_numbers();
-        self.points[self.output].body.map_or_else(
-            || vec![Symbol::Constant(0.0); self.size() - self.n_translations()],
-            |b| self.space.turned(turn, &numbers[b * width..(b + 1) * width]),
-        )
-    }
-}

@@ -103,7 +103,7 @@ impl Newton {
         let width = m.space.n_pose_numbers();
         let poses: Vec<Pose<Symbol<'_>>> =
             any.numbers.chunks_exact(width).map(|n| m.space.pose_of_numbers(n)).collect();
-        let place = m.place(m.output, &poses, &any.inputs.parameters).position;
+        let place = m.output_place(&poses, &any.inputs.parameters);
         let mut outputs = m.pose_components(place, &m.turned(&turn, &any.numbers));
         for (k, error) in outputs.iter_mut().enumerate().take(m.n_translations()) {
             *error = *error - layout.reference(&recorder, k);

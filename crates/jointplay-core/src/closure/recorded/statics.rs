@@ -144,7 +144,7 @@ fn output_of<'r>(
     poses: &[Pose<Symbol<'r>>],
     symbolic: &Symbolic<'r>,
 ) -> Vec<Symbol<'r>> {
-    let place = m.place(m.output, poses, &symbolic.inputs.parameters).position;
+    let place = m.output_place(poses, &symbolic.inputs.parameters);
     m.pose_components(place, &m.turned(&layout.turn(m, recorder), &symbolic.numbers))
 }
 

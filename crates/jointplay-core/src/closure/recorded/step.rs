@@ -97,8 +97,5 @@ pub(crate) fn step_by<'r>(
     let size = jams(m, symbolic).into_iter().fold(size, |size, jam| size + jam);
     let bodies = symbolic.numbers.chunks_exact(width).zip(step.chunks_exact(m.size()));
     let numbers = bodies.flat_map(|(n, s)| m.space.move_numbers(n, s)).collect();
-    let turn = m.points[m.output]
-        .body
-        .map_or_else(|| turn.to_vec(), |b| m.space.move_turn_numbers(turn, &step[b * m.size()..(b + 1) * m.size()]));
-    (numbers, turn, size)
+    (numbers, m.move_turn_numbers(turn, &step), size)
 }

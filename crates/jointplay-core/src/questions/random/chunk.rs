@@ -86,7 +86,7 @@ impl Kernel for Chunk<'_, '_> {
         let m = job.mechanism();
         let n = m.size();
         let translations = m.n_translations();
-        let mut tally = Tally::new(n, job.ranges);
+        let mut tally = Tally::new(n, m.sources().len(), job.ranges);
         tally.kept = job.request.keep.then(Vec::new);
         let mut sums = crate::questions::random::tally::Sums::new(n, n + 2);
         let mut stream = Stream::new(job.request.seed, self.number);
@@ -98,13 +98,8 @@ impl Kernel for Chunk<'_, '_> {
             let lanes = left.min(LANES);
             left -= lanes;
             let parameters = bound.as_mut().map_or(&mut unsolved[..], Bound::parameters);
-            for source in m.sources() {
-                let law = Mechanism::law(source, job.request);
-                stream.draw(&source.set, law, &mut parameters[source.range()]);
-                for p in source.range() {
-                    parameters[p] = parameters[p].add(&Block::splat(m.centre[p]));
-                }
-            }
+            m.draw(&mut stream, job.request, parameters);
+            m.count_interference(parameters, lanes, &mut tally.interference);
             let mut good = Mask::NONE;
             if let Some(bound) = &mut bound {
                 good = bound.solve();

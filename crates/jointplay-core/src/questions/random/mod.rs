@@ -15,6 +15,7 @@ pub use request::Request;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use crate::clearance::Set;
 use crate::clearance::law::Law;
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::program::Newton;
@@ -40,19 +41,31 @@ impl Mechanism {
         if source.is_clearance { request.law.unwrap_or(source.law) } else { source.law }
     }
 
+    /// How far the offsets of a source go, as a part of its largest set.
+    pub(crate) fn reach_of(&self, source: &Source, request: &Request) -> f64 {
+        let sizes = source.gap.iter().flat_map(|gap| &gap.sizes).map(|size| &self.sources[size.source]);
+        let reach = |source: &Source| match (&source.quantile, source.set) {
+            (Some(quantile), Set::Interval { low, high }) => quantile.reach(low, high),
+            _ if Self::law(source, request) == Law::Gauss => 2.0,
+            _ => 1.0,
+        };
+        std::iter::once(source).chain(sizes).map(reach).fold(1.0, f64::max)
+    }
+
     /// Scatter of every case; when stopped, that of the samples until then. Specimens under load are settled one by one,
     /// whatever holds them.
     #[must_use]
     pub fn random(&self, cases: &[Case<'_>], request: &Request) -> Answer {
+        let m = self.with_scattered_gaps();
         let wanted = self.wanted(request);
         let form = if request.loaded { Form::OverConstrained } else { self.form(false) };
         let (answer, kept): (_, Vec<Sample>) = match form {
             Form::Determinate => {
-                let (found, kept): (Vec<_>, Vec<_>) = self.random_determinate(cases, request).into_iter().unzip();
+                let (found, kept): (Vec<_>, Vec<_>) = m.random_determinate(cases, request).into_iter().unzip();
                 (Answer::of_rows(found.iter(), &wanted), kept.into_iter().flatten().collect())
             }
             Form::OverConstrained => {
-                let (found, kept): (Vec<_>, Vec<_>) = self.random_over_constrained(cases, request).into_iter().unzip();
+                let (found, kept): (Vec<_>, Vec<_>) = m.random_over_constrained(cases, request).into_iter().unzip();
                 (Answer::of_pairs(&found, &wanted), kept.into_iter().flatten().collect())
             }
         };
@@ -104,14 +117,26 @@ impl Mechanism {
         let mut covariance = DMatrix::<f64>::zeros(n, n);
         let mut contribution = vec![0.0; self.sources.len() * n];
         for (s, source) in self.sources.iter().enumerate() {
-            let (mean, variance) = source.set.moments(Self::law(source, request));
+            let (mean, variance) = source.moments(Self::law(source, request));
             for (k, p) in source.range().enumerate() {
                 let column = map.parameters.column(p);
                 covariance += column * column.transpose() * variance[k];
                 for i in 0..n {
-                    contribution[s * n + i] += column[i] * column[i] * variance[k];
+                    let part = column[i] * column[i] * variance[k];
+                    source.split(s, k, part, |s, part| contribution[s * n + i] += part);
                     mean_first_order[i] += column[i] * mean[k];
                 }
+            }
+        }
+
+        // Of sources that scatter together every part varies with the whole.
+        for (a, b, together) in self.covariances() {
+            let [first, second] = [a, b].map(|s| map.parameters.column(self.sources[s].first));
+            covariance += (first * second.transpose() + second * first.transpose()) * together;
+            for i in 0..n {
+                let part = first[i] * second[i] * together;
+                contribution[a * n + i] += part;
+                contribution[b * n + i] += part;
             }
         }
 
@@ -125,7 +150,7 @@ impl Mechanism {
             ranges: &ranges,
             shift: &mean_first_order,
         };
-        let mut tally = Tally::new(n, &ranges);
+        let mut tally = Tally::new(n, self.sources.len(), &ranges);
         let chunks = request.samples.div_ceil(CHUNK);
         for block in 0..chunks.div_ceil(BLOCK) {
             let parts: Vec<Tally> = (block * BLOCK..((block + 1) * BLOCK).min(chunks))
@@ -158,9 +183,10 @@ impl Mechanism {
             } else {
                 tally.outside as f64 / tally.count as f64
             },
-            largest: tally.largest,
+            largest: tally.largest.clone(),
             failures: tally.statuses.to_vec(),
             fallbacks: tally.fallbacks,
+            interference: tally.share_of_interference(),
             status: self.status_of(&linearised, nominal),
         };
         (scatter, tally.kept.unwrap_or_default())
@@ -174,9 +200,10 @@ impl Mechanism {
             for source in &self.sources {
                 let row: Vec<f64> = source.range().map(|p| map.parameters[(i, p)]).collect();
                 let opposite: Vec<f64> = row.iter().map(|r| -r).collect();
-                // An untruncated law reaches beyond its set of three standard deviations.
-                let reach = if Self::law(source, request) == Law::Gauss { 2.0 } else { 1.0 };
-                *h += reach * 0.5 * (source.set.support(&row) + source.set.support(&opposite));
+                // A law that is not truncated reaches beyond its set.
+                let reach = self.reach_of(source, request);
+                let set = source.largest_set();
+                *h += reach * 0.5 * (set.support(&row) + set.support(&opposite));
             }
         }
         Ranges::new(mean, &half, self.n_translations())

@@ -72,28 +72,31 @@ impl Mechanism {
 
     async fn specimen(&self, rounds: &Rounds, together: &Together<'_>, centre: &[f64]) -> Specimen {
         let known = self.displacements(centre);
-        let factor = match together.settle(rounds, &known, &Ask::Factor).await {
+        let own = together.system.of_specimen(centre);
+        let system = own.as_ref().unwrap_or(together.system);
+        let factor = match together.settle(rounds, system, &known, &Ask::Factor).await {
             Ok(assembled) => assembled.balance.factor,
             Err(Status::NotAssemblable | Status::NotAssembled) => f64::INFINITY,
             Err(status) => return self.no_specimen(status, f64::NAN),
         };
-        let settled = together.settle(rounds, &known, &Ask::Load).await;
-        let found = settled.and_then(|settled| self.told_of(together, centre, factor, &settled));
+        let settled = together.settle(rounds, system, &known, &Ask::Load).await;
+        let found = settled.and_then(|settled| self.told_of(together, system, centre, factor, &settled));
         found.unwrap_or_else(|status| self.no_specimen(status, factor))
     }
 
     fn told_of(
         &self,
         at: &Together<'_>,
+        system: &System<'_>,
         centre: &[f64],
         factor: f64,
         settled: &SpecimenSolution,
     ) -> Result<Specimen, Status> {
         let state = at.close_plainly(&settled.displacements)?;
         let forces = &settled.balance.forces;
-        let unknown = at.system.unknown_reactions(&settled.ties);
+        let unknown = system.unknown_reactions(&settled.ties);
         let mut offset = centre.to_vec();
-        for (element, given) in at.system.elements.iter().zip(&settled.balance.given) {
+        for (element, given) in system.elements.iter().zip(&settled.balance.given) {
             let Some(source) = element.source else { continue };
             self.sources[source].range().zip(given).for_each(|(p, d)| offset[p] += d);
         }

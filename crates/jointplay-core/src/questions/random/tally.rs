@@ -64,6 +64,8 @@ pub struct Tally {
     pub largest: Vec<f64>,
     /// Samples beyond an acceptance limit.
     pub outside: u64,
+    /// Samples whose sizes leave an interference, by the clearance.
+    pub interference: Vec<u64>,
     /// Samples by status.
     pub statuses: [u64; Status::ALL.len()],
     /// Samples solved plainly.
@@ -140,7 +142,7 @@ impl Sums {
 }
 
 impl Tally {
-    pub fn new(components: usize, ranges: &Ranges) -> Self {
+    pub fn new(components: usize, sources: usize, ranges: &Ranges) -> Self {
         Self {
             count: 0,
             mean: vec![0.0; components],
@@ -148,6 +150,7 @@ impl Tally {
             bins: vec![0; ranges.len() * BINS * FINE],
             largest: vec![0.0; ranges.len()],
             outside: 0,
+            interference: vec![0; sources],
             statuses: [0; Status::ALL.len()],
             fallbacks: 0,
             kept: None,
@@ -242,12 +245,19 @@ impl Tally {
         self.merge_moments(other.count, &other.mean, &other.products);
         self.outside += other.outside;
         self.fallbacks += other.fallbacks;
+        self.interference.iter_mut().zip(&other.interference).for_each(|(a, b)| *a += b);
         if let Some(more) = &other.kept {
             self.kept.get_or_insert_default().extend_from_slice(more);
         }
         self.bins.iter_mut().zip(&other.bins).for_each(|(a, b)| *a += b);
         self.statuses.iter_mut().zip(&other.statuses).for_each(|(a, b)| *a += b);
         self.largest.iter_mut().zip(&other.largest).for_each(|(a, b)| *a = a.max(*b));
+    }
+
+    /// Share of the samples drawn whose sizes leave an interference, by the clearance.
+    pub fn share_of_interference(&self) -> Vec<f64> {
+        let drawn: u64 = self.statuses.iter().sum();
+        self.interference.iter().map(|count| *count as f64 / drawn as f64).collect()
     }
 
     /// Unbiased covariance.

@@ -116,7 +116,7 @@ impl Mechanism {
         let [force, moment] = measure.wrench(self.space, &self.error(state, nominal));
         let mut cost = self.no_cost();
         let parameters = &state.inputs.parameters;
-        self.add_wrench(self.output, force, moment, &linearised.poses, parameters, &mut cost);
+        self.add_output_wrench(force, moment, &linearised.poses, parameters, &mut cost);
         cost
     }
 }

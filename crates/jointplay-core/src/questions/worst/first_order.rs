@@ -311,6 +311,8 @@ mod tests {
             Source {
                 set,
                 law: Law::Uniform,
+                quantile: None,
+                gap: None,
                 first: first - set.size(),
                 is_clearance: true,
                 lever: 1.0,

@@ -53,9 +53,10 @@ impl Mechanism {
     /// plain solver, which is the measure of the batch engine.
     #[must_use]
     pub fn worst(&self, cases: &[Case<'_>], starts: usize, lanes: bool) -> Answer {
+        let m = self.with_largest_gaps();
         let found = match self.form(true) {
-            Form::Determinate => self.worst_determinate(cases, starts, lanes),
-            Form::OverConstrained => self.worst_over_constrained(cases, starts),
+            Form::Determinate => m.worst_determinate(cases, starts, lanes),
+            Form::OverConstrained => m.worst_over_constrained(cases, starts),
         };
         Answer::of_rows(found.iter(), &Wanted::all(self))
     }

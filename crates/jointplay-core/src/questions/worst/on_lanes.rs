@@ -211,7 +211,7 @@ fn record_climb_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     }
     let poses = poses_of(m, &symbolic);
     let mut cost = m.no_cost();
-    m.add_wrench(m.output, force, moment, &poses, &symbolic.inputs.parameters, &mut cost);
+    m.add_output_wrench(force, moment, &poses, &symbolic.inputs.parameters, &mut cost);
     let (slope, multipliers) = gradient(m, &step.linear, &poses, &symbolic.inputs.parameters, cost);
     let mut outputs = step.numbers;
     outputs.extend(step.turn);

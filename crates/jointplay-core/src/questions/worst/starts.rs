@@ -52,9 +52,10 @@ impl Mechanism {
     /// drive values other than the nominal ones make.
     fn extent(&self, map: &Output, shift: &[f64], direction: &[f64]) -> Linear {
         let mut parameters = self.centre.clone();
-        let mut contribution = Vec::with_capacity(self.sources.len());
+        let mut contribution = vec![0.0; self.sources.len()];
+        let mut of_gaps = Vec::new();
         let mut reach = Vec::with_capacity(self.sources.len());
-        for source in &self.sources {
+        for (s, source) in self.sources.iter().enumerate() {
             let mut w = [0.0; MAX_SIZE];
             for (w, p) in w.iter_mut().zip(source.range()) {
                 *w = direction.iter().enumerate().map(|(i, u)| u * map.parameters[(i, p)]).sum();
@@ -63,8 +64,16 @@ impl Mechanism {
             for (k, p) in source.range().enumerate() {
                 parameters[p] += face.centre[k];
             }
-            contribution.push(inner(&w, &parameters[source.range()]));
+            if source.gap.is_none() {
+                contribution[s] = inner(&w, &parameters[source.range()]);
+            }
+            for (k, p) in source.range().enumerate().filter(|_| source.gap.is_some()) {
+                source.split(s, k, w[k] * parameters[p], |s, part| of_gaps.push((s, part)));
+            }
             reach.push(source.set.support(&w));
+        }
+        for (s, part) in of_gaps {
+            contribution[s] += part;
         }
         let value = contribution.iter().sum::<f64>() + inner(shift, direction);
         let largest = reach.iter().copied().fold(0.0, f64::max);

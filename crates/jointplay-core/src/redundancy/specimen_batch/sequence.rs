@@ -14,6 +14,7 @@ use crate::redundancy::compatibility::Ties;
 use crate::redundancy::equilibrium::Ask;
 use crate::redundancy::sequence::{Failure, NOISE};
 use crate::redundancy::specimen_batch::{Linearised, Together};
+use crate::redundancy::system::System;
 
 /// Programs until a specimen goes on plainly.
 const MOST_STEPS: usize = 12;
@@ -40,29 +41,35 @@ pub(crate) struct SpecimenSolution {
 }
 
 impl Together<'_> {
-    /// Settles a specimen where what is asked has converged, with displacements known of it.
-    pub async fn settle(&self, rounds: &Rounds, known: &[f64], ask: &Ask) -> Result<SpecimenSolution, Status> {
+    /// Settles a specimen where what is asked has converged, with its clearances and displacements known of it.
+    pub async fn settle(
+        &self,
+        rounds: &Rounds,
+        system: &System<'_>,
+        known: &[f64],
+        ask: &Ask,
+    ) -> Result<SpecimenSolution, Status> {
         let (c, right) = (self.nominal.compatibility, self.nominal.right_beside(known));
-        let first = self.system.balance_in(&rounds.roughly(), c, &right, ask, None).await;
+        let first = system.balance_in(&rounds.roughly(), c, &right, ask, None).await;
         // The lanes know no springs.
-        let on_lanes = !self.system.is_sprung(ask);
+        let on_lanes = !system.is_sprung(ask);
         if let Some(begun) = first.as_ref().filter(|first| first.solved && on_lanes)
-            && let Some(settled) = self.settle_on_lanes(&rounds.roughly(), known, ask, begun).await
+            && let Some(settled) = self.settle_on_lanes(&rounds.roughly(), system, known, ask, begun).await
         {
             return Ok(SpecimenSolution { first, ..settled });
         }
-        Box::pin(self.settle_plainly(rounds, known, ask, first)).await
+        Box::pin(self.settle_plainly(rounds, system, known, ask, first)).await
     }
 
     /// Settles it from its first order; `None` where it does not converge soon.
     async fn settle_on_lanes(
         &self,
         rounds: &Rounds,
+        system: &System<'_>,
         known: &[f64],
         ask: &Ask,
         first: &Balance,
     ) -> Option<SpecimenSolution> {
-        let system = self.system;
         let mut balance = first.clone();
         let mut displacements = system.target(known, first);
         let mut last = system.difference(known, &displacements);
@@ -97,11 +104,11 @@ impl Together<'_> {
     async fn settle_plainly(
         &self,
         rounds: &Rounds,
+        system: &System<'_>,
         known: &[f64],
         ask: &Ask,
         first: Option<Balance>,
     ) -> Result<SpecimenSolution, Status> {
-        let system = self.system;
         let start = self.close_plainly(known)?;
         let near = first.as_ref().and_then(|first| first.answer.clone());
         let settled = system.settle_in(rounds, self.solver, start, known, near, |_, _| ask.clone()).await;

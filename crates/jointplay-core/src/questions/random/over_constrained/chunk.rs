@@ -37,7 +37,7 @@ impl Count {
     pub fn new(m: &Mechanism, ranges: &Ranges) -> Self {
         let n = m.size();
         Self {
-            tally: Tally::new(n, ranges),
+            tally: Tally::new(n, m.sources.len(), ranges),
             first_order: Moments::new(n * (1 + m.sources.len() + m.n_joints()), n),
             factor: Sketch::default(),
             forces: vec![Sketch::default(); m.elastic_rows().count()],
@@ -119,13 +119,16 @@ impl<'a> Linear<'a> {
         let add = |parts: &mut [f64], place: usize, d: f64| {
             (0..n).for_each(|i| parts[i] += map[(i, place)] * d);
         };
-        for source in m.sources() {
-            let mut part = vec![0.0; n];
-            source.range().for_each(|p| add(&mut part, self.places[p], offsets[p]));
-            parts.extend(part);
-        }
-        let first = parts.len();
+        let first = n * (1 + m.sources.len());
         parts.resize(first + n * m.n_joints(), 0.0);
+        for (s, source) in m.sources().iter().enumerate() {
+            for (k, p) in source.range().enumerate() {
+                source.split(s, k, offsets[p], |s, part| {
+                    let own = n * (1 + s);
+                    add(&mut parts[own..own + n], self.places[p], part);
+                });
+            }
+        }
         for row in m.elastic_rows() {
             let offset = m.rows[row].parameter.map_or(0.0, |p| offsets[p]);
             let joint = first + n * m.rows[row].joint;
@@ -159,13 +162,9 @@ pub fn draw(
         let n_specimens = GROUP.min(samples - first);
         let mut specimens_drawn = Vec::with_capacity(n_specimens);
         for at in (0..n_specimens).step_by(LANES) {
-            for source in m.sources() {
-                stream.draw(&source.set, Mechanism::law(source, job.request), &mut drawn[source.range()]);
-                for p in source.range() {
-                    drawn[p] = drawn[p].add(&Block::splat(m.centre[p]));
-                }
-            }
+            m.draw(&mut stream, job.request, &mut drawn);
             let lanes = 0..LANES.min(n_specimens - at);
+            m.count_interference(&drawn, lanes.len(), &mut count.tally.interference);
             specimens_drawn.extend(lanes.map(|lane| drawn.iter().map(|block| block.0[lane]).collect::<Vec<f64>>()));
         }
         let first = number * CHUNK as u64 + first as u64;

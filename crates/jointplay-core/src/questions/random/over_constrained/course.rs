@@ -21,8 +21,10 @@ impl Job<'_> {
     /// Solves specimens with what has been drawn for them, of which the first has the given number.
     pub fn solve(&self, together: &Together<'_>, drawn: &[Vec<f64>], first: u64) -> Vec<Specimen> {
         together.each(drawn.iter().zip(0..), async |rounds, (drawn, number)| {
-            let mut specimen = self.drawn(drawn, first.wrapping_add(number));
-            if let Err(status) = self.place(rounds, together, &mut specimen).await {
+            let own = self.of_specimen(drawn);
+            let job = own.as_deref().unwrap_or(self);
+            let mut specimen = job.drawn(drawn, first.wrapping_add(number));
+            if let Err(status) = job.place(rounds, together, &mut specimen).await {
                 (specimen.status, specimen.error) = (status, None);
             }
             specimen
@@ -37,7 +39,8 @@ impl Job<'_> {
         // Near one, where it decides, the factor is that of the exact closure. What few specimens go through is boxed:
         // a course is as large as the largest it waits for.
         if (loosest.factor - 1.0).abs() < NEAR
-            && let Ok(exactly) = Box::pin(together.settle(rounds, &specimen.displacements, &Ask::Factor)).await
+            && let Ok(exactly) =
+                Box::pin(together.settle(rounds, &self.system, &specimen.displacements, &Ask::Factor)).await
         {
             loosest.settle_at(exactly.balance.factor);
         }
@@ -46,7 +49,8 @@ impl Job<'_> {
             Fit::Loose => self.correct(together, specimen, &self.correction).await,
             // Where load or misfit strain what is elastic, or push rigid bodies.
             Fit::Forced => {
-                let settled = Box::pin(together.settle(rounds, &specimen.displacements, &self.ask())).await?;
+                let settled =
+                    Box::pin(together.settle(rounds, &self.system, &specimen.displacements, &self.ask())).await?;
                 match self.take(settled, specimen) {
                     Some(correction) => self.correct(together, specimen, &correction).await,
                     None => Ok(()),

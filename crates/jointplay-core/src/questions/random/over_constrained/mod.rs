@@ -42,7 +42,8 @@ impl Mechanism {
     /// The clearances that compatibility ties to others in any case.
     #[must_use]
     pub fn tied(&self, cases: &[Case<'_>]) -> Vec<usize> {
-        let tied = self.each_on_basis(
+        let m = self.with_scattered_gaps();
+        let tied = m.each_on_basis(
             cases,
             |system, solver, _, _, nominal| {
                 let Some(c) = Compatibility::at(system.basis, solver, &nominal) else { return Vec::new() };
@@ -156,6 +157,7 @@ impl Mechanism {
                 largest: or_nan(tally.largest.clone()),
                 failures: tally.statuses.to_vec(),
                 fallbacks: tally.fallbacks,
+                interference: tally.share_of_interference(),
                 status,
             },
             StrainScatter {

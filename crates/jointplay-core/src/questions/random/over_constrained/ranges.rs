@@ -2,9 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::law::Law;
 use crate::math::decomposition::pseudo_inverse;
-use crate::mechanism::{Mechanism, Source};
+use crate::mechanism::Source;
 use crate::questions::random::request::Request;
 use crate::questions::random::tally::Ranges;
 use crate::redundancy::compatibility::Compatibility;
@@ -37,8 +36,8 @@ impl Reach<'_> {
             let row: Vec<f64> = source.range().map(|p| form(m.place_of(p))).collect();
             let opposite: Vec<f64> = row.iter().map(|r| -r).collect();
             // An untruncated law reaches beyond its set of three standard deviations.
-            let factor = if Mechanism::law(source, self.request) == Law::Gauss { 2.0 } else { 1.0 };
-            factor * 0.5 * (source.set.support(&row) + source.set.support(&opposite))
+            let (factor, set) = (m.reach_of(source, self.request), source.largest_set());
+            factor * 0.5 * (set.support(&row) + set.support(&opposite))
         };
         m.sources().iter().map(of).sum()
     }

@@ -114,6 +114,22 @@ impl<'a> Job<'a> {
         nominal: &'a Nominal<'a>,
         compatibility: &'a Compatibility,
     ) -> Self {
+        Self::of(whole, request, nominal, compatibility, whole.mechanism.feels(nominal.compatibility))
+    }
+
+    /// That of a specimen, whose sizes are drawn with all other parameters, where it differs from that of others.
+    pub fn of_specimen(&self, drawn: &[f64]) -> Option<Box<Self>> {
+        let whole = self.system.of_specimen(drawn)?;
+        Some(Box::new(Self::of(&whole, self.request, self.nominal, self.compatibility, self.feels.clone())))
+    }
+
+    fn of(
+        whole: &System<'a>,
+        request: &'a Request,
+        nominal: &'a Nominal<'a>,
+        compatibility: &'a Compatibility,
+        feels: Vec<f64>,
+    ) -> Self {
         let takes_part =
             |element: &&Element| request.loaded || element.source.is_none() || System::is_tied(element, compatibility);
         let elements = whole.elements.iter().filter(takes_part).cloned().collect();
@@ -130,18 +146,7 @@ impl<'a> Job<'a> {
         };
         let rigid_program = Program { right: Vec::new(), blocks: tied.iter().map(block).collect() };
         let rigid = system.elements.iter().all(|element| element.source.is_some());
-        Self {
-            feels: system.mechanism.feels(nominal.compatibility),
-            system,
-            request,
-            nominal,
-            compatibility,
-            correction,
-            tied,
-            section,
-            rigid_program,
-            rigid,
-        }
+        Self { system, request, nominal, feels, compatibility, correction, tied, section, rigid_program, rigid }
     }
 
     const fn mechanism(&self) -> &Mechanism {

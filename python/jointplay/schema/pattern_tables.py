@@ -1,0 +1,169 @@
+"""Patterns: parts of a mechanism that the file has once and the mechanism several times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Self
+
+from pydantic import Field, create_model, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from .bodies import Body, BodyTable, SpatialBody
+from .file import Dimension, Drive, Load, LoadTable, PlanarFile, Range, Start, StartTable, VariableName
+from .joints import JointTable
+from .kinds import AnySpatialJoint, Joint
+from .spatial_file import SpatialFile, SpatialLoad, SpatialStart
+from .values import IN_SPACE, Direction, Name, Number, Pair, Table, Triple, problem
+
+#: more copies than any machine has; a larger number is a slip of the keyboard
+MOST_COPIES = 1000
+#: the number of the copy in expressions of a pattern, counted from 1
+COPY = "copy"
+
+ABOUT = "what the copies are turned about: the same numbers in the axes of the ground and of every shared body"
+ANGLE = "angle from one copy to the next; a full turn divided by `count` if left out"
+#: a number for each copy, or one expression that holds for all of them
+PerCopy = Annotated[tuple[Number | str, ...], Field(strict=False, min_length=1)] | Number | str
+
+
+class AboutTable(Table):
+    """What the copies of a pattern are turned about."""
+
+    point: tuple[float, ...]
+    angle: Number | SkipJsonSchema[None] = Field(None, description=ANGLE)
+
+
+class About(AboutTable):
+    """What the copies of a pattern are turned about."""
+
+    example: ClassVar[str] = "{ point = [0, 0] }"
+    elsewhere: ClassVar[Mapping[str, str]] = {"axis": IN_SPACE}
+
+    point: Pair = Field((0.0, 0.0), description="the middle [x, y]")
+
+
+class SpatialAbout(AboutTable):
+    """What the copies of a pattern are turned about."""
+
+    example: ClassVar[str] = "{ axis = [0, 0, 1] }"
+
+    point: Triple = Field((0.0, 0.0, 0.0), description="a point [x, y, z] of the axis")
+    axis: Direction = Field(description="direction of the axis [ux, uy, uz]")
+
+
+class CopyLimits(Table):
+    """Ranges of the drives and joints of a pattern."""
+
+    example: ClassVar[str] = "{ joints = { hip = [0, 90] } }"
+    elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("position", "rotation", "singular_value"), "of the file as a whole"
+    )
+
+    drives: dict[str, Range] = Field({}, description="range of each drive")
+    joints: dict[str, Range] = Field({}, description="range of each joint's coordinate")
+
+
+class PatternHead(Table):
+    """How often a part of the mechanism is repeated, and in what its copies differ."""
+
+    example: ClassVar[str] = "{ count = 3, about = { point = [0, 0] }, joints = { ... } }"
+
+    count: Annotated[int, Field(ge=1, le=MOST_COPIES)] | SkipJsonSchema[None] = Field(
+        None, description="how many copies there are; as many as `values` has if left out"
+    )
+    about: AboutTable | None
+    values: dict[VariableName, PerCopy] = Field(
+        {}, description="variables of the pattern: a list with one value for each copy, or an expression for all"
+    )
+    shared: Annotated[tuple[Name, ...], Field(strict=False)] = Field(
+        (), description="bodies that all copies have in common, beside the ground"
+    )
+
+    @model_validator(mode="after")
+    def _counted(self) -> Self:
+        lengths = {name: len(value) for name, value in self.values.items() if isinstance(value, tuple)}
+        if self.count is None and not lengths:
+            raise problem("'count' is missing (how many copies there are), or a list in `values`")
+        if len({*lengths.values(), self.copies}) > 1:
+            has = ", ".join(f"{name} {length}" for name, length in lengths.items())
+            count = "" if self.count is None else f"count = {self.count}; "
+            raise problem(f"values has one for each copy: {count}here are {has}")
+        if COPY in self.values:
+            raise problem(f"values: '{COPY}' is the number of the copy already; use another name")
+        return self
+
+    @property
+    def copies(self) -> int:
+        """How many copies there are."""
+        lists = (len(value) for value in self.values.values() if isinstance(value, tuple))
+        return self.count if self.count is not None else next(lists)
+
+
+class PatternTable(PatternHead):
+    """A part of the mechanism that is repeated."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "patterns": "of the file as a whole: what is copied is not copied again",
+        "variables": "of the file as a whole; those of a pattern are its `values`",
+        **dict.fromkeys(
+            ("output", "outputs", "path", "grid", "assembly", "gravity", "units", "load_cases", "correlations"),
+            "of the file as a whole, which may name the copies",
+        ),
+    }
+
+    joints: Mapping[str, JointTable]
+    bodies: Mapping[str, BodyTable]
+    start: Mapping[str, StartTable]
+    drives: dict[Name, Drive] = Field({}, description="commanded joint coordinates, those of the first copy")
+    loads: Sequence[LoadTable]
+    dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
+    limits: CopyLimits = Field(
+        default_factory=lambda: CopyLimits.model_validate({}), description="ranges of drives and joints"
+    )
+
+
+class PlanarHead(PatternHead):
+    """How often a part of a mechanism in the plane is repeated."""
+
+    about: About | SkipJsonSchema[None] = Field(None, description=ABOUT)
+
+
+class PlanarPattern(PlanarHead, PatternTable):
+    """A part of a mechanism in the plane that is repeated."""
+
+    joints: dict[Name, Joint] = Field({}, description="its joints")
+    bodies: dict[Name, Body] = Field({}, description="masses of its bodies, and what makes them elastic")
+    start: dict[Name, Start] = Field({}, description="roughly where its bodies are, those of the first copy")
+    loads: Annotated[tuple[Load, ...], Field(strict=False)] = Field((), description="loads, those of the first copy")
+
+
+class SpatialHead(PatternHead):
+    """How often a part of a mechanism in space is repeated."""
+
+    about: SpatialAbout | SkipJsonSchema[None] = Field(None, description=ABOUT)
+
+
+class SpatialPattern(SpatialHead, PatternTable):
+    """A part of a mechanism in space that is repeated."""
+
+    joints: dict[Name, AnySpatialJoint] = Field({}, description="its joints")
+    bodies: dict[Name, SpatialBody] = Field({}, description="masses of its bodies, and what makes them elastic")
+    start: dict[Name, SpatialStart] = Field({}, description="roughly where its bodies are, those of the first copy")
+    loads: Annotated[tuple[SpatialLoad, ...], Field(strict=False)] = Field(
+        (), description="loads, those of the first copy"
+    )
+
+
+for _file, _pattern in ((PlanarFile, PlanarPattern), (SpatialFile, SpatialPattern)):
+    _file.model_rebuild(force=True, _types_namespace={_pattern.__name__: _pattern})
+
+
+def _holder(model: type[Table]) -> type[Table]:
+    """A table with nothing but `patterns`, so that messages name the whole key."""
+    fields: dict[str, Any] = {"patterns": (dict[Name, model], ...)}  # type: ignore[valid-type]
+    return create_model("Patterns", __base__=Table, **fields)
+
+
+#: what is checked before the copies are made: how often a part is repeated, then the part with the values of a copy
+HEADS: Mapping[str, type[Table]] = {"planar": _holder(PlanarHead), "spatial": _holder(SpatialHead)}
+PARTS: Mapping[str, type[Table]] = {"planar": _holder(PlanarPattern), "spatial": _holder(SpatialPattern)}
