@@ -21,8 +21,8 @@ VALUES = "values = [22.7, 28.16, 33.46, 38.67, 43.83, 48.98, 54.17, 59.43, 64.83
 PATH = TEXTS["five-bar"][TEXTS["five-bar"].index("[path]\n") :].partition("\n\n")[0]
 TOLERANCE = "tolerance = 0.0 "
 KNOWN_TOP = (
-    "Known: assembly, bodies, dimensions, drives, expansion, format, gravity, grid, include, joints, limits, load_cases,"
-    " loads, output"
+    "Known: assembly, bodies, correlations, dimensions, drives, expansion, format, gravity, grid, include, joints, limits,"
+    " links, load_cases, loads, output"
 )
 
 #: example, what stands there, what is written instead, key of the message, what else it says

@@ -146,7 +146,7 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
             own[end] = renumbered[joint[end]]
         return own
 
-    def turned(source: SourceSpec) -> SourceSpec:
+    def from_base(source: SourceSpec) -> SourceSpec:
         # The points of the base are in ground axes.
         if base == GROUND or "moves" not in source:
             return source
@@ -196,7 +196,7 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
             case "growth":
                 moves = [
                     GrowthSpec(point=renumbered[move["point"]], rate=move["rate"])
-                    for move in turned(source)["moves"]
+                    for move in from_base(source)["moves"]
                     if move["point"] in renumbered
                 ]
                 return source | {"moves": moves}
