@@ -21,6 +21,7 @@ pub use answer::{Answer, Column, Values};
 pub use build::SpecError;
 pub use case::Case;
 pub use dim::{Declared, Dim, Keep};
+pub use point::Body;
 pub use spec::Spec;
 pub use status::Status;
 
@@ -39,9 +40,6 @@ use crate::mechanism::point::Point;
 use crate::mechanism::scores::Scores;
 use crate::mechanism::spec::LoadSpec;
 use crate::program::memo::Memo;
-
-/// A body by its index among the moving bodies; `None` is the ground.
-pub type Body = Option<usize>;
 
 /// A drive as a row takes it.
 #[derive(Clone, Copy, Debug)]

@@ -13,7 +13,9 @@
 use crate::math::real::Real;
 use crate::math::rotation::Turn;
 use crate::math::vector::{Vec3, add, cross, dot, scale, sub};
-use crate::mechanism::Body;
+
+/// A body by its index among the moving bodies; `None` is the ground.
+pub type Body = Option<usize>;
 
 /// What a parameter does in a displacement, per unit of it, in body axes.
 #[derive(Clone, Copy, Debug)]
