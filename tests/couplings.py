@@ -66,6 +66,17 @@ class Machine:
         self.sources.append({"kind": kind, "set": bounds, "centre": centre, "law": law, **target})
         return first
 
+    def runout(self, joint, radius, second):
+        """A wheel whose centre is off its place, in its plane; axis, side and normal are the same in both bodies."""
+        end = "second" if second else "first"
+        wheel, axis, side = (self.joints[joint][f"{of}{end}"] for of in ("", "axis_", "side_"))
+        self.displacements.append({"points": [wheel], "about": self.points[wheel]["at"]})
+        planar = self.space == "planar"
+        plane = [axis, np.cross([0.0, 0.0, 1.0], axis)] if planar else [side, np.cross(axis, side)]
+        told = {"displacement": len(self.displacements) - 1, "components": ["x", "y"] if planar else ["side", "normal"]}
+        ways = [[[float(v) for v in way], [0.0] * 3] for way in plane]
+        return self.source("place", {"disc": {"radius": radius}}, ways=ways, **told)
+
     def output(self, body, at=(0.0, 0.0)):
         self.output_point = self.point(body, at)
 

@@ -377,10 +377,7 @@ def test_ratio_error_and_run_out_by_hand():
     m = pair()
     backlash = m.source("clearance", 1e-6, joint=2)
     ratio = m.source("ratio", 1e-5, joint=2)
-    wheel = m.joints[2]["second"]
-    m.displacements.append({"points": [wheel], "about": [0.0, 0.0, 0.0]})
-    ways = [[[1.0, 0.0, 0.0], [0.0] * 3], [[0.0, 1.0, 0.0], [0.0] * 3]]
-    runout = m.source("place", {"disc": {"radius": 3e-5}}, displacement=0, components=["x", "y"], ways=ways)
+    runout = m.runout(2, 3e-5, second=True)
     core = m.core()
     told = core.sensitivity(np.zeros((1, 1)), core.trace(np.zeros((1, 1)))["poses"])["source"][0]
     np.testing.assert_allclose(told[:2], 0.0, atol=1e-12)
@@ -484,7 +481,7 @@ def _random_train(seed):
             mesh = m.joint("gear" if kind in ("gear", "ring") else "belt", (before,), (wheel,), **told)
             m.source("clearance", (-chance.uniform(2e-5, 6e-5), chance.uniform(2e-5, 6e-5)), joint=mesh)
             m.source("ratio", 1e-6, joint=mesh)
-            m.source("centre", {"disc": {"radius": 2e-6}}, joint=mesh, second=bool(chance.integers(2)))
+            m.runout(mesh, 2e-6, second=bool(chance.integers(2)))
         before = wheel
     m.drive(joined[0])
     radius = float(chance.uniform(0.01, 0.03))
@@ -572,7 +569,7 @@ def test_wheels_in_space_on_lanes_and_alone():
     for bearing in bearings:
         m.source("clearance", {"journal": {"radius": 2e-5, "half_length": 0.01, "axial": 1e-5}}, joint=bearing)
     m.source("clearance", 5e-5, joint=gear)
-    m.source("centre", {"disc": {"radius": 1e-5}}, joint=gear, second=False)
+    m.runout(gear, 1e-5, second=False)
     core = m.core()
     drives = _path(3, 100)
     poses = _followed(core, drives)
