@@ -1,4 +1,4 @@
-"""Ten mechanisms that cannot be assembled: what is said of each is true, and the gap is drawn.
+"""Mechanisms that cannot be assembled: what is said of each is true, and the gap is drawn.
 
 A length that is said to close a loop does; a little less does not, whatever the start.
 """
@@ -114,7 +114,18 @@ def test_what_stays_open_is_said_of_every_file(name: str) -> None:
     assert jp.check(FILES[name]).attrs["failure"] == "\n".join(what.words)
 
 
-@pytest.mark.parametrize("name", FILES)
+#: where only a start is reported, because no minimum near the start of the file has a single open joint
+ALL_OPEN = "start of another shape"
+
+
+def test_without_a_single_open_joint_only_the_start_is_reported() -> None:
+    what = found(ALL_OPEN)
+    assert what.found.joint < 0
+    assert what.found.start is not None
+    assert not any("open by" in sentence for sentence in what.words)
+
+
+@pytest.mark.parametrize("name", [name for name in FILES if name != ALL_OPEN])
 def test_every_joint_but_the_open_one_is_closed_in_the_attempt(name: str) -> None:
     m, what = FILES[name], found(name).found
     gaps = m.core.gaps(what.drives, what.poses)
@@ -184,7 +195,7 @@ def test_a_loop_that_closes_is_not_named() -> None:
     assert m.joints[what.found.joint] in ("E", "F", "G")
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [name for name in FILES if name != ALL_OPEN])
 def test_the_gap_is_drawn_in_red(name: str, tmp_path: Path) -> None:
     from jointplay import plot
 
