@@ -1,4 +1,4 @@
-"""Ten mechanisms that cannot be assembled: what is said of each is true, and the gap is drawn.
+"""Mechanisms that cannot be assembled: what is said of each is true, and the gap is drawn.
 
 A length that is said to close a loop does; a little less does not, whatever the start.
 """
@@ -114,7 +114,18 @@ def test_what_stays_open_is_said_of_every_file(name: str) -> None:
     assert jp.check(FILES[name]).attrs["failure"] == "\n".join(what.words)
 
 
-@pytest.mark.parametrize("name", FILES)
+#: where only a start is reported, because no minimum near the start of the file has a single open joint
+ALL_OPEN = "start of another shape"
+
+
+def test_without_a_single_open_joint_only_the_start_is_reported() -> None:
+    what = found(ALL_OPEN)
+    assert what.found.joint < 0
+    assert what.found.start is not None
+    assert not any("open by" in sentence for sentence in what.words)
+
+
+@pytest.mark.parametrize("name", [name for name in FILES if name != ALL_OPEN])
 def test_every_joint_but_the_open_one_is_closed_in_the_attempt(name: str) -> None:
     m, what = FILES[name], found(name).found
     gaps = m.core.gaps(what.drives, what.poses)
@@ -184,7 +195,7 @@ def test_a_loop_that_closes_is_not_named() -> None:
     assert m.joints[what.found.joint] in ("E", "F", "G")
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [name for name in FILES if name != ALL_OPEN])
 def test_the_gap_is_drawn_in_red(name: str, tmp_path: Path) -> None:
     from jointplay import plot
 
@@ -215,7 +226,9 @@ def test_bodies_whose_names_look_alike_may_be_one() -> None:
     slip = text.replace("{ rod1 = [75, 0], rocker", "{ rodl = [75, 0], rocker")
     slip = slip[: slip.index("[dimensions")] if "[dimensions" in slip else slip
     slip = "\n".join(line for line in slip.splitlines() if not line.startswith("rod1 ="))
-    with pytest.raises(jp.InputError, match="'rod1' and 'rodl' are on one joint each: are they one body"):
+    with pytest.raises(
+        jp.InputError, match=r"did you mean '(rod1|rodl)'\? '(rod1|rodl)' is on one joint as well: are they one body"
+    ):
         jp.loads(slip)
 
 

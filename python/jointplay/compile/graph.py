@@ -251,9 +251,9 @@ class Graph:
             near = nearest(body, [name for name in (*self.bodies, GROUND) if name != body], slips_only=True)
             if near:
                 key = f"joints.{joints[0].pin}"
-                if near != GROUND and len(self.joints_of(self.bodies.index(near))) == 1:
-                    raise self.refuse(f"'{body}' and '{near}' are on one joint each: are they one body?", key)
-                raise self.refuse(f"'{body}' is on no other joint; did you mean '{near}'?", key)
+                both = near != GROUND and len(self.joints_of(self.bodies.index(near))) == 1
+                also = f" '{near}' is on one joint as well: are they one body?" if both else ""
+                raise self.refuse(f"'{body}' is on no other joint; did you mean '{near}'?{also}", key)
 
     def _check_connected(self) -> None:
         reached = {GROUND_INDEX}
