@@ -17,6 +17,7 @@ class Machine:
     def __init__(self, space="planar", length=0.1):
         self.space, self.length = space, length
         self.guess, self.points, self.joints, self.drives, self.loads, self.sources = [], [], [], [], [], []
+        self.displacements = []
         self.output_point = None
 
     def body(self, *pose):
@@ -80,6 +81,7 @@ class Machine:
             "drives": self.drives,
             "output": {"point": self.output_point},
             "loads": self.loads,
+            "displacements": self.displacements,
             "sources": self.sources,
         }
         return _core.Mechanism(json.dumps(told))

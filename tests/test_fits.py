@@ -358,6 +358,11 @@ slider = { x = 113 }
 [drives.theta]
 joint = "A"
 values = [10, 90]
+error = 0.01
+[dimensions.rod]
+body = "rod"
+between = ["B", "C"]
+tolerance = 0.01
 [output]
 body = "slider"
 at = "C"
@@ -371,7 +376,12 @@ force = [-100, 20]
 
 
 def test_every_question_takes_sizes() -> None:
-    """A slider-crank whose four joints scatter is that with four fixed clearances, question by question."""
+    """A slider-crank whose four joints scatter is that with four fixed clearances, question by question.
+
+    Beside a dimension and an error of the drive, which have no joint, `check` and `given` ended in a traceback.
+    """
+    assert len(jp.check(jp.loads(EVERYTHING)).clearance) == 4
+    assert jp.given(jp.loads(EVERYTHING), {"rod": 0.005}).admissible.values.all()
     m = jp.loads(EVERYTHING)
     middle = {
         "joints.A.clearance.radial": 17e-3,

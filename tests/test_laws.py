@@ -156,17 +156,17 @@ def test_measured_values_are_interpolated(tmp_path: Path) -> None:
     np.testing.assert_allclose(scale, variance / (0.11**2 / 12), rtol=1e-9)
     # What was read stays with the mechanism.
     again = m.with_({"dimensions.l2.law.nominal": 12.01})
-    assert drawn(again, "l2").min() == pytest.approx(0.0, abs=1e-9)
+    assert drawn(again, "l2").min() == pytest.approx(0.0, abs=1e-4)
 
 
 @pytest.mark.parametrize(
     ("content", "law", "tolerance", "says"),
     [
-        (LOT, '{ csv = "other.csv", column = "d" }', "", "no file 'other.csv' in the same folder"),
+        (LOT, '{ csv = "other.csv", column = "d" }', "", 'no file "other.csv" in the same folder'),
         (LOT, '{ csv = "../lot.csv", column = "d" }', "", "not the name of a file in the same folder"),
         (LOT, '{ csv = "lot.csv" }', "", "'column' is missing"),
         (LOT, '{ csv = "lot.csv", column = "D" }', "", "'D' is not a column of its first row"),
-        (LOT, '{ csv = "lot.csv", column = "note" }', "", "row 3, column 'note': a number is needed, not 'good'"),
+        (LOT, '{ csv = "lot.csv", column = "note" }', "", 'row 3, column "note": a number is needed, not "good"'),
         ("d\n1\n", '{ csv = "lot.csv", column = "d" }', "", "fewer than two values"),
         ("d,d\n1,2\n", '{ csv = "lot.csv", column = "d" }', "", "more than once"),
         ("", '{ csv = "lot.csv", column = "d" }', "", "not a column"),
@@ -183,7 +183,7 @@ def test_what_is_wrong_with_measured_values_is_said(
 @pytest.mark.parametrize(
     ("law", "says"),
     [
-        ('"gaussian"', "'gaussian' is not valid here"),
+        ('"gaussian"', '"gaussian" is not valid here'),
         ("3", "not valid here"),
         ("{ triangular = 0.9 }", "triangular = 0.9, the likeliest value, is not within the limits, from -0.2 to 0.2"),
         ("{ pert = -0.3 }", "pert = -0.3"),
@@ -196,7 +196,7 @@ def test_what_is_wrong_with_measured_values_is_said(
         ("{ normal = { shift = 7 } }", "must be at most 6: 7"),
         ("{ normal = { sigma = 1e-9 } }", "does not fit to limits"),
         ('{ csv = "lot.csv", column = "d" }', "a text has no folder"),
-        ("{ measured = [0.1] }", "not valid"),
+        ("{ measured = [0.1] }", "two or more values are needed"),
         ("{ pert = 0.1, nominal = 3 }", "'nominal' goes with measured values"),
     ],
 )
@@ -325,7 +325,7 @@ def test_a_matrix_that_no_numbers_have_is_refused_by_the_names_of_the_sources() 
     ranks = "[[1, 0.9, 0.9, 0], [0.9, 1, -0.9, 0], [0.9, -0.9, 1, 0], [0, 0, 0, 1]]"
     sized = re.sub(r"clearance = \{[^}]*\}", 'clearance = { fit = "H7/g6", diameter = 12 }', text())
     entry = f'\n[[correlations]]\nsources = ["J1.hole", "J2.hole", "J3.hole", "J4.hole"]\nranks = {ranks}\n'
-    with pytest.raises(InputError, match=r"J1\.hole, J2\.hole and J3\.hole has a negative eigenvalue") as error:
+    with pytest.raises(InputError, match=r"J1\.hole, J2\.hole, J3\.hole has a negative eigenvalue") as error:
         jp.loads(sized + entry)
     assert "J4.hole" not in str(error.value)
     assert "correlations.0.ranks" in str(error.value)

@@ -54,6 +54,12 @@ def test_it_takes_the_examples(name: str) -> None:
         (("bodies",), {"coupler": {"stiffness": 1, "E": 1, "area": 1}}),
         (("bodies",), {"coupler": {"area": 1}}),
         (("bodies",), {"coupler": {"torsion": 1}}),
+        (("joints", "J1", "position"), {"ground": {}}),
+        (("joints", "J1", "position"), {"ground": {"z": 1}}),
+        (("joints", "J1", "position"), {"ground": {"diameter": -1}}),
+        (("joints", "J1", "position"), {"ground": 0.1}),
+        (("links",), {"l": {"body": "coupler", "between": ["J2", "J3"]}}),
+        (("links",), {"l": {"body": "coupler", "between": ["J2", "J3"], "rz": 1}}),
     ],
 )
 def test_it_refuses_what_the_program_refuses(path: tuple[str, ...], value: Any) -> None:

@@ -38,7 +38,7 @@ def clearance_of(m: Mechanism, source: int, u: Floats | None = None) -> tuple[st
     spec = m.core_spec["sources"][source]
     ((shape, size),) = spec["set"].items()
     parts = _parts(m, spec)
-    if spec["kind"] != "clearance" or not parts:
+    if not parts:
         return shape, size
     values = m.centre if u is None else u
     grown = sum(factor * values[..., column] for column, factor in parts)
@@ -51,7 +51,9 @@ def clearance_of(m: Mechanism, source: int, u: Floats | None = None) -> tuple[st
 
 
 def _parts(m: Mechanism, clearance: SourceSpec) -> list[tuple[int, float]]:
-    """The sizes that make a clearance: the parameter of each, and its factor."""
+    """The sizes that make a clearance: the parameter of each, and its factor; none of other sources."""
+    if clearance["kind"] != "clearance":
+        return []
     return [
         (int(np.flatnonzero(m.parameter_source == k)[0]), float(part["factor"]))
         for k, source in enumerate(m.core_spec["sources"])
@@ -65,7 +67,7 @@ def travel(m: Mechanism, source: int) -> tuple[float, float] | None:
     """Least and most of the radius or gap of a clearance, SI; None where it does not scatter."""
     spec = m.core_spec["sources"][source]
     parts = _parts(m, spec)
-    if spec["kind"] != "clearance" or not parts:
+    if not parts:
         return None
     ((_, size),) = spec["set"].items()
     gap = next(size[key] for key in ("radius", "gap", "high") if key in size)

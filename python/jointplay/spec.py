@@ -82,6 +82,13 @@ class LoadSpec(TypedDict):
     moment: list[float]
 
 
+class DisplacementSpec(TypedDict):
+    """A rigid displacement of points of one body; it turns about a point, given in body axes."""
+
+    points: list[int]
+    about: list[float]
+
+
 #: a shape by name, with its sizes
 SetSpec = dict[str, dict[str, float]]
 _Ends = TypedDict("_Ends", {"from": NotRequired[int], "to": NotRequired[int]})
@@ -96,7 +103,10 @@ class _Moved(_Ends):
     factor: NotRequired[float]
     also: NotRequired[list[GapSpec]]
     drive: NotRequired[int]
-    second: NotRequired[bool]
+    together: NotRequired[list[int]]
+    displacement: NotRequired[int]
+    #: translation and rotation vector per unit of every component, body axes
+    ways: NotRequired[list[list[list[float]]]]
 
 
 class SourcePart(_Moved):
@@ -127,6 +137,7 @@ class Changes(TypedDict, total=False):
     joints: list[JointSpec]
     drives: list[DriveSpec]
     loads: list[LoadSpec]
+    displacements: list[DisplacementSpec]
     sources: list[SourceSpec]
     correlations: list[CorrelationSpec]
 
@@ -144,5 +155,6 @@ class Spec(TypedDict):
     drives: list[DriveSpec]
     output: OutputSpec
     loads: list[LoadSpec]
+    displacements: list[DisplacementSpec]
     sources: list[SourceSpec]
     correlations: list[CorrelationSpec]

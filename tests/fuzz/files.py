@@ -35,6 +35,14 @@ TABLES: list[Any] = [
     [{"sources": ["l2", "J1.hole"], "rank": 1}], [{"sources": ["theta1", "l2"], "ranks": [[1, 0.5], [0.5, 1]]}],
     {"radial": 0.1, "tolerance": 0.2}, {"gap": 0.1, "tolerance": 0.05, "length": 40}, {"diameter": 12, "tolerance": 1},
 ]  # fmt: skip
+#: deviations of a joint on a body, of place or direction
+DEVIATIONS: list[Any] = [
+    0.05, {"x": 0.02}, {"x": {"tolerance": 0.1, "deviation": 0.05}, "y": 0.01}, {"z": 0.01}, {"diameter": 0.1},
+    {"diameter": 0.1, "length": 30}, {"diameter": 0.1, "spherical": True}, {"diameter": 0.1, "deviation": [0.01, 0]},
+    {"angle": 0.1}, {"side": 0.1, "normal": {"tolerance": {"sigma": 0.1}}}, {"diameter": 1e9, "length": 1e-9}, {},
+    {"x": 1, "diameter": 1}, {"angle": 1e3},
+]  # fmt: skip
+COMPONENTS = ["x", "y", "z", "angle", "rx", "ry", "rz", "a", "alpha", "d", "theta"]
 #: names that results, files and formats have a use of their own for
 NAMES = [
     "x", "y", "angle", "error", "status", "configuration", "component", "nominal", "source", "sources", "worst_offset",
@@ -87,6 +95,22 @@ def at(node: Any, steps: tuple[str | int, ...]) -> Any:
     return node
 
 
+def deviate(raw: Any, random: Random) -> None:
+    """Let a joint deviate on one of its bodies, or against another one."""
+    joints = raw.get("joints")
+    if not isinstance(joints, dict) or not joints:
+        return
+    name = random.choice(sorted(joints))
+    bodies = joints[name].get("on", joints[name].get("bodies", ())) if isinstance(joints[name], dict) else ()
+    bodies = [body for body in bodies if isinstance(body, str)] or ["ground"]
+    if random.random() < 0.7 and isinstance(joints[name], dict):
+        off = {random.choice(bodies): copy.deepcopy(random.choice(DEVIATIONS))}
+        joints[name][random.choice(["position", "direction"])] = off
+        return
+    link = {"body": random.choice(bodies), "between": [name, random.choice([*sorted(joints), "output"])]}
+    raw["links"] = {"l": link | dict.fromkeys(random.sample(COMPONENTS, random.randint(1, 3)), 0.01)}
+
+
 def renamed(node: Any, old: str, new: str) -> Any:
     """With another name, wherever it is."""
     if isinstance(node, dict):
@@ -106,7 +130,9 @@ def structured(random: Random) -> bytes:
             break
         spot = random.choice(spots)
         table, key = at(raw, spot[:-1]), spot[-1]
-        match random.choice(["number", "weird", "table", "swap", "foreign", "remove", "rename", "name", "repeat"]):
+        match random.choice(
+            ["number", "weird", "table", "swap", "foreign", "remove", "rename", "name", "repeat", "deviate"]
+        ):
             case "number" if isinstance(table[key], int | float):
                 table[key] = random.choice([-table[key], 1e-6 * table[key], 1e6 * table[key], 0, random.gauss(0, 100)])
             case "weird" | "number":
@@ -125,6 +151,8 @@ def structured(random: Random) -> bytes:
                 section = raw.get(random.choice(["joints", "drives", "dimensions", "bodies", "start"]))
                 if isinstance(section, dict) and section:
                     raw = renamed(raw, random.choice(sorted(section)), random.choice(NAMES))
+            case "deviate":
+                deviate(raw, random)
             case "repeat" if isinstance(table, list):
                 table += [copy.deepcopy(table[key])] * random.choice([1, MOST])
     _shorten(raw)

@@ -141,9 +141,8 @@ def admissible(m: Mechanism, u: Floats) -> NDArray[np.bool_]:
         away = u[:, columns] - np.array(source["centre"])
         shape, size = clearance_of(m, s, u)
         slack = SLACK * m.length
+        slack = SLACK if axes_of(m)["parameter"].kinds[columns[0]] == "angle" else slack
         if shape == "interval":
-            angular = axes_of(m)["parameter"].kinds[columns[0]] == "angle"
-            slack = SLACK if angular else slack
             inside[:, s] = (away[:, 0] >= size["low"] - slack) & (away[:, 0] <= size["high"] + slack)
         else:
             inside[:, s] = beyond(shape, size, away) <= slack

@@ -196,6 +196,8 @@ def _unit(m: Mechanism, key: str) -> str:
         return {"force": m.units.force_name, "moment": m.units.moment_name}.get(words[-1], m.units.length_name)
     if parts[0] == "dimensions" and words[-1] not in ("law", "body", "between"):
         return m.units.length_name
+    if (parts[0] == "joints" and {"position", "direction"} & set(parts)) or parts[0] == "links":
+        return _unit_of_place(m, parts, words)
     if parts[0] == "joints" and {"ratio_error", "runout"} & set(parts):
         return m.units.length_name if words[-1] != "law" else ""
     if parts[0] == "drives" and words[-1] not in ("law", "count", "joint") and "joints" not in parts:
@@ -208,6 +210,16 @@ def _unit(m: Mechanism, key: str) -> str:
     if words[-1] in ANGLES or (parts[0] == "joints" and "angle" in parts):
         return m.units.angle_name if words[-1] != "law" else ""
     return m.units.length_name if words[-1] in LENGTHS else ""
+
+
+def _unit_of_place(m: Mechanism, parts: list[str], words: list[str]) -> str:
+    """Unit of a deviation of a place, a direction or a link."""
+    if words[-1] in ("law", "spherical", "body", "between"):
+        return ""
+    if words[-1] in ("diameter", "length"):
+        return m.units.length_name
+    turns = {"rx", "ry", "rz", "angle", "alpha", "theta"} & set(parts) if parts[0] == "links" else "direction" in parts
+    return m.units.angle_name if turns else m.units.length_name
 
 
 def _unit_of_body(m: Mechanism, word: str) -> str:

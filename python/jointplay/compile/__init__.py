@@ -111,7 +111,8 @@ class Compiled:
     sources : tuple of str
         Names of what can be off.
     source_kinds : tuple of str
-        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
+        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link``
+        or ``drive``.
     drives : tuple of str
         Names of the drives.
     drive_joints : tuple of int
@@ -252,6 +253,7 @@ def _compiled(data: MechanismFile, file: str) -> Compiled:
         "drives": [_drive_spec(moves) for moves in commands.moves],
         "output": output,
         "loads": loads,
+        "displacements": graph.displacements,
         "sources": [s.core_spec for s in sources],
         "correlations": compile_correlations(data, graph, sources),
     }

@@ -1,7 +1,7 @@
 """How large the numbers of a mechanism may be beside one another.
 
 clearance, tolerance, deviation of a length <= size of the mechanism
-                            of an angle  <= one turn
+                            of an angle  <= one turn; of an axis or a link <= a quarter of a turn
 lever arm                                <= LARGEST_RATIO x characteristic length
 
 What is beyond is a slip of the keyboard. The motions of a mechanism are counted by singular values of its Jacobian, in
@@ -20,12 +20,15 @@ from jointplay import poses
 from jointplay.schema import MechanismFile
 
 from .drives import LENGTHS, Commands
-from .graph import Graph
-from .sources import Source
+from .graph import TURNS, Graph
+from .source import Source
 
 #: from a pin of ten micrometres to a boom of ten metres
 LARGEST_RATIO = 1e6
 TURN = 2.0 * math.pi
+#: the most that an axis or a link may be off its direction, and sources that may be off by a whole turn
+QUARTER = 0.25 * TURN
+WHOLE_TURNS = ("angle", "drive")
 #: the numbers of a set that bound how far something is off
 BOUNDS = ("radius", "gap", "axial", "low", "high")
 
@@ -56,11 +59,13 @@ def check_sizes(
     size = _size(graph, guess, commands)
     for source in sources:
         angular = _turns(source, commands, graph)
-        limit = TURN if angular else size
+        limit = (TURN if source.kind in WHOLE_TURNS else QUARTER) if angular else size
         # What has no size itself has nothing to compare with.
         if limit > 0.0 and (off := _off(source)) > limit:
             factor = source.factors[0]
-            what = "a full turn" if angular else "the size of the mechanism"
+            what = (
+                {TURN: "a full turn", QUARTER: "a quarter of a turn"}[limit] if angular else "the size of the mechanism"
+            )
             word = graph.units.angle_name if angular else name
             problem = f"is off by up to {off / factor:.4g} {word}, more than {what}, {limit / factor:.4g} {word}"
             raise graph.refuse(problem, _key(data, graph, source))
@@ -93,10 +98,12 @@ def _size(graph: Graph, guess: Floats, commands: Commands) -> float:
 def _turns(source: Source, commands: Commands, graph: Graph) -> bool:
     if source.kind == "drive":
         return bool(graph.joints[commands.joints[source.spec["drive"]]].is_angular)
-    return source.kind == "angle"
+    return source.components[0] in TURNS
 
 
 def _key(data: MechanismFile, graph: Graph, source: Source) -> str:
+    if source.key:
+        return source.key
     match source.kind:
         case "clearance" | "size":
             return f"joints.{graph.joints[source.spec['joint']].pin}.clearance"

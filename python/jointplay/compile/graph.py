@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from jointplay.errors import InputError, listed, nearest, not_known
 from jointplay.schema import JointTable, MechanismFile, Mesh, Universal, with_coordinate
+from jointplay.spec import DisplacementSpec
 from jointplay.units import Units
 
 from .compliance import compliance_of
@@ -75,6 +76,8 @@ class Graph:
         #: point of every joint of the file on each of its bodies
         self.places: dict[tuple[str, str], int] = {}
         self._joint_points: dict[Point, int] = {}
+        #: rigid displacements of points, for sources
+        self.displacements: list[DisplacementSpec] = []
         #: bodies that are described in one assembled reference configuration
         self.drawn_assembled: set[int] = {GROUND_INDEX}
         #: bodies that are the cross of a universal joint, with its axes in the drawing where it has one
@@ -133,9 +136,8 @@ class Graph:
             raise self.refuse("'output' has its own meaning in dimensions; rename the joint", f"joints.{name}")
         for body, place in joint.placements.items():
             index = self._body(body)
-            # A wheel that runs out is not where the joint is that carries it.
-            runs_out = isinstance(joint, Mesh) and body in joint.runout
-            put = self.add_point if runs_out else self._joint_place
+            # A joint that deviates by itself is not where the others are that are drawn there.
+            put = self.add_point if body in joint.displaced else self._joint_place
             self.places[body, name] = put(index, place.at)
             if joint.is_drawn_assembled:
                 self.drawn_assembled.add(index)
@@ -163,6 +165,16 @@ class Graph:
                     own, name, joint.kind, *ends, first[0], second[0], first[1], second[1], gives, joint.places
                 )
             )
+
+    def together_with(self, point: int) -> list[int]:
+        """The points of other joints at the place of a joint on the same body."""
+        there = self.points[point]
+        return sorted({k for k in self.places.values() if k != point and self.points[k] == there})
+
+    def displacement(self, points: list[int], about: Vector) -> int:
+        """Index of a new rigid displacement of points, which turns about a place of their body."""
+        self.displacements.append({"points": points, "about": list(about)})
+        return len(self.displacements) - 1
 
     def _joint_place(self, body: int, at: tuple[float, ...]) -> int:
         """The point of a joint; joints at one place of a body share it, so that a dimension moves them together."""
@@ -225,6 +237,7 @@ class Graph:
         named = {place.body for place in (*outputs, *loads) if place} | {*data.start, *data.bodies}
         named |= {output.relative_to for output in outputs if output}
         named |= {dimension.body for dimension in data.dimensions.values()}
+        named |= {link.body for link in data.links.values()}
         for index, body in enumerate(self.bodies):
             joints = self.joints_of(index)
             if body in named or len(joints) > 1 or joints[0].name in driven or not joints[0].can_be_driven:

@@ -56,7 +56,7 @@ class Size:
     nominal: float
     low: float
     high: float
-    law: LawName | LawTable
+    law: str | LawTable
     deviation: float | None = None
 
     @property

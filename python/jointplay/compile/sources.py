@@ -1,4 +1,4 @@
-"""The sources of error in the order of results: clearances and locked angles by joint, then dimensions, then drives.
+"""The sources of error in the order of results: those of joints, then dimensions, links and drives.
 
 A source that the file declares stays one when its size is zero, so that results keep their shape in a sweep.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 
 from jointplay.errors import InputError
 from jointplay.schema import (
@@ -25,56 +24,17 @@ from jointplay.schema import (
     SizedClearance,
     SleeveClearance,
     SlotClearance,
-    SpatialJoint,
-    ToleranceLaw,
-    ToleranceTable,
     law_in_core,
-    limits_of,
 )
-from jointplay.spec import SetSpec, SourcePart, SourceSpec
+from jointplay.spec import SetSpec, SourcePart
 from jointplay.units import Units
 
 from .couplings import play_at_rim
 from .drives import Commands
 from .graph import TURNS, CompiledJoint, Graph
+from .places import of_links, of_places, of_wheel
 from .sizes import Size, sizes_of
-
-#: two points closer than this share of the mechanism's length have no direction between them
-COINCIDENT = 1e-9
-SHIFTS_ACROSS = ("side", "normal")
-TILTS = ("tilt_side", "tilt_normal")
-
-
-@dataclass(frozen=True)
-class Source:
-    """One thing that can be off.
-
-    Parameters
-    ----------
-    name : str
-    kind : str
-        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``dimension`` or ``drive``.
-    components : tuple of str
-        What each of its parameters is called.
-    factors : tuple of float
-        SI per file unit of each parameter.
-    centre : tuple of float
-        Known deviation of each parameter, SI.
-    spec : SourcePart
-        The rest of it as the core wants it.
-    """
-
-    name: str
-    kind: str
-    components: tuple[str, ...]
-    factors: tuple[float, ...]
-    centre: tuple[float, ...]
-    spec: SourcePart = field(repr=False)
-
-    @property
-    def core_spec(self) -> SourceSpec:
-        """All of it as the core wants it."""
-        return {"kind": self.kind, "centre": list(self.centre), **self.spec}
+from .source import COINCIDENT, SHIFTS_ACROSS, TILTS, Source, interval
 
 
 def compile_sources(
@@ -82,15 +42,19 @@ def compile_sources(
 ) -> list[Source]:
     """All sources of a mechanism, in SI; of the outputs body and point by name."""
     sources: list[Source] = []
+    last_of_pin = {joint.pin: index for index, joint in enumerate(graph.joints)}
     for index, joint in enumerate(graph.joints):
         sources.extend(_of_joint(data, graph, index, joint, length))
+        if index == last_of_pin[joint.pin] and joint.pin in data.joints:
+            sources.extend(of_places(data, graph, joint.pin))
     sources.extend(_of_dimension(data, graph, name, outputs, length) for name in data.dimensions)
+    sources.extend(of_links(data, graph, outputs, length))
     taken = {source.name for source in sources} | {joint.name for joint in graph.joints}
     for index, (name, drive) in enumerate(data.drives.items()):
         if drive.error is not None:
             label = f"drive {name}" if name in taken else name
             factor = float(commands.factors[index])
-            spec = _interval(drive.error, drive.law or "uniform", factor)
+            spec = interval(drive.error, drive.law or "uniform", factor)
             sources.append(Source(label, "drive", ("value",), (factor,), (0.0,), spec | {"drive": index}))
     return sources
 
@@ -111,11 +75,11 @@ def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoin
         sources.append(Source(joint.name, "clearance", components, factors, (0.0,) * len(components), spec))
         sources.extend(_of_sizes(graph, index, joint, play, sizes))
     if isinstance(locked, LockedAngle):
-        spec = _interval(locked.tolerance, locked.law or "normal", units.angle) | {"joint": index}
+        spec = interval(locked.tolerance, locked.law or "normal", units.angle) | {"joint": index}
         name = f"{joint.name}.lock" if sources else joint.name
         sources.append(Source(name, "angle", ("angle",), (units.angle,), (locked.deviation * units.angle,), spec))
     if isinstance(entry, Coupling):
-        sources.extend(_of_coupling(entry, joint, index, units.length))
+        sources.extend(_of_coupling(entry, graph, joint, index))
     return sources
 
 
@@ -153,18 +117,16 @@ def _of_sizes(graph: Graph, index: int, joint: CompiledJoint, play: object, size
         yield Source(f"{name}.{size.name}", "size", ("size",), (unit,), (size.centre,), spec)
 
 
-def _of_coupling(entry: Coupling, joint: CompiledJoint, index: int, unit: float) -> Iterator[Source]:
+def _of_coupling(entry: Coupling, graph: Graph, joint: CompiledJoint, index: int) -> Iterator[Source]:
     """Transmission error and eccentric wheels."""
-    error = entry.ratio_error
+    error, unit = entry.ratio_error, graph.units.length
     if error is not None:
-        spec = _interval(error.tolerance, error.law or "normal", unit) | {"joint": index}
+        spec = interval(error.tolerance, error.law or "normal", unit) | {"joint": index}
         yield Source(f"{joint.name}.ratio", "ratio", ("length",), (unit,), (error.deviation * unit,), spec)
-    for body, runout in entry.runout.items() if isinstance(entry, Mesh) else ():
-        disc = {"disc": {"radius": (runout.tolerance or 0.0) * unit}}
-        spec = {"kind": "centre", "joint": index, "second": body == entry.names[1], "set": disc, "law": runout.law}
-        x, y = runout.deviation
-        components = SHIFTS_ACROSS if isinstance(entry, SpatialJoint) else ("x", "y")
-        yield Source(f"{joint.name}.runout.{body}", "runout", components, (unit, unit), (x * unit, y * unit), spec)
+    if not isinstance(entry, Mesh):
+        return
+    for body, runout in entry.runout.items():
+        yield of_wheel(graph, joint, entry, body, runout)
 
 
 def _set(entry: object, play: object, gap: float, units: Units, length: float) -> tuple[tuple[str, ...], SetSpec]:
@@ -225,24 +187,14 @@ def _of_dimension(
             what = "the output" if place == "output" else f"output '{place}'"
             raise graph.refuse(f"{what} is on '{body}', not on '{dimension.body}'", f"{key}.between.{k}")
         ends.append(point)
+    together = graph.together_with(ends[1]) if dimension.between[1] not in outputs else []
     start, end = (graph.points[p].at for p in ends)
-    for (body, joint), point in graph.places.items() if dimension.between[1] not in outputs else ():
-        if body == dimension.body and point != ends[1] and graph.points[point].at == end:
-            problem = (
-                f"would part '{dimension.between[1]}' from '{joint}', which is at the same place of '{body}' with a"
-                " run-out of its own; name the points in the other order, or take the run-out away"
-            )
-            raise graph.refuse(problem, f"{key}.between")
     ends[0] = graph.on_the_piece_of(ends[1], ends[0])
     if math.dist(start, end) <= COINCIDENT * length:
         problem = f"{' and '.join(dimension.between)} are at the same point of '{dimension.body}'"
         raise graph.refuse(problem, f"{key}.between")
     unit = graph.units.length
-    spec = _interval(dimension.tolerance, dimension.law or "normal", unit) | {"from": ends[0], "to": ends[1]}
+    spec = interval(dimension.tolerance, dimension.law or "normal", unit) | {"from": ends[0], "to": ends[1]}
+    if together:
+        spec["together"] = together
     return Source(name, "dimension", ("length",), (unit,), (dimension.deviation * unit,), spec)
-
-
-def _interval(tolerance: ToleranceTable | None, law: ToleranceLaw, factor: float) -> SourcePart:
-    low, high = (limit * factor for limit in limits_of(tolerance, law))
-    own = "gauss" if tolerance is not None and tolerance.sigma is not None else law_in_core(law, low, high, factor)
-    return {"set": {"interval": {"low": low, "high": high}}, "law": own}

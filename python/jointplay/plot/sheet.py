@@ -148,9 +148,8 @@ def _drawable(result: Result) -> int:
 
 def _exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
     """A round factor that makes clearances and errors visible."""
-    radii = [
-        clearance_of(m, k)[1]["radius"] for k, source in enumerate(m.core_spec["sources"]) if "disc" in source["set"]
-    ]
+    pins = [k for k, s in enumerate(m.core_spec["sources"]) if s["kind"] == "clearance" and "disc" in s["set"]]
+    radii = [clearance_of(m, k)[1]["radius"] for k in pins]
     size = max(radii, default=0.0) / m.units.length
     if pushed is not None:
         size = max(size, float(np.nan_to_num(size_of(pushed, "error", "position")[shown])) / 2.0)

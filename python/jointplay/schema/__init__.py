@@ -28,11 +28,13 @@ from .clearances import (
     PrismaticClearance,
     RadialClearance,
     RevoluteClearance,
+    RunOut,
     SizedClearance,
     SleeveClearance,
     SlotClearance,
 )
 from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
+from .deviations import DH, ComponentDeviation, Direction, LinkTable, PlanarPosition, SpatialPosition
 from .expressions import LONGEST, NotAnExpression, Variables, resolved, variables_of
 from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, PlanarFile
 from .grid import GridRange
@@ -50,6 +52,7 @@ from .values import NAME, ToleranceTable
 
 __all__ = [
     "COPY",
+    "DH",
     "HEADS",
     "NAME",
     "PARTS",
@@ -59,8 +62,10 @@ __all__ = [
     "BeltKeys",
     "Body",
     "BodyTable",
+    "ComponentDeviation",
     "Coupling",
     "Dimension",
+    "Direction",
     "Drive",
     "FlankClearance",
     "GapClearance",
@@ -71,6 +76,7 @@ __all__ = [
     "JournalClearance",
     "LawName",
     "LawTable",
+    "LinkTable",
     "LoadTable",
     "LockedAngle",
     "Machined",
@@ -83,10 +89,12 @@ __all__ = [
     "Place",
     "PlacementTable",
     "PlanarFile",
+    "PlanarPosition",
     "PlateClearance",
     "PrismaticClearance",
     "RadialClearance",
     "RevoluteClearance",
+    "RunOut",
     "Screw",
     "SizedClearance",
     "SleeveClearance",
@@ -95,6 +103,7 @@ __all__ = [
     "SpatialFile",
     "SpatialJoint",
     "SpatialPlacementTable",
+    "SpatialPosition",
     "SpatialStart",
     "Stiffness",
     "ToleranceLaw",

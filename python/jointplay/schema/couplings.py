@@ -80,6 +80,11 @@ class Mesh(Coupling):
         return self
 
     @property
+    def displaced(self) -> set[str]:
+        """The bodies on which it deviates by itself; a wheel that runs out is not where its bearing is."""
+        return super().displaced | {*self.runout}
+
+    @property
     def directions(self) -> Mapping[str, Any] | None:
         """Its marks, where it can have any."""
         return getattr(self, "marks", None)

@@ -22,6 +22,7 @@ from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 from .assembly import Assembly
 from .bodies import Body, BodyTable
 from .correlations import Correlation
+from .deviations import LinkTable, PlanarLink
 from .expressions import RESERVED, is_variable
 from .grid import Grid
 from .joints import JointTable
@@ -362,6 +363,8 @@ REQUIRED: dict[str, JsonValue] = {
     "oneOf": [{"required": ["output"]}, {"required": ["outputs"]}],
     "anyOf": [{"required": ["joints"]}, {"required": ["patterns"]}],
 }
+#: what the key `links` is
+LINKS = "how far one joint of a body is off against another one, by components"
 
 
 class MechanismFile(Table):
@@ -390,6 +393,7 @@ class MechanismFile(Table):
     loads: Sequence[LoadTable]
     load_cases: Mapping[str, Sequence[LoadTable]]
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
+    links: Mapping[str, LinkTable]
     correlations: Annotated[tuple[Correlation, ...], Field(strict=False)] = Field(
         (), description="sources that scatter together"
     )
@@ -448,6 +452,7 @@ class PlanarFile(MechanismFile):
     gravity: Pair = Field((0.0, 0.0), description="acceleration of gravity [gx, gy] in m/s^2, ground axes")
     bodies: dict[Name, Body] = Field({}, description="masses of bodies, and what makes them elastic")
     joints: dict[Name, Joint] = Field({}, description="the joints; the bodies are named by them")
+    links: dict[Name, PlanarLink] = Field({}, description=LINKS)
     start: dict[Name, Start] = Field({}, description="roughly where the bodies are: it chooses the assembly branch")
     path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")
     output: Output | SkipJsonSchema[None] = Field(None, description=OUTPUT)

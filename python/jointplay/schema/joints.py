@@ -8,9 +8,10 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from jointplay.errors import listed
+from jointplay.errors import listed, not_known
 
 from .clearances import LockedAngle, PrismaticClearance, RevoluteClearance, SlotClearance
+from .deviations import Component, ComponentDeviation, PlanarPosition, Zone
 from .placements import Place, Placement, PlacementTable
 from .stiffness import ClampStiffness, PinStiffness, SliderStiffness, SlotStiffness
 from .values import IN_SPACE, Axis, Name, Pair, Table, problem
@@ -41,6 +42,8 @@ class JointTable(Table):
         None, description="instead of `on`: bodies described in one assembled reference configuration"
     )
     at: tuple[Any, ...] | None
+    position: Mapping[str, Zone]
+    direction: Mapping[str, Zone | ComponentDeviation]
 
     #: the keys that say it once, beside `at`
     shared: ClassVar[tuple[str, ...]] = ("axis",)
@@ -66,6 +69,30 @@ class JointTable(Table):
             raise problem(f"a {self.kind} joint connects two bodies, not {listed(names)}")
         self._check_axes()
         return self
+
+    @model_validator(mode="after")
+    def _deviates_on_its_bodies(self) -> Self:
+        for key, bodies in (("position", self.position), ("direction", self.direction)):
+            for body in bodies:
+                if body not in self.names:
+                    raise problem(f"{key}: {not_known(body, 'a body of this joint', self.names)}")
+        for body in self.direction:
+            if not self.has_direction(body):
+                raise problem(f"direction: {self.no_direction(body)}")
+        return self
+
+    def has_direction(self, body: str) -> bool:
+        """Whether it has an axis on a body, which can deviate."""
+        raise NotImplementedError
+
+    def no_direction(self, body: str) -> str:
+        """Why its axis on a body cannot deviate."""
+        return f"a {self.kind} joint has no axis on '{body}'"
+
+    @property
+    def displaced(self) -> set[str]:
+        """The bodies on which it deviates by itself, so that it is not where others of the same place are."""
+        return {*self.position, *self.direction}
 
     def _check_axes(self) -> None:
         """Refuse axes that the kind of joint has not, and ask for those that it needs."""
@@ -109,6 +136,14 @@ class PlanarJoint(JointTable):
     )
     at: Pair | SkipJsonSchema[None] = Field(None, description="with `bodies`: the joint's point, the same for all")
     axis: Axis | SkipJsonSchema[None] = Field(None, description="with `bodies`: its direction, the same for all")
+    position: dict[Name, PlanarPosition] = Field({}, description="deviation of its place, by the name of the body")
+    direction: dict[Name, Component] = Field(
+        {}, description="deviation of the angle of its axis, by the name of the body"
+    )
+
+    def has_direction(self, body: str) -> bool:
+        """Whether it has an axis on a body, which can deviate."""
+        return self.needs_axis and (self.may_turn or body == self.names[0])
 
     def _check_axes(self) -> None:
         places = self.placements

@@ -18,6 +18,7 @@ NAMED = {
     "joints": "a joint",
     "drives": "a drive",
     "dimensions": "a dimension",
+    "links": "a link",
     "variables": "a variable",
     "load_cases": "a load case",
     "patterns": "a pattern",

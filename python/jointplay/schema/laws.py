@@ -90,9 +90,9 @@ class LawTable(Table):
     pert: Number | SkipJsonSchema[None] = Field(
         None, description="PERT: the likeliest value, as the tolerance is given"
     )
-    measured: (
-        Annotated[tuple[Number, ...], Field(strict=False, min_length=2, max_length=MOST_VALUES)] | SkipJsonSchema[None]
-    ) = Field(None, description="measured values, two or more")
+    measured: Annotated[tuple[Number, ...], Field(strict=False, max_length=MOST_VALUES)] | SkipJsonSchema[None] = Field(
+        None, description="measured values, two or more"
+    )
     csv: str | SkipJsonSchema[None] = Field(None, description="file in the same folder with measured values")
     column: str | SkipJsonSchema[None] = Field(None, description="with csv: the name of the column in its first row")
     nominal: Number = Field(
@@ -107,6 +107,8 @@ class LawTable(Table):
         if self.csv is not None:
             # `load` has put the values in the place of the file.
             raise problem("measured values are read where a mechanism is read from a file; a text has no folder")
+        if self.measured is not None and len(self.measured) < 2:
+            raise problem(f"measured: two or more values are needed, not {len(self.measured)}")
         if self.column is not None:
             raise problem("'column' goes with csv")
         if self.nominal and self.measured is None:

@@ -9,7 +9,9 @@ from pydantic import BeforeValidator, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from .bodies import SpatialBody
+from .deviations import SpatialLink
 from .file import (
+    LINKS,
     LOAD_CASES,
     OUTPUT,
     OUTPUTS,
@@ -105,6 +107,7 @@ class SpatialFile(MechanismFile):
     gravity: Triple = Field((0.0, 0.0, 0.0), description="acceleration of gravity [gx, gy, gz] in m/s^2, ground axes")
     bodies: dict[Name, SpatialBody] = Field({}, description="masses of bodies, and what makes them elastic")
     joints: dict[Name, AnySpatialJoint] = Field({}, description="the joints; the bodies are named by them")
+    links: dict[Name, SpatialLink] = Field({}, description=LINKS)
     start: dict[Name, SpatialStart] = Field(
         {}, description="roughly where the bodies are; needed where the joints do not determine it"
     )

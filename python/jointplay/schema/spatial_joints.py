@@ -16,6 +16,7 @@ from .clearances import (
     PlateClearance,
     SleeveClearance,
 )
+from .deviations import SpatialDirection, SpatialPosition
 from .joints import ELASTIC, JointTable
 from .placements import SpatialPlacement, SpatialPlacementTable
 from .stiffness import (
@@ -49,6 +50,19 @@ class SpatialJoint(JointTable):
     side: Direction | SkipJsonSchema[None] = Field(
         None, description="with `bodies`: a direction across the axis, the same for all"
     )
+    position: dict[Name, SpatialPosition] = Field({}, description="deviation of its place, by the name of the body")
+    direction: dict[Name, SpatialDirection] = Field({}, description="deviation of its axis, by the name of the body")
+
+    @model_validator(mode="after")
+    def _zones_about_an_axis(self) -> Self:
+        for body, zone in self.position.items():
+            if zone.has_zone and not zone.spherical and not self.has_axis:
+                raise problem(f"position.{body}: a {self.kind} joint has no axis; write spherical = true for a ball")
+        return self
+
+    def has_direction(self, body: str) -> bool:  # noqa: ARG002 - it has its axis on all bodies
+        """Whether it has an axis on a body, which can deviate."""
+        return self.has_axis
 
     def _check_axes(self) -> None:
         places = self.placements

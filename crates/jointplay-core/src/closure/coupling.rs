@@ -44,7 +44,7 @@ impl Mechanism {
 
     /// The two bodies of a joint as a coupling sees them.
     fn pair<S: Real>(&self, joint: usize, poses: &[Pose<S>], parameters: &[S]) -> Pair<S> {
-        let axes = |second| self.joints[joint].plane().map(|axis| self.carried(joint, second, axis, poses));
+        let axes = |second| self.joints[joint].plane().map(|axis| self.carried(joint, second, axis, poses, parameters));
         let place = |point| self.place(point, poses, parameters).position;
         Pair {
             apart: sub(place(self.joints[joint].second), place(self.joints[joint].first)),

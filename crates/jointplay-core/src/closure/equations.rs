@@ -29,7 +29,9 @@ use crate::math::real::Real;
 use crate::math::rotation::turn_back;
 use crate::math::space::{Component, Pose, Space};
 use crate::math::vector::{Vec3, add, cross, dot, scale, sub};
+use crate::mechanism::coupling::Rate;
 use crate::mechanism::joint::Frame;
+use crate::mechanism::point::{Point, Rates};
 use crate::mechanism::{Mechanism, Row};
 
 /// What a configuration is asked for: drive values and the values of all parameters.
@@ -80,10 +82,6 @@ pub(crate) struct Placed<S> {
     pub lever: Vec3<S>,
 }
 
-pub(crate) fn constant<S: Real>(v: Vec3<f64>) -> Vec3<S> {
-    v.map(S::from_f64)
-}
-
 impl Mechanism {
     /// The inputs at given drive values with every deviation at its known value and no play taken.
     pub(crate) fn built(&self, drives: &[f64]) -> Inputs<f64> {
@@ -93,10 +91,7 @@ impl Mechanism {
     /// Where a point is.
     pub(crate) fn place<S: Real>(&self, point: usize, poses: &[Pose<S>], parameters: &[S]) -> Placed<S> {
         let point = &self.points[point];
-        let mut at = constant(point.at);
-        for &(parameter, direction) in &point.moved_by {
-            at = add(at, scale(constant(direction), parameters[parameter]));
-        }
+        let at = point.place(parameters);
         match point.body {
             None => Placed { position: at, lever: at },
             Some(b) => {
@@ -112,56 +107,72 @@ impl Mechanism {
     }
 
     /// The axes of a joint in ground axes.
-    pub(crate) fn axes<S: Real>(&self, joint: usize, poses: &[Pose<S>]) -> [Vec3<S>; 3] {
+    pub(crate) fn axes<S: Real>(&self, joint: usize, poses: &[Pose<S>], parameters: &[S]) -> [Vec3<S>; 3] {
         match self.joints[joint].frame {
             Frame::Ground => Pose::<S>::identity().rotation,
-            Frame::First => [0, 1, 2].map(|axis| self.carried(joint, false, axis, poses)),
+            Frame::First => [0, 1, 2].map(|axis| self.carried(joint, false, axis, poses, parameters)),
         }
     }
 
     /// A joint's axis as the first body (or the second) carries it, in ground axes.
-    pub(crate) fn carried<S: Real>(&self, joint: usize, second: bool, axis: usize, poses: &[Pose<S>]) -> Vec3<S> {
+    pub(crate) fn carried<S: Real>(
+        &self,
+        joint: usize,
+        second: bool,
+        axis: usize,
+        poses: &[Pose<S>],
+        parameters: &[S],
+    ) -> Vec3<S> {
         let joint = &self.joints[joint];
         let (point, axes) = if second { (joint.second, &joint.axes_second) } else { (joint.first, &joint.axes_first) };
-        let axis = constant(axes[axis]);
-        self.points[point].body.map_or(axis, |b| poses[b].turn(axis))
+        let point = &self.points[point];
+        let axis = point.axis(axes[axis], parameters);
+        point.body.map_or(axis, |b| poses[b].turn(axis))
     }
 
     /// Sine and cosine (times one positive number) of the roll of a joint about an axis.
-    pub(crate) fn roll<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> (S, S) {
+    pub(crate) fn roll<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>], parameters: &[S]) -> (S, S) {
         let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
-        let turned = self.carried(joint, true, j, poses);
-        (dot(self.carried(joint, false, k, poses), turned), dot(self.carried(joint, false, j, poses), turned))
+        let turned = self.carried(joint, true, j, poses, parameters);
+        let first = |axis| self.carried(joint, false, axis, poses, parameters);
+        (dot(first(k), turned), dot(first(j), turned))
     }
 
     /// The vector whose scalar product with `w2 - w1` is the rate of a rotation component.
-    pub(crate) fn rotation_gradient<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> Vec3<S> {
+    pub(crate) fn rotation_gradient<S: Real>(
+        &self,
+        joint: usize,
+        axis: usize,
+        poses: &[Pose<S>],
+        parameters: &[S],
+    ) -> Vec3<S> {
         let (zero, one) = (S::from_f64(0.0), S::from_f64(1.0));
         if self.space == Space::Planar {
             return [zero, zero, one];
         }
-        let first = |axis| self.carried(joint, false, axis, poses);
+        let first = |axis| self.carried(joint, false, axis, poses, parameters);
+        let second = |axis| self.carried(joint, true, axis, poses, parameters);
         match axis {
             0 => {
-                let (sine, cosine) = self.roll(joint, axis, poses);
+                let (sine, cosine) = self.roll(joint, axis, poses, parameters);
                 let across = sub(scale(first(2), cosine), scale(first(1), sine));
-                let turned = self.carried(joint, true, 1, poses);
-                scale(cross(turned, across), one / (cosine * cosine + sine * sine))
+                scale(cross(second(1), across), one / (cosine * cosine + sine * sine))
             }
-            1 => cross(first(2), self.carried(joint, true, 0, poses)),
-            _ => cross(self.carried(joint, true, 0, poses), first(1)),
+            1 => cross(first(2), second(0)),
+            _ => cross(second(0), first(1)),
         }
     }
 
     /// A tilt, as the sine of an angle where that is below a sixth of a turn, and the angle itself beyond: unlike its
     /// sine it does not vanish at half a turn, so that a rough start cannot settle on the mirrored
     /// solution.
-    fn tilt<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>]) -> S {
+    fn tilt<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>], parameters: &[S]) -> S {
         let other = if axis == 1 { 2 } else { 1 };
-        let along = self.carried(joint, true, 0, poses);
-        let sine = dot(self.carried(joint, false, other, poses), along);
+        let along = self.carried(joint, true, 0, poses, parameters);
+        let first = |axis| self.carried(joint, false, axis, poses, parameters);
+        let sine = dot(first(other), along);
         let sine = if axis == 1 { -sine } else { sine };
-        S::tilt(sine, dot(self.carried(joint, false, 0, poses), along))
+        S::tilt(sine, dot(first(0), along))
     }
 
     /// The value of a joint component, angles between -pi and pi.
@@ -170,7 +181,7 @@ impl Mechanism {
         let joint = &self.joints[row.joint];
         match row.component {
             Component::About(i) => {
-                let (s, c) = self.roll(row.joint, i, poses);
+                let (s, c) = self.roll(row.joint, i, poses, parameters);
                 s.atan2(c)
             }
             Component::Along(i) => {
@@ -178,7 +189,7 @@ impl Mechanism {
                     self.place(joint.second, poses, parameters).position,
                     self.place(joint.first, poses, parameters).position,
                 );
-                dot(self.axes(row.joint, poses)[i], d)
+                dot(self.axes(row.joint, poses, parameters)[i], d)
             }
         }
     }
@@ -212,7 +223,7 @@ impl Mechanism {
                         self.place(joint.first, poses, &inputs.parameters),
                         self.place(joint.second, poses, &inputs.parameters),
                     );
-                    let e = self.axes(row.joint, poses)[i];
+                    let e = self.axes(row.joint, poses, &inputs.parameters)[i];
                     let d = sub(p2.position, p1.position);
                     let command = row.drive.map_or(zero, |by| inputs.drives[by.command].value);
                     residual[k] = dot(e, d) - (command + parameter);
@@ -225,13 +236,13 @@ impl Mechanism {
                     angular_2 = cross(p2.lever, e);
                 }
                 Component::About(i) if row.component == joint.roll() => {
-                    let mut left = self.roll(row.joint, i, poses);
+                    let mut left = self.roll(row.joint, i, poses, &inputs.parameters);
                     if let Some(by) = row.drive {
                         let command = &inputs.drives[by.command];
                         left = turn_back(left, (command.sine, command.cosine));
                     }
                     let (sine, cosine) = turn_back(left, parameter.sin_cos());
-                    let gradient = self.rotation_gradient(row.joint, i, poses);
+                    let gradient = self.rotation_gradient(row.joint, i, poses, &inputs.parameters);
                     (residual[k], linear) = match self.space {
                         // Without tilt sine and cosine are exact, and spare a division.
                         Space::Planar => {
@@ -247,9 +258,9 @@ impl Mechanism {
                     angular_1 = angular_2.map(|v| -v);
                 }
                 Component::About(i) => {
-                    residual[k] = self.tilt(row.joint, i, poses) - parameter;
+                    residual[k] = self.tilt(row.joint, i, poses, &inputs.parameters) - parameter;
                     linear = [zero; 3];
-                    angular_2 = self.rotation_gradient(row.joint, i, poses);
+                    angular_2 = self.rotation_gradient(row.joint, i, poses, &inputs.parameters);
                     angular_1 = angular_2.map(|v| -v);
                 }
             }
@@ -281,8 +292,8 @@ impl Mechanism {
                 let rate = self.coupled_row(row, poses, parameters, &[]).rate;
                 [Some(rate.linear), Some(rate.second)]
             }
-            Component::Along(i) => [Some(self.axes(row.joint, poses)[i]), None],
-            Component::About(i) => [None, Some(self.rotation_gradient(row.joint, i, poses))],
+            Component::Along(i) => [Some(self.axes(row.joint, poses, parameters)[i]), None],
+            Component::About(i) => [None, Some(self.rotation_gradient(row.joint, i, poses, parameters))],
         }
     }
 
@@ -321,33 +332,56 @@ impl Mechanism {
             if let Some(by) = row.drive {
                 gradient.drives[by.drive] = gradient.drives[by.drive] + S::from_f64(by.coefficient) * l;
             }
-            if matches!(row.component, Component::About(_)) {
-                continue;
-            }
             let joint = &self.joints[row.joint];
-            let moved = |p: usize| !self.points[p].moved_by.is_empty();
-            if !moved(joint.first) && !moved(joint.second) {
+            let ends = [(joint.first, true), (joint.second, false)];
+            let is_felt = |point: &Point| match row.component {
+                Component::About(_) => point.turns(),
+                Component::Along(_) => point.moves(),
+            };
+            if ends.iter().all(|&(point, _)| !is_felt(&self.points[point])) {
                 continue;
             }
-            let [Some(e), _] = self.row_wrench(row, poses, parameters) else { continue };
-            for (sign, point) in [(1.0, joint.first), (-1.0, joint.second)] {
-                for (parameter, direction) in self.ground_directions(point, poses) {
+            let rate = self.row_rate(row, poses, parameters);
+            for (point, is_first) in ends {
+                let (away, turning) =
+                    if is_first { (rate.linear, rate.first) } else { (rate.linear.map(|v| -v), rate.second) };
+                for (parameter, [velocity, rotation]) in self.ground_rates(point, poses, parameters) {
                     let slot = &mut gradient.parameters[parameter];
-                    *slot = *slot + S::from_f64(sign) * l * dot(e, direction);
+                    *slot = *slot + l * (dot(away, velocity) - dot(turning, rotation));
                 }
             }
         }
     }
 
-    /// The parameters that move a point, each with its direction in ground axes.
-    pub(crate) fn ground_directions<'a, S: Real>(
-        &'a self,
-        point: usize,
-        poses: &'a [Pose<S>],
-    ) -> impl Iterator<Item = (usize, Vec3<S>)> + 'a {
+    /// What a row gains while the points of its joint and the axes that each body carries there move.
+    fn row_rate<S: Real>(&self, row: &Row, poses: &[Pose<S>], parameters: &[S]) -> Rate<S> {
+        let joint = &self.joints[row.joint];
+        match row.component {
+            _ if row.is_coupled => self.coupled_row(row, poses, parameters, &[]).rate,
+            Component::Along(i) => {
+                let linear = self.axes(row.joint, poses, parameters)[i];
+                if joint.frame == Frame::Ground || !self.points[joint.first].turns() {
+                    return Rate { linear, ..Rate::zero() };
+                }
+                let place = |point| self.place(point, poses, parameters).position;
+                Rate { linear, first: cross(linear, sub(place(joint.second), place(joint.first))), ..Rate::zero() }
+            }
+            Component::About(i) => {
+                let second = self.rotation_gradient(row.joint, i, poses, parameters);
+                Rate { first: second.map(|v| -v), second, ..Rate::zero() }
+            }
+        }
+    }
+
+    /// What every parameter does to a point and to the axes there: velocity and rotation, in ground axes.
+    pub(crate) fn ground_rates<S: Real>(&self, point: usize, poses: &[Pose<S>], parameters: &[S]) -> Rates<S> {
         let point = &self.points[point];
-        point.moved_by.iter().map(move |&(parameter, direction)| {
-            (parameter, point.body.map_or_else(|| constant(direction), |b| poses[b].turn(constant(direction))))
-        })
+        let mut rates = point.rates(parameters);
+        if let Some(b) = point.body {
+            for (_, rate) in &mut rates {
+                *rate = rate.map(|v| poses[b].turn(v));
+            }
+        }
+        rates
     }
 }

@@ -7,13 +7,14 @@
 
 use nalgebra::DMatrix;
 
-use crate::closure::equations::{Inputs, constant};
+use crate::closure::equations::Inputs;
 use crate::closure::newton::{Linearised, State};
 use crate::math::real::Real;
 use crate::math::space::{Component, Pose};
 use crate::math::vector::{Vec3, add, cross, dot};
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
+use crate::mechanism::point::constant;
 
 /// What the load leaves undecided is felt by the output when it moves it, to first order, by more than this part
 /// of what all play together could.
@@ -81,9 +82,9 @@ impl Mechanism {
             }
         }
         // A point on the ground moves with its dimensions only.
-        for (parameter, direction) in self.ground_directions(point, poses) {
+        for (parameter, [velocity, _]) in self.ground_rates(point, poses, parameters) {
             let slot = &mut cost.parameters[parameter];
-            *slot = *slot + dot(force, direction);
+            *slot = *slot + dot(force, velocity);
         }
     }
 

@@ -1,7 +1,10 @@
 //! Rotation matrices and rotation vectors (axis times angle) in space.
 
 use crate::math::real::Real;
-use crate::math::vector::{Mat3, Vec3, dot, norm, scale};
+use crate::math::vector::{Mat3, Vec3, add, cross, dot, norm, scale};
+
+/// Terms of the power series of a turn, to rounding up to 2.4 rad.
+const TERMS: usize = 12;
 
 /// The rotation vector of a rotation, its angle from 0 to pi.
 #[must_use]
@@ -58,6 +61,55 @@ pub fn rotation_of_vector(v: Vec3<f64>) -> Mat3<f64> {
             diagonal + skew + c * v[i] * v[j]
         })
     })
+}
+
+/// The rotation of a rotation vector v of up to 2.4 rad, by operations that recorded programs have as well:
+///
+/// ```text
+/// R x = x + (sin a / a) v x x + (1 - cos a) / a^2 v x (v x x),    a = |v|
+/// J x = x + (1 - cos a) / a^2 v x x + (a - sin a) / a^3 v x (v x x)
+/// ```
+pub struct Turn<S> {
+    vector: Vec3<S>,
+    /// `sin a / a`, `(1 - cos a) / a^2` and `(a - sin a) / a^3`.
+    factors: [S; 3],
+}
+
+impl<S: Real> Turn<S> {
+    /// The turn by a rotation vector.
+    #[must_use]
+    pub fn new(vector: Vec3<S>) -> Self {
+        let square = dot(vector, vector);
+        // 1 / n! - a^2 / (n + 2)! + a^4 / (n + 4)! - ...
+        let series = |n: usize| {
+            let first: f64 = (2..=n).map(|k| 1.0 / k as f64).product();
+            let mut coefficients = vec![first];
+            for k in 1..TERMS {
+                let m = (n + 2 * k) as f64;
+                coefficients.push(-coefficients[k - 1] / (m * (m - 1.0)));
+            }
+            coefficients.iter().rev().fold(S::from_f64(0.0), |sum, &c| sum * square + S::from_f64(c))
+        };
+        let [second, third] = [series(2), series(3)];
+        Self { vector, factors: [S::from_f64(1.0) - square * third, second, third] }
+    }
+
+    fn sum(&self, x: Vec3<S>, first: S, second: S) -> Vec3<S> {
+        let across = cross(self.vector, x);
+        add(x, add(scale(across, first), scale(cross(self.vector, across), second)))
+    }
+
+    /// A vector turned.
+    #[must_use]
+    pub fn of(&self, x: Vec3<S>) -> Vec3<S> {
+        self.sum(x, self.factors[0], self.factors[1])
+    }
+
+    /// The rotation by which the turn grows with a rate of its vector (the left Jacobian of the exponential map).
+    #[must_use]
+    pub fn rate(&self, x: Vec3<S>) -> Vec3<S> {
+        self.sum(x, self.factors[1], self.factors[2])
+    }
 }
 
 /// The matrix that takes an angular velocity in ground axes to the rate of a rotation vector below a full
@@ -143,6 +195,22 @@ mod tests {
                 });
                 for k in 0..3 {
                     assert!((map[k][axis] - (ends[0][k] - ends[1][k]) / (2.0 * step)).abs() < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_turn_and_its_rate_are_those_of_the_rotation_vector() {
+        for size in [0.0, 1e-9, 0.01, 0.7, 1.6, 2.4] {
+            let v = scale([0.6, -0.48, 0.64], size);
+            let (turn, rotation, back) = (Turn::new(v), rotation_of_vector(v), inverse_left_jacobian(v));
+            for k in 0..3 {
+                let axis = std::array::from_fn(|i| f64::from(u8::from(i == k)));
+                let (turned, rate) = (turn.of(axis), turn.rate(axis));
+                for i in 0..3 {
+                    assert!((turned[i] - rotation[i][k]).abs() < 1e-15, "{size}");
+                    assert!((dot(back[i], rate) - axis[i]).abs() < 4e-15, "{size}");
                 }
             }
         }

@@ -9,9 +9,10 @@ use crate::math::vector::{add, norm, scale, sub};
 use crate::mechanism::coupling::{Coupling, Pair, Play};
 use crate::mechanism::gap::{Gap, Size};
 use crate::mechanism::joint::Joint;
+use crate::mechanism::point::{Displacement, Point, Way};
 use crate::mechanism::scores::{groups, quantile};
-use crate::mechanism::spec::{SourceSpec, Spec, Target};
-use crate::mechanism::{Driven, Elastic, Mechanism, Point, Row, Source};
+use crate::mechanism::spec::{DisplacementSpec, SourceSpec, Spec, Target};
+use crate::mechanism::{Driven, Elastic, Mechanism, Row, Source};
 use crate::program::memo::Memo;
 
 /// A mistake in a specification: an index out of range or a set that does not fit its joint.
@@ -76,6 +77,7 @@ impl Mechanism {
                 rows.push(Row { drive: Some(Driven { drive: d, coefficient, command }), ..Row::of(joint, component) });
             }
         }
+        displace(spec, &mut points)?;
         let (sources, centre) = sources(spec, &mut points, &joints, &mut rows, &driven_rows)?;
         let scores = groups(&spec.correlations, &sources).map_err(SpecError)?;
         let largest_move = |joint: &Joint| joint.coupling.as_ref().map_or(f64::INFINITY, Coupling::largest_move);
@@ -133,9 +135,24 @@ fn points(spec: &Spec) -> Result<Vec<Point>, SpecError> {
             Ok(b) if b < spec.n_bodies => Some(b),
             Ok(b) => return fail(format!("point {i} is on body {b}, which does not exist")),
         };
-        Ok(Point { body, at: p.at, moved_by: Vec::new() })
+        Ok(Point { body, at: p.at, displaced_by: Vec::new() })
     };
     spec.points.iter().enumerate().map(place).collect()
+}
+
+/// Gives every point its displacements, which do nothing yet.
+fn displace(spec: &Spec, points: &mut [Point]) -> Result<(), SpecError> {
+    for (i, displacement) in spec.displacements.iter().enumerate() {
+        let mut bodies = displacement.points.iter().map(|&p| points.get(p).map(|point| point.body));
+        let first = bodies.next().flatten();
+        if first.is_none() || bodies.any(|body| body != first) {
+            return fail(format!("displacement {i} needs points of one body"));
+        }
+        for &p in &displacement.points {
+            points[p].displaced_by.push(Displacement { number: Some(i), centre: displacement.about, ways: Vec::new() });
+        }
+    }
+    Ok(())
 }
 
 fn joints(spec: &Spec, points: &[Point]) -> Result<Vec<Joint>, SpecError> {
@@ -192,7 +209,7 @@ fn sources(
         let set = if sized(spec, s) { s.set.with_gap(s.set.gap()) } else { s.set };
         set.check().map_err(|e| SpecError(format!("source {i}: {e}")))?;
         let first = centre.len();
-        let components = attach(s, &has_clearance, first, points, joints, rows)
+        let components = attach(s, &has_clearance, first, &spec.displacements, points, joints, rows)
             .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;
         if components.len() != set.size() || s.centre.len() != set.size() {
             return fail(format!("source {i}: its set or centre has the wrong size"));
@@ -202,11 +219,8 @@ fn sources(
         let is_angle = match s.target {
             Target::Angle { .. } => true,
             Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
-            Target::Clearance { .. }
-            | Target::Dimension { .. }
-            | Target::Size { .. }
-            | Target::Ratio { .. }
-            | Target::Centre { .. } => false,
+            Target::Place { ref ways, .. } => ways.first().is_some_and(|[along, _]| norm(along) == 0.0),
+            Target::Clearance { .. } | Target::Dimension { .. } | Target::Size { .. } | Target::Ratio { .. } => false,
         };
         let quantile = quantile(spec, i).map_err(|e| SpecError(format!("source {i}: {e}")))?;
         let law = s.law.plain();
@@ -266,11 +280,26 @@ fn attach(
     source: &SourceSpec,
     has_clearance: &dyn Fn(usize) -> bool,
     first: usize,
+    displacements: &[DisplacementSpec],
     points: &mut [Point],
     joints: &[Joint],
     rows: &mut [Row],
 ) -> Result<Vec<&'static str>, SpecError> {
     match source.target {
+        Target::Place { displacement, ref ways } => {
+            let Some(of) = displacements.get(displacement) else { return fail("there is no such displacement") };
+            if ways.iter().flatten().flatten().any(|v| !v.is_finite()) {
+                return fail("a displacement that is not finite");
+            }
+            for &p in &of.points {
+                let own = points[p].displaced_by.iter_mut().filter(|d| d.number == Some(displacement));
+                for d in own {
+                    let ways = (first..).zip(ways).map(|(parameter, &[along, about])| Way { parameter, along, about });
+                    d.ways.extend(ways);
+                }
+            }
+            Ok(ways.iter().map(|[along, _]| if norm(along) == 0.0 { "angle" } else { "length" }).collect())
+        }
         Target::Clearance { joint } => {
             let Some(j) = joints.get(joint) else { return fail("there is no such joint") };
             if j.loosened == 0 {
@@ -300,14 +329,19 @@ fn attach(
             row.parameter = Some(first);
             Ok(vec!["angle"])
         }
-        Target::Dimension { from, to } => {
+        Target::Dimension { from, to, ref together } => {
             let (Some(a), Some(b)) = (points.get(from), points.get(to)) else { return fail("there is no such point") };
-            let between = sub(b.at, a.at);
+            let (body, between) = (b.body, sub(b.at, a.at));
             let distance = norm(&between);
-            if a.body != b.body || distance == 0.0 {
+            if a.body != body || distance == 0.0 {
                 return fail("a dimension needs two points of one body, apart from each other");
             }
-            points[to].moved_by.push((first, scale(between, 1.0 / distance)));
+            for &p in iter::once(&to).chain(together) {
+                let Some(point) = points.get_mut(p).filter(|point| point.body == body) else {
+                    return fail("a dimension moves points of one body");
+                };
+                point.shift(first, scale(between, 1.0 / distance));
+            }
             Ok(vec!["length"])
         }
         Target::Size { joint, factor, ref also } => {
@@ -345,18 +379,6 @@ fn attach(
             };
             row.shift = Some((first, 1.0));
             Ok(vec!["length"])
-        }
-        Target::Centre { joint, second } => {
-            let Some(j) = joints.get(joint).filter(|j| j.coupling.is_some()) else {
-                return fail("only a coupling has a centre that runs out");
-            };
-            let (point, axes) = if second { (j.second, &j.axes_second) } else { (j.first, &j.axes_first) };
-            let (plane, names) = match j.space {
-                Space::Planar => ([axes[0], axes[1]], ["x", "y"]),
-                Space::Spatial => ([axes[1], axes[2]], ["side", "normal"]),
-            };
-            points[point].moved_by.extend((first..).zip(plane));
-            Ok(names.to_vec())
         }
     }
 }

@@ -10,6 +10,7 @@ pub(crate) mod dim;
 pub(crate) mod gap;
 pub(crate) mod joint;
 mod kind;
+pub(crate) mod point;
 pub(crate) mod scores;
 mod spec;
 pub(crate) mod status;
@@ -28,27 +29,17 @@ use crate::clearance::law::Law;
 use crate::clearance::quantile::Quantile;
 use crate::math::real::Real;
 use crate::math::space::{Component, Space};
-use crate::math::vector::Vec3;
+use crate::math::vector::norm;
 use crate::mechanism::coupling::Play;
 use crate::mechanism::gap::Gap;
 use crate::mechanism::joint::Joint;
+use crate::mechanism::point::Point;
 use crate::mechanism::scores::Scores;
 use crate::mechanism::spec::LoadSpec;
 use crate::program::memo::Memo;
 
 /// A body by its index among the moving bodies; `None` is the ground.
 pub type Body = Option<usize>;
-
-/// A point fixed to a body, which dimensions may move.
-#[derive(Clone, Debug)]
-pub struct Point {
-    /// The body that carries it.
-    pub body: Body,
-    /// Nominal position in body axes.
-    pub at: Vec3<f64>,
-    /// Parameters that move it, each with its direction in body axes.
-    pub moved_by: Vec<(usize, Vec3<f64>)>,
-}
 
 /// A drive as a row takes it.
 #[derive(Clone, Copy, Debug)]
@@ -296,7 +287,9 @@ impl Mechanism {
     pub(crate) fn largest_angle(&self) -> f64 {
         let turning = self.rows.iter().filter(|row| matches!(row.component, Component::About(_)));
         let by = |row: &Row| row.parameter.map(|p| (p, 1.0)).into_iter().chain(row.shift);
-        turning.flat_map(by).fold(0.0, |largest: f64, (p, coefficient)| {
+        let of_points = self.points.iter().flat_map(|point| &point.displaced_by).flat_map(|d| &d.ways);
+        let of_points = of_points.map(|way| (way.parameter, norm(&way.about)));
+        turning.flat_map(by).chain(of_points).fold(0.0, |largest: f64, (p, coefficient)| {
             let source = self.sources.iter().find(|s| s.range().contains(&p));
             let half_width = source.map_or(0.0, |s| s.largest_set().half_width(p - s.first));
             largest.max(coefficient.abs() * (self.centre[p].abs() + 2.0 * half_width))

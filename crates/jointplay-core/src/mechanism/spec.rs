@@ -31,6 +31,9 @@ pub struct Spec {
     /// Dead loads in ground axes.
     #[serde(default)]
     pub loads: Vec<LoadSpec>,
+    /// Rigid displacements of points, which sources bring about. A point goes through its own in this order.
+    #[serde(default)]
+    pub displacements: Vec<DisplacementSpec>,
     /// What can be off.
     #[serde(default)]
     pub sources: Vec<SourceSpec>,
@@ -168,6 +171,15 @@ pub struct LoadSpec {
     pub moment: [f64; 3],
 }
 
+/// A rigid displacement of points of one body and of the axes of the joints that sit there.
+#[derive(Clone, Debug, Deserialize)]
+pub struct DisplacementSpec {
+    /// Indices of the points.
+    pub points: Vec<usize>,
+    /// What it turns about, in body axes.
+    pub about: [f64; 3],
+}
+
 /// What a source moves.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -177,12 +189,22 @@ pub enum Target {
         /// Index of the joint.
         joint: usize,
     },
+    /// Where points of a body are, and how the axes of the joints there lie: a part of a displacement.
+    Place {
+        /// Index of the displacement.
+        displacement: usize,
+        /// Translation and rotation vector per unit of every component, in body axes.
+        ways: Vec<[[f64; 3]; 2]>,
+    },
     /// The distance between two points of one body; the second point moves.
     Dimension {
         /// The point that stays.
         from: usize,
         /// The point that moves.
         to: usize,
+        /// Points of that body at the same place, which move with it.
+        #[serde(default)]
+        together: Vec<usize>,
     },
     /// A size of the parts of a clearance (the diameter of a hole, of a pin), on which its gap depends.
     Size {
@@ -208,14 +230,6 @@ pub enum Target {
     Ratio {
         /// Index of the joint.
         joint: usize,
-    },
-    /// The centre of a wheel in its body (eccentricity, run-out): the coupling's point on that body moves in
-    /// the plane of the wheel.
-    Centre {
-        /// Index of the joint.
-        joint: usize,
-        /// Whether it is the wheel on the second body.
-        second: bool,
     },
 }
 

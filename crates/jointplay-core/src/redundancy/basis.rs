@@ -41,8 +41,9 @@ impl Mechanism {
     /// coordinates.
     fn displaced(&self, keep: &[usize], coordinates: &[f64]) -> Self {
         let mut points = self.points.clone();
-        for (p, _) in points.iter_mut().flat_map(|point| &mut point.moved_by) {
-            *p += self.n_rows();
+        let displacements = points.iter_mut().flat_map(|point| &mut point.displaced_by);
+        for way in displacements.flat_map(|displacement| &mut displacement.ways) {
+            way.parameter += self.n_rows();
         }
         let moved = |(p, coefficient)| (self.n_rows() + p, coefficient);
         let displaced = |&k: &usize| Row { parameter: Some(k), shift: self.rows[k].shift.map(moved), ..self.rows[k] };
@@ -199,8 +200,12 @@ impl Basis {
         Solver::new(&self.kept, coordinates)
     }
 
-    /// The unit of a displacement; those that no row has are dimensions.
+    /// The unit of a displacement; those that no row has displace points, or turn the axes there.
     pub(crate) fn unit(&self, displacement: usize) -> f64 {
-        self.all.rows.get(displacement).map_or(self.all.length, |row| self.all.unit(row.component))
+        let of_points = || {
+            let turned = self.all.points.iter().map(|point| point.turned_by(displacement)).fold(0.0, f64::max);
+            if turned > 0.0 { 1.0 } else { self.all.length }
+        };
+        self.all.rows.get(displacement).map_or_else(of_points, |row| self.all.unit(row.component))
     }
 }

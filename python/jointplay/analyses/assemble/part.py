@@ -23,6 +23,7 @@ from jointplay.spec import (
     SIDE_ON,
     Changes,
     CorrelationSpec,
+    DisplacementSpec,
     DriveSpec,
     GapSpec,
     JointSpec,
@@ -33,8 +34,6 @@ from jointplay.spec import (
 )
 
 GROUND = -1
-#: sources on a joint; the others are on a drive, or dimensions between two points
-ON_JOINT = ("clearance", "size", "angle", "ratio", "centre")
 
 Floats = NDArray[np.float64]
 
@@ -149,14 +148,46 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
     joints = [k for k, j in enumerate(spec["joints"]) if {body_of(j["first"]), body_of(j["second"])} <= set(joined)]
     moves = [_moves(drive, joints) for drive in spec["drives"]]
     drives = [k for k, there in enumerate(moves) if there]
-    sources = [k for k, source in enumerate(spec["sources"]) if _belongs(source, joints, drives, points)]
+    displacements = [k for k, one in enumerate(spec["displacements"]) if one["points"][0] in renumbered]
+
+    def belongs(source: SourceSpec) -> bool:
+        match source["kind"]:
+            case "drive":
+                return source["drive"] in drives
+            case "dimension":
+                return source["to"] in renumbered
+            case "place":
+                return source["displacement"] in displacements
+        return any(joint in joints for joint in _joints_of(source))
+
+    def placed_displacement(one: DisplacementSpec) -> DisplacementSpec:
+        at = placed({"body": body_of(one["points"][0]), "at": one["about"]})["at"]
+        return {"points": [renumbered[point] for point in one["points"]], "about": at}
+
+    def renamed_source(source: SourceSpec) -> SourceSpec:
+        match source["kind"]:
+            case "drive":
+                return source | {"drive": drives.index(source["drive"])}
+            case "dimension":
+                together = [renumbered[point] for point in source.get("together", ())]
+                ends = {"from": renumbered[source["from"]], "to": renumbered[source["to"]]}
+                return cast("SourceSpec", source | ends | {"together": together})
+            case "place":
+                on_base = body_of(spec["displacements"][source["displacement"]]["points"][0]) == base != GROUND
+                turned = np.array(source["ways"]) @ turn.T if on_base else np.array(source["ways"])
+                own = {"displacement": displacements.index(source["displacement"]), "ways": turned.tolist()}
+                return cast("SourceSpec", source | own)
+        return _on_joints(source, joints)
+
+    sources = [k for k, source in enumerate(spec["sources"]) if belongs(source)]
     own = spec | {
         "n_bodies": len(bodies),
         "guess": every[list(bodies)].tolist(),
         "points": [placed(spec["points"][k]) for k in points],
         "joints": [renamed(spec["joints"][k]) for k in joints],
         "drives": [_drive(*moves[k]) for k in drives],
-        "sources": [_renumbered(spec["sources"][k], joints, drives, renumbered) for k in sources],
+        "displacements": [placed_displacement(spec["displacements"][k]) for k in displacements],
+        "sources": [renamed_source(spec["sources"][k]) for k in sources],
         "correlations": [
             group for group in (_left(group, sources) for group in spec["correlations"]) if group["sources"]
         ],
@@ -212,28 +243,17 @@ def _drive(first: MoveSpec, *others: MoveSpec) -> DriveSpec:
     return drive
 
 
-def _belongs(source: SourceSpec, joints: list[int], drives: list[int], points: list[int]) -> bool:
-    if source["kind"] in ON_JOINT:
-        return any(joint in joints for joint in _joints_of(source))
-    return source["drive"] in drives if source["kind"] == "drive" else source["to"] in points
-
-
 def _joints_of(source: SourceSpec) -> list[int]:
     """The joints of a source; the size of a pin with several bodies has several."""
     return [source["joint"], *(part["joint"] for part in source.get("also", ()))]
 
 
-def _renumbered(source: SourceSpec, joints: list[int], drives: list[int], points: dict[int, int]) -> SourceSpec:
-    if source["kind"] == "size":
-        parts: list[GapSpec] = [{"joint": source["joint"], "factor": source["factor"]}, *source.get("also", ())]
-        there: list[GapSpec] = [
-            {"joint": joints.index(part["joint"]), "factor": part["factor"]}
-            for part in parts
-            if part["joint"] in joints
-        ]
-        return source | cast("SourceSpec", {**there[0], "also": there[1:]})
-    if source["kind"] in ON_JOINT:
+def _on_joints(source: SourceSpec, joints: list[int]) -> SourceSpec:
+    """A source on joints, those that are there renumbered."""
+    if source["kind"] != "size":
         return source | {"joint": joints.index(source["joint"])}
-    if source["kind"] == "drive":
-        return source | {"drive": drives.index(source["drive"])}
-    return source | {"from": points[source["from"]], "to": points[source["to"]]}
+    parts: list[GapSpec] = [{"joint": source["joint"], "factor": source["factor"]}, *source.get("also", ())]
+    there: list[GapSpec] = [
+        {"joint": joints.index(part["joint"]), "factor": part["factor"]} for part in parts if part["joint"] in joints
+    ]
+    return source | cast("SourceSpec", {**there[0], "also": there[1:]})

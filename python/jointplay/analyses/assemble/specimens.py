@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from jointplay import poses
 from jointplay.result import STATUSES
-from jointplay.spec import ENDS
+from jointplay.spec import ENDS, Spec
 
 from .forces import Members
 from .part import GROUND, Floats, Part
@@ -143,18 +143,34 @@ def _clearances(part: Part) -> NDArray[np.bool_]:
 def _moved(held: Held, point: int, placed: Floats, u: Floats) -> Floats:
     """Position error of a point of specimens whose bodies are at given poses; shape (specimen, axis)."""
     spec, part = held.part.spec, held.part
-    body, at = spec["points"][point]["body"], np.array(spec["points"][point]["at"])
+    body, at = spec["points"][point]["body"], spec["points"][point]["at"]
     nominal = poses.place(_pose(part.poses, body), at)
-    offset = np.zeros((len(u), 3))
-    first = 0
-    for source in spec["sources"]:
-        if source["kind"] == "dimension" and source["to"] == point:
-            along = at - spec["points"][source["from"]]["at"]
-            offset += u[:, [first]] * along / np.linalg.norm(along)
-        first += len(source["centre"])
     pose = _pose(placed.swapaxes(0, 1), body)
-    actual = poses.position(pose) + (poses.matrix(pose) @ (at + offset)[..., None])[..., 0]
+    actual = poses.position(pose) + (poses.matrix(pose) @ _displaced(spec, point, u)[..., None])[..., 0]
     return np.asarray((actual - nominal)[:, : part.lengths])
+
+
+def _displaced(spec: Spec, point: int, u: Floats) -> Floats:
+    """Where a point is on its body, body axes; shape (specimen, axis)."""
+    at: Floats = np.tile(spec["points"][point]["at"], (len(u), 1))
+    first = np.cumsum([0, *(len(source["centre"]) for source in spec["sources"])])
+    for number, displacement in enumerate(spec["displacements"]):
+        if point not in displacement["points"]:
+            continue
+        along, about = np.zeros_like(at), np.zeros_like(at)
+        for source, begin in zip(spec["sources"], first, strict=False):
+            if source.get("displacement") == number:
+                ways = np.array(source["ways"])
+                values = u[:, begin : begin + len(ways)]
+                along += values @ ways[:, 0]
+                about += values @ ways[:, 1]
+        arm = at - displacement["about"]
+        at = at + along + (poses.turned_by(about) @ arm[..., None])[..., 0] - arm
+    for source, begin in zip(spec["sources"], first, strict=False):
+        if source["kind"] == "dimension" and point in (source["to"], *source.get("together", ())):
+            way = np.subtract(spec["points"][source["to"]]["at"], spec["points"][source["from"]]["at"])
+            at = at + u[:, [begin]] * way / np.linalg.norm(way)
+    return at
 
 
 def _pose(of: Floats, body: int) -> Floats:

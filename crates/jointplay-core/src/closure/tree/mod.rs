@@ -172,7 +172,7 @@ impl Tree {
             let stays = together.count() == m.n_translations();
             let on_ground = stays && m.points[joint.first].body.is_none();
             let at = m.place(if on_ground { joint.first } else { joint.second }, poses, &zeros).position;
-            let along = m.axes(number, poses);
+            let along = m.axes(number, poses, &zeros);
             Axes { at, along, moment: along.map(|axis| cross(at, axis)) }
         });
         let axes: Vec<Axes<S>> = axes.collect();
