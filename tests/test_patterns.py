@@ -621,6 +621,43 @@ def test_marks_and_eccentricities_turn_where_they_are_on_shared_bodies() -> None
     np.testing.assert_allclose(data["joints"]["pin_2"]["on"]["carrier"]["at"], [48 * c, 48 * s], atol=1e-13)
 
 
+def test_deviations_of_places_turn_as_zones() -> None:
+    raw = {
+        "format": 1,
+        "units": {"length": "mm", "angle": "deg", "force": "N"},
+        "patterns": {
+            "arm": {
+                "count": 3,
+                "about": {},
+                "joints": {
+                    "pin": {
+                        "type": "revolute",
+                        "on": {"ground": [100, 0], "rod": [0, 0]},
+                        "position": {"ground": {"diameter": 0.2, "deviation": [0.01, 0]}, "rod": {"x": 0.01}},
+                    },
+                    "end": {"type": "fixed", "on": {"rod": [80, 0], "tool": [0, 0]}},
+                },
+                "drives": {"q": {"joint": "pin", "values": [0]}},
+                "links": {"length": {"body": "rod", "between": ["pin", "end"], "x": 0.02}},
+            }
+        },
+        "output": {"body": "tool_3", "at": [20, 0]},
+    }
+    found = written_out(raw, "file.toml").data
+    place = found["joints"]["pin_2"]["position"]
+    turned = [0.01 * math.cos(math.tau / 3), 0.01 * math.sin(math.tau / 3)]
+    np.testing.assert_allclose(place["ground"]["deviation"], turned, atol=1e-15)
+    assert place["rod_2"] == {"x": 0.01}
+    assert found["links"]["length_3"] == {"body": "rod_3", "between": ["pin_3", "end_3"], "x": 0.02}
+    errors = [
+        jp.worst(jp.Mechanism({**raw, "output": {"body": f"tool_{k}", "at": [20, 0]}})).worst_position[0]
+        for k in (1, 2, 3)
+    ]
+    np.testing.assert_allclose(errors, errors[0], rtol=1e-9)
+    with pytest.raises(jp.InputError, match=r"patterns.arm.joints.pin: x, y: tolerances along the axes of a body that"):
+        jp.Mechanism(raw).with_({"patterns.arm.joints.pin.position.ground": {"x": 0.1, "y": 0.1}})
+
+
 def test_many_copies_are_read_in_bounded_time() -> None:
     arm = {"type": "revolute", "on": {"ground": ["copy", 0], "rod": [0, 0]}, "clearance": {"radial": 0.01}}
     part = {"count": 300, "joints": {"pin": arm}, "drives": {"q": {"joint": "pin", "values": [0, 1]}}}

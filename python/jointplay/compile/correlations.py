@@ -18,7 +18,7 @@ from jointplay.schema import MechanismFile
 from jointplay.spec import CorrelationSpec
 
 from .graph import Graph
-from .sources import Source
+from .source import Source
 
 #: eigenvalues below this part of the largest one are rounding
 ROUNDING = 1e-10

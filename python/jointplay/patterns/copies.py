@@ -10,7 +10,7 @@ from typing import Any
 from jointplay.schema import PatternTable
 
 from .names import GROUND, Names
-from .turn import Turn, open_start, turned_angle, turned_body, turned_joint, turned_load, turned_start
+from .turn import Turn, check_axes, open_start, turned_angle, turned_body, turned_joint, turned_load, turned_start
 
 Data = dict[str, Any]
 
@@ -73,8 +73,10 @@ def entries(copy: Copy, names: Names) -> Iterator[Entry]:
     data, turn = copy.data, copy.turn
     name_of = names.of(copy.number)
     for name, joint in data.get("joints", {}).items():
-        turned = joint if turn is None else turned_joint(joint, copy.table.joints[name], copy.turning, turn)
-        yield Entry(("joints",), name_of.own(name), name_of.in_joint(turned, f"joints.{name}"), f"joints.{name}")
+        key = f"joints.{name}"
+        if turn is not None:
+            joint = turned_joint(joint, copy.table.joints[name], copy.turning, turn, names.refusing(key))
+        yield Entry(("joints",), name_of.own(name), name_of.in_joint(joint, key), key)
     for name, body in data.get("bodies", {}).items():
         key = f"bodies.{name}"
         if turn is not None and name in copy.turning:
@@ -90,9 +92,12 @@ def entries(copy: Copy, names: Names) -> Iterator[Entry]:
         if turn is not None:
             load = turned_load(load, load.get("body", GROUND) in {GROUND, *copy.turning}, turn)
         yield Entry(("loads",), "", name_of.in_table(load, f"loads.{number}"), f"loads.{number}")
-    for name, dimension in data.get("dimensions", {}).items():
-        key = f"dimensions.{name}"
-        yield Entry(("dimensions",), name_of.own(name), name_of.in_table(dimension, key), key)
+    for section in ("dimensions", "links"):
+        for name, table in data.get(section, {}).items():
+            key = f"{section}.{name}"
+            if turn is not None and section == "links" and table["body"] in copy.turning:
+                check_axes(table, names.refusing(key))
+            yield Entry((section,), name_of.own(name), name_of.in_table(table, key), key)
     for kind in ("drives", "joints"):
         for name, limits in data.get("limits", {}).get(kind, {}).items():
             key = f"limits.{kind}.{name}"

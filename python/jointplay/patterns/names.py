@@ -17,7 +17,7 @@ GROUND = "ground"
 #: a point of the output among the two of a dimension
 OUTPUT = "output"
 #: sections whose entries have names, apart from those of bodies
-NAMED = ("joints", "drives", "dimensions")
+NAMED = ("joints", "drives", "dimensions", "links")
 #: keys whose value is the name of a body
 BODY_KEYS = ("body", "relative_to")
 #: sections whose entries are called as the body
@@ -206,7 +206,7 @@ class NamesOfCopy:
     def in_joint(self, joint: Mapping[str, Any], key: str) -> dict[str, Any]:
         """A joint that names the bodies of the copy."""
         new = dict(joint)
-        for word in ("on", "runout", "marks"):
+        for word in ("on", "runout", "marks", "position", "direction"):
             if word in joint:
                 new[word] = {self.body(body, f"{key}.{word}.{body}"): value for body, value in joint[word].items()}
         if "bodies" in joint:
@@ -223,7 +223,7 @@ class NamesOfCopy:
         return new
 
     def in_table(self, table: Mapping[str, Any], key: str) -> dict[str, Any]:
-        """A load or a dimension of the bodies and joints of the copy."""
+        """A load, a dimension or a link of the bodies and joints of the copy."""
         new = dict(table)
         if "body" in table:
             new["body"] = self.body(table["body"], f"{key}.body")

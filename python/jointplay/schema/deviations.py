@@ -13,11 +13,11 @@ from typing import Annotated, ClassVar, Self
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
+from .laws import Deviating
 from .values import (
     IN_PLANE,
     IN_SPACE,
     ClearanceLaw,
-    Deviating,
     NonNegative,
     Number,
     Pair,

@@ -9,7 +9,8 @@ from pydantic import Field, create_model, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from .bodies import Body, BodyTable, SpatialBody
-from .file import Dimension, Drive, Load, LoadTable, PlanarFile, Range, Start, StartTable, VariableName
+from .deviations import LinkTable, PlanarLink, SpatialLink
+from .file import LINKS, Dimension, Drive, Load, LoadTable, PlanarFile, Range, Start, StartTable, VariableName
 from .joints import JointTable
 from .kinds import AnySpatialJoint, Joint
 from .spatial_file import SpatialFile, SpatialLoad, SpatialStart
@@ -117,6 +118,7 @@ class PatternTable(PatternHead):
     drives: dict[Name, Drive] = Field({}, description="commanded joint coordinates, those of the first copy")
     loads: Sequence[LoadTable]
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
+    links: Mapping[str, LinkTable]
     limits: CopyLimits = Field(
         default_factory=lambda: CopyLimits.model_validate({}), description="ranges of drives and joints"
     )
@@ -132,6 +134,7 @@ class PlanarPattern(PlanarHead, PatternTable):
     """A part of a mechanism in the plane that is repeated."""
 
     joints: dict[Name, Joint] = Field({}, description="its joints")
+    links: dict[Name, PlanarLink] = Field({}, description=LINKS)
     bodies: dict[Name, Body] = Field({}, description="masses of its bodies, and what makes them elastic")
     start: dict[Name, Start] = Field({}, description="roughly where its bodies are, those of the first copy")
     loads: Annotated[tuple[Load, ...], Field(strict=False)] = Field((), description="loads, those of the first copy")
@@ -147,6 +150,7 @@ class SpatialPattern(SpatialHead, PatternTable):
     """A part of a mechanism in space that is repeated."""
 
     joints: dict[Name, AnySpatialJoint] = Field({}, description="its joints")
+    links: dict[Name, SpatialLink] = Field({}, description=LINKS)
     bodies: dict[Name, SpatialBody] = Field({}, description="masses of its bodies, and what makes them elastic")
     start: dict[Name, SpatialStart] = Field({}, description="roughly where its bodies are, those of the first copy")
     loads: Annotated[tuple[SpatialLoad, ...], Field(strict=False)] = Field(
