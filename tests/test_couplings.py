@@ -380,7 +380,7 @@ def test_ratio_error_and_run_out_by_hand():
     wheel = m.joints[2]["second"]
     m.displacements.append({"points": [wheel], "about": [0.0, 0.0, 0.0]})
     ways = [[[1.0, 0.0, 0.0], [0.0] * 3], [[0.0, 1.0, 0.0], [0.0] * 3]]
-    runout = m.source("place", {"disc": {"radius": 3e-5}}, displacement=0, ways=ways)
+    runout = m.source("place", {"disc": {"radius": 3e-5}}, displacement=0, components=["x", "y"], ways=ways)
     core = m.core()
     told = core.sensitivity(np.zeros((1, 1)), core.trace(np.zeros((1, 1)))["poses"])["source"][0]
     np.testing.assert_allclose(told[:2], 0.0, atol=1e-12)

@@ -11,6 +11,8 @@ from collections.abc import Iterable
 LISTED = 24
 #: the longest value a message repeats
 SHOWN = 60
+#: letters that are read as digits
+LOOK_ALIKE = str.maketrans("lio", "110")
 #: the longest name of a file, or key, that a message repeats as a whole
 LONGEST = 500
 
@@ -123,14 +125,20 @@ def nearest(word: str, known: Iterable[str], *, slips_only: bool = False) -> str
     'radial'
     >>> nearest("J7", ["J1", "J2"]) is None
     True
+    >>> nearest("rodl", ["rod1", "rod2"])
+    'rod1'
     """
     word = word[:SHOWN].lower()
     known = list(known)
-    ranked = sorted((_distance(word, name[:SHOWN].lower()), len(name) != len(word), name) for name in known)
-    if ranked and ranked[0][0] <= max(1, len(word) // 3) and ranked[0][0] < len(word):
+    looks = word.translate(LOOK_ALIKE)
+    near = [(name, name[:SHOWN].lower()) for name in known]
+    ranked = sorted(
+        (low.translate(LOOK_ALIKE) != looks, _distance(word, low), len(name) != len(word), name) for name, low in near
+    )
+    if ranked and ranked[0][1] <= max(1, len(word) // 3) and ranked[0][1] < len(word):
         # The same slip from two names says nothing about which was meant.
-        alone = len(ranked) == 1 or ranked[0][:2] != ranked[1][:2]
-        return ranked[0][2] if alone else None
+        alone = len(ranked) == 1 or ranked[0][:3] != ranked[1][:3]
+        return ranked[0][3] if alone else None
     return None if slips_only else next(iter(difflib.get_close_matches(word, known, n=1)), None)
 
 

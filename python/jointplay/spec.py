@@ -44,6 +44,7 @@ class JointSpec(TypedDict):
     side_second: NotRequired[list[float]]
     compliance: NotRequired[list[float]]
     coupling: NotRequired[CouplingSpec]
+    settled: NotRequired[bool]
 
 
 class MoveSpec(TypedDict):
@@ -105,6 +106,7 @@ class _Moved(_Ends):
     drive: NotRequired[int]
     together: NotRequired[list[int]]
     displacement: NotRequired[int]
+    components: NotRequired[list[str]]
     #: translation and rotation vector per unit of every component, body axes
     ways: NotRequired[list[list[list[float]]]]
 

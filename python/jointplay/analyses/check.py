@@ -10,11 +10,13 @@ import numpy as np
 from jointplay import poses
 from jointplay.compile import LENGTHS, described
 from jointplay.gaps import clearance_of, scattering
-from jointplay.mobility import Misfit, SelfStress, examine
+from jointplay.mobility import Misfit, SelfStress, examine, held_spins, spin_words
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
 from jointplay.typed import typed
 
+from .failure import failure
+from .hints import hints
 from .nominal import Floats
 
 if TYPE_CHECKING:
@@ -44,11 +46,15 @@ def check(m: Mechanism) -> xr.Dataset:
         Where bodies are elastic, over `member`: `member_joint`, `member_length`, `member_stiffness` (along it). Where
         constraints are redundant, over `number`: `self_stress` (reactions that need no load, the largest force 1) and
         `self_stress_members` (what they run through). Where parts are not drawn to fit, `gap` over `joint` (how far it
-        stays open in nominal poses) and the attribute `misfit` (a sentence: what would close it). Attributes:
-        `degrees_of_freedom`, `redundancy` (how many constraints are redundant), `mobility` (a sentence), `determinate`
-        (whether the drives decide every pose
-        just once), `decided` (once or more, with no drive too many), `assembled` (whether the mechanism can be
-        assembled near the start), as 0 or 1; `outputs` and `load_cases` (names, where the file has several).
+        stays open in nominal poses) and the attribute `misfit` (a sentence: what would close it). Where a rod between
+        two balls can spin about itself, over `spin`: `spin_words` (which bodies, about which line); such spins move
+        neither an output nor a load, are held and do not count as freedoms. Attributes: `degrees_of_freedom`,
+        `redundancy` (how many constraints are redundant), `mobility` (a sentence), `determinate` (whether the drives
+        decide every pose just once), `decided` (once or more, with no drive too many), `assembled` (whether the
+        mechanism can be assembled near the start, with its first drive values), as 0 or 1; `outputs` and `load_cases`
+        (names, where the file has several); where configurations cannot be assembled, `failure` (sentences: which loop
+        stays open, at which joint and by how much, and what would close it); where numbers look as if another unit was
+        meant, `hints`.
 
     Examples
     --------
@@ -62,6 +68,13 @@ def check(m: Mechanism) -> xr.Dataset:
 def compute(m: Mechanism) -> Result:
     """The light form of `check`."""
     mobility = examine(m)
+    if mobility.is_decided:
+        failed = failure(m)
+    else:
+        # With a drive too many or too few only the first configuration says something.
+        first = (m.start_drives[None] if m.drive_values is None else m.drive_values)[:1]
+        nowhere = np.full((1, len(m.bodies), m.pose_size), np.nan)
+        failed = None if mobility.assembled else failure(m, first, nowhere)
     builder = Builder(
         m,
         "check",
@@ -70,8 +83,13 @@ def compute(m: Mechanism) -> Result:
         mobility=mobility.words,
         determinate=int(mobility.is_determinate),
         decided=int(mobility.is_decided),
-        assembled=int(mobility.assembled),
+        assembled=int(mobility.assembled and (failed is None or failed.first > 0)),
     )
+    if failed is not None:
+        builder.attrs["failure"] = "\n".join(failed.words)
+    looks = hints(m)
+    if looks:
+        builder.attrs["hints"] = "\n".join(looks)
     if mobility.misfit is not None:
         builder.attrs["misfit"] = _open(m, mobility.misfit)
         inner = {member.joint: member.name for member in m.members}
@@ -89,6 +107,7 @@ def compute(m: Mechanism) -> Result:
     builder.add("driven_joint", "drive", driven, "joint that the drive commands, of a motor all that it moves")
     _members(m, builder)
     _self_stresses(m, builder, mobility.self_stresses)
+    _spins(m, builder)
     if m.sources:
         sizes, units = _sizes(m)
         builder.add("size", "source", sizes, "largest offset: radius, gap or larger tolerance")
@@ -141,6 +160,13 @@ def _self_stresses(m: Mechanism, builder: Builder, found: Sequence[SelfStress]) 
     builder.add("self_stress", ("number", "joint", "wrench"), reactions, "reactions without a load", "wrench")
     words = np.array([stress.words for stress in found], dtype=str)
     builder.add("self_stress_members", "number", words, "bodies that the self-stress runs through")
+
+
+def _spins(m: Mechanism, builder: Builder) -> None:
+    words = [spin_words(m, spin) for spin in held_spins(m)]
+    if words:
+        builder.labels("spin", np.arange(1, len(words) + 1), "number of the spin")
+        builder.add("spin_words", "spin", np.array(words, dtype=str), "what spins, and is held, about which line")
 
 
 def _plays(m: Mechanism, builder: Builder) -> None:

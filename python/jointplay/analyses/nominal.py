@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from jointplay.answers import Solved
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError
-from jointplay.mobility import require_determinate
+from jointplay.mobility import held_spins, require_determinate, spin_bodies
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result
 from jointplay.units import Units
@@ -143,6 +143,9 @@ def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float)
     """A result that says at which drive values and nominal poses it was found."""
     builder = Builder(m, question, at.units, **attrs)
     builder.attrs["length"] = m.length / builder.units.length
+    spins = held_spins(m)
+    if spins:
+        builder.attrs["held_spins"] = ", ".join("-".join(spin_bodies(m, spin)) for spin in spins)
     builder.drives(at.drives)
     builder.add("nominal", ("configuration", "component"), at.output, "nominal pose of the output", "component")
     return builder

@@ -14,6 +14,7 @@ from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, to_dataset
 from jointplay.typed import typed
 
+from .failure import failure
 from .nominal import Floats, Nominal, nominal, report
 from .several import of_each
 
@@ -37,7 +38,9 @@ def solve(m: Mechanism) -> xr.Dataset:
         angle or distance along the guide), `singular_value` (smallest singular value of the Jacobian with lengths
         divided by the characteristic one) and `singular_motion` (the motion of the bodies that belongs to it; its
         largest part is one radian or one characteristic length), `status`; with a path `target` and `mismatch`
-        (nominal - target), with ranges of joints or drives `within_limits`.
+        (nominal - target), with ranges of joints or drives `within_limits`. Where configurations cannot be assembled,
+        the attribute `failure` says in sentences which loop stays open, at which joint and by how much, and what would
+        close it.
 
     Raises
     ------
@@ -58,6 +61,7 @@ def solve(m: Mechanism) -> xr.Dataset:
 def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     """The light form of `solve`; at configurations that are solved already, without the targets of a path."""
     on_path = at is None and m.targets is not None
+    asked = at is None
     at = at or nominal(m)
     mobility = examine(m)
     builder = report(m, "solve", at, degrees_of_freedom=mobility.degrees_of_freedom)
@@ -91,6 +95,9 @@ def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
         within = within_limits(m, at, values)
         builder.add("within_limits", "configuration", within, "whether joints and drives keep to their ranges")
     builder.status(at.status)
+    failed = failure(m, at.drives, at.poses) if asked and not on_path else None
+    if failed is not None:
+        builder.attrs["failure"] = "\n".join(failed.words)
     return builder.result()
 
 

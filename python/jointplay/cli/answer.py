@@ -126,6 +126,7 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
         save(results, output)
     else:
         _show(results)
+        _explain(m, results)
     if plot is not None:
         from jointplay.plot import draw
 
@@ -158,6 +159,23 @@ def _show(results: Mapping[str, Result]) -> None:
         str(first.attrs["title"] or first.attrs["file"]),
         [table for result in results.values() for table in tables(result)],
     )
+
+
+def _explain(m: Mechanism, results: Mapping[str, Result]) -> None:
+    """Say what may be in another unit, and where a mechanism stays open that cannot be assembled."""
+    from jointplay.analyses.hints import hints
+
+    for hint in hints(m):
+        sys.stdout.write(f"  Hint: {one_line(hint)}\n")
+    parts = results.values()
+    failed = any(r.get("status").ndim == 1 and (r.get("status") == "not_assembled").any() for r in parts)
+    if not failed or any("failure" in r.attrs for r in parts) or m.drive_values is None:
+        return
+    from jointplay.analyses.failure import failure
+
+    found = failure(m)
+    for line in () if found is None else found.words:
+        sys.stdout.write(f"  {one_line(line)}\n")
 
 
 def show(title: str, tables: Sequence[Any]) -> None:

@@ -33,6 +33,7 @@ from .members import Member, split
 from .sizes import described
 from .sources import compile_sources
 from .spatial_start import spatial_start
+from .spins import Spin, find_spins
 from .start import planar_start
 
 __all__ = [
@@ -46,6 +47,7 @@ __all__ = [
     "Grid",
     "Limits",
     "Member",
+    "Spin",
     "compile_file",
     "coordinate",
     "described",
@@ -106,6 +108,8 @@ class Compiled:
         Indices of the bodies that are crosses of universal joints.
     members : tuple of Member
         The elastic parts of bodies, and which joint gives as they do.
+    spins : tuple of Spin
+        Turns of bodies about a line that move nothing of interest, held unless a load turns them.
     joint_kinds : tuple of str
         Type of each joint.
     sources : tuple of str
@@ -164,6 +168,7 @@ class Compiled:
     owners: tuple[str, ...]
     crosses: frozenset[int]
     members: tuple[Member, ...]
+    spins: tuple[Spin, ...]
     joints: tuple[str, ...]
     joint_kinds: tuple[str, ...]
     sources: tuple[str, ...]
@@ -236,6 +241,10 @@ def _compiled(data: MechanismFile, file: str) -> Compiled:
     labels = {point: name for name, (_, point) in outputs.items()} | {output["point"]: "output"}
     pieces = split(data, graph, {**labels, **_loaded(data, loads, output["point"])})
     guess = pieces.guess(guess)
+    asked = [data.output, *data.outputs.values()]
+    watched = {name for each in asked for name in (each.body, each.relative_to)}
+    spins = find_spins(graph, guess, {k for k, name in enumerate(graph.bodies) if name in watched}, loads)
+    held = {spin.joints[0]: spin for spin in spins if spin.load is None}
     couplings = compile_couplings(data, graph, guess)
     sources = compile_sources(data, graph, commands, outputs, length)
     check_sizes(data, graph, guess, commands, sources, length)
@@ -249,7 +258,9 @@ def _compiled(data: MechanismFile, file: str) -> Compiled:
         "length": length,
         "singular_value": limits.singular_value,
         "points": [{"body": p.body, "at": list(p.at)} for p in graph.points],
-        "joints": [_joint_spec(joint, data.space, couplings.get(k)) for k, joint in enumerate(graph.joints)],
+        "joints": [
+            _joint_spec(joint, data.space, couplings.get(k), held.get(k)) for k, joint in enumerate(graph.joints)
+        ],
         "drives": [_drive_spec(moves) for moves in commands.moves],
         "output": output,
         "loads": loads,
@@ -265,6 +276,7 @@ def _compiled(data: MechanismFile, file: str) -> Compiled:
         owners=(*graph.bodies, *(graph.bodies[body] for body in pieces.owners)),
         crosses=frozenset(graph.crosses),
         members=pieces.members,
+        spins=tuple(spins),
         joints=tuple(joint.name for joint in graph.joints),
         joint_kinds=tuple(joint.kind for joint in graph.joints),
         sources=tuple(source.name for source in sources),
@@ -352,7 +364,7 @@ def _drive_spec(moves: Moves) -> DriveSpec:
     return told
 
 
-def _joint_spec(joint: CompiledJoint, space: str, coupling: CouplingSpec | None) -> JointSpec:
+def _joint_spec(joint: CompiledJoint, space: str, coupling: CouplingSpec | None, spin: Spin | None) -> JointSpec:
     told: JointSpec = {
         "kind": joint.kind,
         "first": joint.first,
@@ -366,6 +378,15 @@ def _joint_spec(joint: CompiledJoint, space: str, coupling: CouplingSpec | None)
         told["compliance"] = list(joint.compliance)
     if coupling is not None:
         told["coupling"] = coupling
+    if spin is not None:
+        (told["axis_first"], told["side_first"]), (told["axis_second"], told["side_second"]) = (
+            (list(axis), list(side)) for axis, side in spin.frames
+        )
+        told["settled"] = True
+        if joint.compliance is not None:
+            # The row that holds the spin carries nothing, so that it cannot give.
+            size = round(len(joint.compliance) ** 0.5)
+            told["compliance"] = np.pad(np.reshape(joint.compliance, (size, size)), (0, 1)).ravel().tolist()
     return told
 
 

@@ -22,8 +22,10 @@ from .source import Source
 
 #: eigenvalues below this part of the largest one are rounding
 ROUNDING = 1e-10
-#: kinds of sources that are no single number
-SEVERAL = ("clearance", "runout")
+
+
+def _is_single(source: Source) -> bool:
+    return source.kind != "clearance" and len(source.components) == 1
 
 
 def compile_correlations(data: MechanismFile, graph: Graph, sources: Sequence[Source]) -> list[CorrelationSpec]:
@@ -37,10 +39,10 @@ def compile_correlations(data: MechanismFile, graph: Graph, sources: Sequence[So
         for k, name in enumerate(entry.sources):
             place = f"{key}.sources.{k}"
             if name not in names:
-                single = [source.name for source in sources if source.kind not in SEVERAL]
+                single = [source.name for source in sources if _is_single(source)]
                 raise graph.refuse(not_known(name, "a source", single), place)
             index = names.index(name)
-            if sources[index].kind in SEVERAL:
+            if not _is_single(sources[index]):
                 problem = (
                     f"'{name}' is not a single number: where a pin lies in its hole is not correlated, but sizes,"
                     " dimensions, angles, ratio errors and drive errors are"

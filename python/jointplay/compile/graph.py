@@ -23,6 +23,8 @@ ORIGIN: Vector = (0.0, 0.0, 0.0)
 ANGULAR = with_coordinate("angle")
 SLIDING = with_coordinate("along")
 DRIVABLE = (*ANGULAR, *SLIDING)
+#: on one of these alone a body hangs loose
+LOOSE = (*DRIVABLE, "spherical", "planar")
 #: directions in which joints hold, and coordinates, that are angles; the others are lengths
 TURNS = ("angle", "roll", "tilt_side", "tilt_normal")
 
@@ -240,11 +242,13 @@ class Graph:
         named |= {link.body for link in data.links.values()}
         for index, body in enumerate(self.bodies):
             joints = self.joints_of(index)
-            if body in named or len(joints) > 1 or joints[0].name in driven or not joints[0].can_be_driven:
+            if body in named or len(joints) > 1 or joints[0].name in driven or joints[0].kind not in LOOSE:
                 continue
             near = nearest(body, [name for name in (*self.bodies, GROUND) if name != body], slips_only=True)
             if near:
                 key = f"joints.{joints[0].pin}"
+                if near != GROUND and len(self.joints_of(self.bodies.index(near))) == 1:
+                    raise self.refuse(f"'{body}' and '{near}' are on one joint each: are they one body?", key)
                 raise self.refuse(f"'{body}' is on no other joint; did you mean '{near}'?", key)
 
     def _check_connected(self) -> None:

@@ -49,7 +49,7 @@ def of_wheel(graph: Graph, joint: CompiledJoint, entry: Mesh, body: str, runout:
     plane = {"side": side, "normal": normal} if isinstance(entry, SpatialJoint) else {"x": axis, "y": side}
     where: SourcePart = {"set": {"disc": {"radius": (runout.tolerance or 0.0) * length}}, "law": runout.law}
     displacement = graph.displacement([point], graph.points[point].at)
-    spec = _part(displacement, [(way, NOTHING) for way in plane.values()], where)
+    spec = _part(displacement, tuple(plane), [(way, NOTHING) for way in plane.values()], where)
     x, y = runout.deviation
     centre = (x * length, y * length)
     return Source(f"{joint.name}.runout.{body}", "runout", tuple(plane), (length, length), centre, spec)
@@ -138,7 +138,7 @@ class _Place:
         shape: SetSpec,
         law: str | None,
     ) -> Source:
-        spec = _part(self.displacement, ways, {"set": shape, "law": law or "normal"})
+        spec = _part(self.displacement, components, ways, {"set": shape, "law": law or "normal"})
         return Source(name, kind, components, factors, centre, spec, f"{self.key}.{key}")
 
 
@@ -148,8 +148,9 @@ def _single(
     """One component with its own tolerance and law."""
     turns = way[1] != NOTHING
     factor = graph.units.angle if turns else graph.units.length
-    spec = _part(displacement, [way], interval(off.tolerance, off.law or "normal", factor))
-    return Source(name, kind, ("angle" if turns else "length",), (factor,), (off.deviation * factor,), spec, key)
+    component = "angle" if turns else "length"
+    spec = _part(displacement, (component,), [way], interval(off.tolerance, off.law or "normal", factor))
+    return Source(name, kind, (component,), (factor,), (off.deviation * factor,), spec, key)
 
 
 def of_links(
@@ -280,7 +281,7 @@ def _axes(graph: Graph, name: str, point: int) -> tuple[Vector, Vector, Vector]:
     return axis, side, cross_product(axis, side)
 
 
-def _part(displacement: int, ways: list[Way], where: SourcePart) -> SourcePart:
+def _part(displacement: int, components: tuple[str, ...], ways: list[Way], where: SourcePart) -> SourcePart:
     """A part of a displacement, with the set and the law of its components."""
     told = [[list(along), list(about)] for along, about in ways]
-    return {**where, "kind": "place", "displacement": displacement, "ways": told}
+    return {**where, "kind": "place", "displacement": displacement, "components": [*components], "ways": told}

@@ -19,13 +19,31 @@ import numpy as np
 from jointplay.errors import InputError, listed
 from jointplay.model import Mechanism
 
+from .attempt import Attempt, attempt
 from .misfit import Misfit, misfit
 from .motions import Motion, free_motions
 from .probe import RANK, Probe, Sample, motors, null, rank, takes_part
+from .report import sentences
 from .self_stress import SelfStress, self_stresses
+from .spins import held_spins, spin_bodies, spin_words
 from .words import count, joined
 
-__all__ = ["RANK", "Misfit", "Mobility", "Motion", "SelfStress", "examine", "motors", "require_determinate"]
+__all__ = [
+    "RANK",
+    "Attempt",
+    "Misfit",
+    "Mobility",
+    "Motion",
+    "SelfStress",
+    "attempt",
+    "examine",
+    "held_spins",
+    "motors",
+    "require_determinate",
+    "sentences",
+    "spin_bodies",
+    "spin_words",
+]
 
 #: shares of the largest singular value that count as zero, in turn, where parts are not drawn to fit
 INEXACT = (1e-5, 1e-4, 1e-3, 1e-2)

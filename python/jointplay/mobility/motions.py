@@ -7,8 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointplay.compile import LENGTHS
+from jointplay.errors import nearest
+from jointplay.model import Mechanism
+from jointplay.spec import ENDS
 
 from .probe import TAKES_PART, Floats, Probe, Sample
+from .spins import load_name, spin_words
 from .words import joined
 
 
@@ -59,10 +63,29 @@ def _motion(probe: Probe, twists: Floats, rates: Floats) -> Motion:
     bodies = tuple(dict.fromkeys(owner for owner, moves in zip(m.owners, moving, strict=True) if moves))
     turning = np.abs(rates) > TAKES_PART * max(float(np.abs(rates).max(initial=0.0)), float(parts.max()))
     joints = tuple(m.joints[index] for index, turns in zip(probe.drivable, turning, strict=True) if turns)
-    if len(bodies) == 1:
+    turned = next((s for s in m.spins if s.load is not None and {m.owners[b] for b in s.bodies} == set(bodies)), None)
+    if turned is not None and turned.load is not None:
+        words = f"{spin_words(m, turned)}, {load_name(m, turned.load)} turns it"
+    elif len(bodies) == 1:
         angles = ~np.isin(m.components, LENGTHS)
         turns = parts[int(moving.argmax()), angles].max() > TAKES_PART
         words = f"'{bodies[0]}' {'turns' if turns else 'slides'}"
     else:
         words = f"{joined([repr(body) for body in bodies])} move together"
-    return Motion(bodies, joints, words)
+    return Motion(bodies, joints, f"{words}{_namesake(m, bodies)}")
+
+
+def _namesake(m: Mechanism, bodies: tuple[str, ...]) -> str:
+    """A body that moves on a single joint, and one with almost the same name: they may be one."""
+    points = m.core_spec["points"]
+    ends = [
+        {m.owners[points[joint[end]]["body"]] for end in ENDS if points[joint[end]]["body"] >= 0}
+        for joint in m.core_spec["joints"]
+    ]
+    for body in bodies:
+        if sum(body in pair for pair in ends) > 1:
+            continue
+        near = nearest(body, [name for name in dict.fromkeys(m.owners) if name != body], slips_only=True)
+        if near is not None:
+            return f" ('{body}' and '{near}': one body?)"
+    return ""

@@ -10,7 +10,7 @@ from typing import Any
 from jointplay.schema import PatternTable
 
 from .names import GROUND, Names
-from .turn import Turn, check_axes, open_start, turned_angle, turned_body, turned_joint, turned_load, turned_start
+from .turn import Turn, check_link, open_start, turned_angle, turned_body, turned_joint, turned_load, turned_start
 
 Data = dict[str, Any]
 
@@ -73,10 +73,11 @@ def entries(copy: Copy, names: Names) -> Iterator[Entry]:
     data, turn = copy.data, copy.turn
     name_of = names.of(copy.number)
     for name, joint in data.get("joints", {}).items():
-        key = f"joints.{name}"
+        turned = joint
         if turn is not None:
-            joint = turned_joint(joint, copy.table.joints[name], copy.turning, turn, names.refusing(key))
-        yield Entry(("joints",), name_of.own(name), name_of.in_joint(joint, key), key)
+            refuse = names.refusing(f"joints.{name}.position")
+            turned = turned_joint(joint, copy.table.joints[name], copy.turning, turn, refuse)
+        yield Entry(("joints",), name_of.own(name), name_of.in_joint(turned, f"joints.{name}"), f"joints.{name}")
     for name, body in data.get("bodies", {}).items():
         key = f"bodies.{name}"
         if turn is not None and name in copy.turning:
@@ -96,7 +97,7 @@ def entries(copy: Copy, names: Names) -> Iterator[Entry]:
         for name, table in data.get(section, {}).items():
             key = f"{section}.{name}"
             if turn is not None and section == "links" and table["body"] in copy.turning:
-                check_axes(table, names.refusing(key))
+                check_link(copy.table.links[name], names.refusing(key))
             yield Entry((section,), name_of.own(name), name_of.in_table(table, key), key)
     for kind in ("drives", "joints"):
         for name, limits in data.get("limits", {}).get(kind, {}).items():

@@ -9,15 +9,14 @@ joint leaves out and would take from its neighbour, or from the axes of the body
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from jointplay import poses
 from jointplay.compile.frames import X, default_side, unit
-from jointplay.errors import InputError
-from jointplay.schema import JointTable, Mesh, SpatialJoint, Universal
+from jointplay.schema import DH, JointTable, LinkTable, Mesh, SpatialJoint, Universal, Zone
 
 Data = dict[str, Any]
 #: multiples of half a cosine are met exactly, so that quarters and sixths of a turn leave no rounding behind
@@ -84,13 +83,7 @@ def _tidy(value: float) -> float:
     return near if abs(value - near) < ROUNDED else value
 
 
-#: keys of deviations that are along the axes of a body, or about them
-ALONG_AXES = ("x", "y", "z", "rx", "ry", "rz")
-#: makes the error for a problem
-Refuse = Callable[[str], InputError]
-
-
-def turned_joint(data: Data, joint: JointTable, turning: Set[str], turn: Turn, refuse: Refuse) -> Data:
+def turned_joint(data: Data, joint: JointTable, turning: Set[str], turn: Turn, refuse: Any) -> Data:
     """A joint of the copy.
 
     Parameters
@@ -103,25 +96,20 @@ def turned_joint(data: Data, joint: JointTable, turning: Set[str], turn: Turn, r
         Bodies whose axes do not turn with the copy, so that what is on them does.
     turn : Turn
     refuse : callable
-        Makes the error for a problem.
-
-    Raises
-    ------
-    InputError
-        When it deviates along axes that do not turn.
+        Makes the error for its position.
     """
     if not turning & set(joint.names):
         return data
     new = dict(data)
+    if joint.position:
+        new["position"] = {
+            body: _off(data["position"][body], zone, turn, refuse) if body in turning else data["position"][body]
+            for body, zone in joint.position.items()
+        }
     if joint.on is None:
         new |= _drawn(joint, turn)
     else:
         new["on"] = {body: _placed(joint, body, body in turning, turn) for body in joint.names}
-    if joint.position:
-        new["position"] = {
-            body: _deviation(data["position"][body], turn, refuse) if body in turning else data["position"][body]
-            for body in joint.position
-        }
     if isinstance(joint, Mesh):
         if joint.directions is not None:
             new["marks"] = {
@@ -132,34 +120,38 @@ def turned_joint(data: Data, joint: JointTable, turning: Set[str], turn: Turn, r
     return new
 
 
-def _eccentric(runout: Any, turns: bool, turn: Turn) -> Any:
-    if not (turns and isinstance(runout, Mapping) and "deviation" in runout):
-        return runout
-    return {**runout, "deviation": turn.direction(runout["deviation"])}
-
-
-def _deviation(position: Any, turn: Turn, refuse: Refuse) -> Any:
-    """How far a joint is from its place on a body whose axes do not turn."""
-    check_axes(position, refuse)
-    # In a cylinder it is along the joint's side and normal, which turn.
-    if "deviation" in position and (turn.is_planar or position.get("spherical")):
-        return {**position, "deviation": turn.direction(position["deviation"])}
-    return position
-
-
-def check_axes(deviations: Mapping[str, Any], refuse: Refuse) -> None:
-    """Refuse deviations along axes that do not turn with the copy.
+def check_link(link: LinkTable, refuse: Any) -> None:
+    """Refuse a link with deviations along the axes of a body that do not turn; those between two axes turn with them.
 
     Raises
     ------
     InputError
     """
-    along = [key for key in ALONG_AXES if key in deviations]
+    along = [word for word in link.by_component if word not in (*DH, "angle")]
     if along:
         raise refuse(
-            f"{', '.join(along)}: tolerances along the axes of a body that does not turn with the copies cannot be"
-            " turned; give them as a zone (diameter), or write the copies out"
+            f"{', '.join(along)} are along axes of the body, which does not turn with the copies; describe the body in"
+            " axes of its own"
         )
+
+
+def _off(data: Data, zone: Zone, turn: Turn, refuse: Any) -> Data:
+    """The position of a joint on a body whose axes do not turn; direction and cylinder are in the axes of the joint."""
+    if zone.by_component:
+        problem = (
+            f"{', '.join(zone.by_component)} are along axes of the body, which does not turn with the copies; give a"
+            " zone (diameter), or describe the body in axes of its own"
+        )
+        raise refuse(problem)
+    if "deviation" in data and (turn.is_planar or getattr(zone, "spherical", False)):
+        return {**data, "deviation": turn.direction(data["deviation"])}
+    return data
+
+
+def _eccentric(runout: Any, turns: bool, turn: Turn) -> Any:
+    if not (turns and isinstance(runout, Mapping) and "deviation" in runout):
+        return runout
+    return {**runout, "deviation": turn.direction(runout["deviation"])}
 
 
 def _drawn(joint: JointTable, turn: Turn) -> Data:
@@ -198,7 +190,7 @@ def _frame(joint: JointTable, body: str) -> tuple[Any, Any]:
     return list(axis), list(side or default_side(unit(axis)))
 
 
-def turned_start(data: Mapping[str, Any], drawn: bool, turn: Turn, refuse: Refuse) -> Data:
+def turned_start(data: Mapping[str, Any], drawn: bool, turn: Turn, refuse: Any) -> Data:
     """The start of a body of the copy; of one that is drawn assembled the axes stay those of the ground.
 
     Raises
@@ -253,7 +245,7 @@ def turned_load(data: Data, turns: bool, turn: Turn) -> Data:
     return new
 
 
-def turned_body(data: Data, turn: Turn, refuse: Refuse) -> Data:
+def turned_body(data: Data, turn: Turn, refuse: Any) -> Data:
     """A body of the copy that is described in axes that do not turn.
 
     Raises

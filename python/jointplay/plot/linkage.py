@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from jointplay import poses
 from jointplay.analyses.nominal import Nominal, nominal
 from jointplay.errors import InputError, shown
 from jointplay.gaps import clearance_of
+from jointplay.mobility import Attempt, attempt
 from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.spec import JointSpec
@@ -23,6 +25,7 @@ from .spatial import Sketch
 from .style import (
     COLOURS,
     GREY,
+    OPEN,
     body_colour,
     canvas,
     check_exaggeration,
@@ -76,14 +79,17 @@ def mechanism(
         raise InputError(
             f"there is no configuration {shown(configuration)}; they go from 0 to {len(at) - 1}", file=m.file
         )
+    found = None
     if not np.isfinite(at.poses[configuration]).all():
-        raise InputError(f"configuration {configuration} is not assembled and cannot be drawn", file=m.file)
+        at, found = _attempted(m, at, configuration)
     figure, axes = canvas(axes, 7.4, 5.0, projection(m))
     drawing = (Sketch if m.pose_size == poses.SPATIAL else _Drawing)(m, at, configuration, axes)
     if path and len(at) > 1:
         drawing.trace()
     drawing.bodies()
     drawing.joints(names)
+    if found is not None and found.joint >= 0:
+        drawing.gap(found)
     if exaggerate > 0:
         drawing.error(exaggerate, None if result is None else single(result))
     drawing.frame()
@@ -92,6 +98,19 @@ def mechanism(
     unique = dict(zip(labels, handles, strict=True))
     axes.legend(unique.values(), unique.keys(), loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
+
+
+def _attempted(m: Mechanism, at: Nominal, configuration: int) -> tuple[Nominal, Attempt]:
+    """The nearest attempt to assemble a configuration in the place of its poses."""
+    missing = ~np.isfinite(at.poses).all(axis=(1, 2))
+    before = [int(missing.argmax()) - 1] if missing.argmax() else []
+    chosen = [*before, configuration]
+    found = attempt(m, at.drives[chosen], at.poses[chosen])
+    if found is None:
+        raise InputError(f"configuration {configuration} is not assembled and cannot be drawn", file=m.file)
+    placed = at.poses.copy()
+    placed[configuration] = found.poses
+    return replace(at, poses=placed), found
 
 
 def projection(m: Mechanism) -> str | None:
@@ -238,6 +257,12 @@ class _Drawing:
         self.axes.margins(0.08)
         self.axes.set_aspect("equal", adjustable="datalim")
         self.axes.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
+
+    def gap(self, found: Attempt) -> None:
+        """The joint that stays open, from the one body's point to the other's."""
+        joint = self.spec["joints"][found.joint]
+        ends = np.array([self.place(joint["first"]), self.place(joint["second"])])
+        self.axes.plot(*ends.T, label=f"{self.m.joints[found.joint]} stays open", **OPEN)
 
     def error(self, exaggerate: float, result: Result | None) -> None:
         """The disc that each pin can use, where the pin lies in it, and the error of the output."""

@@ -85,7 +85,10 @@ def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:
         return assembly(m, first)
     if "solve" in results:
         figure = Figure(figsize=(8.4, 5.5))
-        mechanism(m, _drawable(first), axes=figure.add_subplot(projection=projection(m)))
+        # What cannot be assembled is what one asks about.
+        bad = ~np.isfinite(first.get("nominal")).all(axis=1)
+        shown = int(bad.argmax()) if "failure" in first.attrs else _drawable(first)
+        mechanism(m, shown, axes=figure.add_subplot(projection=projection(m)))
         return figure
     if "compare" in results or "compensate" in results:
         figure = Figure(figsize=(10.0, 4.2))

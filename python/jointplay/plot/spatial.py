@@ -8,11 +8,12 @@ import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
 from jointplay import poses
+from jointplay.mobility import Attempt
 from jointplay.result import Result
 from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
 
 from . import couplings
-from .style import COLOURS, GREY, body_colour, on_ground, path_of_output, point_colour
+from .style import COLOURS, GREY, OPEN, body_colour, on_ground, path_of_output, point_colour
 
 if TYPE_CHECKING:
     from jointplay.analyses.nominal import Nominal
@@ -120,6 +121,12 @@ class Sketch:
         """Axis and side of a joint as one of its bodies carries them, ground axes."""
         turn = poses.matrix(self.poses[self.spec["points"][joint[end]]["body"]])
         return turn @ np.array(joint[AXIS_ON[end]]), turn @ np.array(joint[SIDE_ON[end]])
+
+    def gap(self, found: Attempt) -> None:
+        """The joint that stays open, from the one body's point to the other's."""
+        joint = self.spec["joints"][found.joint]
+        ends = np.stack([self.places[joint["first"]], self.places[joint["second"]]])
+        self.axes.plot(*ends.T, label=f"{self.m.joints[found.joint]} stays open", **OPEN)
 
     def error(self, exaggerate: float, result: Result | None) -> None:
         """The position error of the output as an arrow."""

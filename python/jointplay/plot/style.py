@@ -27,6 +27,11 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 DASHES = ("-", "--", "-.", ":", "-", "--", "-.", ":")
 HATCHES = ("", "///", "...", "\\\\\\", "xxx", "++", "ooo", "---")
 GREY = "#6b6b6b"
+#: what stays open
+OPEN: dict[str, Any] = {
+    "color": "red", "linewidth": 2.4, "linestyle": (0, (2, 1)), "marker": "o", "markersize": 12,
+    "markerfacecolor": "none", "markeredgewidth": 2.0, "zorder": 10,
+}  # fmt: skip
 #: as far as errors can be exaggerated
 MOST_TIMES = 1e12
 STYLE: Any = {

@@ -34,7 +34,7 @@ from .clearances import (
     SlotClearance,
 )
 from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
-from .deviations import DH, ComponentDeviation, Direction, LinkTable, PlanarPosition, SpatialPosition
+from .deviations import DH, ComponentDeviation, Direction, LinkTable, PlanarPosition, SpatialPosition, Zone
 from .expressions import LONGEST, NotAnExpression, Variables, resolved, variables_of
 from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, PlanarFile
 from .grid import GridRange
@@ -110,6 +110,7 @@ __all__ = [
     "ToleranceTable",
     "Universal",
     "Variables",
+    "Zone",
     "checked",
     "json_schema",
     "law_in_core",

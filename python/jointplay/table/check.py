@@ -107,18 +107,27 @@ def _mobility(result: Result) -> Table:
         columns.append(Column(name, unit, tuple(fixed(float(v), places) for v in guess[rows, k])))
     assembled = "It can be assembled near its start."
     if not result.attrs["assembled"]:
-        misfit = str(result.attrs.get("misfit", "it cannot be assembled near its start"))
+        why = "it cannot be assembled near its start" if "failure" not in result.attrs else "it cannot be assembled"
+        misfit = str(result.attrs.get("misfit", why))
         assembled = f"{misfit[0].upper()}{misfit[1:]}."
     words_ = str(result.attrs["mobility"])
     count = int(result.attrs["configurations"])
     notes = (
         f"{words_[0].upper()}{words_[1:]}.",
         *_stresses(result),
+        *_spins(result),
         assembled,
+        *str(result.attrs.get("failure", "")).splitlines(),
+        *(f"Hint: {hint}" for hint in str(result.attrs.get("hints", "")).splitlines()),
         _count(count, "configuration", "configurations") + ".",
         *(f"{words_}: {result.attrs[name]}." for name, words_ in SEVERAL.items() if name in result.attrs),
     )
     return Table("Start, from which it is assembled", tuple(columns), notes)
+
+
+def _spins(result: Result) -> Iterator[str]:
+    for spin in result.get("spin_words").tolist() if "spin" in result.coords else []:
+        yield f"{spin[0].upper()}{spin[1:]}. This moves neither the output nor a load, and is held."
 
 
 def _stresses(result: Result) -> Iterator[str]:

@@ -36,6 +36,8 @@ def notes(result: Result) -> tuple[str, ...]:
 def _notes(result: Result) -> Iterable[str]:
     if "incomplete" in result.attrs:
         yield f"{str(result.attrs['incomplete']).capitalize()}."
+    if "held_spins" in result.attrs:
+        yield f"Held, because it moves neither the output nor a load: the spin of {result.attrs['held_spins']}."
     status = result.get("status")
     for outcome, meaning in OUTCOMES.items():
         bad = status == outcome
@@ -45,6 +47,7 @@ def _notes(result: Result) -> Iterable[str]:
             _which(np.flatnonzero(bad).tolist()) if bad.ndim == 1 else f"{int(bad.sum())} of {bad.size} configurations"
         )
         yield f"{which}: {outcome.replace('_', ' ')}: {meaning}{_motion(result, outcome, bad)}."
+    yield from str(result.attrs.get("failure", "")).splitlines()
     question = result.attrs.get("question")
     if question == "random" and status.ndim == 1:
         yield from _samples(result)

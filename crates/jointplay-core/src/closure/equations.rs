@@ -21,6 +21,13 @@
 //! tilt:         (a_2 x b_0) . (w2 - w1)  and  (b_0 x a_1) . (w2 - w1)
 //! ```
 //!
+//! The spin of a ball joint that is settled is its roll where the axes may tilt by any angle but half a turn: what
+//! remains of the rotation when its swing from a_0 to b_0 is taken away,
+//!
+//! ```text
+//! S = a_2.b_1 - a_1.b_2,  C = a_1.b_1 + a_2.b_2        derivative: (a_0 + b_0) / (1 + a_0.b_0) . (w2 - w1)
+//! ```
+//!
 //! A row that couples (see [`crate::mechanism::coupling`]) tells its rate as a force on body 2 through P2, the
 //! opposite of it on body 1 through P1, and a moment on each. What a drive commands is its value times the row's
 //! coefficient.
@@ -134,8 +141,13 @@ impl Mechanism {
     pub(crate) fn roll<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>], parameters: &[S]) -> (S, S) {
         let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
         let turned = self.carried(joint, true, j, poses, parameters);
-        let first = |axis| self.carried(joint, false, axis, poses, parameters);
-        (dot(first(k), turned), dot(first(j), turned))
+        let [of_k, of_j] = [k, j].map(|axis| self.carried(joint, false, axis, poses, parameters));
+        let (sine, cosine) = (dot(of_k, turned), dot(of_j, turned));
+        if !self.joints[joint].settled {
+            return (sine, cosine);
+        }
+        let other = self.carried(joint, true, k, poses, parameters);
+        (sine - dot(of_j, other), cosine + dot(of_k, other))
     }
 
     /// The vector whose scalar product with `w2 - w1` is the rate of a rotation component.
@@ -153,6 +165,10 @@ impl Mechanism {
         let first = |axis| self.carried(joint, false, axis, poses, parameters);
         let second = |axis| self.carried(joint, true, axis, poses, parameters);
         match axis {
+            0 if self.joints[joint].settled => {
+                let (a, b) = (first(0), second(0));
+                scale(add(a, b), one / (one + dot(a, b)))
+            }
             0 => {
                 let (sine, cosine) = self.roll(joint, axis, poses, parameters);
                 let across = sub(scale(first(2), cosine), scale(first(1), sine));

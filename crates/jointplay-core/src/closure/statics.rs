@@ -10,6 +10,10 @@ impl Mechanism {
         let size = self.size();
         let mut reactions = vec![S::from_f64(0.0); self.n_joints() * size];
         for (row, &l) in self.rows.iter().zip(multipliers) {
+            // No load turns what is settled: its multiplier is the rounding of zero.
+            if self.joints[row.joint].is_spin(row.component) {
+                continue;
+            }
             let [force, moment] = self.row_wrench(row, poses, parameters);
             for (k, component) in self.space.components().iter().enumerate() {
                 let part = match component {

@@ -6,11 +6,11 @@ use crate::clearance::Set;
 use crate::cone::springs::factor;
 use crate::math::space::{Component, Space};
 use crate::math::vector::{add, norm, scale, sub};
+use crate::mechanism::copula::{groups, quantile};
 use crate::mechanism::coupling::{Coupling, Pair, Play};
 use crate::mechanism::gap::{Gap, Size};
 use crate::mechanism::joint::Joint;
 use crate::mechanism::point::{Displacement, Point, Way};
-use crate::mechanism::scores::{groups, quantile};
 use crate::mechanism::spec::{DisplacementSpec, SourceSpec, Spec, Target};
 use crate::mechanism::{Driven, Elastic, Mechanism, Row, Source};
 use crate::program::memo::Memo;
@@ -286,10 +286,10 @@ fn attach(
     rows: &mut [Row],
 ) -> Result<Vec<&'static str>, SpecError> {
     match source.target {
-        Target::Place { displacement, ref ways } => {
+        Target::Place { displacement, ref components, ref ways } => {
             let Some(of) = displacements.get(displacement) else { return fail("there is no such displacement") };
-            if ways.iter().flatten().flatten().any(|v| !v.is_finite()) {
-                return fail("a displacement that is not finite");
+            if components.len() != ways.len() || ways.iter().flatten().flatten().any(|v| !v.is_finite()) {
+                return fail("a displacement needs finite numbers and a name for each component");
             }
             for &p in &of.points {
                 let own = points[p].displaced_by.iter_mut().filter(|d| d.number == Some(displacement));
@@ -298,7 +298,7 @@ fn attach(
                     d.ways.extend(ways);
                 }
             }
-            Ok(ways.iter().map(|[along, _]| if norm(along) == 0.0 { "angle" } else { "length" }).collect())
+            Ok(components.iter().map(|component| component.name()).collect())
         }
         Target::Clearance { joint } => {
             let Some(j) = joints.get(joint) else { return fail("there is no such joint") };

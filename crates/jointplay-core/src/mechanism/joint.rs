@@ -7,6 +7,7 @@
 use crate::math::space::{Component, Space};
 use crate::math::vector::{Mat3, Vec3, cross, dot, norm, scale, sub};
 use crate::mechanism::coupling::Coupling;
+use crate::mechanism::kind::JointKind;
 use crate::mechanism::spec::{Coordinate, JointSpec};
 
 /// The axes in which a joint's displacement is given.
@@ -37,20 +38,27 @@ pub struct Joint {
     pub locked: Vec<Component>,
     /// How many of them, from the first on, a clearance can loosen.
     pub loosened: usize,
+    /// Whether the last of them is a spin that moves nothing: held, and never with a reaction.
+    pub settled: bool,
     /// The component that a drive commands.
     pub coordinate: Option<Component>,
     /// What its first row couples.
     pub(crate) coupling: Option<Coupling>,
 }
 
+/// The rotation about axis 0.
+const SPIN: Component = Component::About(0);
 const IDENTITY: Mat3<f64> = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl Joint {
     /// Builds a joint.
     pub(crate) fn new(space: Space, spec: &JointSpec) -> Result<Self, &'static str> {
         let form = spec.kind.form(space).ok_or("is of a kind that does not exist in this space")?;
+        if spec.settled && (space, spec.kind) != (Space::Spatial, JointKind::Spherical) {
+            return Err("has no spin to settle");
+        }
         let axes = |axis, side| {
-            if form.ground {
+            if form.ground && !spec.settled {
                 return Ok(IDENTITY);
             }
             let axes = match space {
@@ -73,11 +81,17 @@ impl Joint {
             frame: if form.ground { Frame::Ground } else { Frame::First },
             axes_first,
             axes_second,
-            locked: form.locked.to_vec(),
+            locked: form.locked.iter().copied().chain(spec.settled.then_some(SPIN)).collect(),
             loosened: form.loosened,
+            settled: spec.settled,
             coordinate: form.coordinate,
             coupling,
         })
+    }
+
+    /// Whether a component is the settled spin.
+    pub(crate) fn is_spin(&self, component: Component) -> bool {
+        self.settled && component == SPIN
     }
 
     /// The component of a name; `None` where the joint cannot be driven along it.

@@ -99,6 +99,10 @@ pub struct JointSpec {
     /// What a coupling needs more.
     #[serde(default)]
     pub coupling: Option<CouplingSpec>,
+    /// Of a ball joint whose one body, with what hangs on it, can spin about a line without moving anything else:
+    /// whether this spin is held. Axis and side are then the line and a direction off it on both bodies.
+    #[serde(default)]
+    pub settled: bool,
 }
 
 /// A driven joint coordinate.
@@ -180,6 +184,47 @@ pub struct DisplacementSpec {
     pub about: [f64; 3],
 }
 
+/// What a component of a displacement is called.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PlaceComponent {
+    /// Along the body's x axis.
+    X,
+    /// Along the body's y axis.
+    Y,
+    /// Along the body's z axis.
+    Z,
+    /// Along the joint's side.
+    Side,
+    /// Along the joint's normal.
+    Normal,
+    /// About the joint's side.
+    TiltSide,
+    /// About the joint's normal.
+    TiltNormal,
+    /// The only component, a translation.
+    Length,
+    /// The only component, a rotation.
+    Angle,
+}
+
+impl PlaceComponent {
+    /// Its name in results.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::Side => "side",
+            Self::Normal => "normal",
+            Self::TiltSide => "tilt_side",
+            Self::TiltNormal => "tilt_normal",
+            Self::Length => "length",
+            Self::Angle => "angle",
+        }
+    }
+}
+
 /// What a source moves.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -193,6 +238,8 @@ pub enum Target {
     Place {
         /// Index of the displacement.
         displacement: usize,
+        /// What its components are called.
+        components: Vec<PlaceComponent>,
         /// Translation and rotation vector per unit of every component, in body axes.
         ways: Vec<[[f64; 3]; 2]>,
     },

@@ -1,0 +1,48 @@
+"""Configurations that cannot be assembled: where they stay open, and what would close them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointplay.mobility import Attempt, attempt, sentences
+from jointplay.model import Mechanism
+
+from .nominal import Floats
+
+
+@dataclass(frozen=True)
+class Failure:
+    """What is known of configurations that cannot be assembled.
+
+    Parameters
+    ----------
+    found : Attempt
+        The nearest attempt.
+    words : tuple of str
+        One sentence each; a start is several lines, to be pasted into the file.
+    first : int
+        The first configuration that cannot be assembled.
+    """
+
+    found: Attempt
+    words: tuple[str, ...]
+    first: int
+
+
+def failure(m: Mechanism, drives: Floats | None = None, placed: Floats | None = None) -> Failure | None:
+    """Look at the nominal configurations that cannot be assembled; None where there are none or nothing is known.
+
+    Parameters
+    ----------
+    m : Mechanism
+    drives, placed : ndarray, optional
+        Values of the drives and poses, SI; solved if left out.
+    """
+    if drives is None or placed is None:
+        drives = m.start_drives[None] if m.drive_values is None else m.drive_values
+        placed = m.core.trace(np.ascontiguousarray(drives))["poses"]
+    missing = np.flatnonzero(~np.isfinite(placed).all(axis=(1, 2))).tolist()
+    found = attempt(m, drives, placed) if missing else None
+    return None if found is None else Failure(found, tuple(sentences(m, found, missing, len(drives))), missing[0])

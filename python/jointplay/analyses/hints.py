@@ -1,0 +1,101 @@
+"""Numbers that look as if another unit was meant. A hint is no refusal: such a mechanism may be right."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from jointplay.compile import ANGULAR
+from jointplay.model import Mechanism
+from jointplay.schema import PlanarFile
+
+#: a clearance above this share of the shortest link at its joint
+LARGE = 0.1
+#: largest bodies, in millimetres and metres, that are rarely meant
+SMALLEST_IN_MM, LARGEST_IN_M = 1.0, 50.0
+#: no material is stiffer, N/m^2
+STIFFEST = 2e12
+#: whole angles that are degrees, in a file in radians
+DEGREES = (30, 45, 60, 90, 120, 135, 150, 180, 270, 360, 720)
+
+
+def hints(m: Mechanism) -> list[str]:
+    """What may be in another unit than the file says, in sentences."""
+    return [*_angles(m), *_lengths(m), *_clearances(m), *_moduli(m)]
+
+
+def _angles(m: Mechanism) -> Iterator[str]:
+    starts = _start_angles(m)
+    drives = [] if m.drive_values is None else _driven_angles(m)
+    if m.units.angle_name == "rad":
+        for key, value in (*starts, *drives):
+            if abs(value) in DEGREES:
+                yield f"{key} = {value:g} looks like degrees, but the file is in radians (units.angle)."
+                return
+    turned = [abs(value) for _, value in starts if value != 0.0]
+    small = turned and max(turned) <= 2.0 * math.pi and max(turned) > 0.5
+    if m.units.angle_name == "deg" and len(turned) > 1 and small and all(value % 0.5 for value in turned):
+        yield "All angles of [start] are below 7: they look like radians, but the file is in degrees (units.angle)."
+
+
+def _start_angles(m: Mechanism) -> list[tuple[str, float]]:
+    if not isinstance(m.data, PlanarFile):
+        return []
+    angles = ((name, start.angle) for name, start in m.data.start.items())
+    return [(f"start.{name}.angle", float(angle)) for name, angle in angles if angle is not None]
+
+
+def _driven_angles(m: Mechanism) -> list[tuple[str, float]]:
+    assert m.drive_values is not None
+    values = m.drive_values / m.drive_factors
+    turning = [d for d, joint in enumerate(m.drive_joints) if m.joint_kinds[joint] in ANGULAR]
+    return [(f"drives.{m.drives[d]}", float(value)) for d in turning for value in values[[0, -1], d].round(9)]
+
+
+def _spans(m: Mechanism) -> dict[int, list[tuple[int, np.ndarray]]]:
+    """Joints on every body with their places, the ground among them."""
+    points, found = m.core_spec["points"], dict[int, list[tuple[int, np.ndarray]]]()
+    for k, joint in enumerate(m.core_spec["joints"]):
+        for point in (joint["first"], joint["second"]):
+            found.setdefault(points[point]["body"], []).append((k, np.array(points[point]["at"])))
+    return found
+
+
+def _lengths(m: Mechanism) -> Iterator[str]:
+    every = [[at for _, at in places] for places in _spans(m).values()]
+    largest = max((float(np.ptp(at, axis=0).max()) for at in every), default=0.0)
+    unit = m.units.length_name
+    if unit == "mm" and 0.0 < largest < SMALLEST_IN_MM * 1e-3:
+        size = f"{largest / 1e-3:.3g} mm"
+        yield f"The largest body is {size}: lengths look like metres, but the file is in mm (units.length)."
+    if unit == "m" and largest > LARGEST_IN_M:
+        size = f"{largest:.3g} m"
+        yield f"The largest body is {size}: lengths look like millimetres, but the file is in m (units.length)."
+
+
+def _clearances(m: Mechanism) -> Iterator[str]:
+    spans = _spans(m)
+    for source in m.core_spec["sources"]:
+        size = source["set"].get("disc") or source["set"].get("ball") or {}
+        if source["kind"] != "clearance" or "radius" not in size or "joint" not in source:
+            continue
+        joint, links = source["joint"], []
+        for places in spans.values():
+            here = [at for k, at in places if k == joint]
+            apart = [float(np.linalg.norm(at - here[0])) for _, at in places] if here else []
+            links += [length for length in apart if length > 1e-9 * m.length]
+        if links and size["radius"] > LARGE * min(links):
+            radius, link = size["radius"] / m.units.length, min(links) / m.units.length
+            yield (
+                f"The radial clearance of {m.joints[joint]} is {radius:.3g} {m.units.length_name}, above a tenth of a"
+                f" link ({link:.3g} {m.units.length_name}): is it in another unit?"
+            )
+
+
+def _moduli(m: Mechanism) -> Iterator[str]:
+    for name, body in m.data.bodies.items():
+        if body.E is not None and body.E * m.units.force / m.units.length**2 > STIFFEST:
+            unit = f"{m.units.force_name}/{m.units.length_name}^2"
+            yield f"bodies.{name}.E = {body.E:g} {unit} is stiffer than any material: is it in Pa?"
