@@ -20,7 +20,10 @@ ON = "on   = { ground = [0, 0], crank = [0, 0] }"
 VALUES = "values = [22.7, 28.16, 33.46, 38.67, 43.83, 48.98, 54.17, 59.43, 64.83, 70.45, 76.39]"
 PATH = TEXTS["five-bar"][TEXTS["five-bar"].index("[path]\n") :].partition("\n\n")[0]
 TOLERANCE = "tolerance = 0.0 "
-KNOWN_TOP = "Known: assembly, bodies, dimensions, drives, format, gravity, grid, include, joints, limits, load_cases, loads, output"
+KNOWN_TOP = (
+    "Known: assembly, bodies, dimensions, drives, expansion, format, gravity, grid, include, joints, limits, load_cases,"
+    " loads, output"
+)
 
 #: example, what stands there, what is written instead, key of the message, what else it says
 MISTAKES: dict[str, tuple[str, str, str, str, str]] = {

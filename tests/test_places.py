@@ -652,3 +652,47 @@ def test_a_sweep_has_the_unit_of_its_deviation() -> None:
     for key, unit in keys.items():
         swept = jp.sweep(m, f"joints.J.{key}", [0.1, 0.2], "worst")
         assert swept[key.rpartition(".")[2]].attrs["units"] == unit
+
+
+LEGS = """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+[patterns.leg]
+count = 3
+about = { point = [0, 0] }
+shared = ["platform"]
+[patterns.leg.joints.hip]
+type = "revolute"
+on = { ground = [0, 300], upper = [0, 0] }
+position = { upper = { x = 0.01 } }
+[patterns.leg.joints.knee]
+type = "revolute"
+on = { upper = [150, 0], lower = [0, 0] }
+[patterns.leg.joints.ankle]
+type = "revolute"
+on = { lower = [150, 0], platform = [0, 80] }
+position = { platform = { diameter = 0.1, deviation = [0.03, 0] } }
+[patterns.leg.start]
+upper = { angle = -47 }
+lower = { angle = -133 }
+[patterns.leg.drives.motor]
+joint = "hip"
+values = [-47]
+[output]
+body = "platform"
+"""
+
+
+def test_zones_turn_with_the_copies_of_a_pattern() -> None:
+    m = jp.loads(LEGS)
+    assert m.sources[:2] == ("hip_1.position.upper.x", "ankle_1.position.platform")
+    known = [m.centre[m.parameter_source == m.sources.index(f"ankle_{k}.position.platform")] for k in (1, 2, 3)]
+    turns = np.array([0.03 * np.exp(2j * np.pi * k / 3) for k in range(3)])
+    np.testing.assert_allclose(known, 1e-3 * np.column_stack([turns.real, turns.imag]), atol=1e-15)
+    # All three pins shifted across their legs turn the platform, and do not move it.
+    found = jp.given(m).error[0].values
+    np.testing.assert_allclose(found[:2], 0.0, atol=1e-9)
+    assert abs(found[2]) > 0.01
+    components = LEGS.replace("diameter = 0.1, deviation = [0.03, 0]", "x = 0.1")
+    with pytest.raises(InputError, match=r"patterns\.leg\.joints\.ankle\.position: x: axes of this body do not turn"):
+        jp.loads(components)

@@ -8,12 +8,13 @@ import os
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
 
 from jointplay import _core, measured, toml
-from jointplay.compile import Compiled, compile_file
+from jointplay.compile import Compiled, Loads, compile_file
 from jointplay.errors import InputError, not_known
 from jointplay.patterns import written_out
 from jointplay.schema import MechanismFile, validate
@@ -197,6 +198,23 @@ class Mechanism(Compiled):
             return in_core(self.core_spec)
         except ValueError as error:
             raise InputError(str(error), file=self.file) from error
+
+    def under_loads_of(self, configuration: int) -> Mechanism:
+        """The mechanism under the loads of a configuration; itself where they do not change along the path.
+
+        Parameters
+        ----------
+        configuration : int
+            Number of the configuration, from 0.
+        """
+        if not self.loads.along:
+            return self
+        steady = object.__new__(Mechanism)
+        loads = self.loads.at(configuration)
+        own = {name: value for name, value in vars(self).items() if name != "core"}
+        spec = MappingProxyType({**self.core_spec, "loads": loads})
+        vars(steady).update(own, loads=Loads(loads), core_spec=spec, _parts={})
+        return steady
 
     def spec(self) -> Spec:
         """The mechanism as the core reads it: SI units, radians, points and bodies by index. A copy."""

@@ -76,11 +76,38 @@ class OutputSpec(TypedDict):
 
 
 class LoadSpec(TypedDict):
-    """A dead load in ground axes."""
+    """A load: dead in ground axes, or in those of a body."""
 
     point: int
     force: list[float]
     moment: list[float]
+    axes: NotRequired[int]
+
+
+class SpringSpec(TypedDict):
+    """A spring between two points."""
+
+    first: int
+    second: int
+    stiffness: float
+    free_length: float
+    preload: float
+
+
+class TorsionSpec(TypedDict):
+    """A torsion spring about a joint."""
+
+    joint: int
+    stiffness: float
+    free_angle: float
+    preload: float
+
+
+class GrowthSpec(TypedDict):
+    """A point that a source moves: by how much per unit of its value, in the axes of its body."""
+
+    point: int
+    rate: list[float]
 
 
 class DisplacementSpec(TypedDict):
@@ -109,6 +136,7 @@ class _Moved(_Ends):
     components: NotRequired[list[str]]
     #: translation and rotation vector per unit of every component, body axes
     ways: NotRequired[list[list[list[float]]]]
+    moves: NotRequired[list[GrowthSpec]]
 
 
 class SourcePart(_Moved):
@@ -140,6 +168,8 @@ class Changes(TypedDict, total=False):
     drives: list[DriveSpec]
     loads: list[LoadSpec]
     displacements: list[DisplacementSpec]
+    springs: list[SpringSpec]
+    torsions: list[TorsionSpec]
     sources: list[SourceSpec]
     correlations: list[CorrelationSpec]
 
@@ -158,5 +188,7 @@ class Spec(TypedDict):
     output: OutputSpec
     loads: list[LoadSpec]
     displacements: list[DisplacementSpec]
+    springs: list[SpringSpec]
+    torsions: list[TorsionSpec]
     sources: list[SourceSpec]
     correlations: list[CorrelationSpec]

@@ -59,6 +59,16 @@ class Units:
         return FORCES[self.force_name]
 
     @property
+    def temperature(self) -> float:
+        """Kelvin per unit of temperature, which is the kelvin whatever the units."""
+        return 1.0
+
+    @property
+    def temperature_name(self) -> str:
+        """Name of the unit of temperature."""
+        return "K"
+
+    @property
     def moment(self) -> float:
         """Newton metres per unit of moment, which is force times length."""
         return self.force * self.length

@@ -34,6 +34,10 @@ TABLES: list[Any] = [
     {"normal": {"cpk": 1.33, "shift": 1.5, "drift": 0.5, "sorted": False}}, {"normal": {"sigma": 0.1}},
     [{"sources": ["l2", "J1.hole"], "rank": 1}], [{"sources": ["theta1", "l2"], "ranks": [[1, 0.5], [0.5, 1]]}],
     {"radial": 0.1, "tolerance": 0.2}, {"gap": 0.1, "tolerance": 0.05, "length": 40}, {"diameter": 12, "tolerance": 1},
+    {"on": {"ground": [0, 0], "crank": "J2"}, "stiffness": 2, "free_length": 1}, {"joint": "J1", "stiffness": 1e-3},
+    {"s": {"joint": "theta", "stiffness": 5, "preload": -1e12}}, {"deviation": 40, "tolerance": 15},
+    {"expansion": 1e-5},
+    [{"force": [0, -10], "axes": "body"}], [{"moment": [0, 1, 2]}], [[0, -10], [0, -12]],
 ]  # fmt: skip
 #: deviations of a joint on a body, of place or direction
 DEVIATIONS: list[Any] = [
@@ -47,7 +51,7 @@ COMPONENTS = ["x", "y", "z", "angle", "rx", "ry", "rz", "a", "alpha", "d", "thet
 NAMES = [
     "x", "y", "angle", "error", "status", "configuration", "component", "nominal", "source", "sources", "worst_offset",
     "output", "ground", "type", "at", "title", "units", "bin", "step", "mechanism", "joint", "parameter", "grid",
-    "side",
+    "side", "spring", "springs", "temperature", "expansion", "axes",
     "Ω", "漢", "a b", "a/b", "a.b", "*", "", "n" * 100, "n" * 101, "CON", "..", "_ARRAY_DIMENSIONS", "coordinates",
     "across",
     "string5", "fingerprint", "\u009b31m", "$a$", "dtype", "drive_theta1", "theta1_unit",

@@ -44,17 +44,17 @@ def check(m: Mechanism) -> xr.Dataset:
         is (`guess`); over `source` its `size`; over `drive` its `driven_joint`. Where sizes scatter, over `clearance`:
         `play` (least and most travel from side to side, negative with interference) and `play_given` (how it is given).
         Where bodies are elastic, over `member`: `member_joint`, `member_length`, `member_stiffness` (along it). Where
-        constraints are redundant, over `number`: `self_stress` (reactions that need no load, the largest force 1) and
-        `self_stress_members` (what they run through). Where parts are not drawn to fit, `gap` over `joint` (how far it
-        stays open in nominal poses) and the attribute `misfit` (a sentence: what would close it). Where a rod between
-        two balls can spin about itself, over `spin`: `spin_words` (which bodies, about which line); such spins move
-        neither an output nor a load, are held and do not count as freedoms. Attributes: `degrees_of_freedom`,
-        `redundancy` (how many constraints are redundant), `mobility` (a sentence), `determinate` (whether the drives
-        decide every pose just once), `decided` (once or more, with no drive too many), `assembled` (whether the
-        mechanism can be assembled near the start, with its first drive values), as 0 or 1; `outputs` and `load_cases`
-        (names, where the file has several); where configurations cannot be assembled, `failure` (sentences: which loop
-        stays open, at which joint and by how much, and what would close it); where numbers look as if another unit was
-        meant, `hints`.
+        there are springs, over `spring`: `spring_on`, `spring_stiffness`. Where constraints are redundant, over
+        `number`: `self_stress` (reactions that need no load, the largest force 1) and `self_stress_members` (what they
+        run through). Where parts are not drawn to fit, `gap` over `joint` (how far it stays open in nominal poses) and
+        the attribute `misfit` (a sentence: what would close it). Where a rod between two balls can spin about itself,
+        over `spin`: `spin_words` (which bodies, about which line); such spins move neither an output nor a load, are
+        held and do not count as freedoms. Attributes: `degrees_of_freedom`, `redundancy` (how many constraints are
+        redundant), `mobility` (a sentence), `determinate` (whether the drives decide every pose just once), `decided`
+        (once or more, with no drive too many), `assembled` (whether the mechanism can be assembled near the start, with
+        its first drive values), as 0 or 1; `outputs` and `load_cases` (names, where the file has several); where
+        configurations cannot be assembled, `failure` (sentences: which loop stays open, at which joint and by how much,
+        and what would close it); where numbers look as if another unit was meant, `hints`.
 
     Examples
     --------
@@ -106,6 +106,7 @@ def compute(m: Mechanism) -> Result:
     driven = np.array([", ".join(m.joints[joint] for joint, _ in moves) for moves in m.drive_moves], dtype=str)
     builder.add("driven_joint", "drive", driven, "joint that the drive commands, of a motor all that it moves")
     _members(m, builder)
+    _springs(m, builder)
     _self_stresses(m, builder, mobility.self_stresses)
     _spins(m, builder)
     if m.sources:
@@ -147,6 +148,19 @@ def _members(m: Mechanism, builder: Builder) -> None:
     stretch = np.array([m.core_spec["joints"][member.joint]["compliance"][0] for member in m.members])
     stiffness = np.divide(1.0, stretch, out=np.full(len(stretch), np.inf), where=stretch > 0.0)
     builder.add("member_stiffness", "member", stiffness, "stiffness along the member", "stiffness")
+
+
+def _springs(m: Mechanism, builder: Builder) -> None:
+    if not m.data.springs:
+        return
+    springs = m.data.springs.values()
+    on = [", ".join(spring.on) if spring.on is not None else f"about {spring.joint}" for spring in springs]
+    builder.labels("spring", np.array(list(m.data.springs), dtype=str), "name of the spring")
+    builder.add("spring_on", "spring", np.array(on, dtype=str), "bodies that the spring is on, or its joint")
+    units = [m.units.turning_stiffness_name if spring.on is None else m.units.stiffness_name for spring in springs]
+    stiffness = np.array([spring.stiffness for spring in springs])
+    builder.add("spring_stiffness", "spring", stiffness, "stiffness of the spring, in its own unit")
+    builder.coords["spring_unit"] = Variable(("spring",), np.array(units, dtype=str), "", "unit along spring")
 
 
 def _self_stresses(m: Mechanism, builder: Builder, found: Sequence[SelfStress]) -> None:
@@ -196,5 +210,5 @@ def _sizes(m: Mechanism) -> tuple[Floats, list[str]]:
         first = int(np.flatnonzero(m.parameter_source == s)[0])
         sizes.append(value / float(m.parameter_factors[first]))
         kind = axes_of(m)["parameter"].kinds[first]
-        units.append(m.units.angle_name if kind == "angle" else m.units.length_name)
+        units.append(str(getattr(m.units, f"{kind}_name")))
     return np.array(sizes), units

@@ -216,8 +216,15 @@ def _errors(m: Mechanism, at: Nominal, question: str, offsets: Any, deviations: 
     require_loads(m)
 
     def by_load(drives: Floats, places: Places) -> tuple[Floats, Codes]:
-        found = m.core.loaded(drives, at.poses[places])
-        return found["error"], at.worse(found["status"], places)
+        if not m.loads.along:
+            found = m.core.loaded(drives, at.poses[places])
+            return found["error"], at.worse(found["status"], places)
+        numbers = np.arange(len(at))[places]
+        each = [
+            m.under_loads_of(int(n)).core.loaded(drives[k : k + 1], at.poses[n : n + 1]) for k, n in enumerate(numbers)
+        ]
+        error, status = (np.concatenate([one[name] for one in each]) for name in ("error", "status"))
+        return error, at.worse(status, places)
 
     return by_load
 

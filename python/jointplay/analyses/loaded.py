@@ -11,7 +11,8 @@ and elastic mechanisms need a cone program; its multipliers of compatibility are
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, to_dataset
 from jointplay.typed import typed
 
-from .nominal import Nominal, finished, nominal, report
+from .nominal import Columns, Nominal, batched, finished, nominal, report
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
     Parameters
     ----------
     m : Mechanism
-        With loads or gravity.
+        With loads, springs or gravity.
     exact : bool
         Whether offsets and reactions are found on the exact closure. If not, everything is given to first order at the
         nominal pose, several times faster: `error` then is `error_first_order`, and reactions are those at the nominal
@@ -93,8 +94,14 @@ def compute(
     """The light form of `loaded`; `offset` asks for the offsets without the other details."""
     require_loads(m)
     at = at or nominal(m)
-    found = core_with(m, sizes).loaded(at.drives, at.poses, exact, offset or details, details, partly=True)
-    count, done = len(at), len(found["status"])
+    count, drives, poses = len(at), at.drives, at.poses
+    found, done = under_loads(
+        m,
+        count,
+        lambda one, part: core_with(one, sizes).loaded(
+            drives[part], poses[part], exact, offset or details, details, partly=True
+        ),
+    )
     at = at.first(done)
     pose = ("configuration", "component")
     builder = report(m, "loaded", at, **attributes(m, sizes))
@@ -117,6 +124,20 @@ def compute(
             _strain(m, builder, found)
     builder.status(at.worse(found["status"]))
     return finished(builder, done, count)
+
+
+def under_loads(m: Mechanism, count: int, run: Callable[[Mechanism, slice], Columns]) -> tuple[Columns, int]:
+    """What a question gives for all configurations, each under its own loads; and how many of them are done."""
+
+    def rows(part: slice) -> Columns:
+        # Without the totals, which belong to no configuration.
+        found = {name: array for name, array in run(m.under_loads_of(part.start), part).items() if np.ndim(array)}
+        return cast("Columns", found)
+
+    if m.loads.along:
+        return batched(count, 1, rows, None)
+    found = run(m, slice(count))
+    return found, len(found["status"])
 
 
 def _details(builder: Builder, found: Loaded) -> None:
@@ -180,5 +201,6 @@ def require_loads(m: Mechanism) -> None:
     """Refuse a mechanism on which nothing acts; redundant members may load each other."""
     if not m.has_loads and m.core.isostatic:
         where = f" in load case '{m.of[1]}'" if m.of[1] else ""
-        problem = f"nothing loads the mechanism{where}: add [[loads]] with a force or a moment, or gravity and masses"
+        what = "[[loads]] with a force or a moment, [springs.NAME], or gravity and masses"
+        problem = f"nothing loads the mechanism{where}: add {what}"
         raise InputError(problem, file=m.file, key="loads")

@@ -128,7 +128,7 @@ def compute(
         nonlocal drawn
         if drawn < samples:
             raise KeyboardInterrupt
-        found = m.core.random(
+        found = (m.under_loads_of(part.start) if is_loaded else m).core.random(
             drives[part],
             poses[part],
             samples,

@@ -188,8 +188,14 @@ def _unit(m: Mechanism, key: str) -> str:
     words = [part for part in parts if not part.isdigit()]
     if parts[0] == "gravity":
         return "m/s^2"
-    if "stiffness" in parts:
+    if "stiffness" in parts and parts[0] != "springs":
         return m.units.turning_stiffness_name if words[-1] in ("roll", "tilt") else m.units.stiffness_name
+    if parts[0] in ("temperature", "expansion") or words[-1] == "expansion":
+        return {"temperature": "K", "deviation": "K", "tolerance": "K", "plus": "K", "minus": "K", "sigma": "K"}.get(
+            words[-1], "1/K" if words[-1] == "expansion" else ""
+        )
+    if parts[0] == "springs":
+        return _unit_of_spring(m, parts[1], words[-1])
     if parts[0] == "bodies":
         return _unit_of_body(m, words[-1])
     if parts[0] in ("loads", "load_cases"):
@@ -220,6 +226,20 @@ def _unit_of_place(m: Mechanism, parts: list[str], words: list[str]) -> str:
         return m.units.length_name
     turns = {"rx", "ry", "rz", "angle", "alpha", "theta"} & set(parts) if parts[0] == "links" else "direction" in parts
     return m.units.angle_name if turns else m.units.length_name
+
+
+def _unit_of_spring(m: Mechanism, name: str, word: str) -> str:
+    kinds = {spring.on is None for key, spring in m.data.springs.items() if name in ("*", key)}
+    turning = kinds == {True}
+    if len(kinds) != 1:
+        return ""
+    straight = {"stiffness": m.units.stiffness_name, "preload": m.units.force_name}
+    about = {
+        "stiffness": m.units.turning_stiffness_name,
+        "preload": m.units.moment_name,
+        "free_angle": m.units.angle_name,
+    }
+    return about.get(word, "") if turning else straight.get(word, m.units.length_name)
 
 
 def _unit_of_body(m: Mechanism, word: str) -> str:

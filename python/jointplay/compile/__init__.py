@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from jointplay import poses
 from jointplay.errors import InputError, not_known
 from jointplay.schema import MechanismFile, PlanarFile, SpatialFile
-from jointplay.spec import CouplingSpec, DriveSpec, JointSpec, LoadSpec, Spec
+from jointplay.spec import ENDS, CouplingSpec, DriveSpec, JointSpec, LoadSpec, Spec, SpringSpec
 from jointplay.units import Units
 
 from .assembly import Assembly, compile_assembly
@@ -28,12 +28,13 @@ from .couplings import compile_couplings
 from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, coordinate_factor
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
 from .grid import Grid, compile_grid
-from .loads import compile_loads, compile_output, places_of_outputs
+from .loads import Loads, compile_loads, compile_output, places_of_outputs
 from .members import Member, split
 from .sizes import described
 from .sources import compile_sources
 from .spatial_start import spatial_start
 from .spins import Spin, find_spins
+from .springs import compile_springs
 from .start import planar_start
 
 __all__ = [
@@ -46,6 +47,7 @@ __all__ = [
     "Compiled",
     "Grid",
     "Limits",
+    "Loads",
     "Member",
     "Spin",
     "compile_file",
@@ -115,8 +117,8 @@ class Compiled:
     sources : tuple of str
         Names of what can be off.
     source_kinds : tuple of str
-        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link``
-        or ``drive``.
+        ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``, ``link``,
+        ``drive`` or ``thermal``.
     drives : tuple of str
         Names of the drives.
     drive_joints : tuple of int
@@ -153,8 +155,10 @@ class Compiled:
         What is acceptable.
     assembly : Assembly or None
         In which order it is assembled.
+    loads : Loads
+        What acts in each configuration.
     has_loads : bool
-        Whether any force or moment acts.
+        Whether any force, moment or spring acts.
     length : float
         Characteristic length, by which angles and lengths are compared; never zero.
     core_spec : Spec
@@ -191,6 +195,7 @@ class Compiled:
     grid: Grid | None
     limits: Limits
     assembly: Assembly | None
+    loads: Loads
     has_loads: bool
     length: float
     core_spec: Spec
@@ -235,18 +240,22 @@ def _compiled(data: MechanismFile, file: str) -> Compiled:
     commands = compile_drives(data, graph)
     output = compile_output(data.output, graph)
     outputs = places_of_outputs(data, graph, output["point"])
-    loads = compile_loads(data, graph, output["point"])
+    loads = compile_loads(data, graph, commands, output["point"])
+    springs, torsions = compile_springs(data, graph, commands)
     guess = _guess(data, graph, commands)
     length = _length(graph, guess)
     labels = {point: name for name, (_, point) in outputs.items()} | {output["point"]: "output"}
-    pieces = split(data, graph, {**labels, **_loaded(data, loads, output["point"])})
+    pieces = split(data, graph, {**labels, **_loaded(data, loads, springs, output["point"])})
+    loads.take_axes(data, graph)
     guess = pieces.guess(guess)
     asked = [data.output, *data.outputs.values()]
     watched = {name for each in asked for name in (each.body, each.relative_to)}
-    spins = find_spins(graph, guess, {k for k, name in enumerate(graph.bodies) if name in watched}, loads)
+    spins = find_spins(
+        graph, guess, {k for k, name in enumerate(graph.bodies) if name in watched}, _acting(data, loads, springs)
+    )
     held = {spin.joints[0]: spin for spin in spins if spin.load is None}
     couplings = compile_couplings(data, graph, guess)
-    sources = compile_sources(data, graph, commands, outputs, length)
+    sources = compile_sources(data, graph, commands, outputs, length, pieces.owners)
     check_sizes(data, graph, guess, commands, sources, length)
     limits = _limits(data, graph, commands)
     components = COMPONENTS[data.space]
@@ -263,7 +272,9 @@ def _compiled(data: MechanismFile, file: str) -> Compiled:
         ],
         "drives": [_drive_spec(moves) for moves in commands.moves],
         "output": output,
-        "loads": loads,
+        "loads": loads.first,
+        "springs": springs,
+        "torsions": torsions,
         "displacements": graph.displacements,
         "sources": [s.core_spec for s in sources],
         "correlations": compile_correlations(data, graph, sources),
@@ -301,17 +312,35 @@ def _compiled(data: MechanismFile, file: str) -> Compiled:
         grid=compile_grid(data, commands, components, component_factors, file),
         limits=limits,
         assembly=compile_assembly(data, graph),
-        has_loads=any(any(load["force"]) or any(load["moment"]) for load in loads),
+        loads=loads,
+        has_loads=loads.are_any or any(s["stiffness"] or s["preload"] for s in (*springs, *torsions)),
         length=length,
         core_spec=cast("Spec", MappingProxyType(spec)),
     )
 
 
-def _loaded(data: MechanismFile, loads: list[LoadSpec], output: int) -> dict[int, str]:
-    """What the points are where loads act, beside the output."""
+def _loaded(data: MechanismFile, loads: Loads, springs: list[SpringSpec], output: int) -> dict[int, str]:
+    """What the points are where loads and springs act, beside the output."""
     names = [f"load{k}" for k in range(len(data.loads))]
-    names += ["centre"] * (len(loads) - len(names))
-    return {load["point"]: name for load, name in zip(loads, names, strict=True) if load["point"] != output}
+    names += ["centre"] * (len(loads.first) - len(names))
+    named = {load["point"]: name for load, name in zip(loads.first, names, strict=True)}
+    between = [name for name, spring in data.springs.items() if spring.on is not None]
+    ends = {spring[end]: name for name, spring in zip(between, springs, strict=True) for end in ENDS}
+    return {point: name for point, name in {**ends, **named}.items() if point != output}
+
+
+def _acting(data: MechanismFile, loads: Loads, springs: list[SpringSpec]) -> list[tuple[str, LoadSpec]]:
+    """What acts on the bodies in some configuration, by its key in the file; of springs any force at either end."""
+    keys = [f"loads.{k}" for k in range(len(data.loads))]
+    keys += ["its weight"] * (len(loads.first) - len(keys))
+    acting = [(key, load) for k, key in enumerate(keys) for load in loads.along.get(k, (loads.first[k],))]
+    between = [name for name, spring in data.springs.items() if spring.on is not None]
+    for name, spring in zip(between, springs, strict=True):
+        acting += [
+            (f"springs.{name}", {"point": spring[end], "force": [1.0, 0.0, 0.0], "moment": [0.0, 0.0, 0.0]})
+            for end in ENDS
+        ]
+    return acting
 
 
 def _length(graph: Graph, guess: Floats) -> float:

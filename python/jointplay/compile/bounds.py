@@ -2,6 +2,8 @@
 
 clearance, tolerance, deviation of a length <= size of the mechanism
                             of an angle  <= one turn; of an axis or a link <= a quarter of a turn
+                            of an angle  <= one turn
+                            of the temperature <= HOTTEST
 lever arm                                <= LARGEST_RATIO x characteristic length
 
 What is beyond is a slip of the keyboard. The motions of a mechanism are counted by singular values of its Jacobian, in
@@ -29,6 +31,8 @@ TURN = 2.0 * math.pi
 #: the most that an axis or a link may be off its direction, and sources that may be off by a whole turn
 QUARTER = 0.25 * TURN
 WHOLE_TURNS = ("angle", "drive")
+#: kelvin; no mechanism is as hot
+HOTTEST = 5000.0
 #: the numbers of a set that bound how far something is off
 BOUNDS = ("radius", "gap", "axial", "low", "high")
 
@@ -58,6 +62,9 @@ def check_sizes(
             raise graph.refuse(problem, f"joints.{joint.pin}")
     size = _size(graph, guess, commands)
     for source in sources:
+        if source.kind == "thermal":
+            _check_growth(graph, source)
+            continue
         angular = _turns(source, commands, graph)
         limit = (TURN if source.kind in WHOLE_TURNS else QUARTER) if angular else size
         # What has no size itself has nothing to compare with.
@@ -69,6 +76,11 @@ def check_sizes(
             word = graph.units.angle_name if angular else name
             problem = f"is off by up to {off / factor:.4g} {word}, more than {what}, {limit / factor:.4g} {word}"
             raise graph.refuse(problem, _key(data, graph, source))
+
+
+def _check_growth(graph: Graph, source: Source) -> None:
+    if (off := _off(source)) > HOTTEST:
+        raise graph.refuse(f"is off by up to {off:.4g} K, more than {HOTTEST:g} K", "temperature")
 
 
 def _off(source: Source) -> float:

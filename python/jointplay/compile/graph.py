@@ -227,7 +227,10 @@ class Graph:
         for section, names in (("bodies", data.bodies), ("start", data.start)):
             for name in names:
                 if name == GROUND:
-                    raise self.refuse(f"'{GROUND}' is fixed; leave it out", f"{section}.{name}")
+                    if section == "bodies" and data.bodies[name].model_fields_set <= {"expansion"}:
+                        continue
+                    only = "; it has no key but expansion" if section == "bodies" else "; leave it out"
+                    raise self.refuse(f"'{GROUND}' is fixed{only}", f"{section}.{name}")
                 self.body_index(name, f"{section}.{name}")
         self._check_strays(data)
 
@@ -240,6 +243,7 @@ class Graph:
         named |= {output.relative_to for output in outputs if output}
         named |= {dimension.body for dimension in data.dimensions.values()}
         named |= {link.body for link in data.links.values()}
+        named |= {body for spring in data.springs.values() for body in spring.on or ()}
         for index, body in enumerate(self.bodies):
             joints = self.joints_of(index)
             if body in named or len(joints) > 1 or joints[0].name in driven or joints[0].kind not in LOOSE:

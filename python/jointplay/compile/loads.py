@@ -3,23 +3,63 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
-from jointplay.errors import listed
-from jointplay.schema import LoadTable, MechanismFile, OutputTable
+from jointplay.errors import listed, not_known
+from jointplay.schema import LoadTable, MechanismFile, OutputTable, along_the_path
 from jointplay.spec import LoadSpec, OutputSpec
 from jointplay.units import Units
 
+from .drives import Commands
 from .frames import vector
 from .graph import GROUND, ORIGIN, Graph
 
 RELATIVE = "output.relative_to"
+#: axes of the loaded body itself
+BODY = "body"
+
+
+@dataclass
+class Loads:
+    """Loads and weights.
+
+    Parameters
+    ----------
+    first : list of LoadSpec
+        Those of the first configuration, as the core wants them.
+    along : dict
+        Loads of all configurations by the number of the load; of those that change along the path.
+    """
+
+    first: list[LoadSpec] = field(default_factory=list)
+    along: dict[int, list[LoadSpec]] = field(default_factory=dict)
+
+    def at(self, configuration: int) -> list[LoadSpec]:
+        """Those of a configuration."""
+        return [self.along[k][configuration] if k in self.along else load for k, load in enumerate(self.first)]
+
+    @property
+    def are_any(self) -> bool:
+        """Whether any force or moment acts."""
+        every = [*self.first, *(load for loads in self.along.values() for load in loads)]
+        return any(any(load["force"]) or any(load["moment"]) for load in every)
+
+    def take_axes(self, data: MechanismFile, graph: Graph) -> None:
+        """Bind followers to their bodies, once elastic ones are in pieces."""
+        for k, table in enumerate(data.loads):
+            if table.axes in (None, GROUND):
+                continue
+            of_own = table.axes == BODY
+            body = graph.points[self.first[k]["point"]].body if of_own else graph.bodies.index(table.axes or "")
+            for load in (self.first[k], *self.along.get(k, ())):
+                load["axes"] = body
 
 
 def compile_output(output: OutputTable, graph: Graph) -> OutputSpec:
     """The output as the core wants it."""
     if output.body == GROUND:
         raise graph.refuse(f"'{GROUND}' does not move; the output is on a moving body", "output.body")
-    told: OutputSpec = {"point": _point(graph, output.body, output.at, "output")}
+    told: OutputSpec = {"point": place(graph, output.body, output.at, "output.body", "output.at")}
     if output.relative_to is not None:
         if output.relative_to == GROUND:
             raise graph.refuse(f"'{GROUND}' is what an output is measured against if this is left out", RELATIVE)
@@ -39,13 +79,13 @@ def places_of_outputs(data: MechanismFile, graph: Graph, output: int) -> dict[st
         if name in joints or name in ("output", GROUND):
             what = "the name of a joint" if name in joints else "a word with a meaning of its own in the file"
             raise graph.refuse(f"'{name}' is {what}; give the output another one", f"outputs.{name}")
-    ends = {place for dimension in data.dimensions.values() for place in dimension.between}
+    ends = {end for dimension in data.dimensions.values() for end in dimension.between}
     found = {}
     for name, other in data.outputs.items():
         if other is data.output:
             found[name] = (other.body, output)
         elif name in ends:
-            found[name] = (other.body, _point(graph, other.body, other.at, f"outputs.{name}"))
+            found[name] = (other.body, place(graph, other.body, other.at, f"outputs.{name}.body", f"outputs.{name}.at"))
     for name, dimension in data.dimensions.items():
         if "output" in dimension.between:
             problem = f"which of the outputs is meant? Name one of {listed(data.outputs)}"
@@ -53,17 +93,18 @@ def places_of_outputs(data: MechanismFile, graph: Graph, output: int) -> dict[st
     return found
 
 
-def _point(graph: Graph, body: str, at: Sequence[float] | str, key: str) -> int:
-    index = graph.body_index(body, f"{key}.body")
+def place(graph: Graph, body: str, at: Sequence[float] | str, body_key: str, key: str) -> int:
+    """Index of a point that the file gives by its coordinates or by a joint."""
+    index = graph.body_index(body, body_key)
     if isinstance(at, str):
-        return graph.joint_point(body, at, f"{key}.at")
+        return graph.joint_point(body, at, key)
     return graph.add_point(index, tuple(at))
 
 
-def compile_loads(data: MechanismFile, graph: Graph, output: int) -> list[LoadSpec]:
-    """Loads and weights as the core wants them, in SI and ground axes."""
+def compile_loads(data: MechanismFile, graph: Graph, commands: Commands, output: int) -> Loads:
+    """Loads and weights as the core wants them, in SI."""
     assert data.output is not None
-    loads: list[LoadSpec] = []
+    loads = Loads()
     for k, load in enumerate(data.loads):
         key = f"loads.{k}"
         if data.outputs and load.body is None:
@@ -72,21 +113,49 @@ def compile_loads(data: MechanismFile, graph: Graph, output: int) -> list[LoadSp
         body = load.body or data.output.body
         if body == GROUND:
             raise graph.refuse(f"'{GROUND}' does not move; a load acts on a moving body", f"{key}.body")
+        if load.axes not in (None, GROUND, BODY, *graph.bodies):
+            raise graph.refuse(not_known(str(load.axes), "axes", [GROUND, BODY, *graph.bodies]), f"{key}.axes")
         if load.at is not None:
-            point = _point(graph, body, load.at, key)
+            point = place(graph, body, load.at, f"{key}.body", f"{key}.at")
         elif body == data.output.body and not data.outputs:
             point = output
         else:
-            point = _point(graph, body, ORIGIN, key)
-        loads.append(_wrench(load, graph.units, point))
-    return loads + _weights(data, graph)
+            point = place(graph, body, ORIGIN, f"{key}.body", f"{key}.at")
+        given = {name: _along(data, graph, commands, load, name, key) for name in ("force", "moment")}
+        count = max(map(len, given.values()))
+        forces, moments = (values * count if len(values) == 1 else values for values in given.values())
+        every = [_wrench(force, moment, graph.units, point) for force, moment in zip(forces, moments, strict=True)]
+        loads.first.append(every[0])
+        if count > 1:
+            loads.along[k] = every
+    loads.first += _weights(data, graph)
+    return loads
 
 
-def _wrench(load: LoadTable, units: Units, point: int) -> LoadSpec:
-    force = vector(load.force or (), units.force)
+def _along(
+    data: MechanismFile, graph: Graph, commands: Commands, load: LoadTable, name: str, key: str
+) -> list[tuple[float, ...]]:
+    """The vectors of a force or moment: a single one, or as many as there are configurations."""
+    value = getattr(load, name)
+    is_vector = name == "force" or data.space == "spatial"
+    along = along_the_path(value, is_vector)
+    if along is None:
+        return [tuple(value) if isinstance(value, tuple) else () if value is None else (value,)]
+    key = f"{key}.{name}"
+    if data.grid is not None:
+        raise graph.refuse("a list has a value per configuration; with a [grid] there is one for all nodes", key)
+    targets = commands.values if commands.values is not None else commands.targets
+    count = 0 if targets is None else len(targets)
+    if len(along) != count:
+        configurations = f"{count} configuration{'s' * (count != 1)}"
+        raise graph.refuse(f"{len(along)} values for {configurations}; one for each is needed, or one for all", key)
+    return [tuple(one) if is_vector else (one,) for one in along]
+
+
+def _wrench(force: tuple[float, ...], moment: tuple[float, ...], units: Units, point: int) -> LoadSpec:
     # A moment in the plane is about the axis that points out of it.
-    about = load.moment if isinstance(load.moment, tuple) else (0.0, 0.0, load.moment)
-    return {"point": point, "force": list(force), "moment": list(vector(about, units.moment))}
+    about = moment if len(moment) != 1 else (0.0, 0.0, *moment)
+    return {"point": point, "force": list(vector(force, units.force)), "moment": list(vector(about, units.moment))}
 
 
 def _weights(data: MechanismFile, graph: Graph) -> list[LoadSpec]:

@@ -22,7 +22,7 @@ class Source:
     name : str
     kind : str
         ``clearance``, ``size``, ``angle``, ``ratio``, ``runout``, ``position``, ``direction``, ``dimension``,
-        ``link`` or ``drive``.
+        ``link``, ``drive`` or ``thermal``.
     components : tuple of str
         What each of its parameters is called.
     factors : tuple of float

@@ -1,4 +1,4 @@
-"""The sources of error in the order of results: those of joints, then dimensions, links and drives.
+"""The sources of error in the order of results: those of joints, then dimensions, links, drives and heat.
 
 A source that the file declares stays one when its size is zero, so that results keep their shape in a sweep.
 """
@@ -26,7 +26,7 @@ from jointplay.schema import (
     SlotClearance,
     law_in_core,
 )
-from jointplay.spec import SetSpec, SourcePart
+from jointplay.spec import GrowthSpec, SetSpec, SourcePart
 from jointplay.units import Units
 
 from .couplings import play_at_rim
@@ -35,16 +35,25 @@ from .graph import TURNS, CompiledJoint, Graph
 from .places import of_links, of_places, of_wheel
 from .sizes import Size, sizes_of
 from .source import COINCIDENT, SHIFTS_ACROSS, TILTS, Source, interval
+from .thermal import Growth, growth
 
 
 def compile_sources(
-    data: MechanismFile, graph: Graph, commands: Commands, outputs: Mapping[str, tuple[str, int]], length: float
+    data: MechanismFile,
+    graph: Graph,
+    commands: Commands,
+    outputs: Mapping[str, tuple[str, int]],
+    length: float,
+    owners: tuple[int, ...],
 ) -> list[Source]:
-    """All sources of a mechanism, in SI; of the outputs body and point by name."""
+    """All sources of a mechanism, in SI; of the outputs body and point by name, of further pieces their bodies."""
     sources: list[Source] = []
+    grown = growth(data, graph, owners)
     last_of_pin = {joint.pin: index for index, joint in enumerate(graph.joints)}
     for index, joint in enumerate(graph.joints):
         sources.extend(_of_joint(data, graph, index, joint, length))
+        if grown is not None and joint.pin in data.joints:
+            _grow(sources, grown, data, graph, index)
         if index == last_of_pin[joint.pin] and joint.pin in data.joints:
             sources.extend(of_places(data, graph, joint.pin))
     sources.extend(_of_dimension(data, graph, name, outputs, length) for name in data.dimensions)
@@ -56,7 +65,29 @@ def compile_sources(
             factor = float(commands.factors[index])
             spec = interval(drive.error, drive.law or "uniform", factor)
             sources.append(Source(label, "drive", ("value",), (factor,), (0.0,), spec | {"drive": index}))
+    if grown is not None:
+        sources.append(_of_temperature(data, grown.moves(graph), {source.name for source in sources}))
     return sources
+
+
+def _grow(sources: list[Source], grown: Growth, data: MechanismFile, graph: Graph, joint: int) -> None:
+    """Lets the play of a joint grow; where its sizes scatter, the radius is that in the middle and may be negative."""
+    own = [source for source in sources if source.spec.get("joint") == joint]
+    for source in own:
+        ((_, size),) = source.spec["set"].items()
+        if source.kind == "clearance" and "radius" in size:
+            radius = size["radius"] + grown.of_play(data, graph, joint)
+            if radius < 0.0 and not any(other.kind == "size" for other in own):
+                raise grown.too_tight(graph, joint, radius)
+            size["radius"] = radius
+
+
+def _of_temperature(data: MechanismFile, moves: list[GrowthSpec], taken: set[str]) -> Source:
+    assert data.temperature is not None
+    given = data.temperature
+    name = "temperature" if "temperature" not in taken else "thermal growth"
+    spec = interval(given.tolerance, given.law or "normal", 1.0) | {"kind": "growth", "moves": moves}
+    return Source(name, "thermal", ("difference",), (1.0,), (given.deviation,), spec)
 
 
 def _of_joint(data: MechanismFile, graph: Graph, index: int, joint: CompiledJoint, length: float) -> list[Source]:

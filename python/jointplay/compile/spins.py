@@ -41,17 +41,19 @@ class Spin:
         A ball joint at either end; the first one holds the spin.
     frames : tuple of Frame
         The line, and a direction across it that is held, on the first and the second body of that joint.
-    load : int or None
-        A load that turns the bodies; then the spin is not held.
+    load : str or None
+        What loads the bodies so that they turn, by its key in the file; then the spin is not held.
     """
 
     bodies: tuple[int, ...]
     joints: tuple[int, int]
     frames: tuple[Frame, Frame]
-    load: int | None
+    load: str | None
 
 
-def find_spins(graph: Graph, guess: Floats, outputs: Container[int], loads: Sequence[LoadSpec]) -> list[Spin]:
+def find_spins(
+    graph: Graph, guess: Floats, outputs: Container[int], loads: Sequence[tuple[str, LoadSpec]]
+) -> list[Spin]:
     """The spins of a mechanism in space.
 
     Parameters
@@ -62,8 +64,8 @@ def find_spins(graph: Graph, guess: Floats, outputs: Container[int], loads: Sequ
         Where the bodies are; a rod that points away from its other ball is turned towards it, in place.
     outputs : container of int
         Bodies whose pose is asked.
-    loads : sequence of LoadSpec
-        What acts on the bodies.
+    loads : sequence of tuple
+        What acts on the bodies, each with its key in the file.
     """
     if guess.shape[1] != poses.SPATIAL:
         return []
@@ -123,7 +125,7 @@ class _Line:
         inner = [j for j in self.graph.joints if all(body in self.group for body in _bodies(self.graph, j))]
         return all(j.kind == "fixed" and j.compliance is not None and j.axis_first == j.axis_second for j in inner)
 
-    def spin(self, loads: Sequence[LoadSpec]) -> Spin | None:
+    def spin(self, loads: Sequence[tuple[str, LoadSpec]]) -> Spin | None:
         """The spin; None where the two centres are one."""
         own, others = ([self._placed(point) for point in points] for points in (self.own, self.others))
         line = own[1] - own[0]
@@ -147,7 +149,7 @@ class _Line:
             bodies=self.group,
             joints=(self.joints[0], self.joints[1]),
             frames=frames if self.second else (frames[1], frames[0]),
-            load=next((k for k, load in enumerate(loads) if self._is_turned_by(load)), None),
+            load=next((key for key, load in loads if self._is_turned_by(load)), None),
         )
 
     def _axes(self, body: int) -> Floats:

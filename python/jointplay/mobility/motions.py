@@ -12,7 +12,7 @@ from jointplay.model import Mechanism
 from jointplay.spec import ENDS
 
 from .probe import TAKES_PART, Floats, Probe, Sample
-from .spins import load_name, spin_words
+from .spins import spin_words
 from .words import joined
 
 
@@ -65,7 +65,7 @@ def _motion(probe: Probe, twists: Floats, rates: Floats) -> Motion:
     joints = tuple(m.joints[index] for index, turns in zip(probe.drivable, turning, strict=True) if turns)
     turned = next((s for s in m.spins if s.load is not None and {m.owners[b] for b in s.bodies} == set(bodies)), None)
     if turned is not None and turned.load is not None:
-        words = f"{spin_words(m, turned)}, {load_name(m, turned.load)} turns it"
+        words = f"{spin_words(m, turned)}, {turned.load} turns it"
     elif len(bodies) == 1:
         angles = ~np.isin(m.components, LENGTHS)
         turns = parts[int(moving.argmax()), angles].max() > TAKES_PART

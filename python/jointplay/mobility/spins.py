@@ -22,11 +22,6 @@ def spin_words(m: Mechanism, spin: Spin) -> str:
     return f"{joined([repr(body) for body in bodies])} {spins} about the line from {start} to {end}"
 
 
-def load_name(m: Mechanism, load: int) -> str:
-    """A load as the file has it."""
-    return f"loads.{load}" if load < len(m.data.loads) else "its weight"
-
-
 def held_spins(m: Mechanism) -> list[Spin]:
     """The spins that are held."""
     return [spin for spin in m.spins if spin.load is None]

@@ -139,8 +139,8 @@ def _off(data: Data, zone: Zone, turn: Turn, refuse: Any) -> Data:
     """The position of a joint on a body whose axes do not turn; direction and cylinder are in the axes of the joint."""
     if zone.by_component:
         problem = (
-            f"{', '.join(zone.by_component)} are along axes of the body, which does not turn with the copies; give a"
-            " zone (diameter), or describe the body in axes of its own"
+            f"{', '.join(zone.by_component)}: axes of this body do not turn with the copies; give a zone (diameter), or"
+            " describe the body in axes of its own"
         )
         raise refuse(problem)
     if "deviation" in data and (turn.is_planar or getattr(zone, "spherical", False)):

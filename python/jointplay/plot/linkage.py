@@ -20,7 +20,7 @@ from jointplay.result import Result
 from jointplay.spec import JointSpec
 from jointplay.typed import typed
 
-from . import couplings
+from . import couplings, springs
 from .spatial import Sketch
 from .style import (
     COLOURS,
@@ -88,6 +88,7 @@ def mechanism(
         drawing.trace()
     drawing.bodies()
     drawing.joints(names)
+    drawing.springs()
     if found is not None and found.joint >= 0:
         drawing.gap(found)
     if exaggerate > 0:
@@ -186,6 +187,16 @@ class _Drawing:
             self._names()
         output = self.place(self.spec["output"]["point"])
         self.axes.plot(*output, marker="*", color="black", markersize=9, linestyle="", label="output", zorder=7)
+
+    def springs(self) -> None:
+        """Springs as zigzags, torsion springs as spirals."""
+        ends = [(self.place(spring["first"]), self.place(spring["second"])) for spring in self.spec["springs"]]
+        lines = [springs.zigzag(*pair, self.extent) for pair in ends]
+        for spring in self.spec["torsions"]:
+            centre = self.place(self.spec["joints"][spring["joint"]]["second"])
+            lines.append(springs.spiral(centre, np.array([1.0, 0.0]), np.array([0.0, 1.0]), self.extent))
+        for line in lines:
+            self.axes.plot(*line.T, label="spring", zorder=5, **springs.STYLE)
 
     def _pin(self, place: Points) -> None:
         radius = PIN * self.extent

@@ -12,7 +12,7 @@ from jointplay.mobility import Attempt
 from jointplay.result import Result
 from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
 
-from . import couplings
+from . import couplings, springs
 from .style import COLOURS, GREY, OPEN, body_colour, on_ground, path_of_output, point_colour
 
 if TYPE_CHECKING:
@@ -91,6 +91,17 @@ class Sketch:
             self.axes.text(x, y, z, ", ".join(joined), fontsize=7)
         output = self.places[self.spec["output"]["point"]]
         self.axes.plot(*output[:, None], marker="*", color="black", markersize=9, linestyle="", label="output")
+
+    def springs(self) -> None:
+        """Springs as zigzags, torsion springs as spirals about the axes of their joints."""
+        pairs = [(self.places[spring["first"]], self.places[spring["second"]]) for spring in self.spec["springs"]]
+        lines = [springs.zigzag(*pair, self.extent) for pair in pairs]
+        for spring in self.spec["torsions"]:
+            joint = self.spec["joints"][spring["joint"]]
+            axis, side = self._frame(joint, "first")
+            lines.append(springs.spiral(self.places[joint["second"]], side, np.cross(axis, side), self.extent))
+        for line in lines:
+            self.axes.plot(*line.T, label="spring", **springs.STYLE)
 
     def _axis(self, joint: JointSpec, place: Points) -> None:
         """The axis of a joint; of a guide or screw the line from the one body's point to the other's, too."""

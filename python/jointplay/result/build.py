@@ -55,6 +55,8 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
         component = m.parameters[index].rpartition(".")[2]
         if component == "value":
             return drives[int(m.core_spec["sources"][int(m.parameter_source[index])]["drive"])]
+        if m.source_kinds[int(m.parameter_source[index])] == "thermal":
+            return "temperature"
         return "angle" if component in TURNS else "length"
 
     lengths, _ = split(list(m.components))

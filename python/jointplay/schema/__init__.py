@@ -44,9 +44,11 @@ from .laws import LawName, LawTable, ToleranceLaw, law_in_core, limits_of
 from .messages import located
 from .pattern_tables import COPY, HEADS, PARTS, PatternHead, PatternTable
 from .placements import Place, PlacementTable, SpatialPlacementTable
+from .places import along_the_path
 from .sizes import Machined
 from .spatial_file import SpatialFile, SpatialStart
 from .spatial_joints import SpatialJoint, Universal
+from .springs import SpringTable
 from .stiffness import Stiffness
 from .values import NAME, ToleranceTable
 
@@ -105,12 +107,14 @@ __all__ = [
     "SpatialPlacementTable",
     "SpatialPosition",
     "SpatialStart",
+    "SpringTable",
     "Stiffness",
     "ToleranceLaw",
     "ToleranceTable",
     "Universal",
     "Variables",
     "Zone",
+    "along_the_path",
     "checked",
     "json_schema",
     "law_in_core",

@@ -6,7 +6,7 @@ A body that says nothing of elasticity is rigid, and so is every way of giving t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 from pydantic.json_schema import SkipJsonSchema
@@ -15,6 +15,10 @@ from .values import IN_SPACE, Direction, NonNegative, OneOrTwo, Pair, Positive, 
 
 #: keys that mean nothing without another one
 NEEDS: dict[str, JsonValue] = {"area": ["E"], "inertia": ["E"], "G": ["torsion"], "torsion": ["G"], "side": ["inertia"]}
+
+
+#: the coefficient of thermal expansion; polymers go to a few 1e-4 per kelvin, some ceramics shrink
+Expansion = Annotated[float, Field(ge=-0.01, le=0.01)]
 
 
 class BodyTable(Table):
@@ -26,6 +30,9 @@ class BodyTable(Table):
 
     mass: NonNegative = Field(0.0, description="mass in kg")
     centre: tuple[float, ...]
+    expansion: Expansion | SkipJsonSchema[None] = Field(
+        None, description="coefficient of thermal expansion, 1/K; the one of the whole file if left out"
+    )
     stiffness: Positive | SkipJsonSchema[None] = Field(
         None, description="axial stiffness of the whole member between its outermost joints, force per length"
     )

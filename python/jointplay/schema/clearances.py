@@ -42,6 +42,8 @@ class SizedClearance(Clearance):
     #: which of the two the joint's first body has, for all others
     carried: ClassVar[str]
     nominal_key: ClassVar[str]
+    #: what may stand beside a measure, for what temperature makes of it
+    grows_with: ClassVar[str] = ""
     #: whether it may be left out
     may_be_none: ClassVar[bool] = False
 
@@ -71,7 +73,8 @@ class SizedClearance(Clearance):
         for key, needed, what in self._go_together():
             if getattr(self, key) is not None and getattr(self, needed) is None:
                 raise problem(f"'{needed}' is missing ({what}, which {key} needs)")
-            if getattr(self, needed) is not None and getattr(self, key) is None:
+            by_heat = needed == self.grows_with and bool(own)
+            if getattr(self, needed) is not None and getattr(self, key) is None and not by_heat:
                 raise problem(f"'{needed}' goes with {key}")
         if self.tolerance is not None and not own:
             raise problem(
@@ -105,10 +108,13 @@ class RadialClearance(SizedClearance):
     pair: ClassVar[tuple[str, str]] = ("hole", "pin")
     carried: ClassVar[str] = "pin"
     nominal_key: ClassVar[str] = "diameter"
+    grows_with: ClassVar[str] = "diameter"
 
     radial: NonNegative | SkipJsonSchema[None] = Field(None, description="hole radius minus pin radius")
     diametral: NonNegative | SkipJsonSchema[None] = Field(None, description="hole diameter minus pin diameter")
-    diameter: Positive | SkipJsonSchema[None] = Field(None, description="with fit: nominal diameter of hole and pin")
+    diameter: Positive | SkipJsonSchema[None] = Field(
+        None, description="nominal diameter of hole and pin: for fit, and for what temperature makes of the clearance"
+    )
     hole: Hole | SkipJsonSchema[None] = Field(None, description="instead, with pin: diameter and limits of the hole")
     pin: Pin | SkipJsonSchema[None] = Field(None, description="diameter and limits of the pin")
 

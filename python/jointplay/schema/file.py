@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 from pydantic import (
@@ -20,7 +20,7 @@ from jointplay.errors import shown
 from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 
 from .assembly import Assembly
-from .bodies import Body, BodyTable
+from .bodies import Body, BodyTable, Expansion
 from .correlations import Correlation
 from .deviations import LinkTable, PlanarLink
 from .expressions import RESERVED, is_variable
@@ -28,6 +28,8 @@ from .grid import Grid
 from .joints import JointTable
 from .kinds import Joint
 from .laws import Deviating, ToleranceLaw, check_law
+from .places import PathNumber, PathPair, Place
+from .springs import Spring, SpringTable
 from .values import (
     IN_SPACE,
     Name,
@@ -188,24 +190,6 @@ class Path(PathTable):
     angle: Numbers | SkipJsonSchema[None] = Field(None, description="angles of the output body")
 
 
-def place_checker(size: int) -> Callable[[object], object]:
-    """A validator of points with so many coordinates, or names of joints."""
-    point = "[x, y]" if size == 2 else "[x, y, z]"
-
-    def check(value: object) -> object:
-        if isinstance(value, str):
-            return value
-        if isinstance(value, list | tuple) and len(value) == size and all(is_number(v) for v in value):
-            return value
-        raise problem(f"a point {point} or the name of a joint on that body is needed, not {shown(value)}")
-
-    return check
-
-
-#: a point of a body: its coordinates in body axes, or the name of a joint on that body
-Place = Annotated[Pair | str, BeforeValidator(place_checker(2))]
-
-
 class OutputTable(Table):
     """The point on a body whose pose error is asked."""
 
@@ -253,15 +237,20 @@ class NamedOutput(Output, OneOfSeveral):
 
 
 class LoadTable(Table):
-    """A dead load in ground axes."""
+    """A load: dead in ground axes, or a follower in those of a body."""
 
     #: how a force and a moment are written
     written: ClassVar[str]
 
     body: str | SkipJsonSchema[None] = Field(None, description="the loaded body; the output body if left out")
     at: tuple[float, ...] | str | None
-    force: tuple[float, ...] | None
-    moment: float | tuple[float, ...]
+    axes: str | SkipJsonSchema[None] = Field(
+        None,
+        description='axes of force and moment: "ground" (default), "body" for those of the loaded body, with which the'
+        " load turns, or the name of another body",
+    )
+    force: tuple[float, ...] | tuple[tuple[float, ...], ...] | None
+    moment: float | tuple[float, ...] | tuple[tuple[float, ...], ...]
 
     @model_validator(mode="after")
     def _something(self) -> Self:
@@ -271,7 +260,7 @@ class LoadTable(Table):
 
 
 class Load(LoadTable):
-    """A dead load in ground axes."""
+    """A load: dead in ground axes, or a follower in those of a body."""
 
     example: ClassVar[str] = "{ force = [0, -10] }"
     written: ClassVar[str] = "a force [fx, fy] or a moment"
@@ -279,8 +268,10 @@ class Load(LoadTable):
     at: Place | SkipJsonSchema[None] = Field(
         None, description="where: [x, y] in body axes or a joint on the body; the output point if left out"
     )
-    force: Pair | SkipJsonSchema[None] = Field(None, description="force [fx, fy]")
-    moment: Number = Field(0.0, description="moment, counter-clockwise")
+    force: PathPair | SkipJsonSchema[None] = Field(
+        None, description="force [fx, fy], or a list of them, one per configuration"
+    )
+    moment: PathNumber = Field(0.0, description="moment, counter-clockwise, or one per configuration")
 
 
 Loads = Annotated[tuple[Load, ...], Field(strict=False)]
@@ -295,6 +286,16 @@ class Dimension(Deviating):
     between: Annotated[tuple[str, str], Field(strict=False)] = Field(
         description='two joints on the body, or "output"; the second point moves'
     )
+
+
+class Temperature(Deviating):
+    """How far the temperature is from the one at which the lengths of the file hold, in kelvin."""
+
+    example: ClassVar[str] = "40, or { deviation = 40, tolerance = 15 }"
+
+
+def _temperature(value: object) -> object:
+    return {"deviation": value} if is_number(value) else value
 
 
 def _range(pair: tuple[float, float]) -> tuple[float, float]:
@@ -392,6 +393,14 @@ class MechanismFile(Table):
     outputs: Mapping[str, OneOfSeveral]
     loads: Sequence[LoadTable]
     load_cases: Mapping[str, Sequence[LoadTable]]
+    springs: Mapping[str, SpringTable]
+    temperature: (
+        Annotated[Temperature, BeforeValidator(_temperature, json_schema_input_type=Number | Temperature)]
+        | SkipJsonSchema[None]
+    ) = Field(None, description="difference in kelvin from the temperature at which the lengths of the file hold")
+    expansion: Expansion | SkipJsonSchema[None] = Field(
+        None, description="coefficient of thermal expansion in 1/K of every body without its own, ground included"
+    )
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
     links: Mapping[str, LinkTable]
     correlations: Annotated[tuple[Correlation, ...], Field(strict=False)] = Field(
@@ -457,5 +466,6 @@ class PlanarFile(MechanismFile):
     path: Path | SkipJsonSchema[None] = Field(None, description="targets of the output, in place of drive values")
     output: Output | SkipJsonSchema[None] = Field(None, description=OUTPUT)
     outputs: dict[Name, NamedOutput] = Field({}, description=OUTPUTS)
-    loads: Loads = Field((), description="dead loads")
+    loads: Loads = Field((), description="forces and moments")
     load_cases: dict[Name, Loads] = Field({}, description=LOAD_CASES)
+    springs: dict[Name, Spring] = Field({}, description="springs between bodies")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from .bodies import SpatialBody
@@ -22,9 +22,10 @@ from .file import (
     OutputTable,
     PathTable,
     StartTable,
-    place_checker,
 )
 from .kinds import AnySpatialJoint
+from .places import PathTriple, SpatialPlace
+from .springs import SpatialSpring
 from .values import IN_PLANE, Name, Number, Numbers, Triple, problem
 
 if TYPE_CHECKING:
@@ -65,10 +66,6 @@ class SpatialPath(PathTable):
         return self
 
 
-#: a point of a body: its coordinates in body axes, or the name of a joint on that body
-SpatialPlace = Annotated[Triple | str, BeforeValidator(place_checker(3))]
-
-
 class SpatialOutput(OutputTable):
     """The point on a body whose pose error is asked."""
 
@@ -84,7 +81,7 @@ class SpatialNamedOutput(SpatialOutput, OneOfSeveral):
 
 
 class SpatialLoad(LoadTable):
-    """A dead load in ground axes."""
+    """A load: dead in ground axes, or a follower in those of a body."""
 
     example: ClassVar[str] = "{ force = [0, 0, -10] }"
     written: ClassVar[str] = "a force [fx, fy, fz] or a moment [mx, my, mz]"
@@ -92,8 +89,12 @@ class SpatialLoad(LoadTable):
     at: SpatialPlace | SkipJsonSchema[None] = Field(
         None, description="where: [x, y, z] in body axes or a joint on the body; the output point if left out"
     )
-    force: Triple | SkipJsonSchema[None] = Field(None, description="force [fx, fy, fz]")
-    moment: Triple = Field((0.0, 0.0, 0.0), description="moment [mx, my, mz]")
+    force: PathTriple | SkipJsonSchema[None] = Field(
+        None, description="force [fx, fy, fz], or a list of them, one per configuration"
+    )
+    moment: PathTriple = Field(
+        (0.0, 0.0, 0.0), description="moment [mx, my, mz], or a list of them, one per configuration"
+    )
 
 
 SpatialLoads = Annotated[tuple[SpatialLoad, ...], Field(strict=False)]
@@ -116,5 +117,6 @@ class SpatialFile(MechanismFile):
     )
     output: SpatialOutput | SkipJsonSchema[None] = Field(None, description=OUTPUT)
     outputs: dict[Name, SpatialNamedOutput] = Field({}, description=OUTPUTS)
-    loads: SpatialLoads = Field((), description="dead loads")
+    loads: SpatialLoads = Field((), description="forces and moments")
     load_cases: dict[Name, SpatialLoads] = Field({}, description=LOAD_CASES)
+    springs: dict[Name, SpatialSpring] = Field({}, description="springs between bodies")

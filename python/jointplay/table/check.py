@@ -19,6 +19,8 @@ def overview(result: Result) -> list[Table]:
     tables = [_joints(result)]
     if "member" in result.coords:
         tables.append(_members(result))
+    if "spring" in result.coords:
+        tables.append(_springs(result))
     if "source" in result.coords:
         tables.append(_sources(result))
     if "clearance" in result.coords:
@@ -66,6 +68,17 @@ def _members(result: Result) -> Table:
         Column("stiffness along it", result.unit("member_stiffness"), axially),
     )
     return Table(_count(len(stiffness), "elastic member", "elastic members"), columns)
+
+
+def _springs(result: Result) -> Table:
+    names = result.labels("spring")
+    columns = (
+        words("spring", names),
+        words("on", result.get("spring_on").tolist()),
+        Column("stiffness", "", tuple(f"{value:.6g}" for value in result.get("spring_stiffness").tolist())),
+        words("unit", result.coords["spring_unit"].values.tolist()),
+    )
+    return Table(_count(len(names), "spring", "springs"), columns)
 
 
 def _sources(result: Result) -> Table:

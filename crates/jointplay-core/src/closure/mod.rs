@@ -9,6 +9,7 @@ pub(crate) mod newton;
 mod output;
 pub(crate) mod recorded;
 pub(crate) mod sensitivity;
+mod springs;
 mod state;
 mod statics;
 mod tolerance;

@@ -94,12 +94,15 @@ impl Mechanism {
         Cost { twists: vec![zero; self.n_unknowns()], parameters: vec![zero; self.n_parameters()] }
     }
 
-    /// The work of the dead loads.
+    /// The work of the loads and springs: the gradient of it by their forces at the pose.
     pub(crate) fn load_cost<S: Real>(&self, poses: &[Pose<S>], parameters: &[S]) -> Cost<S> {
         let mut cost = self.no_cost();
         for load in &self.loads {
-            self.add_wrench(load.point, constant(load.force), constant(load.moment), poses, parameters, &mut cost);
+            let [force, moment] = [load.force, load.moment].map(constant);
+            let [force, moment] = load.axes.map_or([force, moment], |b| [force, moment].map(|v| poses[b].turn(v)));
+            self.add_wrench(load.point, force, moment, poses, parameters, &mut cost);
         }
+        self.add_springs(poses, parameters, &mut cost);
         cost
     }
 

@@ -5,15 +5,17 @@ use crate::closure::sensitivity::Gradient;
 use crate::math::space::Component;
 use crate::mechanism::{Mechanism, Source};
 
-impl Mechanism {
-    /// A tolerance for forces as one for what is conjugate to a source's first component: an angle's
-    /// moment is compared as a force at the characteristic length.
+impl Source {
+    /// A tolerance for forces as one for what is conjugate to the first component: an angle's moment is compared as a
+    /// force at the characteristic length.
     #[inline]
     #[must_use]
-    pub fn undecided(&self, source: &Source, tolerance: f64) -> f64 {
-        if source.is_angle { tolerance * self.length } else { tolerance }
+    pub fn undecided(&self, tolerance: f64) -> f64 {
+        tolerance * self.lever
     }
+}
 
+impl Mechanism {
     /// Size of the multipliers as forces.
     pub(crate) fn force_scale(&self, gradient: &Gradient) -> f64 {
         self.rows.iter().zip(&gradient.multipliers).fold(0.0, |largest: f64, (row, l)| {

@@ -61,7 +61,7 @@ impl Mechanism {
     }
 
     fn tolerance(&self, source: &Source, at: &Contact) -> f64 {
-        self.undecided(source, UNDECIDED * self.force_scale(&at.gradient))
+        source.undecided(UNDECIDED * self.force_scale(&at.gradient))
     }
 
     /// The open faces of all clearances.

@@ -48,7 +48,7 @@ impl Mechanism {
             let Some(unforced) = unforced(s, source) else { continue };
             let offset: Vec<f64> = source.range().map(|p| inputs.parameters[p] - self.centre[p]).collect();
             let force = source.set.masked_force(&gradient.inputs.parameters[source.range()], unforced);
-            let tolerance = self.undecided(source, UNDECIDED * scale);
+            let tolerance = source.undecided(UNDECIDED * scale);
             let nearest = source.set.face(&force[..offset.len()], tolerance).nearest(&offset);
             for (k, p) in source.range().enumerate() {
                 pushed.parameters[p] = self.centre[p] + nearest[k];
@@ -67,7 +67,7 @@ impl Mechanism {
         let scale = self.force_scale(nominal);
         let unforced = |source: &Source| {
             let force = &nominal.inputs.parameters[source.range()];
-            source.set.unforced(force, self.undecided(source, UNDECIDED * scale))
+            source.set.unforced(force, source.undecided(UNDECIDED * scale))
         };
         self.sources.iter().map(unforced).collect()
     }

@@ -17,7 +17,7 @@ pub(crate) fn unforced_of<'b>(
         std::array::from_fn(|i| {
             let mut w = [0.0; MAX_SIZE];
             w.iter_mut().zip(source.range()).for_each(|(w, p)| *w = gradient(p).0[i]);
-            source.set.unforced(&w[..source.set.size()], m.undecided(source, UNDECIDED * scale.0[i]))
+            source.set.unforced(&w[..source.set.size()], source.undecided(UNDECIDED * scale.0[i]))
         })
     };
     m.sources().iter().map(unforced).collect()
@@ -68,7 +68,7 @@ pub(crate) fn push<'b>(
                 offset[k] = pushed[p + k].0[i] - m.centre[p + k];
             }
             let w = source.set.masked_force(&w[..n], unforced(i));
-            let face = source.set.face(&w[..n], m.undecided(source, UNDECIDED * scale.0[i]));
+            let face = source.set.face(&w[..n], source.undecided(UNDECIDED * scale.0[i]));
             let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
             undecided[i] |= !face.is_point();
             for k in 0..n {

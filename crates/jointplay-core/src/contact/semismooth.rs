@@ -97,7 +97,7 @@ impl<'s, 'm> Newton<'s, 'm> {
             let offset: Vec<f64> = source.range().map(|p| state.inputs.parameters[p] - m.centre[p]).collect();
             let mut masked_force = source.set.masked_force(&force[source.range()], self.unforced[k]);
             if tolerance > 0.0 {
-                let unforced = source.set.unforced(&masked_force[..n], m.undecided(source, tolerance));
+                let unforced = source.set.unforced(&masked_force[..n], source.undecided(tolerance));
                 masked_force = source.set.masked_force(&masked_force[..n], unforced);
             }
             own.y.extend_from_slice(&source.set.to_unit(&offset)[..n]);

@@ -50,11 +50,12 @@ impl Solver<'_> {
         let ways = m.ways(faces, unforced);
         let n = ways.len();
         let linearised = self.linearise(&at.state)?;
-        let scale = m.force_scale(&at.gradient);
+        // Where springs are in balance nothing is transmitted, and they alone say how large a force is.
+        let scale = Some(m.force_scale(&at.gradient)).filter(|scale| *scale > 0.0).unwrap_or_else(|| m.spring_scale());
         let forces = |gradient: &Gradient| -> Vec<f64> {
             let of = |(s, way): &(usize, Direction)| {
                 let source = &m.sources[*s];
-                let size = m.undecided(source, scale) * way.reach;
+                let size = source.undecided(scale) * way.reach;
                 inner(&gradient.inputs.parameters[source.range()], &way.along) / size
             };
             ways.iter().map(of).collect()

@@ -27,6 +27,10 @@ pub trait Real:
     fn wide_sin_cos(self) -> (Self, Self);
     /// Itself between -1 and 1, else the nearer of these; and the slope of that, at least between them.
     fn within_one(self) -> (Self, Self);
+    /// The angle of the given sine and cosine, times one positive number near one, between minus and plus half a turn.
+    fn whole_angle(sine: Self, cosine: Self) -> Self;
+    /// One over the square root, `near` being what the root is like, give or take a factor of some hundreds; zero of zero.
+    fn reciprocal_root(self, near: f64) -> Self;
     /// The square root, by way of a number within a factor of three of it; zero of a rough start's negative number.
     fn root(self, near: f64) -> Self;
 }
@@ -48,6 +52,12 @@ impl Real for f64 {
     }
     fn wide_angle(sine: Self, cosine: Self) -> Self {
         sine.atan2(cosine)
+    }
+    fn whole_angle(sine: Self, cosine: Self) -> Self {
+        sine.atan2(cosine)
+    }
+    fn reciprocal_root(self, _: f64) -> Self {
+        if self > 0.0 { 1.0 / self.sqrt() } else { 0.0 }
     }
     fn tilt(sine: Self, cosine: Self) -> Self {
         if cosine > 0.5 {

@@ -52,6 +52,7 @@ impl Mechanism {
             return fail("the output is measured against a body that does not exist, or is on the ground");
         }
         let joints = joints(spec, &points)?;
+        check_forces(spec, &points, &joints)?;
         let mut rows: Vec<Row> = Vec::new();
         for (joint, j) in joints.iter().enumerate() {
             rows.extend(j.locked.iter().map(|&component| {
@@ -94,6 +95,8 @@ impl Mechanism {
             output: spec.output.point,
             seen_from: spec.output.relative_to,
             loads: spec.loads.clone(),
+            springs: spec.springs.clone(),
+            torsions: spec.torsions.clone(),
             sources,
             scores,
             elastic,
@@ -168,6 +171,28 @@ fn joints(spec: &Spec, points: &[Point]) -> Result<Vec<Joint>, SpecError> {
     spec.joints.iter().enumerate().map(connect).collect()
 }
 
+/// What loads and springs refer to.
+fn check_forces(spec: &Spec, points: &[Point], joints: &[Joint]) -> Result<(), SpecError> {
+    if spec.loads.iter().any(|load| load.axes.is_some_and(|body| body >= spec.n_bodies)) {
+        return fail("a load is in the axes of a body that does not exist");
+    }
+    for (i, spring) in spec.springs.iter().enumerate() {
+        let (Some(first), Some(second)) = (points.get(spring.first), points.get(spring.second)) else {
+            return fail(format!("spring {i} refers to a point that does not exist"));
+        };
+        if first.body == second.body {
+            return fail(format!("spring {i} connects a body to itself"));
+        }
+    }
+    for (i, spring) in spec.torsions.iter().enumerate() {
+        let turns = |joint: &Joint| matches!(joint.coordinate, Some(Component::About(_)));
+        if !joints.get(spring.joint).is_some_and(turns) {
+            return fail(format!("torsion spring {i} needs a joint whose coordinate is an angle"));
+        }
+    }
+    Ok(())
+}
+
 /// The joints that give way, with their rows; a compliance of zero is that of a rigid joint.
 fn elastic(spec: &Spec, rows: &[Row]) -> Result<Vec<Elastic>, SpecError> {
     let mut elastic = Vec::new();
@@ -220,11 +245,21 @@ fn sources(
             Target::Angle { .. } => true,
             Target::Drive { drive } => matches!(rows[driven_rows[drive]].component, Component::About(_)),
             Target::Place { ref ways, .. } => ways.first().is_some_and(|[along, _]| norm(along) == 0.0),
-            Target::Clearance { .. } | Target::Dimension { .. } | Target::Size { .. } | Target::Ratio { .. } => false,
+            Target::Clearance { .. }
+            | Target::Dimension { .. }
+            | Target::Size { .. }
+            | Target::Growth { .. }
+            | Target::Ratio { .. } => false,
+        };
+        let lever = match &s.target {
+            // Zero where nothing grows: then nothing is conjugate to it.
+            Target::Growth { moves } => moves.iter().fold(0.0, |far: f64, moved| far.max(norm(&moved.rate))),
+            _ if is_angle => spec.length,
+            _ => 1.0,
         };
         let quantile = quantile(spec, i).map_err(|e| SpecError(format!("source {i}: {e}")))?;
         let law = s.law.plain();
-        sources.push(Source { set, law, quantile, gap: None, first, is_clearance, is_angle, components });
+        sources.push(Source { set, law, quantile, gap: None, first, is_clearance, lever, components });
     }
     let gaps: Vec<_> = (0..sources.len()).map(|s| gap(spec, s, &sources, &centre)).collect::<Result<_, _>>()?;
     for (source, gap) in sources.iter_mut().zip(gaps) {
@@ -299,6 +334,13 @@ fn attach(
                 }
             }
             Ok(components.iter().map(|component| component.name()).collect())
+        }
+        Target::Growth { ref moves } => {
+            for moved in moves {
+                let Some(point) = points.get_mut(moved.point) else { return fail("there is no such point") };
+                point.moved_by.push((first, moved.rate));
+            }
+            Ok(vec!["growth"])
         }
         Target::Clearance { joint } => {
             let Some(j) = joints.get(joint) else { return fail("there is no such joint") };

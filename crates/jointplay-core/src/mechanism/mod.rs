@@ -22,6 +22,7 @@ pub use build::SpecError;
 pub use case::Case;
 pub use dim::{Declared, Dim, Keep};
 pub use spec::Spec;
+pub(crate) use spec::{SpringSpec, TorsionSpec};
 pub use status::Status;
 
 use std::sync::Arc;
@@ -107,8 +108,9 @@ pub struct Source {
     pub first: usize,
     /// Whether the load decides where it goes (clearances) or not (tolerances, drive errors).
     pub is_clearance: bool,
-    /// Whether its first component is an angle.
-    pub is_angle: bool,
+    /// How far a unit of its first component moves things, in metres: one of a length, the characteristic length of an
+    /// angle.
+    pub lever: f64,
     /// The kind of parameter, by name, one per component.
     pub components: Vec<&'static str>,
 }
@@ -164,6 +166,8 @@ pub struct Mechanism {
     /// The body that the output is measured against; the ground if none.
     pub(crate) seen_from: Body,
     pub(crate) loads: Vec<LoadSpec>,
+    pub(crate) springs: Vec<SpringSpec>,
+    pub(crate) torsions: Vec<TorsionSpec>,
     pub(crate) sources: Vec<Source>,
     /// The sources with quantile functions, in groups whose scores are drawn together.
     pub(crate) scores: Vec<Scores>,

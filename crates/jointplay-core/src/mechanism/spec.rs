@@ -28,12 +28,18 @@ pub struct Spec {
     pub drives: Vec<DriveSpec>,
     /// The point whose pose error is asked.
     pub output: OutputSpec,
-    /// Dead loads in ground axes.
+    /// Forces and moments.
     #[serde(default)]
     pub loads: Vec<LoadSpec>,
     /// Rigid displacements of points, which sources bring about. A point goes through its own in this order.
     #[serde(default)]
     pub displacements: Vec<DisplacementSpec>,
+    /// Springs between two points, which load the mechanism by its pose.
+    #[serde(default)]
+    pub springs: Vec<SpringSpec>,
+    /// Torsion springs about joints.
+    #[serde(default)]
+    pub torsions: Vec<TorsionSpec>,
     /// What can be off.
     #[serde(default)]
     pub sources: Vec<SourceSpec>,
@@ -164,7 +170,7 @@ pub struct OutputSpec {
     pub relative_to: Option<usize>,
 }
 
-/// A dead load in ground axes.
+/// A load: dead in ground axes, or a follower in those of a body.
 #[derive(Clone, Debug, Deserialize)]
 pub struct LoadSpec {
     /// Point where the force acts.
@@ -173,6 +179,47 @@ pub struct LoadSpec {
     pub force: [f64; 3],
     /// Moment.
     pub moment: [f64; 3],
+    /// Index of the body in whose axes force and moment are given; ground axes if left out.
+    #[serde(default)]
+    pub axes: Option<usize>,
+}
+
+/// A spring along the line between two points, with the tension `preload + stiffness * (distance - free_length)`.
+#[derive(Clone, Debug, Deserialize)]
+pub struct SpringSpec {
+    /// Index of the point at one end.
+    pub first: usize,
+    /// Index of the point at the other end.
+    pub second: usize,
+    /// Force per length.
+    pub stiffness: f64,
+    /// Length at which the tension is the preload.
+    pub free_length: f64,
+    /// Tension at the free length; a negative one pushes.
+    pub preload: f64,
+}
+
+/// A torsion spring: the moment on the second body of a joint, about its axis, is
+/// `-(preload + stiffness * (angle - free_angle))`. The difference of angles is within half a turn.
+#[derive(Clone, Debug, Deserialize)]
+pub struct TorsionSpec {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Moment per angle.
+    pub stiffness: f64,
+    /// Angle at which the moment is the preload.
+    pub free_angle: f64,
+    /// Moment at the free angle.
+    pub preload: f64,
+}
+
+/// A point that a source moves.
+#[derive(Clone, Debug, Deserialize)]
+pub struct MoveSpec {
+    /// Index of the point.
+    pub point: usize,
+    /// How far it moves per unit of the source's value, in the axes of its body.
+    pub rate: [f64; 3],
 }
 
 /// A rigid displacement of points of one body and of the axes of the joints that sit there.
@@ -267,6 +314,11 @@ pub enum Target {
     Drive {
         /// Index of the drive.
         drive: usize,
+    },
+    /// Points that move together, such as those of bodies that grow with the temperature.
+    Growth {
+        /// The points.
+        moves: Vec<MoveSpec>,
     },
     /// The angle of a fixed joint.
     Angle {

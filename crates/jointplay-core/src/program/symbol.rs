@@ -21,6 +21,8 @@ const HALVINGS: i32 = 8;
 const PART: f64 = 0.35;
 /// Steps of Heron's method for a square root.
 const ROOT_STEPS: usize = 7;
+/// The same where the start is as good as unknown: every step halves the ratio, and five finish.
+const FAR_ROOT_STEPS: usize = 24;
 
 /// What rounding leaves of constants, as a part of them: it must not decide which operations vanish.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
@@ -152,6 +154,14 @@ impl<'r> Symbol<'r> {
             Self::Constant(c) => Self::Constant(c.abs()),
             Self::Node(id, r) => Self::Node(r.node(Node::Abs(id)), r),
         }
+    }
+
+    /// The square root by Heron's method, in so many steps.
+    fn root_from(self, near: f64, steps: usize) -> Self {
+        if let Self::Constant(c) = self {
+            return Self::Constant(c.sqrt());
+        }
+        (0..steps).fold(Self::Constant(near), |root, _| Self::Constant(0.5) * (root + self / root))
     }
 
     /// Sine and cosine by so many terms of their power series.
@@ -294,6 +304,19 @@ impl Real for Symbol<'_> {
         sine * (c + Self::Constant(4.0) * s) / (cosine * (c + Self::Constant(9.0) * s))
     }
 
+    /// By the tangent of its half, `s / (r + c)`, which is halved until the power series serves.
+    fn whole_angle(sine: Self, cosine: Self) -> Self {
+        let one = Self::Constant(1.0);
+        let tangent = sine / ((sine * sine + cosine * cosine).root_from(1.0, ROOT_STEPS) + cosine);
+        let half = |t: Self| t / (one + (one + t * t).root_from(1.0, FAR_ROOT_STEPS));
+        let part = half(half(half(tangent)));
+        Self::Constant(8.0) * part * Self::double_arc(part * part)
+    }
+
+    fn reciprocal_root(self, near: f64) -> Self {
+        Self::Constant(1.0) / self.root_from(near, FAR_ROOT_STEPS)
+    }
+
     // Recorded programs start near the solution.
     fn tilt(sine: Self, _: Self) -> Self {
         sine
@@ -327,11 +350,7 @@ impl Real for Symbol<'_> {
         (below.max(-one), one)
     }
 
-    /// Heron's method.
     fn root(self, near: f64) -> Self {
-        if let Self::Constant(c) = self {
-            return Self::Constant(c.sqrt());
-        }
-        (0..ROOT_STEPS).fold(Self::Constant(near), |root, _| Self::Constant(0.5) * (root + self / root))
+        self.root_from(near, ROOT_STEPS)
     }
 }

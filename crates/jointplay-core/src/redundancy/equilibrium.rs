@@ -186,7 +186,12 @@ impl System<'_> {
         stiffness: f64,
     ) -> Option<Balance> {
         let program = self.program_near(c, right, forces, at, stiffness);
-        let mut answer = rounds.solve(Question::Pose, &program, None).await;
+        let answer = rounds.solve(Question::Pose, &program, None).await;
+        self.held(c, forces, answer)
+    }
+
+    /// What the answer of a program of all elements, tied or not, says; further equations and blocks of it come last.
+    pub(crate) fn held(&self, c: &Ties, forces: &DVector<f64>, mut answer: Answer) -> Option<Balance> {
         if answer.outcome == Outcome::Infeasible {
             return None;
         }
@@ -205,7 +210,7 @@ impl System<'_> {
     }
 
     /// The program of all elements, tied or not, and of their springs.
-    fn program_near(
+    pub(crate) fn program_near(
         &self,
         c: &Ties,
         right: &DVector<f64>,

@@ -15,4 +15,5 @@ mod parts;
 pub(crate) mod placed;
 pub(crate) mod sequence;
 pub(crate) mod specimen_batch;
+pub(crate) mod sprung;
 pub(crate) mod system;

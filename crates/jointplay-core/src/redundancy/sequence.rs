@@ -143,7 +143,8 @@ impl System<'_> {
         ask: Ask,
     ) -> Result<Rest, Failure> {
         let mut start = Start { state: start, near: None, last: f64::INFINITY, steps: 0 };
-        if let Some(first) = first {
+        // Springs may be far from what they are to first order.
+        if let Some(first) = first.filter(|_| !self.is_sprung(&ask)) {
             start.near.clone_from(&first.answer);
             let target = self.target(known, first);
             if let Ok((state, 1.0)) = step(solver, &start.state, &target) {
@@ -179,7 +180,15 @@ impl System<'_> {
             let c = C::at(self.basis, solver, &state).ok_or(Failure::Singular)?;
             let (right, asked) = (c.ties().right(&state.inputs.parameters, known), ask(&state, &c));
             let forces = c.forces(&asked);
-            let balance = if pull > 0.0 {
+            let springs = if self.is_sprung(&asked) {
+                self.sprung(solver, &state, known).ok_or(Failure::Singular)?
+            } else {
+                Vec::new()
+            };
+            let balance = if !springs.is_empty() {
+                let drawn = (pull > 0.0).then_some((at.as_slice(), stiffness * pull));
+                self.balance_sprung(rounds, c.ties(), &right, &forces, &springs, drawn).await
+            } else if pull > 0.0 {
                 self.balance_near(rounds, c.ties(), &right, &forces, &at, stiffness * pull).await
             } else {
                 self.balance_under(rounds, c.ties(), &right, &asked, forces, near.as_ref()).await

@@ -134,6 +134,6 @@ impl<'m> System<'m> {
         let force: Vec<f64> = element.columns.iter().map(|&row| forces[row]).collect();
         let part = if Self::is_tied(element, c) { UNDECIDED_TOGETHER } else { UNDECIDED };
         let source = &self.mechanism.sources[number];
-        Some(set.face(&force, self.mechanism.undecided(source, part * self.force_scale(forces))))
+        Some(set.face(&force, source.undecided(part * self.force_scale(forces))))
     }
 }

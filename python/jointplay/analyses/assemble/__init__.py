@@ -122,6 +122,7 @@ def compute(
     at = place(m, configuration)
     if not at.is_assembled:
         return unassembled(m, at, question)
+    m = m.under_loads_of(configuration)
     if question == "random":
         return scatter.compute(m, at, samples, seed, law, probabilities, progress)
     if question == "worst":

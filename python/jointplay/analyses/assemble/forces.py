@@ -15,7 +15,7 @@ import numpy as np
 from jointplay import _core, poses
 from jointplay.answers import Loaded
 from jointplay.model import Mechanism
-from jointplay.spec import ENDS
+from jointplay.spec import ENDS, End, SpringSpec
 
 from .part import Floats, Part
 
@@ -86,12 +86,31 @@ class Members:
         return float((pulls[1] - pulls[0]) @ along / np.linalg.norm(along) / 2.0)
 
     def _load(self, part: Part, body: int, place: Floats) -> Floats:
-        """The force of the loads on a body at one of its ends."""
+        """The force of the loads and springs on a body at one of its ends."""
         spec = part.m.core_spec
         total = np.zeros(part.lengths)
+
+        def is_here(point: int) -> bool:
+            away = poses.place(part.nominal[body], spec["points"][point]["at"]) - place
+            on_body = spec["points"][point]["body"] == body
+            return bool(on_body and body != part.base and np.linalg.norm(away) <= COINCIDENT * part.m.length)
+
         for load in spec["loads"]:
-            point = spec["points"][load["point"]]
-            away = poses.place(part.nominal[body], point["at"]) - place
-            if point["body"] == body and body != part.base and np.linalg.norm(away) <= COINCIDENT * part.m.length:
-                total += load["force"][: part.lengths]
+            if is_here(load["point"]):
+                turn = poses.matrix(part.nominal[load["axes"]]) if "axes" in load else np.eye(3)
+                total += (turn @ load["force"])[: part.lengths]
+        for spring in spec["springs"]:
+            if {spring["first"], spring["second"]} <= {*part.points}:
+                for end, other in (ENDS, ENDS[::-1]):
+                    if is_here(spring[end]):
+                        total += self._pull(part, spring, end, other)[: part.lengths]
         return total
+
+    @staticmethod
+    def _pull(part: Part, spring: SpringSpec, end: End, other: End) -> Floats:
+        """The force of a spring on one of its ends, at the nominal pose."""
+        points = [part.m.core_spec["points"][spring[on]] for on in (end, other)]
+        here, there = (poses.place(part.nominal[point["body"]], point["at"]) for point in points)
+        length = float(np.linalg.norm(there - here))
+        tension = spring["preload"] + spring["stiffness"] * (length - spring["free_length"])
+        return np.asarray(tension * (there - here) / length) if length else np.zeros(3)

@@ -6,7 +6,7 @@ and loads on them. The base is where it nominally is; the ground, when it is not
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Unpack, cast
@@ -26,7 +26,9 @@ from jointplay.spec import (
     DisplacementSpec,
     DriveSpec,
     GapSpec,
+    GrowthSpec,
     JointSpec,
+    LoadSpec,
     MoveSpec,
     PointSpec,
     SourceSpec,
@@ -144,6 +146,18 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
             own[end] = renumbered[joint[end]]
         return own
 
+    def turned(source: SourceSpec) -> SourceSpec:
+        # The points of the base are in ground axes.
+        if base == GROUND or "moves" not in source:
+            return source
+        moves = [
+            GrowthSpec(point=move["point"], rate=(turn @ move["rate"]).tolist())
+            if body_of(move["point"]) == base
+            else move
+            for move in source["moves"]
+        ]
+        return source | {"moves": moves}
+
     joined = index if attached else set(bodies)
     joints = [k for k, j in enumerate(spec["joints"]) if {body_of(j["first"]), body_of(j["second"])} <= set(joined)]
     moves = [_moves(drive, joints) for drive in spec["drives"]]
@@ -158,6 +172,8 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
                 return source["to"] in renumbered
             case "place":
                 return source["displacement"] in displacements
+            case "growth":
+                return any(move["point"] in renumbered for move in source["moves"])
         return any(joint in joints for joint in _joints_of(source))
 
     def placed_displacement(one: DisplacementSpec) -> DisplacementSpec:
@@ -177,6 +193,13 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
                 turned = np.array(source["ways"]) @ turn.T if on_base else np.array(source["ways"])
                 own = {"displacement": displacements.index(source["displacement"]), "ways": turned.tolist()}
                 return cast("SourceSpec", source | own)
+            case "growth":
+                moves = [
+                    GrowthSpec(point=renumbered[move["point"]], rate=move["rate"])
+                    for move in turned(source)["moves"]
+                    if move["point"] in renumbered
+                ]
+                return source | {"moves": moves}
         return _on_joints(source, joints)
 
     sources = [k for k, source in enumerate(spec["sources"]) if belongs(source)]
@@ -192,14 +215,33 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
             group for group in (_left(group, sources) for group in spec["correlations"]) if group["sources"]
         ],
         "loads": [
-            load | {"point": renumbered[load["point"]]}
+            _in_axes(load, every, index) | {"point": renumbered[load["point"]]}
             for load in spec["loads"]
             if body_of(load["point"]) in index and body_of(load["point"]) not in (base, GROUND)
+        ],
+        "springs": [
+            spring | {"first": renumbered[spring["first"]], "second": renumbered[spring["second"]]}
+            for spring in spec["springs"]
+            if all(spring[end] in renumbered for end in ENDS)
+        ],
+        "torsions": [
+            spring | {"joint": joints.index(spring["joint"])}
+            for spring in spec["torsions"]
+            if spring["joint"] in joints
         ],
         "output": {"point": renumbered.get(spec["output"]["point"], 0)},
     }
     parameters = np.flatnonzero(np.isin(m.parameter_source, sources))
     return Part(m, base, bodies, tuple(points), tuple(joints), tuple(drives), tuple(sources), parameters, every, own)
+
+
+def _in_axes(load: LoadSpec, every: Floats, index: Mapping[int, int]) -> LoadSpec:
+    """A load in the axes of a body of the part; of one that is not there, or does not move, as it nominally is."""
+    if "axes" not in load or index.get(load["axes"], GROUND) != GROUND:
+        return load | {"axes": index[load["axes"]]} if "axes" in load else load
+    turn = poses.matrix(every[load["axes"]])
+    force, moment = ((turn @ load[name]).tolist() for name in ("force", "moment"))
+    return {"point": load["point"], "force": force, "moment": moment}
 
 
 def _left(group: CorrelationSpec, sources: list[int]) -> CorrelationSpec:

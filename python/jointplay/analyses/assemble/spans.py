@@ -105,6 +105,8 @@ class _Gauge:
             ],
             "guess": self.poses[0].tolist(),
             "loads": [],
+            "springs": [],
+            "torsions": [],
         }
 
     @property

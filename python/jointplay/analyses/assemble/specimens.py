@@ -119,7 +119,7 @@ def bent_at_most(held: Held, u: Floats) -> dict[int, float]:
     part = held.part
     if not held.redundant:
         return {point: float(np.linalg.norm(bent(held, point)[: part.lengths])) for point in held.points()}
-    if held.is_rigid or not part.spec["loads"]:
+    if held.is_rigid or not any(part.spec[name] for name in ("loads", "springs", "torsions")):
         return dict.fromkeys(held.points(), 0.0)
     known = np.where(_clearances(part), 0.0, u[:, part.parameters])
     ways = [
@@ -170,6 +170,9 @@ def _displaced(spec: Spec, point: int, u: Floats) -> Floats:
         if source["kind"] == "dimension" and point in (source["to"], *source.get("together", ())):
             way = np.subtract(spec["points"][source["to"]]["at"], spec["points"][source["from"]]["at"])
             at = at + u[:, [begin]] * way / np.linalg.norm(way)
+        for move in source.get("moves", ()):
+            if move["point"] == point:
+                at = at + u[:, [begin]] * np.array(move["rate"])
     return at
 
 

@@ -98,7 +98,7 @@ impl<'m> FirstOrder<'m> {
             if source.is_clearance && !source.set.is_zero() {
                 let forces: [&Block; MAX_SIZE] =
                     std::array::from_fn(|p| out(at.gradient + source.first + p.min(n - 1)));
-                let faces = Faces::new(&source.set, &forces[..n], &lever(m, source, &tolerance));
+                let faces = Faces::new(&source.set, &forces[..n], &tolerance.mul(&Block::splat(source.lever)));
                 for p in 0..n {
                     offsets[p] = offsets[p].add(&faces.nearest[p]);
                 }
@@ -207,12 +207,6 @@ fn record_on_tree(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     let linear = OnTree::new(solver, &poses_of(m, &symbolic))?;
     let outputs = statics_outputs(m, layout, &recorder, &symbolic, &residual, &linear);
     Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs, 0..0))
-}
-
-/// As [`Mechanism::undecided`].
-#[inline(always)]
-fn lever(m: &Mechanism, source: &Source, tolerance: &Block) -> Block {
-    if source.is_angle { tolerance.mul(&Block::splat(m.length)) } else { *tolerance }
 }
 
 /// What the offsets of a source make of one component of the output, and how far they could reach there, as

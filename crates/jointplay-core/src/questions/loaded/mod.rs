@@ -354,7 +354,7 @@ impl Mechanism {
         for (s, source) in self.sources.iter().enumerate().filter(|(_, s)| s.is_clearance) {
             let n = source.set.size();
             let force = source.set.masked_force(&row(source, &|p| (load.force)(p))[..n], (load.unforced)(s));
-            let face = source.set.face(&force[..n], self.undecided(source, UNDECIDED * load.scale));
+            let face = source.set.face(&force[..n], source.undecided(UNDECIDED * load.scale));
             decided[s] &= face.is_point();
             if face.is_point() {
                 continue;

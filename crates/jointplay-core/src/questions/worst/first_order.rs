@@ -315,7 +315,7 @@ mod tests {
                 gap: None,
                 first: first - set.size(),
                 is_clearance: true,
-                is_angle: false,
+                lever: 1.0,
                 components: Vec::new(),
             }
         };

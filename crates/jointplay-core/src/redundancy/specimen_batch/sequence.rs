@@ -51,7 +51,9 @@ impl Together<'_> {
     ) -> Result<SpecimenSolution, Status> {
         let (c, right) = (self.nominal.compatibility, self.nominal.right_beside(known));
         let first = system.balance_in(&rounds.roughly(), c, &right, ask, None).await;
-        if let Some(begun) = first.as_ref().filter(|first| first.solved)
+        // The lanes know no springs.
+        let on_lanes = !system.is_sprung(ask);
+        if let Some(begun) = first.as_ref().filter(|first| first.solved && on_lanes)
             && let Some(settled) = self.settle_on_lanes(&rounds.roughly(), system, known, ask, begun).await
         {
             return Ok(SpecimenSolution { first, ..settled });
