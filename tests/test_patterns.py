@@ -305,7 +305,17 @@ def planar_legs(draw: st.DrawFn) -> tuple[dict[str, Any], dict[str, Any]]:
             },
             "bodies": {a: {"mass": 2, "centre": centre}},
             "drives": {f"q{suffix}": {"joint": hip, "values": [v + first for v in values], "error": 0.1}},
-            "loads": [{"body": b, "at": knee, "force": turned(force), "moment": 3}],
+            "loads": [
+                {"body": b, "at": knee, "force": turned(force), "moment": 3},
+                {"body": b, "axes": "body", "force": force},
+                {"body": b, "axes": "platform", "at": [5, 6], "force": turned(force)},
+                {"body": "platform", "at": moved(at[5]), "force": [turned(force), turned(centre)], "moment": [1, 2]},
+            ],
+            "springs": {
+                f"s{suffix}": {"on": {"ground": moved(centre), b: at[3]}, "stiffness": 2, "free_length": 40},
+                f"p{suffix}": {"on": {a: hip, b: knee}, "stiffness": 2, "free_length": 40},
+                f"t{suffix}": {"joint": foot, "stiffness": 3, "free_angle": 10 - angle},
+            },
             "dimensions": {f"l{suffix}": {"body": b, "between": [knee, foot], "tolerance": 0.01}},
             "limits": {
                 "joints": {hip: [first - 500, first + 500]},
@@ -370,7 +380,13 @@ def spatial_legs(draw: st.DrawFn) -> tuple[dict[str, Any], dict[str, Any]]:
             },
             "bodies": {a: {"mass": 2, "centre": centre}, b: {"mass": 1, "centre": moved(centre)}},
             "drives": {f"q{suffix}": {"joint": hip, "from": values[0], "to": values[1], "count": 3}},
-            "loads": [{"body": b, "at": moved(at[4]), "force": turned(force), "moment": turned(force)}],
+            "loads": [
+                {"body": b, "at": moved(at[4]), "force": turned(force), "moment": turned(force)},
+                {"body": b, "axes": "body", "force": turned(force)},
+                {"body": a, "axes": "body", "force": force},
+                {"body": a, "axes": b, "force": [turned(force), turned(centre), turned(start[0])]},
+            ],
+            "springs": {f"s{suffix}": {"on": {b: moved(centre), a: centre}, "stiffness": 2, "free_length": 40}},
             "dimensions": {f"l{suffix}": {"body": a, "between": [hip, knee], "tolerance": 0.01}},
         }
 
