@@ -11,11 +11,11 @@
 //! A torsion spring about the axis a of a joint acts on the second body with `-(M_0 + k (angle - angle_0)) a`, on the
 //! first with the opposite moment.
 
-use crate::closure::equations::constant;
 use crate::closure::sensitivity::Cost;
 use crate::math::real::Real;
 use crate::math::space::{Component, Pose, Space};
 use crate::math::vector::{Vec3, cross, dot, norm, scale, sub};
+use crate::mechanism::point::constant;
 use crate::mechanism::{Mechanism, SpringSpec, TorsionSpec};
 
 impl Mechanism {
@@ -65,7 +65,7 @@ impl Mechanism {
         for spring in &self.torsions {
             let joint = &self.joints[spring.joint];
             let Some(Component::About(axis)) = joint.coordinate else { continue };
-            let moment = self.rotation_gradient(spring.joint, axis, poses);
+            let moment = self.rotation_gradient(spring.joint, axis, poses, parameters);
             let mut work = self.no_cost();
             self.add_wrench(joint.second, none, moment, poses, parameters, &mut work);
             self.add_wrench(joint.first, none, moment.map(|m| -m), poses, parameters, &mut work);
@@ -91,12 +91,12 @@ impl Mechanism {
     fn add_torsion<S: Real>(&self, spring: &TorsionSpec, poses: &[Pose<S>], parameters: &[S], cost: &mut Cost<S>) {
         let joint = &self.joints[spring.joint];
         let Some(Component::About(axis)) = joint.coordinate else { return };
-        let (sine, cosine) = self.roll(spring.joint, axis, poses);
+        let (sine, cosine) = self.roll(spring.joint, axis, poses, parameters);
         let (s, c) = spring.free_angle.sin_cos();
         let (s, c) = (S::from_f64(s), S::from_f64(c));
         let angle = S::whole_angle(sine * c - cosine * s, cosine * c + sine * s);
         let moment = S::from_f64(spring.preload) + S::from_f64(spring.stiffness) * angle;
-        let moment = scale(self.rotation_gradient(spring.joint, axis, poses), moment);
+        let moment = scale(self.rotation_gradient(spring.joint, axis, poses, parameters), moment);
         let none = constant([0.0; 3]);
         self.add_wrench(joint.first, none, moment, poses, parameters, cost);
         self.add_wrench(joint.second, none, moment.map(|m| -m), poses, parameters, cost);

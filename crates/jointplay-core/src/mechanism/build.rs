@@ -338,7 +338,7 @@ fn attach(
         Target::Growth { ref moves } => {
             for moved in moves {
                 let Some(point) = points.get_mut(moved.point) else { return fail("there is no such point") };
-                point.moved_by.push((first, moved.rate));
+                point.shift(first, moved.rate);
             }
             Ok(vec!["growth"])
         }

@@ -13,7 +13,6 @@
 use crate::math::real::Real;
 use crate::math::rotation::Turn;
 use crate::math::vector::{Vec3, add, cross, dot, scale, sub};
-use crate::mechanism::Body;
 
 /// What a parameter does in a displacement, per unit of it, in body axes.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +75,7 @@ impl Displacement {
 #[derive(Clone, Debug)]
 pub struct Point {
     /// The body that carries it.
-    pub body: Body,
+    pub body: Option<usize>,
     /// Nominal position in body axes.
     pub at: Vec3<f64>,
     /// What displaces it, one after the other.
