@@ -9,8 +9,18 @@ from typing import Any
 
 from jointplay.schema import PatternTable
 
-from .names import GROUND, Names
-from .turn import Turn, open_start, turned_angle, turned_body, turned_joint, turned_load, turned_start
+from .names import GROUND, OF_BODY, Names
+from .turn import (
+    Turn,
+    check_link,
+    open_start,
+    turned_angle,
+    turned_body,
+    turned_joint,
+    turned_load,
+    turned_spring,
+    turned_start,
+)
 
 Data = dict[str, Any]
 
@@ -91,17 +101,34 @@ def entries(copy: Copy, names: Names) -> Iterator[Entry]:
         yield Entry(("drives",), name_of.own(name), name_of.in_drive(turned, f"drives.{name}"), f"drives.{name}")
     for number, load in enumerate(data.get("loads", [])):
         if turn is not None:
-            load = turned_load(load, load.get("body", GROUND) in {GROUND, *copy.turning}, turn)
+            place = _is_own(load.get("body"), copy, names)
+            axes = load.get("axes", GROUND)
+            force = place if axes == OF_BODY else _is_own(axes, copy, names)
+            load = turned_load(load, not place, not force, turn)
         yield Entry(("loads",), "", name_of.in_table(load, f"loads.{number}"), f"loads.{number}")
-    for name, dimension in data.get("dimensions", {}).items():
-        key = f"dimensions.{name}"
-        yield Entry(("dimensions",), name_of.own(name), name_of.in_table(dimension, key), key)
+    for name, spring in data.get("springs", {}).items():
+        key = f"springs.{name}"
+        if turn is not None:
+            shift = copy.shift(spring.get("joint", ""))
+            spring = turned_spring(spring, lambda body: _is_own(body, copy, names), shift, turn)
+        yield Entry(("springs",), name_of.own(name), name_of.in_spring(spring, key), key)
+    for section in ("dimensions", "links"):
+        for name, table in data.get(section, {}).items():
+            key = f"{section}.{name}"
+            if turn is not None and section == "links" and table["body"] in copy.turning:
+                check_link(copy.table.links[name], names.refusing(key))
+            yield Entry((section,), name_of.own(name), name_of.in_table(table, key), key)
     for kind in ("drives", "joints"):
         for name, limits in data.get("limits", {}).get(kind, {}).items():
             key = f"limits.{kind}.{name}"
             shift = _motor_shift(copy, name, names) if kind == "drives" else copy.shift(name)
             own = name_of.drive(name, key) if kind == "drives" else name_of.joint(name, key)
             yield Entry(("limits", kind), own, turned_angle(limits, shift), key)
+
+
+def _is_own(body: str | None, copy: Copy, names: Names) -> bool:
+    """Whether a body turns with the copy, with all that is in its axes."""
+    return body in names.bodies and body not in copy.turning
 
 
 def _starts(copy: Copy, names: Names) -> dict[str, Data]:

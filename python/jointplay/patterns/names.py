@@ -17,7 +17,9 @@ GROUND = "ground"
 #: a point of the output among the two of a dimension
 OUTPUT = "output"
 #: sections whose entries have names, apart from those of bodies
-NAMED = ("joints", "drives", "dimensions")
+NAMED = ("joints", "drives", "dimensions", "links", "springs")
+#: axes of a load: those of its body
+OF_BODY = "body"
 #: keys whose value is the name of a body
 BODY_KEYS = ("body", "relative_to")
 #: sections whose entries are called as the body
@@ -222,11 +224,25 @@ class NamesOfCopy:
             new["joints"] = {self.joint(name, f"{key}.joints.{name}"): c for name, c in drive["joints"].items()}
         return new
 
+    def in_spring(self, spring: Mapping[str, Any], key: str) -> dict[str, Any]:
+        """A spring between bodies of the copy, or about one of its joints."""
+        new = dict(spring)
+        if "on" in spring:
+            new["on"] = {
+                self.body(body, f"{key}.on.{body}"): self.joint(at, f"{key}.on.{body}") if isinstance(at, str) else at
+                for body, at in spring["on"].items()
+            }
+        if "joint" in spring:
+            new["joint"] = self.joint(spring["joint"], f"{key}.joint")
+        return new
+
     def in_table(self, table: Mapping[str, Any], key: str) -> dict[str, Any]:
-        """A load or a dimension of the bodies and joints of the copy."""
+        """A load, a dimension or a link of the bodies and joints of the copy."""
         new = dict(table)
         if "body" in table:
             new["body"] = self.body(table["body"], f"{key}.body")
+        if table.get("axes", OF_BODY) not in (OF_BODY, GROUND):
+            new["axes"] = self.body(table["axes"], f"{key}.axes")
         if isinstance(table.get("at"), str):
             new["at"] = self.joint(table["at"], f"{key}.at")
         if "between" in table:

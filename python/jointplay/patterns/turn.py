@@ -9,14 +9,14 @@ joint leaves out and would take from its neighbour, or from the axes of the body
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from jointplay import poses
 from jointplay.compile.frames import X, default_side, unit
-from jointplay.schema import JointTable, Mesh, SpatialJoint, Universal, Zone
+from jointplay.schema import DH, JointTable, LinkTable, Mesh, SpatialJoint, Universal, Zone
 
 Data = dict[str, Any]
 #: multiples of half a cosine are met exactly, so that quarters and sixths of a turn leave no rounding behind
@@ -120,6 +120,21 @@ def turned_joint(data: Data, joint: JointTable, turning: Set[str], turn: Turn, r
     return new
 
 
+def check_link(link: LinkTable, refuse: Any) -> None:
+    """Refuse a link with deviations along the axes of a body that do not turn; those between two axes turn with them.
+
+    Raises
+    ------
+    InputError
+    """
+    along = [word for word in link.by_component if word not in (*DH, "angle")]
+    if along:
+        raise refuse(
+            f"{', '.join(along)} are along axes of the body, which does not turn with the copies; describe the body in"
+            " axes of its own"
+        )
+
+
 def _off(data: Data, zone: Zone, turn: Turn, refuse: Any) -> Data:
     """The position of a joint on a body whose axes do not turn; direction and cylinder are in the axes of the joint."""
     if zone.by_component:
@@ -219,14 +234,28 @@ def open_start(joints: Sequence[JointTable], turn: Turn) -> Data:
     return {"angle": turn.angle} if turn.is_planar else {"rotation": turn.vector}
 
 
-def turned_load(data: Data, turns: bool, turn: Turn) -> Data:
-    """A load of the copy."""
+def turned_load(data: Data, place_turns: bool, force_turns: bool, turn: Turn) -> Data:
+    """A load of the copy; its point and its force are each in axes that turn with the copy, or do not."""
     new = dict(data)
-    if turns and isinstance(data.get("at"), list):
+    if place_turns and isinstance(data.get("at"), list):
         new["at"] = turn.point(data["at"])
-    for key in ("force", "moment"):
-        if isinstance(data.get(key), list):
-            new[key] = turn.direction(data[key])
+    for key in ("force", "moment") if force_turns else ():
+        of = data.get(key)
+        if isinstance(of, list) and not (turn.is_planar and key == "moment"):
+            # One for each configuration, or one for all.
+            new[key] = [turn.direction(one) for one in of] if isinstance(of[0], list) else turn.direction(of)
+    return new
+
+
+def turned_spring(data: Data, is_own: Callable[[str], bool], shift: float, turn: Turn) -> Data:
+    """A spring of the copy, whose ends turn on bodies that do not; the shift is that of a torsion spring's joint."""
+    new = dict(data)
+    if "on" in data:
+        new["on"] = {
+            body: turn.point(at) if isinstance(at, list) and not is_own(body) else at for body, at in data["on"].items()
+        }
+    if shift:
+        new["free_angle"] = data.get("free_angle", 0.0) + shift
     return new
 
 

@@ -412,7 +412,7 @@ class MechanismFile(Table):
     @model_validator(mode="after")
     def _not_empty(self) -> Self:
         if not self.joints:
-            raise problem("a mechanism needs joints: [joints.NAME] tables")
+            raise problem("'joints' is missing; a mechanism needs joints: [joints.NAME] tables")
         return self
 
     @model_validator(mode="after")

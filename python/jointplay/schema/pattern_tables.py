@@ -9,10 +9,12 @@ from pydantic import Field, create_model, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from .bodies import Body, BodyTable, SpatialBody
-from .file import Dimension, Drive, Load, LoadTable, PlanarFile, Range, Start, StartTable, VariableName
+from .deviations import LinkTable, PlanarLink, SpatialLink
+from .file import LINKS, Dimension, Drive, Load, LoadTable, PlanarFile, Range, Start, StartTable, VariableName
 from .joints import JointTable
 from .kinds import AnySpatialJoint, Joint
 from .spatial_file import SpatialFile, SpatialLoad, SpatialStart
+from .springs import SpatialSpring, Spring, SpringTable
 from .values import IN_SPACE, Direction, Name, Number, Pair, Table, Triple, problem
 
 #: more copies than any machine has; a larger number is a slip of the keyboard
@@ -106,7 +108,19 @@ class PatternTable(PatternHead):
         "patterns": "of the file as a whole: what is copied is not copied again",
         "variables": "of the file as a whole; those of a pattern are its `values`",
         **dict.fromkeys(
-            ("output", "outputs", "path", "grid", "assembly", "gravity", "units", "load_cases", "correlations"),
+            (
+                "output",
+                "outputs",
+                "path",
+                "grid",
+                "assembly",
+                "gravity",
+                "units",
+                "load_cases",
+                "correlations",
+                "temperature",
+                "expansion",
+            ),
             "of the file as a whole, which may name the copies",
         ),
     }
@@ -117,6 +131,8 @@ class PatternTable(PatternHead):
     drives: dict[Name, Drive] = Field({}, description="commanded joint coordinates, those of the first copy")
     loads: Sequence[LoadTable]
     dimensions: dict[Name, Dimension] = Field({}, description="distances with a tolerance or a known deviation")
+    links: Mapping[str, LinkTable]
+    springs: Mapping[str, SpringTable]
     limits: CopyLimits = Field(
         default_factory=lambda: CopyLimits.model_validate({}), description="ranges of drives and joints"
     )
@@ -132,6 +148,8 @@ class PlanarPattern(PlanarHead, PatternTable):
     """A part of a mechanism in the plane that is repeated."""
 
     joints: dict[Name, Joint] = Field({}, description="its joints")
+    links: dict[Name, PlanarLink] = Field({}, description=LINKS)
+    springs: dict[Name, Spring] = Field({}, description="springs between its bodies, and to shared ones")
     bodies: dict[Name, Body] = Field({}, description="masses of its bodies, and what makes them elastic")
     start: dict[Name, Start] = Field({}, description="roughly where its bodies are, those of the first copy")
     loads: Annotated[tuple[Load, ...], Field(strict=False)] = Field((), description="loads, those of the first copy")
@@ -147,6 +165,8 @@ class SpatialPattern(SpatialHead, PatternTable):
     """A part of a mechanism in space that is repeated."""
 
     joints: dict[Name, AnySpatialJoint] = Field({}, description="its joints")
+    links: dict[Name, SpatialLink] = Field({}, description=LINKS)
+    springs: dict[Name, SpatialSpring] = Field({}, description="springs between its bodies, and to shared ones")
     bodies: dict[Name, SpatialBody] = Field({}, description="masses of its bodies, and what makes them elastic")
     start: dict[Name, SpatialStart] = Field({}, description="roughly where its bodies are, those of the first copy")
     loads: Annotated[tuple[SpatialLoad, ...], Field(strict=False)] = Field(

@@ -190,8 +190,8 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
                 return cast("SourceSpec", source | ends | {"together": together})
             case "place":
                 on_base = body_of(spec["displacements"][source["displacement"]]["points"][0]) == base != GROUND
-                turned = np.array(source["ways"]) @ turn.T if on_base else np.array(source["ways"])
-                own = {"displacement": displacements.index(source["displacement"]), "ways": turned.tolist()}
+                ways = np.array(source["ways"]) @ turn.T if on_base else np.array(source["ways"])
+                own = {"displacement": displacements.index(source["displacement"]), "ways": ways.tolist()}
                 return cast("SourceSpec", source | own)
             case "growth":
                 moves = [
