@@ -22,7 +22,7 @@
 //! ```
 //!
 //! The spin of a ball joint that is settled is its roll where the axes may tilt by any angle but half a turn: what
-//! remains of the rotation when its swing from a_0 to b_0 is taken away,
+//! remains of the rotation when its swing from `a_0` to `b_0` is taken away,
 //!
 //! ```text
 //! S = a_2.b_1 - a_1.b_2,  C = a_1.b_1 + a_2.b_2        derivative: (a_0 + b_0) / (1 + a_0.b_0) . (w2 - w1)

@@ -229,12 +229,15 @@ fn sources(
     let mut sources = Vec::with_capacity(spec.sources.len());
     let mut centre = Vec::new();
     let is_of = |joint| move |s: &SourceSpec| matches!(s.target, Target::Clearance { joint: of } if of == joint);
-    let has_clearance = |joint| spec.sources.iter().any(is_of(joint));
+    let has_sizes = |joint: usize| {
+        let is_loose = joints.get(joint).is_some_and(|j| j.loosened > 0 && j.coupling.is_none());
+        is_loose && spec.sources.iter().any(is_of(joint))
+    };
     for (i, s) in spec.sources.iter().enumerate() {
         let set = if sized(spec, s) { s.set.with_gap(s.set.gap()) } else { s.set };
         set.check().map_err(|e| SpecError(format!("source {i}: {e}")))?;
         let first = centre.len();
-        let components = attach(s, &has_clearance, first, &spec.displacements, points, joints, rows)
+        let components = attach(s, &has_sizes, first, &spec.displacements, points, joints, rows)
             .map_err(|e| SpecError(format!("source {i}: {}", e.0)))?;
         if components.len() != set.size() || s.centre.len() != set.size() {
             return fail(format!("source {i}: its set or centre has the wrong size"));
@@ -313,7 +316,7 @@ fn gap(spec: &Spec, number: usize, sources: &[Source], centre: &[f64]) -> Result
 /// Lets the parameters from `first` on displace what the target names; gives their names.
 fn attach(
     source: &SourceSpec,
-    has_clearance: &dyn Fn(usize) -> bool,
+    has_sizes: &dyn Fn(usize) -> bool,
     first: usize,
     displacements: &[DisplacementSpec],
     points: &mut [Point],
@@ -394,11 +397,7 @@ fn attach(
             {
                 return fail("a size is one number, of which every gap is a part, with one sign");
             }
-            let is_loose = |&joint: &usize| {
-                let of_kind = joints.get(joint).is_some_and(|j| j.loosened > 0 && j.coupling.is_none());
-                of_kind && has_clearance(joint)
-            };
-            if !iter::once(joint).chain(also.iter().map(|other| other.joint)).all(|joint| is_loose(&joint)) {
+            if !iter::once(joint).chain(also.iter().map(|other| other.joint)).all(has_sizes) {
                 return fail("a joint of this kind has no clearance with sizes");
             }
             Ok(vec!["size"])
