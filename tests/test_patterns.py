@@ -675,7 +675,7 @@ def test_deviations_of_places_turn_as_zones() -> None:
         for k in (1, 2, 3)
     ]
     np.testing.assert_allclose(errors, errors[0], rtol=1e-9)
-    with pytest.raises(jp.InputError, match=r"patterns.arm.joints.pin.position: x, y are along axes of the body"):
+    with pytest.raises(jp.InputError, match=r"patterns.arm.joints.pin.position: x, y: axes of this body do not turn"):
         jp.Mechanism(raw).with_({"patterns.arm.joints.pin.position.ground": {"x": 0.1, "y": 0.1}})
 
 
