@@ -130,8 +130,7 @@ def check_link(link: LinkTable, refuse: Any) -> None:
     along = [word for word in link.by_component if word not in (*DH, "angle")]
     if along:
         raise refuse(
-            f"{', '.join(along)} are along axes of the body, which does not turn with the copies; describe the body in"
-            " axes of its own"
+            f"{', '.join(along)}: axes of this body do not turn with the copies; describe the body in axes of its own"
         )
 
 
