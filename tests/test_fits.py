@@ -213,7 +213,6 @@ def test_a_measured_specimen_has_its_sizes() -> None:
         ('{ fit = "H7", diameter = 12 }', ".fit", '"H7" is not a fit'),
         ("{ fit = 7, diameter = 12 }", ".fit", "a text in quotes is needed, not 7"),
         ("{ diameter = 12 }", "", "say which clearance is meant"),
-        ("{ diameter = 12, radial = 0.1 }", "", "'diameter' goes with fit"),
         ('{ fit = "H7/g6", diameter = 12, radial = 0.1 }', "", "give radial or fit, not both"),
         ('{ fit = "H7/g6", diameter = 12, tolerance = 0.1 }', "", "'tolerance' goes with radial or diametral"),
         ("{ radial = 0.1, size_law = 'normal' }", "", "'size_law' says how sizes scatter"),

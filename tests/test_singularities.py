@@ -29,7 +29,8 @@ ONE_BY_ONE = [name for name in EXAMPLES if name != "belt-arm"]
 
 
 def example(name: str, **settings: str) -> jp.Mechanism:
-    return jp.loads(examples.text(name, settings))
+    m = jp.loads(examples.text(name, settings))
+    return m.only(output=next(iter(m.outputs), None))
 
 
 def scaled_jacobian(m: jp.Mechanism, pose: Array, length: float) -> tuple[Array, int]:

@@ -23,7 +23,11 @@ def followed(tree: Tree, q: Array, start: Array, end: Array) -> Array:
     return q
 
 
-@pytest.mark.parametrize("name", SPATIAL)
+#: rods between balls spin, and the other engine holds their spins in another way
+SPINNING = ("delta-by-hand",)
+
+
+@pytest.mark.parametrize("name", [name for name in SPATIAL if name not in SPINNING])
 def test_poses_and_output_jacobian(name: str) -> None:
     m = example(name)
     at = nominal(m)

@@ -84,7 +84,11 @@ class _Drawer:
             if self.maybe(0.3) and (second_wheel or kind != "rack"):
                 size = {"disc": {"radius": self.play * self.uniform(1e-6, 2e-5)}}
                 centre = list(map(float, self.play * self.chance.uniform(-1e-5, 1e-5, 2)))
-                self.m.source("centre", size, joint=number, second=second_wheel, centre=centre)
+                wheel = self.m.joints[number]["second" if second_wheel else "first"]
+                self.m.displacements.append({"points": [wheel], "about": self.m.points[wheel]["at"]})
+                ways = [[[1.0, 0.0, 0.0], [0.0] * 3], [[0.0, 1.0, 0.0], [0.0] * 3]]
+                told = {"displacement": len(self.m.displacements) - 1, "components": ["x", "y"], "ways": ways}
+                self.m.source("place", size, centre=centre, **told)
         return number
 
     def any_pivot(self):

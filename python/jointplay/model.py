@@ -129,7 +129,8 @@ class Mechanism(Compiled):
         Examples
         --------
         >>> from jointplay import examples
-        >>> m = loads(examples.text("four-bar")).with_({"output": None, "outputs.tip": {"body": "rocker"}})
+        >>> changes = {"output": None, "loads": None, "outputs.tip": {"body": "rocker"}}
+        >>> m = loads(examples.text("four-bar")).with_(changes)
         >>> m.outputs, m.only(output="tip").outputs
         (('tip',), ())
         """

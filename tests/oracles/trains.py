@@ -61,8 +61,12 @@ class Train:
         """Place of a joint's point on one of its bodies, and the angle of that."""
         joint = self.m.joints[k]
         point = self.m.points[joint["second" if second else "first"]]
-        at = np.array(point["at"][:2]) + self._value(u, "centre", 2, joint=k, second=second)
+        at = np.array(point["at"][:2])
+        for number, displacement in enumerate(self.m.displacements):
+            if joint["second" if second else "first"] in displacement["points"]:
+                at = at + self._value(u, "place", 2, displacement=number)
         if point["body"] < 0:
+            at = np.broadcast_to(at, (*u.shape[:-1], 2))
             return at, np.zeros(at.shape[:-1])
         pose = poses[..., point["body"], :]
         return pose[..., :2] + _turned(pose[..., 2], at), pose[..., 2]
