@@ -335,17 +335,17 @@ on = { left = [0, 60], beam = [0, 0] }
 clearance = { radial = 0.05 }
 [joints.E]
 type = "revolute"
-on = { middle = [60, 0], beam = [100, 0] }
+on = { middle = [60, 0], beam = [0, 100] }
 clearance = { radial = 0.05 }
 [joints.F]
 type = "revolute"
-on = { right = [60, 0], beam = [180, 0] }
+on = { right = [60, 0], beam = [0, 180] }
 clearance = { radial = 0.05 }
 [start]
 left = { angle = -20 }
 middle = { angle = 70 }
 right = { angle = 70 }
-beam = { x = 20, y = 56, angle = 0 }
+beam = { x = 20, y = 56, angle = -90 }
 [drives.crank]
 joint = "A"
 values = [-20, -10]
@@ -389,7 +389,7 @@ def test_a_link_along_a_dimension_is_that_dimension(question: str, elastic: bool
     if elastic:
         m = m.with_({"bodies.middle.stiffness": 3000.0, "bodies.right.stiffness": 2000.0})
     twin = with_links(m)
-    assert twin.sources[-3:] == ("a.y", "b.x", "c.x")
+    assert twin.sources[-3:] == ("a.y", "b.x", "c.y")
     options = {"samples": 500, "seed": 2} if question == "random" else {}
     first, second = (getattr(jp, question)(of, **options) for of in (m, twin))
     # Beside the middle of what they leave open, offsets are where a climb ends.
@@ -644,6 +644,29 @@ def test_a_dimension_is_the_position_along_its_line() -> None:
     # It moves a joint that deviates by itself as well.
     both = by_length.with_({"joints.B.position": {"crank": {"y": 0.01}}})
     np.testing.assert_allclose(jp.given(both).error, jp.given(by_length).error, rtol=0, atol=1e-12)
+
+
+def test_a_link_moves_a_joint_at_the_same_place_that_deviates_by_itself() -> None:
+    """The pin of a second rod, drawn where the first is, follows the link although it has a place of its own."""
+    second = """[joints.E]
+type = "revolute"
+on = { crank = [40, 0], arm = [0, 0] }
+[joints.F]
+type = "revolute"
+on = { arm = [90, 0], block = [0, 0] }
+[joints.G]
+type = "prismatic"
+on = { ground = { at = [0, 0], axis = 90 }, block = { at = [0, 0], axis = 90 } }
+[start]
+block = { x = 0, y = 95 }
+"""
+    text = CRANK.replace("[start]\n", second).replace('body = "slider"', 'body = "block"')
+    link = {"body": "crank", "between": ["A", "B"], "x": {"deviation": 0.2}, "y": {"deviation": -0.1}}
+    m = jp.loads(text).with_({"links.l": link})
+    apart = m.with_({"joints.E.position": {"crank": {"x": 0.01}}})
+    found = jp.given(m).error
+    assert abs(found.values).max() > 0.05
+    np.testing.assert_allclose(jp.given(apart).error, found, rtol=0, atol=1e-12)
 
 
 def test_a_sweep_has_the_unit_of_its_deviation() -> None:

@@ -10,7 +10,7 @@ use crate::mechanism::copula::{groups, quantile};
 use crate::mechanism::coupling::{Coupling, Pair, Play};
 use crate::mechanism::gap::{Gap, Size};
 use crate::mechanism::joint::Joint;
-use crate::mechanism::point::{Displacement, Point, Way};
+use crate::mechanism::point::{Displacement, Point};
 use crate::mechanism::spec::{DisplacementSpec, SourceSpec, Spec, Target};
 use crate::mechanism::{Driven, Elastic, Mechanism, Row, Source};
 use crate::program::memo::Memo;
@@ -330,11 +330,7 @@ fn attach(
                 return fail("a displacement needs finite numbers and a name for each component");
             }
             for &p in &of.points {
-                let own = points[p].displaced_by.iter_mut().filter(|d| d.number == Some(displacement));
-                for d in own {
-                    let ways = (first..).zip(ways).map(|(parameter, &[along, about])| Way { parameter, along, about });
-                    d.ways.extend(ways);
-                }
+                points[p].take_part(displacement, first, ways);
             }
             Ok(components.iter().map(|component| component.name()).collect())
         }

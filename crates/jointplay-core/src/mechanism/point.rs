@@ -109,6 +109,14 @@ impl Point {
         }
     }
 
+    /// Lets parameters from `first` on take part in a displacement of the specification, by translation and rotation
+    /// vector each.
+    pub(crate) fn take_part(&mut self, displacement: usize, first: usize, ways: &[[Vec3<f64>; 2]]) {
+        for own in self.displaced_by.iter_mut().filter(|own| own.number == Some(displacement)) {
+            own.ways.extend((first..).zip(ways).map(|(parameter, &[along, about])| Way { parameter, along, about }));
+        }
+    }
+
     /// Where it is, in body axes.
     pub(crate) fn place<S: Real>(&self, parameters: &[S]) -> Vec3<S> {
         self.displaced_by.iter().fold(constant(self.at), |at, displacement| displacement.of(at, parameters))
