@@ -14,7 +14,16 @@ from answers import EXAMPLES, ask, distance, example
 from jointplay.result import Builder, from_dataset, to_dataset
 
 LABELLED = {"component", "source", "joint", "parameter", "extreme", "quantity", "body", "drive", "outcome", "side"}
-PLAIN = {"failures", "histogram", "outside", "iterations", "singular_value", "worst_direction", "status"}
+PLAIN = {
+    "failures",
+    "histogram",
+    "outside",
+    "interference",
+    "iterations",
+    "singular_value",
+    "worst_direction",
+    "status",
+}
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

@@ -9,7 +9,7 @@ from jointplay import _core
 from jointplay.analyses.nominal import nominal
 
 WIDTHS = ["plain", "avx2", "avx512"]
-#: examples with pins whose axial play moves the output to second order only, or with guides that may lean to either side
+#: examples with pins whose axial play moves the output to second order only, or guides that lean to either side
 FLOATING = ("rssr", "3-upu", "stewart-gough", "delta", "delta-by-hand", "3-rrr-spherical", "excavator")
 #: square of that play (30 um) over the length of an arm (30 mm), in characteristic lengths, a few times
 SECOND_ORDER = 2e-7
