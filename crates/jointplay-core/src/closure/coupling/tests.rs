@@ -20,9 +20,12 @@ fn coupled(space: &str, kind: &str, coupling: &Value) -> Mechanism {
         _ => json!({"interval": {"low": -2e-4, "high": 5e-4}}),
     };
     let centre = vec![0.0; if kind == "screw" { 5 } else { 1 }];
-    let runout = |second: bool| {
+    let points = [[0.003, -0.002, 0.001], [-0.002, 0.001, 0.004]];
+    let runout = |end: usize| {
         let set = json!({"disc": {"radius": 1e-4}});
-        json!({"kind": "centre", "joint": 0, "second": second, "set": set, "centre": [0.0, 0.0], "law": "uniform"})
+        let ways = [[[1.0, 0.0, 0.0], [0.0; 3]], [[0.0, 1.0, 0.0], [0.0; 3]]];
+        json!({"kind": "place", "displacement": end, "components": ["x", "y"], "ways": ways, "set": set,
+            "centre": [0.0, 0.0], "law": "uniform"})
     };
     let spec = json!({
         "space": space,
@@ -30,7 +33,8 @@ fn coupled(space: &str, kind: &str, coupling: &Value) -> Mechanism {
         "guess": [pose, other],
         "length": 0.1,
         "singular_value": 1e-9,
-        "points": [{"body": 0, "at": [0.003, -0.002, 0.001]}, {"body": 1, "at": [-0.002, 0.001, 0.004]}],
+        "points": [{"body": 0, "at": points[0]}, {"body": 1, "at": points[1]}],
+        "displacements": [{"points": [0], "about": points[0]}, {"points": [1], "about": points[1]}],
         "joints": [{"kind": kind, "first": 0, "second": 1, "axis_first": axis, "axis_second": axis,
             "side_first": side, "side_second": side, "coupling": coupling}],
         "drives": [],
@@ -39,8 +43,8 @@ fn coupled(space: &str, kind: &str, coupling: &Value) -> Mechanism {
             {"kind": "clearance", "joint": 0, "set": set, "centre": centre, "law": "uniform"},
             {"kind": "ratio", "joint": 0, "set": {"interval": {"low": -1e-4, "high": 1e-4}}, "centre": [0.0],
                 "law": "uniform"},
-            runout(false),
-            runout(true),
+            runout(0),
+            runout(1),
         ],
     });
     let spec: Spec = serde_json::from_value(spec).expect("a specification");
