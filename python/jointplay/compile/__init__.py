@@ -6,7 +6,7 @@ Everything that one part of the file says about another is checked here.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TypeVar, cast
@@ -321,26 +321,33 @@ def _compiled(data: MechanismFile, file: str) -> Compiled:
 
 def _loaded(data: MechanismFile, loads: Loads, springs: list[SpringSpec], output: int) -> dict[int, str]:
     """What the points are where loads and springs act, beside the output."""
-    names = [f"load{k}" for k in range(len(data.loads))]
-    names += ["centre"] * (len(loads.first) - len(names))
+    names = _of_loads(data, loads, "load{}", "centre")
     named = {load["point"]: name for load, name in zip(loads.first, names, strict=True)}
-    between = [name for name, spring in data.springs.items() if spring.on is not None]
-    ends = {spring[end]: name for name, spring in zip(between, springs, strict=True) for end in ENDS}
+    ends = {spring[end]: name for name, spring in _named(data, springs) for end in ENDS}
     return {point: name for point, name in {**ends, **named}.items() if point != output}
 
 
 def _acting(data: MechanismFile, loads: Loads, springs: list[SpringSpec]) -> list[tuple[str, LoadSpec]]:
     """What acts on the bodies in some configuration, by its key in the file; of springs any force at either end."""
-    keys = [f"loads.{k}" for k in range(len(data.loads))]
-    keys += ["its weight"] * (len(loads.first) - len(keys))
+    keys = _of_loads(data, loads, "loads.{}", "its weight")
     acting = [(key, load) for k, key in enumerate(keys) for load in loads.along.get(k, (loads.first[k],))]
-    between = [name for name, spring in data.springs.items() if spring.on is not None]
-    for name, spring in zip(between, springs, strict=True):
+    for name, spring in _named(data, springs):
         acting += [
             (f"springs.{name}", {"point": spring[end], "force": [1.0, 0.0, 0.0], "moment": [0.0, 0.0, 0.0]})
             for end in ENDS
         ]
     return acting
+
+
+def _of_loads(data: MechanismFile, loads: Loads, numbered: str, weight: str) -> list[str]:
+    """A word for every load by its number in the file, and for the weights that follow them."""
+    given = len(data.loads)
+    return [numbered.format(k) for k in range(given)] + [weight] * (len(loads.first) - given)
+
+
+def _named(data: MechanismFile, springs: list[SpringSpec]) -> Iterator[tuple[str, SpringSpec]]:
+    """The springs between points with their names."""
+    return zip((name for name, spring in data.springs.items() if spring.on is not None), springs, strict=True)
 
 
 def _length(graph: Graph, guess: Floats) -> float:

@@ -222,6 +222,7 @@ def _of_dh_link(
         _axes(graph, joint, point) for joint, point in zip(link.between, (start, points[0]), strict=True)
     )
     p1, p2 = graph.points[start].at, graph.points[points[0]].at
+    screws: list[tuple[tuple[str, str], Vector, Vector]] = []
     if any(component in components for component in ("a", "alpha")):
         normal, foot = _common_normal(p1, z1, p2, z2, length)
         if normal is None:
@@ -230,19 +231,15 @@ def _of_dh_link(
                 " valid here: d, theta, or x, y, z, rx, ry, rz"
             )
             raise graph.refuse(problem, f"{key}.{'a' if 'a' in components else 'alpha'}")
-        about_normal = graph.displacement(points, foot)
-        for component in ("a", "alpha"):
-            if component in components:
-                way = (normal, NOTHING) if component == "a" else (NOTHING, normal)
-                place = f"{key}.{component}"
-                yield _single(graph, f"{name}.{component}", place, "link", components[component], about_normal, way)
+        screws.append((("a", "alpha"), normal, foot))
     if any(component in components for component in ("d", "theta")):
-        about_axis = graph.displacement(points, p1)
-        for component in ("d", "theta"):
+        screws.append((("d", "theta"), z1, p1))
+    for (shift, turn), axis, foot in screws:
+        displacement = graph.displacement(points, foot)
+        for component, way in ((shift, (axis, NOTHING)), (turn, (NOTHING, axis))):
             if component in components:
-                way = (z1, NOTHING) if component == "d" else (NOTHING, z1)
-                place = f"{key}.{component}"
-                yield _single(graph, f"{name}.{component}", place, "link", components[component], about_axis, way)
+                off, place = components[component], f"{key}.{component}"
+                yield _single(graph, f"{name}.{component}", place, "link", off, displacement, way)
 
 
 def _common_normal(p1: Vector, z1: Vector, p2: Vector, z2: Vector, length: float) -> tuple[Vector | None, Vector]:

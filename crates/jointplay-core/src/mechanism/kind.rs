@@ -14,7 +14,7 @@
 //! | gear, rack, belt | first body's | coupling | coupling | none |
 //! | screw | first body's | | coupling, side, normal, tilts | angle |
 //!
-//! A spherical joint can hold a settled spin besides (see [`crate::closure::equations`]).
+//! A spherical joint can hold a settled spin besides (see `closure/equations.rs`).
 //! A coupling (see [`crate::mechanism::coupling`]) is given as a displacement along axis 0.
 
 use serde::Deserialize;

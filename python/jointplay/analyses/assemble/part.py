@@ -6,10 +6,10 @@ and loads on them. The base is where it nominally is; the ground, when it is not
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Unpack, cast
+from typing import Any, Unpack, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,17 +146,10 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
             own[end] = renumbered[joint[end]]
         return own
 
-    def from_base(source: SourceSpec) -> SourceSpec:
-        # The points of the base are in ground axes.
-        if base == GROUND or "moves" not in source:
-            return source
-        moves = [
-            GrowthSpec(point=move["point"], rate=(turn @ move["rate"]).tolist())
-            if body_of(move["point"]) == base
-            else move
-            for move in source["moves"]
-        ]
-        return source | {"moves": moves}
+    def turned(point: int, vectors: Sequence[Any]) -> list[Any]:
+        # In the axes of the point's body, which for the base are those of the ground.
+        ways = np.array(vectors) @ turn.T if body_of(point) == base != GROUND else np.array(vectors)
+        return cast("list[Any]", ways.tolist())
 
     joined = index if attached else set(bodies)
     joints = [k for k, j in enumerate(spec["joints"]) if {body_of(j["first"]), body_of(j["second"])} <= set(joined)]
@@ -189,14 +182,13 @@ def cut(m: Mechanism, nominal: Floats, base: int, assembled: Iterable[int], *, a
                 ends = {"from": renumbered[source["from"]], "to": renumbered[source["to"]]}
                 return cast("SourceSpec", source | ends | {"together": together})
             case "place":
-                on_base = body_of(spec["displacements"][source["displacement"]]["points"][0]) == base != GROUND
-                ways = np.array(source["ways"]) @ turn.T if on_base else np.array(source["ways"])
-                own = {"displacement": displacements.index(source["displacement"]), "ways": ways.tolist()}
-                return cast("SourceSpec", source | own)
+                number = source["displacement"]
+                ways = turned(spec["displacements"][number]["points"][0], source["ways"])
+                return source | {"displacement": displacements.index(number), "ways": ways}
             case "growth":
                 moves = [
-                    GrowthSpec(point=renumbered[move["point"]], rate=move["rate"])
-                    for move in from_base(source)["moves"]
+                    GrowthSpec(point=renumbered[move["point"]], rate=turned(move["point"], move["rate"]))
+                    for move in source["moves"]
                     if move["point"] in renumbered
                 ]
                 return source | {"moves": moves}
