@@ -109,7 +109,7 @@ $(STAMPS)/venv: | needs
 	@mkdir -p $(STAMPS) && touch $@
 
 $(STAMPS)/build: $(STAMPS)/venv pyproject.toml $(RUST)
-	$(BIN)/maturin develop --quiet --locked --release --extras plot
+	$(BIN)/maturin develop --quiet --locked --release --extras plot,tables
 	@touch $@
 
 # The peers have an environment of their own: none of them is needed to use or to test jointplay.

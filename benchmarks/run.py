@@ -27,6 +27,7 @@ WORKLOADS = {
     "W6": "w6_start",
     "W7": "w7_cones",
     "W8": "w8_calls",
+    "W9": "w9_points",
     "phases": "phases",  # after `make bench-core`
 }
 #: set before anything numerical is imported

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 BINS = 1024
 LEVELS = np.array([0.5, 0.9, 0.99])
-NO_LIMIT = float("nan")
 #: samples a peer holds at a time
 BATCH = 1 << 15
 
@@ -36,7 +35,7 @@ class Problem:
     def random(self, samples: int, threads: int = 1) -> dict[str, Any]:
         """Run jointplay's own Monte Carlo."""
         core = self.mechanism.core
-        return core.random(self.drives, self.poses, samples, 1, LEVELS, NO_LIMIT, NO_LIMIT, None, threads)
+        return core.random(self.drives, self.poses, samples, 1, LEVELS, None, None, threads)
 
     def draw(self, rng: np.random.Generator, n: int) -> Array:
         """Discs uniform; lengths normal, truncated at three sigma."""
@@ -91,7 +90,7 @@ def problem(mechanism: Any, samples: int = 1 << 12) -> Problem:
     core = mechanism.core
     drives = np.ascontiguousarray(mechanism.drive_values[:1])
     poses = core.solve(drives)["poses"]
-    kept = core.random(drives, poses, samples, 7, LEVELS, NO_LIMIT, NO_LIMIT, None, 1, True)
+    kept = core.random(drives, poses, samples, 7, LEVELS, None, None, 1, True)
     if kept["failures"][0, 1:].any():
         raise RuntimeError("the peers compare solved samples only")
     sets: list[tuple[str, float]] = []

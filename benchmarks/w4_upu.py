@@ -115,7 +115,7 @@ def measure(rounds: int) -> Report:
     at = core.inverse(np.array([[*POSE, 0, 0, 0]]), np.array([1.0, 1, 1, 0, 0, 0]), m.start_drives)
 
     def scatter(samples: int, keep: bool = False) -> dict[str, Array]:
-        return core.random(at["drives"], at["poses"], samples, 1, LEVELS, np.nan, np.nan, None, 1, keep)
+        return core.random(at["drives"], at["poses"], samples, 1, LEVELS, None, None, 1, keep)
 
     drawn = scatter(PIN_SAMPLES, keep=True)
     offsets, errors = drawn["kept_parameters"], drawn["kept_errors"]

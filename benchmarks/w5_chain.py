@@ -11,7 +11,7 @@ import numpy as np
 
 import jointplay as jp
 from harness import Contender, Report, Spread, Target, interleave, number
-from scatter import LEVELS, NO_LIMIT
+from scatter import LEVELS
 
 SIZES = (1, 10, 100, 1000)
 SAMPLES = 1 << 14
@@ -62,7 +62,7 @@ class Chain:
 
     def random(self) -> dict[str, Any]:
         """A Monte Carlo of one configuration."""
-        return self.core.random(self.drives[:1], self.poses[:1], SAMPLES, 1, LEVELS, NO_LIMIT, NO_LIMIT, None, 1)
+        return self.core.random(self.drives[:1], self.poses[:1], SAMPLES, 1, LEVELS, None, None, 1)
 
     def loaded(self) -> dict[str, Any]:
         """Where the load pushes it, for all configurations."""

@@ -15,7 +15,7 @@ from jointplay import _core
 from jointplay.analyses.nominal import Nominal, nominal
 from jointplay.analyses.random import compute
 from jointplay.result import to_dataset
-from scatter import LEVELS, NO_LIMIT
+from scatter import LEVELS
 
 CALLS = 16
 SAMPLES = (10_000, 100_000)
@@ -39,7 +39,7 @@ def asked(m: jp.Mechanism, at: Nominal, samples: int, each: int) -> Callable[[],
     def run() -> None:
         for k in range(0, len(at), each):
             part = slice(k, k + each)
-            m.core.random(at.drives[part], at.poses[part], samples, 1, LEVELS, NO_LIMIT, NO_LIMIT, None)
+            m.core.random(at.drives[part], at.poses[part], samples, 1, LEVELS, None, None)
 
     return run
 

@@ -19,7 +19,7 @@ DEVIATIONS = {"DF": 0.3, "DI": -0.4, "BD": 0.2}
 def test_units_are_those_that_random_solves(name: str, law: str | None) -> None:
     m = example(name)
     at = nominal(m)
-    kept = m.core.random(at.drives[:1], at.poses[:1], 500, 7, np.array([0.5]), np.nan, np.nan, law, 1, True)
+    kept = m.core.random(at.drives[:1], at.poses[:1], 500, 7, np.array([0.5]), None, law, 1, True)
     np.testing.assert_array_equal(m.core.specimens(500, 7, law), kept["kept_parameters"])
 
 

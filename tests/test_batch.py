@@ -55,7 +55,7 @@ def test_samples_equal_the_plain_solver_on_every_width(name):
     count = 1000  # not a whole number of blocks
 
     def draw(threads):
-        return core.random(drives, poses, count, 3, np.array([0.5]), np.nan, np.nan, threads=threads, keep=True)
+        return core.random(drives, poses, count, 3, np.array([0.5]), threads=threads, keep=True)
 
     first = _on_every_width(lambda: draw(1), lambda: draw(2))
     assert first["fallbacks"].sum() == 0

@@ -50,6 +50,8 @@ def say(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.
 def column(text: str, header: str, table: str) -> list[str]:
     """Cells of the column under a header, in the table after a title."""
     lines = text[text.index(table) :].splitlines()
+    # Below the title stands the verdict, then an empty line.
+    lines = lines[next(k for k, line in enumerate(lines) if not line.strip()) :]
     at = next(k for k, line in enumerate(lines) if re.search(rf"(?<!\S){re.escape(header)}(?!\S)", line))
     end = lines[at].index(header) + len(header)
     body = lines[at + 3 :]
@@ -254,7 +256,19 @@ def test_schema_is_json(say) -> None:
 
 def test_version_and_help(say) -> None:
     assert say("--version") == f"jointplay {jp.__version__}\n"
-    for command in ("", "new", "check", "solve", "error", "compensate", "sweep", "compare", "schema"):
+    for command in (
+        "",
+        "new",
+        "check",
+        "solve",
+        "error",
+        "compensate",
+        "sweep",
+        "allow",
+        "allocate",
+        "compare",
+        "schema",
+    ):
         said = say(f"{command} --help")
         assert said.code == 0
         assert "Usage" in said
@@ -458,3 +472,22 @@ def test_ctrl_c_within_the_first_configuration(tmp_path: Path) -> None:
         assert len((tmp_path / "s.csv").read_text().splitlines()) == 2
     else:  # a machine so busy that not even a sample was drawn
         assert err == "interrupted before there was anything to report\n"
+
+
+@pytest.mark.parametrize("option", ["--sizes", "--question", "--law", "--contact"])
+def test_a_value_that_an_option_does_not_have_gets_a_plain_message(
+    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The messages began with the words of a library: "Value error, 'x' is not one of"."""
+    file = tmp_path / "m.toml"
+    file.write_text(jp.examples.text("four-bar"))
+    assert run(["error", str(file), option, "x"]) == 2
+    assert re.search(r": 'x' is not one of '[a-z]+', '", capsys.readouterr().err)
+
+
+def test_a_sweep_of_one_configuration_counts_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "m.toml"
+    file.write_text(jp.examples.text("four-bar"))
+    values = ["-s", "drives.theta1.values=[30]", "-s", "joints.J1.clearance.radial=0.1,0.2"]
+    assert run(["sweep", str(file), *values]) == 0
+    assert "over 1 configuration, by" in " ".join(capsys.readouterr().out.split())

@@ -49,7 +49,7 @@ def asked(m: jp.Mechanism) -> dict[str, Any]:
         "loaded": m.core.loaded(drives, poses),
         "loaded_specimens": m.core.loaded_specimens(drives[:1], poses[:1], u),
         "worst": m.core.worst(drives, poses, 2),
-        "random": m.core.random(drives, poses, 16, 1, levels, np.nan, np.nan, keep=True),
+        "random": m.core.random(drives, poses, 16, 1, levels, keep=True),
     }
     if m.core.isostatic:
         found["nearness"] = m.core.nearness(poses, m.length, [0, 1])

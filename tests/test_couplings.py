@@ -133,7 +133,7 @@ def test_lost_motion_of_a_gear_train_is_the_sum_of_its_backlash_over_the_ratios(
     np.testing.assert_allclose(_loaded(core, drives, poses)["error"][:, 2], lost, rtol=1e-12)
     worst = core.worst(drives, poses)
     np.testing.assert_allclose(worst["rotation"], lost, rtol=1e-12)
-    drawn = core.random(drives[:1], poses[:1], 4000, 1, np.array([0.5]), np.nan, np.nan, keep=True)
+    drawn = core.random(drives[:1], poses[:1], 4000, 1, np.array([0.5]), keep=True)
     assert 0.8 * lost < np.abs(drawn["kept_errors"][:, 2]).max() <= lost * (1 + 1e-12)
 
 
@@ -329,7 +329,7 @@ def test_specimens_of_a_planetary_gear_are_solved_side_by_side():
     drives = np.zeros((1, 1))
     poses = core.trace(drives)["poses"]
     for loaded in (False, True):
-        drawn = core.random(drives, poses, 200, 3, np.array([0.5]), np.nan, np.nan, keep=True, loaded=loaded)
+        drawn = core.random(drives, poses, 200, 3, np.array([0.5]), keep=True, loaded=loaded)
         assert drawn["fallbacks"][0] == 0
         u = drawn["kept_parameters"]
         given = core.given(np.repeat(drives, 200, 0), np.repeat(poses, 200, 0), u)
@@ -343,7 +343,7 @@ def test_redundant_teeth_overlap_no_more_than_others():
     core, train = m.core(), Train(m)
     drives = np.zeros((1, 1))
     poses = core.trace(drives)["poses"]
-    drawn = core.random(drives, poses, 400, 3, np.array([0.5]), np.nan, np.nan, keep=True)
+    drawn = core.random(drives, poses, 400, 3, np.array([0.5]), keep=True)
     u, assembled = drawn["kept_parameters"], drawn["kept_status"] == OK
     assert 20 < assembled.sum() < 380
     given = core.given(np.repeat(drives, 400, 0), np.repeat(poses, 400, 0), u)
@@ -413,7 +413,7 @@ def test_teeth_that_jam_cannot_be_assembled():
     m.source("clearance", slack, joint=2)
     core = m.core()
     drives, poses = np.zeros((1, 1)), core.trace(np.zeros((1, 1)))["poses"]
-    drawn = core.random(drives, poses, 2000, 3, np.array([0.5]), np.nan, np.nan, keep=True)
+    drawn = core.random(drives, poses, 2000, 3, np.array([0.5]), keep=True)
     closer = -drawn["kept_parameters"][:, 0]
     # To first order the room is backlash over the tangent of the pressure angle.
     jams = closer > slack / np.tan(PRESSURE)
@@ -510,7 +510,7 @@ def test_lanes_answer_as_one_by_one(seed):
                 np.testing.assert_allclose(together[name][k], alone[name][0], atol=1e-12, err_msg=name)
             np.testing.assert_allclose(together["reaction"][k], alone["reaction"][0], rtol=1e-9, atol=1e-9)
             assert together["status"][k] == alone["status"][0] == OK
-    drawn = core.random(drives[:1], poses[:1], 640, 7, np.array([0.5]), np.nan, np.nan, keep=True)
+    drawn = core.random(drives[:1], poses[:1], 640, 7, np.array([0.5]), keep=True)
     assert drawn["fallbacks"][0] == 0
     u = drawn["kept_parameters"]
     given = core.given(np.repeat(drives[:1], 640, 0), np.repeat(poses[:1], 640, 0), u)
@@ -549,7 +549,7 @@ def test_teeth_with_wide_play_stay_in_their_gap_on_lanes(part):
     most = (play + 1.01 * 2e-6 / np.cos(PRESSURE)) / 0.0205
     worst = core.worst(drives, poses)["rotation"][0]
     assert play / 0.0205 < worst < most
-    drawn = core.random(drives, poses, 1000, 3, np.array([0.5]), np.nan, np.nan, keep=True)
+    drawn = core.random(drives, poses, 1000, 3, np.array([0.5]), keep=True)
     assert (drawn["kept_status"] == OK).all()
     assert np.abs(drawn["kept_errors"][:, 2]).max() <= worst * (1 + 1e-12)
 
@@ -582,7 +582,7 @@ def test_wheels_in_space_on_lanes_and_alone():
         np.testing.assert_allclose(together["reaction"][k], alone["reaction"][0], atol=1e-9)
     force = together["reaction"][0, gear, :3]
     assert np.hypot(*force[:2]) == pytest.approx(2.0 / 0.02 / np.cos(PRESSURE), rel=1e-3)
-    drawn = core.random(drives[:1], poses[:1], 640, 7, np.array([0.5]), np.nan, np.nan, keep=True)
+    drawn = core.random(drives[:1], poses[:1], 640, 7, np.array([0.5]), keep=True)
     u = drawn["kept_parameters"]
     given = core.given(np.repeat(drives[:1], 640, 0), np.repeat(poses[:1], 640, 0), u)
     np.testing.assert_allclose(drawn["kept_errors"], given["error"], atol=1e-12)

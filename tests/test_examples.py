@@ -50,7 +50,7 @@ class TestExample:
         for answer in (
             m.core.loaded(path["drives"], path["poses"]),
             m.core.worst(path["drives"], path["poses"], starts=4),
-            m.core.random(path["drives"], path["poses"], 200, 1, np.array([0.5]), np.nan, np.nan),
+            m.core.random(path["drives"], path["poses"], 200, 1, np.array([0.5])),
         ):
             assert np.isin(answer["status"], (OK, UNDETERMINED)).all()
 
@@ -80,7 +80,7 @@ def test_settings_are_toml_or_else_text() -> None:
     assert m.value("joints.*.clearance.radial") == 0.2
     assert m.value("drives.theta1.values") == [30, 40]
     assert m.value("loads.0.force") == [5, 5]
-    assert m.limits.position == pytest.approx(0.005)
+    assert m.limits.errors["position"][1] == pytest.approx(0.005)
     assert (m.title, m.units.length_name) == ("Mine [1]", "cm")
 
 

@@ -21,7 +21,7 @@ VALUES = "values = [22.7, 28.16, 33.46, 38.67, 43.83, 48.98, 54.17, 59.43, 64.83
 PATH = TEXTS["five-bar"][TEXTS["five-bar"].index("[path]\n") :].partition("\n\n")[0]
 TOLERANCE = "tolerance = 0.0 "
 KNOWN_TOP = (
-    "Known: assembly, bodies, correlations, dimensions, drives, expansion, format, gravity, grid, include, joints, limits,"
+    "Known: assembly, bodies, correlations, costs, dimensions, drives, expansion, format, gravity, grid, include, joints, limits,"
     " links, load_cases, loads, output"
 )
 
@@ -41,7 +41,7 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     "unknown key of a placement": ("p3r", "axis = [1, 0]", "axes = [1, 0]", "joints.P.on.cylinder", "did you mean 'axis'?"),
     "unknown key of a body": ("slider-crank", "mass = 0.9", "mas = 1", "bodies.crank", "did you mean 'mass'?"),
     "unknown key of a path": ("five-bar", "[path]\nx", "[path]\nX", "path", "did you mean 'x'?"),
-    "unknown key of limits": ("slider-crank", "position = 0.15", "positon = 1", "limits", "did you mean 'position'?"),
+    "unknown key of limits": ("slider-crank", "position = 0.2", "positon = 1", "limits", "did you mean 'position'?"),
     "no format": ("four-bar", "format = 1", "", "", "'format' is missing"),
     "no units": ("four-bar", 'units  = { length = "mm", angle = "deg", force = "N" }', "", "", "'units' is missing (such as"),
     "no output": ("p3r", '[output]\nbody = "rocker"\nat   = [150, 0]', "", "", "'output' is missing (the point whose error"),
@@ -130,7 +130,7 @@ MISTAKES: dict[str, tuple[str, str, str, str, str]] = {
     "half a tolerance": ("four-bar", TOLERANCE, "tolerance = { plus = 1 } ", "dimensions.l2.tolerance", "either plus and minus, or sigma alone"),
     "tolerance as text": ("four-bar", TOLERANCE, 'tolerance = "H7" ', "dimensions.l2.tolerance", "{ sigma = 0.02 } is needed, not"),
     "sigma with a law": ("four-bar", TOLERANCE, 'law = "uniform"\ntolerance = { sigma = 1 } ', "dimensions.l2", "leave out law"),
-    "negative limit": ("slider-crank", "position = 0.15", "position = -1", "limits.position", "must not be negative"),
+    "negative limit": ("slider-crank", "position = 0.2", "position = -1", "limits.position", "must not be negative"),
     "limit of an unknown drive": ("serial-2r", "drives = { q1", "drives = { q3", "limits.drives.q3", "'q3' is not a drive"),
     "limits the wrong way round": ("serial-2r", "[-10, 120]", "[120, -10]", "limits.drives.q1", "[lowest, highest], not [120.0, -10.0]"),
     # -- the file as a whole

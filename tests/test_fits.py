@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import re
 from typing import Any
 
 import numpy as np
@@ -319,10 +320,28 @@ def test_the_command_line_says_which_sizes_it_took(tmp_path: Any, capsys: pytest
     assert run(["error", str(path), "--samples", "1000"]) == 0
     said = capsys.readouterr().out
     assert "in the middle of their limits" in said
-    assert "some pairs of hole and pin have interference" in said
+    assert "some or all pairs have interference" in said
     assert "% of the pairs have interference" in said
+    path.write_text(path.read_text().replace("H7/k6", "H7/u6"))
+    assert run(["error", str(path), "-q", "random", "--samples", "1000"]) == 0
+    # It was 1e+02 %.
+    assert "A: all of the pairs have interference" in capsys.readouterr().out
+    path.write_text(path.read_text().replace("H7/u6", "H7/k6"))
     assert run(["error", str(path), "-q", "loaded", "--sizes", "largest"]) == 0
     assert "those of the largest play" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ("fits = 'k6'", "given as reduction = 0.005"),
+        # Micrometres in a file in millimetres.
+        ("reduction = 5", "clearance.reduction: takes away all of the clearance, which is at most 0.028 mm: 5"),
+    ],
+)
+def test_what_mounting_takes_away_is_a_reduction_that_leaves_something(keys: str, words: str) -> None:
+    with pytest.raises(jp.InputError, match=re.escape(words)):
+        crank(f'{{ bearing = "C3", bore = 25, {keys} }}')
 
 
 @pytest.mark.parametrize(

@@ -126,7 +126,7 @@ def test_a_pipe_is_no_part(folder: Path) -> None:
 
 
 def test_a_text_has_no_folder() -> None:
-    with pytest.raises(jp.InputError, match="a text has no folder"):
+    with pytest.raises(jp.InputError, match="not in a text or a change"):
         jp.loads(MAIN)
 
 

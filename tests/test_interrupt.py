@@ -158,3 +158,38 @@ def test_the_command_says_when_nothing_is_done(
     for command in ("check", "error", "assemble", "singularities"):
         assert run([command, "four-bar.toml"]) == 130
         assert capsys.readouterr() == ("", "interrupted before there was anything to report\n")
+
+
+@pytest.mark.parametrize(
+    ("parts", "words", "sizes"),
+    [
+        (0.3, "interrupted after 3 of 8 configurations, load case {0}, output {1}", (1, 1, 3)),
+        (2.3, "interrupted after 2 of 3 load cases, output {1}", (1, 2, 8)),
+        (3.3, "interrupted after 1 of 2 outputs", (1, 3, 8)),
+    ],
+)
+def test_what_is_done_of_several_outputs_and_load_cases_is_kept(
+    parts: float, words: str, sizes: tuple[int, int, int]
+) -> None:
+    """Ctrl-C in the first of several outputs kept nothing, although its configurations were done."""
+    from jointplay.analyses.random import compute
+    from jointplay.table import tables
+
+    m = jp.loads(jp.examples.text("slider-crank-cases"))
+    assert len(m.outputs) == 2
+    assert len(m.load_cases) == 3
+
+    def stop(done: int, total: int) -> None:
+        if done >= parts * total / 6:
+            raise KeyboardInterrupt
+
+    options: dict[str, Any] = {"samples": 300, "contact": "loaded", "progress": stop}
+    with pytest.raises(Interrupted) as stopped:
+        compute(m, **options)
+    partial = stopped.value.partial
+    assert partial.attrs["incomplete"] == words.format(m.load_cases[0], m.outputs[0])
+    assert tuple(partial.sizes[dim] for dim in ("output", "load_case", "configuration")) == sizes
+    whole = jp.random(m, samples=300, contact="loaded")
+    known = partial.get("error_mean")
+    np.testing.assert_array_equal(known, whole.error_mean.values[: sizes[0], : sizes[1], : sizes[2]])
+    assert tables(partial)

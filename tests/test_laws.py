@@ -195,7 +195,7 @@ def test_what_is_wrong_with_measured_values_is_said(
         ("{ normal = { sigma = 0.1, cpk = 1 } }", "give sigma or cpk, not both"),
         ("{ normal = { shift = 7 } }", "must be at most 6: 7"),
         ("{ normal = { sigma = 1e-9 } }", "does not fit to limits"),
-        ('{ csv = "lot.csv", column = "d" }', "a text has no folder"),
+        ('{ csv = "lot.csv", column = "d" }', "not in a text or a change"),
         ("{ measured = [0.1] }", "two or more values are needed"),
         ("{ pert = 0.1, nominal = 3 }", "'nominal' goes with measured values"),
     ],
@@ -304,7 +304,7 @@ def test_worst_says_that_it_ignores_correlations() -> None:
 @pytest.mark.parametrize(
     ("entry", "says"),
     [
-        ('sources = ["l2"]\nrank = 1', "sources"),
+        ('sources = ["l2"]\nrank = 1', 'sources: at least two values are needed, not ["l2"]'),
         ('sources = ["l2", "l2"]\nrank = 1', "'l2' is named twice"),
         ('sources = ["l2", "l9"]\nrank = 1', "'l9' is not a source"),
         ('sources = ["l2", "J1"]\nrank = 1', "'J1' is not a single number"),

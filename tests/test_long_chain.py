@@ -48,7 +48,7 @@ def last_crank(m: jp.Mechanism, offsets: np.ndarray, angle: float) -> np.ndarray
 def test_samples_close_loop_by_loop(mechanism: jp.Mechanism) -> None:
     core, drives = mechanism.core, mechanism.drive_values[:1]
     poses = core.solve(drives)["poses"]
-    found = core.random(drives, poses, 200, 5, np.array([0.5]), np.nan, np.nan, None, keep=True)
+    found = core.random(drives, poses, 200, 5, np.array([0.5]), None, keep=True)
     assert found["fallbacks"].sum() == 0
     offsets = np.vstack([np.zeros((1, len(mechanism.parameters))), found["kept_parameters"].reshape(200, -1)])
     closed = last_crank(mechanism, offsets, float(drives[0, 0]))

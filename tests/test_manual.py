@@ -121,10 +121,12 @@ RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "given": jp.given,
     "loaded": jp.loaded,
     "worst": jp.worst,
-    "random": lambda m: jp.random(m, samples=200),
+    "random": lambda m: jp.random(m, samples=200, indices=True),
     "compensate": jp.compensate,
     "compare": lambda m: jp.compare(m, jp.loads(examples.text("p3r"))),
     "sweep": lambda m: jp.sweep(m, "joints.*.clearance.radial", [0.1, 0.2]),
+    "allow": jp.allow,
+    "allow random": lambda m: jp.allow(m, "random", samples=200),
     "map": lambda m: jp.map(m, grid={"theta1": [30.0, 40.0]}),
     "assemble": jp.assemble,
     "assemble worst": lambda m: jp.assemble(m, "worst"),
@@ -163,7 +165,10 @@ def test_every_public_name_is_in_the_manual(name: str) -> None:
     assert re.search(rf"^::: {re.escape(home)}\.{name}$", page("api.md"), re.MULTILINE)
 
 
-@pytest.mark.parametrize("name", ["error", "blame", "sweep", "histogram", "map", "mechanism", "assembly"])
+@pytest.mark.parametrize(
+    "name",
+    ["error", "blame", "sweep", "histogram", "allow", "allocate", "cost_curve", "map", "mechanism", "assembly"],
+)
 def test_every_figure_is_in_the_manual(name: str) -> None:
     assert name in jp.plot.__all__
     assert f"::: {getattr(jp.plot, name).__module__}.{name}\n" in page("api.md")

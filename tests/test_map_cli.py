@@ -9,6 +9,7 @@ import pytest
 
 import jointplay as jp
 from answers import distance
+from jointplay import examples
 from jointplay.cli import run
 from jointplay.cli.arguments import gridded
 
@@ -100,6 +101,14 @@ class TestSummary:
         ("map five-bar.toml -g x=1,2 -g y=150 -o a.csv", "a.csv: a map is written as .zarr or .nc"),
         ("map five-bar.toml -g x=1,2 -g y=150 --plot a.jpg", "a.jpg: drawings are written as .png, .svg, .pdf, .html"),
         ("map five-bar.toml -g x=1,2 -g y=150 --variable error.x", "--variable: says what is drawn; --plot says where"),
+        (
+            "map five-bar.toml -g x=-40:40:5 -g y=150,180 --plot a.svg -o a.zarr --variable eror.x",
+            "'eror' is not a variable of this result; did you mean 'error'",
+        ),
+        (
+            "map five-bar.toml -g x=-40:40:5 -g y=150,180 --plot a.svg -o a.zarr --variable error.z",
+            "'z' is not a label of error along component",
+        ),
     ],
 )
 def test_what_is_refused(say, line: str, said: str) -> None:
@@ -107,6 +116,17 @@ def test_what_is_refused(say, line: str, said: str) -> None:
     assert code == 2
     assert out == ""
     assert said in error
+    # What is refused is refused before the work.
+    assert not Path("a.zarr").exists()
+
+
+def test_maps_say_which_sizes_they_take(say) -> None:
+    """A map looked as if it were of all sizes that the fits allow."""
+    Path("fits.toml").write_text(examples.text("four-bar-fits"))
+    _, out, _ = say("map fits.toml -q loaded -g theta1=30,40")
+    assert "Sizes of clearances: in the middle of their limits." in out
+    _, out, _ = say("map fits.toml -q worst -g theta1=30,40")
+    assert "Sizes of clearances" not in out
 
 
 def test_drawings_of_a_map_on_disk(say) -> None:

@@ -34,10 +34,25 @@ class TestStatic:
         np.testing.assert_array_equal(np.isfinite(unreached), (result.status == "not_assembled").T)
         lines = axes.collections[-1].get_segments()
         assert len(lines) == int(result.contact_change.sum())
-        assert {text.get_text() for text in axes.get_legend().get_texts()} == {
+        assert {text.get_text() for text in axes.get_figure().legends[0].get_texts()} == {
             "not assembled",
             "a contact changes sides",
         }
+
+    def test_a_plan_has_no_empty_margin(self) -> None:
+        """A map that is higher than wide stood at the right end of a figure whose left half was empty."""
+        grid = {"x": {"from": -40, "to": 40, "count": 5}, "y": {"from": -90, "to": 90, "count": 9}, "angle": 0}
+        figure = plot.map(jp.map(example("3-rrr"), grid=grid))
+        figure.canvas.draw()
+        left = min(axes.get_tightbbox().x0 for axes in figure.axes) / figure.bbox.width
+        assert left < 0.15
+
+    def test_a_strip_fills_its_figure(self) -> None:
+        """With equal scales a map of a narrow strip was a line a few pixels wide."""
+        grid = {"x": {"from": -40, "to": 40, "count": 5}, "y": {"from": 0, "to": 5, "count": 3}, "angle": 0}
+        figure = plot.map(jp.map(example("3-rrr"), grid=grid))
+        figure.canvas.draw()
+        assert figure.axes[0].get_position().height > 0.5
 
     def test_the_line_between_nodes_is_where_the_contact_changes(self) -> None:
         result = jp.map(example("3-rrr"), grid=AREA)

@@ -54,7 +54,7 @@ def test_samples_equal_the_plain_solver_on_every_width(kind: str, seed: int, lea
     try:
         for width in ("plain", "avx2", "avx512"):
             _core.simd(width)
-            found.append(m.core.random(at.drives, at.poses, 200, 3, np.array([0.5]), np.nan, np.nan, keep=True))
+            found.append(m.core.random(at.drives, at.poses, 200, 3, np.array([0.5]), keep=True))
     finally:
         _core.simd(widest)
     for other in found[1:]:

@@ -9,7 +9,7 @@ import pytest
 
 import jointplay as jp
 from answers import EXAMPLES, distance, example
-from jointplay.plot import couplings
+from jointplay.plot import couplings, style
 from jointplay.plot.sheet import sheet
 from jointplay.result import from_dataset
 
@@ -17,7 +17,7 @@ from jointplay.result import from_dataset
 class TestPlot:
     def test_error_curves(self) -> None:
         plot = pytest.importorskip("jointplay.plot")
-        m = example("four-bar")
+        m = example("four-bar").with_({"limits": None})
         worst, loaded = jp.worst(m), jp.loaded(m)
         axes = plot.error({"a": worst, "b": loaded}).axes[0]
         for line, result, values in zip(axes.lines, (worst, loaded), (worst.worst_position, None), strict=True):
@@ -39,7 +39,8 @@ class TestPlot:
 
     def test_sweeps(self) -> None:
         plot = pytest.importorskip("jointplay.plot")
-        result = jp.sweep(example("four-bar"), "joints.*.clearance.radial", [0.0, 0.5, 1.0])
+        m = example("four-bar").with_({"limits": None})
+        result = jp.sweep(m, "joints.*.clearance.radial", [0.0, 0.5, 1.0])
         axes = plot.sweep(result).axes[0]
         np.testing.assert_array_equal(axes.lines[-1].get_ydata(), result.worst_position[:, -1])
         assert axes.get_xlabel() == "radial [mm]"
@@ -73,6 +74,62 @@ class TestPlot:
         axes.get_figure().canvas.draw()
         with pytest.raises(jp.InputError, match="no configuration 99"):
             plot.mechanism(m, 99)
+
+
+@pytest.mark.parametrize("name", ["excavator", "delta-by-hand", "planetary-gear"])
+def test_names_of_joints_do_not_lie_on_one_another(name: str) -> None:
+    """At the bucket of an excavator three pins are close together, at the platform of a delta robot six balls."""
+    m = example(name)
+    figure = sheet(m, {"loaded": from_dataset(jp.loaded(m))})
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts]
+    areas = [
+        max(0.0, min(a.x1, b.x1) - max(a.x0, b.x0)) * max(0.0, min(a.y1, b.y1) - max(a.y0, b.y0))
+        for k, a in enumerate(boxes)
+        for b in boxes[:k]
+    ]
+    assert max(areas) < 0.2 * min(box.width * box.height for box in boxes)
+
+
+def test_given_alone_has_its_curve() -> None:
+    """The command failed: of the offsets of the worst case the curve is that of the worst case, which was not drawn."""
+    m = example("four-bar")
+    result = from_dataset(jp.given(m))
+    result.attrs["offsets_of"] = "the largest position error"
+    figure = sheet(m, {"given": result})
+    np.testing.assert_array_equal(figure.axes[1].lines[0].get_ydata(), distance(jp.given(m).error))
+
+
+def test_bodies_have_colours_of_their_own() -> None:
+    """A delta robot has ten bodies besides the ground, and there are eight colours."""
+    m = example("delta-by-hand")
+    colours = {style.body_colour(m, body) for body in range(-1, len(m.bodies))}
+    assert len(colours) == 1 + len(set(m.owners))
+
+
+def test_a_figure_names_load_cases_only_where_it_depends_on_them() -> None:
+    """Under the worst case, which no load changes, it said which other load cases there are."""
+    m = jp.loads(jp.examples.text("slider-crank-cases"))
+    said = {
+        question: sheet(m, {question: from_dataset(getattr(jp, question)(m))}).get_supxlabel()
+        for question in ("worst", "loaded")
+    }
+    assert "other outputs (--output-point)" in said["worst"]
+    assert "load case" not in said["worst"]
+    assert "other load cases (--load-case)" in said["loaded"]
+
+
+def test_between_fits_there_are_no_lines_of_equal_error() -> None:
+    m = jp.loads(jp.examples.text("slider-crank-cases")).only(output="face")
+    key = next(f"joints.{name}.clearance.fit" for name in m.joints if "fit" in (m.value(f"joints.{name}.clearance")))
+    axes = jp.plot.sweep(jp.sweep(m, key, ["H7/g6", "H7/f7"]), surface=True).axes[0]
+    assert len(axes.collections) == 1
+
+
+def test_configurations_are_whole_numbers() -> None:
+    figure = jp.plot.error(jp.loaded(example("delta")))
+    figure.canvas.draw()
+    assert all(float(tick).is_integer() for tick in figure.axes[0].get_xticks())
 
 
 def test_a_sweep_of_a_structure_has_no_empty_panels() -> None:
@@ -140,7 +197,7 @@ class TestCouplings:
         axes, _ = self.drawn("geared-five-bar", 3)
         wheels = [circle for circle in circles(axes) if circle[2] > 0]
         np.testing.assert_allclose(wheels, [(0, 0, 20), (60, 0, 40)], atol=1e-9)
-        written = {text.get_text(): text.xy for text in axes.texts}
+        written = {text.get_text(): text.get_position() for text in axes.texts}
         np.testing.assert_allclose(written["mesh"], (20, 0), atol=0.2)  # names are put together to 0.1 %
 
     def test_planets_lie_between_sun_and_ring(self) -> None:
@@ -153,7 +210,7 @@ class TestCouplings:
         np.testing.assert_allclose(planets[:, :2], expected, atol=1e-5)
         np.testing.assert_allclose(np.hypot(*planets[:, :2].T), 18.0 + 13.5, atol=1e-5)
         np.testing.assert_allclose(np.hypot(*planets[:, :2].T), 45.0 - 13.5, atol=1e-5)
-        written = {text.get_text(): np.hypot(*text.xy) for text in axes.texts}
+        written = {text.get_text(): np.hypot(*text.get_position()) for text in axes.texts}
         # Names stand at the pitch points; those at one place are put together to 0.1 % of the drawing.
         np.testing.assert_allclose([written["sun1"], written["ring1"]], [18.0, 45.0], atol=0.2)
 

@@ -82,8 +82,8 @@ def test_one_entry_has_the_dimension_and_one_output_has_none() -> None:
 def test_limits_of_one_output_stand_in_it_and_the_others_have_those_of_the_file() -> None:
     whole = whole_of("slider-crank")
     result = jp.random(jp.Mechanism(whole), samples=500)
-    assert result.limit_position.values.tolist() == [0.15, 0.01]
-    assert result.attrs["limit_rotation"] == 0.08
+    assert result.limit.sel(quantity="position", side="high").values.tolist() == [0.2, 0.01]
+    assert result.limit.sel(quantity="rotation", side="high").values.tolist() == [0.08, 0.08]
     assert (result.outside.sel(output="second") > result.outside.sel(output="first")).any()
 
 
@@ -248,8 +248,17 @@ class TestRelative:
     def test_an_assembly_is_followed_against_its_base(self) -> None:
         raw = raw_of("four-bar") | {"assembly": {"steps": [["crank"], ["coupler", "rocker"]]}}
         raw["output"]["relative_to"] = "coupler"
-        with pytest.raises(InputError, match="choose an output without relative_to"):
+        with pytest.raises(
+            InputError, match=r"output\.relative_to: the errors of an assembly refer to its base; leave"
+        ):
             jp.assemble(jp.Mechanism(raw))
+        # Of several outputs the message names the one that is meant, whichever comes first.
+        seen = raw.pop("output")
+        raw["outputs"] = {"tip": {"body": "rocker"}, "seen": seen}
+        m = jp.Mechanism(raw)
+        with pytest.raises(InputError, match=r"outputs\.seen\.relative_to: .*; choose another output \(--output-point"):
+            jp.assemble(m)
+        assert jp.assemble(m.only(output="tip")).sizes["step"] == 2
 
 
 def test_an_assembly_has_several_outputs() -> None:

@@ -128,7 +128,7 @@ def test_interference_is_no_play() -> None:
     none = core(fixed(m.core_spec, 0, 0.0))
     for ask, key in (("loaded", "error"), ("worst", "component")):
         np.testing.assert_array_equal(getattr(tight, ask)(*at)[key], getattr(none, ask)(*at)[key])
-    found = tight.random(*at, 1000, 1, LEVELS, math.nan, math.nan, keep=True)
+    found = tight.random(*at, 1000, 1, LEVELS, keep=True)
     n = len(m.core_spec["sources"])
     assert found["interference"].tolist() == [[1.0, *[0.0] * n]]
     offsets = found["kept_parameters"][:, :2]
@@ -175,7 +175,7 @@ def test_the_variance_of_a_gap_is_what_its_sizes_contribute(gap: float, laws: tu
     """Var(offset) = (E[g]^2 + Var g) Var(unit offset), the second part by the sizes' own variances."""
     m = example("four-bar")
     at, unit = rows(m), core(fixed(m.core_spec, 0, 1e-4))
-    arguments = (1000, 1, LEVELS, math.nan, math.nan)
+    arguments = (1000, 1, LEVELS)
     n = len(m.core_spec["sources"])
     of_unit = unit.random(*at, *arguments)["contribution"][0, 0] / 1e-8
     sizes = [size_of(0, f, half, law) for f, half, law in zip((0.5, -0.5), (HOLE, PIN), laws, strict=False)]
@@ -198,7 +198,7 @@ def test_every_specimen_has_its_sizes_and_lies_within_their_gap() -> None:
     n, gap, samples = len(m.core_spec["sources"]), 0.4e-4, 40_000
     sizes = [size_of(0, 0.5, HOLE, centre=1e-5), size_of(0, -0.5, PIN, "uniform")]
     spec = sized(m.core_spec, 0, *sizes, gap=gap)
-    found = core(spec).random(*at, samples, 3, LEVELS, math.nan, math.nan, keep=True)
+    found = core(spec).random(*at, samples, 3, LEVELS, keep=True)
     drawn = found["kept_parameters"]
     hole, pin, offsets = drawn[:, -2], drawn[:, -1], drawn[:, :2]
     raw = gap + 0.5 * hole - 0.5 * pin
@@ -232,7 +232,7 @@ def test_specimens_of_over_constrained_mechanisms_have_their_own_gaps(name: str,
     gap = gap_of(m.core_spec["sources"][which])
     step = 0.6 * gap
     both = core(sized(m.core_spec, which, size_of(0, 1.0, step, "boundary")))
-    arguments = (LEVELS, math.nan, math.nan)
+    arguments = (LEVELS,)
     found = both.random(*at, samples, 2, *arguments, keep=True, loaded=loaded)
     assert found["failures"][0].sum() == samples
     drawn = found["kept_parameters"]
@@ -297,6 +297,6 @@ def test_the_numbers_do_not_depend_on_threads() -> None:
     m = example("four-bar")
     at = rows(m)
     one = core(sized(m.core_spec, 0, size_of(0, 0.5, HOLE), size_of(0, -0.5, PIN), gap=0.4e-4))
-    answers = [one.random(*at, 30_000, 3, LEVELS, math.nan, math.nan, None, threads) for threads in (1, 2)]
+    answers = [one.random(*at, 30_000, 3, LEVELS, None, None, threads) for threads in (1, 2)]
     for key in ("mean", "covariance", "quantile", "interference"):
         np.testing.assert_array_equal(answers[0][key], answers[1][key])

@@ -34,7 +34,7 @@ def start(core: _core.Mechanism, spec: dict[str, Any]) -> tuple[Array, Array]:
 
 def draw(core: _core.Mechanism, drives: Array, poses: Array, n: int) -> tuple[Array, Array]:
     """Admissible parameters and the errors that Monte Carlo found for them."""
-    kept = core.random(drives, poses, n, 5, np.array([0.5]), np.nan, np.nan, None, 1, True)
+    kept = core.random(drives, poses, n, 5, np.array([0.5]), None, None, 1, True)
     assert not kept["failures"][0, 1:].any()
     return kept["kept_parameters"], kept["kept_errors"]
 

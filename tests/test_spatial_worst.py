@@ -70,9 +70,7 @@ def test_certificates_hold_and_no_unit_is_worse(name: str) -> None:
         np.testing.assert_allclose(np.array(reached) / scale, np.array(values) / scale, rtol=0, atol=1e-12)
         # 20 000 units, and as many with all play at its boundary.
         for law in (None, "boundary"):
-            largest = m.core.random(
-                drives[k : k + 1], poses[k : k + 1], 20_000, 7, np.array([0.5]), np.nan, np.nan, law
-            )
+            largest = m.core.random(drives[k : k + 1], poses[k : k + 1], 20_000, 7, np.array([0.5]), None, law)
             assert largest["failures"][0, 1:].sum() == 0
             bounds = np.array([*np.abs(found["component"][k]).max(axis=1), values[0], values[1]])
             assert (largest["largest"][0] <= bounds * (1 + 1e-12)).all()

@@ -113,6 +113,24 @@ def test_a_rod_between_two_balls_transmits_a_force_along_itself_and_no_moment() 
             assert np.linalg.norm(np.cross(force, along / np.linalg.norm(along))) < 5e-4 * np.linalg.norm(force)
 
 
+def test_the_delta_written_by_hand_is_the_delta_of_the_template_with_balls() -> None:
+    """To the last digits, if the angles of the shafts count from the same directions.
+
+    The angle of a shaft that is tilted in its bearing by (a, b) about its side and its normal is that of its side.
+    Another side is turned by another angle, the difference being of the order of a b; so is that of exact results.
+    """
+    outwards = {
+        f"joints.shaft{k + 1}.side": [np.cos(2 * np.pi * k / 3), np.sin(2 * np.pi * k / 3), 0] for k in range(3)
+    }
+    template, by_hand = delta().with_(outwards), jp.loads(jp.examples.text("delta-by-hand"))
+    one, other = jp.loaded(template), jp.loaded(by_hand)
+    assert (one.status == "ok").all()
+    np.testing.assert_allclose(other.error, one.error, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(other.error_first_order, one.error_first_order, rtol=0, atol=1e-10)
+    one, other = jp.worst(template), jp.worst(by_hand)
+    np.testing.assert_allclose(other.worst_component, one.worst_component, rtol=0, atol=1e-8)
+
+
 @pytest.mark.parametrize("turn", [0.0, 70.0, -160.0])
 def test_no_result_depends_on_how_a_rod_is_turned_about_itself(turn: float) -> None:
     plain = jp.loads(RSSR)
@@ -178,6 +196,31 @@ def test_what_loads_a_spin_leaves_it_a_free_motion() -> None:
             continue
         with pytest.raises(jp.InputError, match=r"'coupler' spins about the line from hook to ball, loads\.1 turns it"):
             jp.loaded(m)
+
+
+def test_a_load_of_a_load_case_that_turns_a_spin_is_named_and_checked() -> None:
+    """`check` found nothing wrong, and `loaded` spoke of a load that the file does not have by this key."""
+    case = '[[load_cases.{}]]\nbody = "coupler"\nforce = [0, 0, -1]\nat = {}\n'
+    m = jp.loads(RSSR + case.format("on", "[88, 0, 0]") + case.format("beside", "[88, 2, 0]"))
+    words = "'coupler' spins about the line from hook to ball, load_cases.beside.0 turns it"
+    with pytest.raises(jp.InputError, match=words.replace(".", r"\.")):
+        jp.loaded(m)
+    found = jp.check(m)
+    assert found.attrs["decided"] == 0
+    assert words in found.attrs["mobility"]
+    assert found.attrs["load_cases"] == "on, beside"
+    assert jp.check(m.only(load_case="on")).attrs["decided"] == 1
+
+
+def test_several_spins_that_loads_turn_are_told_apart() -> None:
+    """Three rods of a delta robot were three times 'a, b and c move together'."""
+    m = delta()
+    rods = [spin.bodies[0] for spin in m.spins][:3]
+    loads = [{"body": m.bodies[rod], "at": [0, 0, 0], "moment": [1, 2, 3]} for rod in rods]
+    words = jp.check(m.with_({"loads": loads})).attrs["mobility"]
+    for k, rod in enumerate(rods):
+        assert f"'{m.bodies[rod]}' spins about the line" in words
+        assert f"loads.{k} turns it" in words
 
 
 def test_a_spin_of_the_output_is_a_free_motion_as_before() -> None:

@@ -71,7 +71,7 @@ def _case(seed: int) -> Case:
 def test_samples_are_where_strings_close_them(seed):
     """Poses and jams of samples, on lanes and one by one."""
     case = _case(seed)
-    drawn = case.core.random(case.path, case.poses, SAMPLES, seed, np.array([0.5]), np.nan, np.nan, keep=True)
+    drawn = case.core.random(case.path, case.poses, SAMPLES, seed, np.array([0.5]), keep=True)
     u = drawn["kept_parameters"]
     poses, fits, sure = case.closed(u)
     np.testing.assert_array_equal((drawn["kept_status"] == OK)[sure], fits[sure])

@@ -48,16 +48,20 @@ WRONG: dict[str, Any] = {
 }
 #: one way to call each of the public functions right
 M = example("four-bar", assembly={"steps": [["crank"], ["coupler", "rocker"]]})
+PRESS = example("press")
 GRID = {"theta1": [30.0, 40.0]}
 
 
 def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     worst = jp.worst(M)
+    yield "allocate", jp.allocate, {"m": PRESS, "question": "worst"}
+    yield "allow", jp.allow, {"m": M, "tolerance": 0.1}
     yield "assemble", jp.assemble, {"m": M, "samples": 10}
     yield "best_order", jp.best_order, {"m": M}
     yield "check", jp.check, {"m": M}
     yield "compare", jp.compare, {"a": M, "b": M, "question": "loaded"}
     yield "compensate", jp.compensate, {"m": M}
+    yield "frame", jp.frame, {"result": worst}
     yield "given", jp.given, {"m": M}
     yield "load", jp.load, {"path": "none.toml"}
     yield "loads", jp.loads, {"text": jp.examples.text("four-bar")}
@@ -121,7 +125,10 @@ def test_every_public_function_is_called() -> None:
 @pytest.mark.parametrize(
     ("options", "part"),
     [
-        ({"foo": 1}, "'foo' is not an option of random: samples, seed, law, contact, probabilities, threads"),
+        (
+            {"foo": 1},
+            "'foo' is not an option of random: samples, seed, law, contact, sampling, probabilities, indices, threads",
+        ),
         ({"at": None}, "'at' is not an option of random"),
         ({"samples": "10"}, "random(): 'samples' is a whole number, not of type str"),
         ({"law": 3}, "random(): 'law' is text or None, not of type int"),

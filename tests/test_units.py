@@ -128,7 +128,7 @@ def test_a_machine_is_the_same_in_any_units(length: LengthUnit, angle: AngleUnit
     assert flat(one.spec()) == flat(other.spec())
     np.testing.assert_allclose(one.drive_values, other.drive_values, rtol=1e-12)
     np.testing.assert_allclose(one.centre, other.centre, rtol=1e-12)
-    assert flat([one.limits.position, one.limits.rotation]) == flat([other.limits.position, other.limits.rotation])
+    assert flat(one.limits.bounds(one.quantities).tolist()) == flat(other.limits.bounds(other.quantities).tolist())
     for name in ("drives", "joints"):
         a, b = getattr(one.limits, name), getattr(other.limits, name)
         assert {k: pytest.approx(v) for k, v in a.items()} == dict(b)

@@ -190,7 +190,7 @@ def test_variables_may_need_each_other_in_any_order() -> None:
         ('radial = "play" } }\nB', 'radial = "play", law = "a" } }\nB', '"a" is not valid here'),
         ('between = ["B", "C"]', 'between = ["a"]', "two values are needed"),
         ("format = 1", 'format = "a / 40"', 'format = 1, not "a / 40"'),
-        ("format = 1", 'format = 1\ninclude = ["leg.toml"]', "a text has no folder"),
+        ("format = 1", 'format = 1\ninclude = ["leg.toml"]', "not in a text or a change"),
     ],
 )
 def test_a_word_that_is_no_number_keeps_its_message(old: str, new: str, said: str) -> None:
@@ -329,3 +329,10 @@ def test_a_direction_of_hundreds_of_digits_is_refused(axis: str) -> None:
     text = SLIDER_CRANK.replace("axis = [1, 0]", f"axis = {axis}", 1)
     with pytest.raises(jp.InputError, match=r"a direction .* is needed"):
         jp.loads(text)
+
+
+def test_a_mistake_of_a_table_as_a_whole_is_not_blamed_on_the_first_expression() -> None:
+    """A joint without its bodies was reported as `shaft.at.0: a number is needed, not "base"`, of another joint."""
+    m = jp.loads(jp.examples.text("delta-by-hand"))
+    with pytest.raises(jp.InputError, match=r"patterns\.arm\.joints\.wrista: say where it sits"):
+        m.with_({"patterns.arm.joints.wrista.bodies": None})

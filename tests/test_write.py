@@ -189,7 +189,10 @@ class TestWriting:
     @pytest.mark.parametrize(
         ("name", "part"),
         [
-            ("r.xlsx", "'.xlsx' is not an extension that can be written; known: .nc, .zarr, .csv, .json"),
+            (
+                "r.xls",
+                "'.xls' is not an extension that can be written; known: .nc, .zarr, .csv, .json, .parquet, .xlsx",
+            ),
             ("r", "has no extension"),
             ("nowhere/r.nc", "there is no folder"),
             ("folder.nc", "is a folder"),

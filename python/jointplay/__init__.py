@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from . import examples, plot
+    from .analyses.allocate import allocate
+    from .analyses.allow import allow
     from .analyses.assemble import assemble, best_order
     from .analyses.check import check
     from .analyses.compare import compare
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     from .analyses.worst import worst
     from .errors import InputError, JointplayError
     from .model import Mechanism, load, loads
+    from .spreadsheets import frame
     from .write import save
 
     __version__: str
@@ -39,12 +42,15 @@ __all__ = [
     "JointplayError",
     "Mechanism",
     "__version__",
+    "allocate",
+    "allow",
     "assemble",
     "best_order",
     "check",
     "compare",
     "compensate",
     "examples",
+    "frame",
     "given",
     "load",
     "loaded",
@@ -60,6 +66,8 @@ __all__ = [
 ]
 
 _QUESTIONS = (
+    "allocate",
+    "allow",
     "assemble",
     "check",
     "compare",
@@ -78,6 +86,7 @@ _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "JointplayError": "errors",
     "Mechanism": "model",
     "best_order": "analyses.assemble.order",
+    "frame": "spreadsheets",
     "load": "model",
     "loads": "model",
     "save": "write",

@@ -137,15 +137,21 @@ class Random(TypedDict):
     """Scatter from specimen to specimen."""
 
     mean: Floats
+    mean_standard_error: Floats
+    std_standard_error: Floats
     covariance: Floats
     mean_first_order: Floats
     covariance_first_order: Floats
     contribution: Floats
     quantile: Floats
+    quantile_standard_error: Floats
     quantile_resolution: Floats
     histogram: Counts
     edges: Floats
     outside: Floats
+    outside_standard_error: Floats
+    outside_quantity: Floats
+    outside_quantity_standard_error: Floats
     largest: Floats
     failures: Counts
     fallbacks: Counts

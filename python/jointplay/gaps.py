@@ -100,7 +100,11 @@ def centre(m: Mechanism, sizes: str) -> Floats:
 
 def core_with(m: Mechanism, sizes: str) -> _core.Mechanism:
     """The mechanism in the core with a choice of sizes."""
-    u = centre(m, sizes)
+    return core_at(m, centre(m, sizes))
+
+
+def core_at(m: Mechanism, u: Floats) -> _core.Mechanism:
+    """The mechanism in the core with those sizes that some parameters have."""
     if np.array_equal(u, m.centre):
         return m.core
     sources: list[SourceSpec] = [

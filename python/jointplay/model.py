@@ -253,7 +253,8 @@ class Mechanism(Compiled):
         changes : mapping, optional
             Values by dotted key, in file units. ``*`` stands for every entry that has the rest of the key, be it in
             other words (``joints.*.clearance.radial`` replaces ``diametral``, too), a number for an entry of a list
-            (``loads.0.force``). None removes a value.
+            (``loads.0.force``). None removes a value. What a ``*`` reached is not part of the copy: the command line
+            prints it, and the attribute `reached` of a `sweep` has it.
         **more : object
             The same for keys without dots, such as ``gravity=[0, -9.81]``.
 

@@ -1,9 +1,9 @@
-"""Results as files, by extension: `.nc` (NetCDF 4), `.zarr` (a folder), `.csv`, `.json`.
+"""Results as files, by extension: `.nc` (NetCDF 4), `.zarr` (a folder), `.csv`, `.json`, `.parquet`, `.xlsx`.
 
 All but `.csv` hold everything. A CSV has one row per configuration (and per value of a sweep, per mechanism of a
 comparison) and one column per number, named after variable, labels and unit, such as ``worst_component.x.low [mm]``;
-it leaves out histograms. The JSON is that of `xarray.Dataset.to_dict`, with null for what is not a number. A file
-appears when it is complete, or not at all.
+it leaves out histograms. Parquet and Excel have one row per value, as `frame` gives it. The JSON is that of
+`xarray.Dataset.to_dict`, with null for what is not a number. A file appears when it is complete, or not at all.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ import numpy as np
 
 from jointplay import files
 from jointplay.errors import InputError
-from jointplay.result import Result, Variable, from_dataset, to_dataset
+from jointplay.result import Result, Variable, from_dataset, to_dataset, unit_at
+from jointplay.spreadsheets import to_parquet, to_xlsx
 from jointplay.typed import typed
 
 if TYPE_CHECKING:
@@ -44,7 +45,8 @@ def save(result: Result | xr.Dataset, path: str | os.PathLike[str]) -> None:
     result : xarray.Dataset
         Of any question.
     path : path-like
-        Ending in `.nc`, `.zarr`, `.csv` or `.json`. An existing result is replaced.
+        Ending in `.nc`, `.zarr`, `.csv`, `.json`, or, with the extra `tables`, `.parquet` or `.xlsx`. An existing
+        result is replaced.
 
     Raises
     ------
@@ -84,7 +86,7 @@ def check_path(path: Path) -> None:
     """
     kind = path.suffix.lower()
     if kind != FOLDER and kind not in WRITERS:
-        known = ".nc, .zarr, .csv, .json"
+        known = ".nc, .zarr, .csv, .json, .parquet, .xlsx"
         what = f"'{kind}' is not an extension that can be written" if kind else "has no extension"
         raise InputError(f"{what}; known: {known}", file=os.fspath(path))
     place = files.require_writable(path, folder=kind == FOLDER)
@@ -141,9 +143,10 @@ def to_csv(result: Result) -> str:
     """The result as the text of a table: one row per configuration, one column per number."""
     sizes = result.sizes
     swept = str(result.attrs.get("sweep", ""))
-    rows = tuple(dim for dim in (swept, *ROWS) if dim in sizes)
+    own = str(result.attrs.get("rows", ""))
+    rows = (own,) if own else tuple(dim for dim in (swept, *ROWS) if dim in sizes)
     if not rows:
-        rows = tuple(dim for dim in ("joint",) if dim in sizes)
+        rows = tuple(dim for dim in ("joint", "source") if dim in sizes)[:1]
     columns = [column for name, v in _tabled(result, rows) for column in _columns(result, name, v, rows)]
     stream = io.StringIO()
     table = csv.writer(stream, lineterminator="\n")
@@ -179,31 +182,15 @@ def _columns(result: Result, name: str, variable: Variable, rows: tuple[str, ...
         labels = [
             str(result.labels(dim)[i]) if dim in result.coords else str(i) for dim, i in zip(inner, index, strict=True)
         ]
-        unit = _unit(result, variable, inner, index)
+        unit = unit_at(result, variable, dict(zip(inner, index, strict=True)))
         yield ".".join([name, *labels]) + (f" [{unit}]" if unit else ""), values[index].reshape(shape)
 
 
-def _unit(result: Result, variable: Variable, inner: list[str], index: tuple[int, ...]) -> str:
-    """Unit of one column: of the label where units differ along a dimension, else of the variable."""
-    if not variable.units:
-        return ""
-    units = {
-        dim: result.coords[f"{dim}_unit"].values[i]
-        for dim, i in zip(inner, index, strict=True)
-        if f"{dim}_unit" in result.coords
-    }
-    if variable.units.startswith("product"):
-        return " ".join(map(str, units.values()))
-    if "," not in variable.units and not variable.units.startswith("see "):
-        return variable.units
-    power = "^2" if variable.units.endswith("^2") else ""
-    # Where two dimensions have units the variable says which one counts: the one whose units it lists.
-    for dim, unit in units.items():
-        names = [f"{name}{power}" for name in result.coords[f"{dim}_unit"].values]
-        if variable.units in (", ".join(names), f"see {dim}_unit"):
-            return f"{unit}{power}"
-    return ""
-
-
 #: what makes the content of a file, by extension
-WRITERS: dict[str, Callable[[Result], bytes | memoryview]] = {".nc": _netcdf, ".csv": _csv, ".json": _json}
+WRITERS: dict[str, Callable[[Result], bytes | memoryview]] = {
+    ".nc": _netcdf,
+    ".csv": _csv,
+    ".json": _json,
+    ".parquet": to_parquet,
+    ".xlsx": to_xlsx,
+}

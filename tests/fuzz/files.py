@@ -36,7 +36,10 @@ TABLES: list[Any] = [
     {"radial": 0.1, "tolerance": 0.2}, {"gap": 0.1, "tolerance": 0.05, "length": 40}, {"diameter": 12, "tolerance": 1},
     {"on": {"ground": [0, 0], "crank": "J2"}, "stiffness": 2, "free_length": 1}, {"joint": "J1", "stiffness": 1e-3},
     {"s": {"joint": "theta", "stiffness": 5, "preload": -1e12}}, {"deviation": 40, "tolerance": 15},
-    {"expansion": 1e-5},
+    {"expansion": 1e-5}, {"*": {"choices": [{"size": 0.1, "cost": 2}, {"size": 0.2, "cost": 1}]}},
+    {"J1": {"model": "reciprocal", "b": 1, "from": 1e-3, "to": 1}},
+    [{"fit": "H7/g6", "cost": 1}, {"size": 0, "cost": 9}],
+    {"model": "exponential", "b": 2, "k": 1e9, "from": 1e-9, "to": 1e9},
     [{"force": [0, -10], "axes": "body"}], [{"moment": [0, 1, 2]}], [[0, -10], [0, -12]],
 ]  # fmt: skip
 #: deviations of a joint on a body, of place or direction

@@ -16,11 +16,12 @@ VALUES = [
 ]  # fmt: skip
 KEYS = [
     "title", "joints.*.clearance.radial", "joints.J1.clearance.radial", "joints.J1.clearance", "drives.theta1.values",
-    "joints.J1.clearance.fit",
+    "joints.J1.clearance.fit", "limits.position", "limits.x", "limits.probability",
     "drives.theta1.error", "loads", "loads.0.force", "gravity", "limits.singular_value", "output.at", "output.body",
     "units.length", "space", "format", "*", "*.*", "joints.*", "a", "a.b.c", "", ".", "..", "joints", "joints..x",
     "start",
     ".".join("a" * 50), "a." * 3000 + "a", "drives.*.values", "dimensions.l2.deviation", "J1", "J1.x", "l2", "theta1",
+    "costs", "costs.J1", "costs.*.choices", "limits.position",
     "patterns.leg.count", "patterns.*.joints.*.clearance.radial", "patterns",
     "x", "y", "angle", "left", "right", "é", "\udcff", "path", "path.x", "grid.x", "\x1b",
 ]  # fmt: skip
@@ -38,7 +39,7 @@ OPTIONS = {
     "check": ["-s", "-o"],
     "solve": ["-s", "-o", "--plot"],
     "singularities": ["-s", "-o", "--length", "--components", "--path", "--no-path"],
-    "error": ["-s", "-o", "--plot", "-q", "--offset", "--seed", "--law", "--contact"],
+    "error": ["-s", "-o", "--plot", "-q", "--offset", "--seed", "--law", "--contact", "--indices"],
     "compensate": ["-s", "-o", "--plot", "-q", "--offset", "--weights", "--target"],
     "sweep": ["-s", "-s", "-o", "--plot", "-q", "--offset", "--seed", "--law", "--contact"],
     "map": [
@@ -56,17 +57,20 @@ OPTIONS = {
     ],
     "compare": ["-q", "--components", "-s", "-o", "--plot", "--law"],
     "assemble": ["-q", "-c", "-s", "-o", "--plot", "--law"],
+    "allow": ["-s", "-o", "--plot", "-q", "--probability", "--tolerance", "--seed", "--law", "--contact", "--sizes"],
+    "allocate": ["-s", "-o", "--plot", "-q", "--probability", "--curve", "--changes", "--samples", "--seed"],
     "schema": ["-o"],
 }
-FLAGS = {"--force", "--path", "--no-path", "--overwrite", "--first-order"}
+FLAGS = {"--force", "--changes", "--path", "--no-path", "--overwrite", "--first-order", "--indices"}
 WORDS = {
     "-q": ["loaded", "worst", "random", "given", "solve", "all", "unit", "wrost"],
     "--law": ["uniform", "normal", "boundary", "none"],
     "--contact": ["scattered", "loaded", "none"],
+    "--sizes": ["middle", "largest", "smallest", "none"],
     "--components": ["x", "x,y", "x,y,angle", "z", "x,x", "", ","],
     "--variable": ["position", "rotation", "error.x", "error", "status", "undetermined.angle", "nothing", "x", ""],
 }
-SAMPLED = ("error", "sweep", "map", "compare", "assemble")
+SAMPLED = ("error", "sweep", "map", "compare", "assemble", "allow")
 
 
 def line(random: Random) -> list[str]:

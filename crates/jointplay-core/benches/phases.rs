@@ -11,7 +11,7 @@ use std::time::Duration;
 use cpu_time::ProcessTime;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use jointplay_core::Mechanism;
-use jointplay_core::clearance::draw::Stream;
+use jointplay_core::clearance::draw::{Draw as _, Stream};
 use jointplay_core::closure::{Bound, Newton, Solver};
 use jointplay_core::math::lanes::{Block, Kernel, LANES, dispatch};
 

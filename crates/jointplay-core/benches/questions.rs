@@ -33,16 +33,7 @@ fn questions(c: &mut Criterion) {
         group.bench_function("loaded", |b| b.iter(|| black_box(m.loaded(&cases, true, Keep::ALL))));
         group.bench_function("worst", |b| b.iter(|| black_box(m.worst(&cases, STARTS, true))));
         group.throughput(Throughput::Elements(SAMPLES as u64));
-        let request = Request {
-            samples: SAMPLES,
-            seed: 1,
-            probabilities: vec![0.5, 0.99],
-            limit_position: f64::NAN,
-            limit_rotation: f64::NAN,
-            law: None,
-            loaded: false,
-            keep: false,
-        };
+        let request = Request { samples: SAMPLES, probabilities: vec![0.5, 0.99], ..Request::default() };
         group.bench_function("random", |b| b.iter(|| black_box(m.random(&cases[..1], &request))));
         group.finish();
     }

@@ -2,7 +2,7 @@
 
 use jointplay_core::Keep;
 use jointplay_core::clearance::Law;
-use jointplay_core::questions::random::Request;
+use jointplay_core::questions::random::{Request, Sampling};
 use jointplay_core::{Case, Mechanism as Core, Spec};
 use numpy::ndarray::Array2;
 use numpy::{
@@ -272,6 +272,47 @@ impl Mechanism {
         Table::of(py, work(py, || core.given(&cases, &parameters))?)
     }
 
+    /// The exact errors of specimens of a determinate mechanism, one row of parameters each, at one configuration.
+    fn errors_of<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        u: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Matrix<'py>> {
+        let core = &self.core;
+        let specimens = flat_rows(&u, "u", core.n_parameters())?;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let &[case] = &configurations.cases()[..] else {
+            return Err(PyValueError::new_err("one configuration is needed"));
+        };
+        if !core.is_isostatic() {
+            return Err(PyValueError::new_err("the mechanism is not determinate"));
+        }
+        let errors = work(py, || core.errors_of(case, &specimens))?;
+        in_matrix(py, u.shape()[0], core.size(), errors)
+    }
+
+    /// Specimens with the offsets of their clearances where they reach farthest along weights of the parameters.
+    fn at_supports<'py>(
+        &self,
+        py: Python<'py>,
+        u: PyReadonlyArray2<'py, f64>,
+        weights: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Matrix<'py>> {
+        self.beside(py, &u, &weights, Core::at_supports)
+    }
+
+    /// Specimens with the offsets of others, at the same part of the play of their own.
+    fn with_offsets_of<'py>(
+        &self,
+        py: Python<'py>,
+        u: PyReadonlyArray2<'py, f64>,
+        others: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Matrix<'py>> {
+        self.beside(py, &u, &others, Core::with_offsets_of)
+    }
+
     fn sensitivity<'py>(
         &self,
         py: Python<'py>,
@@ -333,7 +374,7 @@ impl Mechanism {
         let core = &self.core;
         let specimens = rows(&u, "u", core.n_parameters())?;
         let configurations = Configurations::new(core, &drives, &poses)?;
-        let [case] = configurations.cases()[..] else {
+        let &[case] = &configurations.cases()[..] else {
             return Err(PyValueError::new_err("one configuration is needed"));
         };
         Table::of(py, work(py, || core.loaded_specimens(case, &specimens))?)
@@ -356,26 +397,49 @@ impl Mechanism {
         Table::of(py, work_in_part(py, 0, worst, |found| !partly || found.is_empty())?)
     }
 
-    /// Parameters of random specimens: those that `random` solves with the same seed and law.
-    #[pyo3(signature = (samples, seed, law = None))]
-    fn specimens<'py>(&self, py: Python<'py>, samples: usize, seed: u64, law: Option<&str>) -> PyResult<Matrix<'py>> {
+    /// Parameters of random specimens: those that `random` solves with the same seed, law and sampling.
+    #[pyo3(signature = (samples, seed, law = None, sampling = "sobol"))]
+    fn specimens<'py>(
+        &self,
+        py: Python<'py>,
+        samples: usize,
+        seed: u64,
+        law: Option<&str>,
+        sampling: &str,
+    ) -> PyResult<Matrix<'py>> {
         let core = &self.core;
-        let (limit_position, limit_rotation) = (f64::NAN, f64::NAN);
-        let law = named(law)?;
-        let request = Request {
-            samples,
-            seed,
-            probabilities: vec![],
-            limit_position,
-            limit_rotation,
-            law,
-            loaded: false,
-            keep: false,
-        };
+        let (law, sampling) = (named(law)?, points(sampling)?);
+        let request = Request { samples, seed, law, sampling, ..Request::default() };
         let specimens = work(py, || core.specimens(&request))?;
         let array = Array2::from_shape_vec((samples, core.n_parameters()), specimens)
             .map_err(|e| PyValueError::new_err(e.to_string()))?;
         Ok(array.into_pyarray(py))
+    }
+
+    /// How many independent standard normal scores make a specimen.
+    #[pyo3(signature = (law = None))]
+    fn count_scores(&self, law: Option<&str>) -> PyResult<usize> {
+        Ok(self.core.count_scores(named(law)?))
+    }
+
+    /// Parameters of the specimens of given scores, a row each; NaN where scores are beyond the bounds of their law.
+    #[pyo3(signature = (scores, law = None))]
+    fn specimens_of_scores<'py>(
+        &self,
+        py: Python<'py>,
+        scores: PyReadonlyArray2<'py, f64>,
+        law: Option<&str>,
+    ) -> PyResult<Matrix<'py>> {
+        let (core, law) = (&self.core, named(law)?);
+        let rows = flat_rows(&scores, "scores", core.count_scores(law))?;
+        let specimens = work(py, || core.specimens_of_scores(&rows, law))?;
+        in_matrix(py, scores.shape()[0], core.n_parameters(), specimens)
+    }
+
+    /// The sources of whose random values some are pseudo-random, although Sobol points are asked for.
+    #[pyo3(signature = (law = None))]
+    fn pseudo_random(&self, law: Option<&str>) -> PyResult<Vec<usize>> {
+        Ok(self.core.pseudo_random(&Request { law: named(law)?, ..Request::default() }))
     }
 
     /// The clearances that compatibility ties to others in any of the configurations.
@@ -391,7 +455,7 @@ impl Mechanism {
     }
 
     #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method
-    #[pyo3(signature = (drives, poses, samples, seed, probabilities, limit_position, limit_rotation, law = None, threads = 0, keep = false, loaded = false, partly = false))]
+    #[pyo3(signature = (drives, poses, samples, seed, probabilities, limits = None, law = None, threads = 0, keep = false, loaded = false, partly = false, sampling = "sobol"))]
     fn random<'py>(
         &self,
         py: Python<'py>,
@@ -400,22 +464,61 @@ impl Mechanism {
         samples: usize,
         seed: u64,
         probabilities: PyReadonlyArray1<'py, f64>,
-        limit_position: f64,
-        limit_rotation: f64,
+        limits: Option<PyReadonlyArray2<'py, f64>>,
         law: Option<&str>,
         threads: usize,
         keep: bool,
         loaded: bool,
         partly: bool,
+        sampling: &str,
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = &self.core;
-        let law = named(law)?;
+        let (law, sampling) = (named(law)?, points(sampling)?);
         let probabilities = probabilities.as_array().to_vec();
-        let request = Request { samples, seed, probabilities, limit_position, limit_rotation, law, loaded, keep };
+        let limits = limits.map_or(Ok(vec![]), |limits| rows(&limits, "limits", 2))?;
+        let limits: Vec<[f64; 2]> = limits.iter().map(|limit| [limit[0], limit[1]]).collect();
+        if !limits.is_empty() && limits.len() != core.size() + 2 {
+            return Err(PyValueError::new_err("a lowest and a highest value of every quantity are needed"));
+        }
+        let request = Request { samples, seed, sampling, probabilities, limits, law, loaded, keep };
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
         let random = || core.random(&cases, &request);
         Table::of(py, work_in_part(py, threads, random, |found| !partly || found.is_empty())?)
+    }
+}
+
+impl Mechanism {
+    /// What the core makes of rows of parameters, and of as many others beside them.
+    fn beside<'py>(
+        &self,
+        py: Python<'py>,
+        u: &PyReadonlyArray2<'py, f64>,
+        others: &PyReadonlyArray2<'py, f64>,
+        made: impl Fn(&Core, &[f64], &[f64]) -> Vec<f64> + Sync,
+    ) -> PyResult<Matrix<'py>> {
+        let core = &self.core;
+        let (own, beside) =
+            (flat_rows(u, "u", core.n_parameters())?, flat_rows(others, "others", core.n_parameters())?);
+        if own.len() != beside.len() {
+            return Err(PyValueError::new_err("as many rows of both are needed"));
+        }
+        let values = work(py, || made(core, &own, &beside))?;
+        in_matrix(py, u.shape()[0], core.n_parameters(), values)
+    }
+}
+
+fn in_matrix(py: Python<'_>, rows: usize, columns: usize, values: Vec<f64>) -> PyResult<Matrix<'_>> {
+    let array = Array2::from_shape_vec((rows, columns), values).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    Ok(array.into_pyarray(py))
+}
+
+/// The points of a name.
+fn points(sampling: &str) -> PyResult<Sampling> {
+    match sampling {
+        "plain" => Ok(Sampling::Plain),
+        "sobol" => Ok(Sampling::Sobol),
+        other => Err(PyValueError::new_err(format!("unknown sampling '{other}'"))),
     }
 }
 

@@ -14,6 +14,7 @@ from jointplay.mobility import Misfit, SelfStress, examine, held_spins, spin_wor
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
 from jointplay.typed import typed
+from jointplay.verdict import add_limits, limits_in_words, percent
 
 from .failure import failure
 from .hints import hints
@@ -67,14 +68,16 @@ def check(m: Mechanism) -> xr.Dataset:
 
 def compute(m: Mechanism) -> Result:
     """The light form of `check`."""
-    mobility = examine(m)
+    # A spin that is held under some loads and turned by those of a case is a free motion in this case.
+    part = next((part for part in m.every_part if any(spin.load is not None for spin in part.spins)), m)
+    mobility = examine(part)
     if mobility.is_decided:
-        failed = failure(m)
+        failed = failure(part)
     else:
         # With a drive too many or too few only the first configuration says something.
         first = (m.start_drives[None] if m.drive_values is None else m.drive_values)[:1]
         nowhere = np.full((1, len(m.bodies), m.pose_size), np.nan)
-        failed = None if mobility.assembled else failure(m, first, nowhere)
+        failed = None if mobility.assembled else failure(part, first, nowhere)
     builder = Builder(
         m,
         "check",
@@ -108,7 +111,7 @@ def compute(m: Mechanism) -> Result:
     _members(m, builder)
     _springs(m, builder)
     _self_stresses(m, builder, mobility.self_stresses)
-    _spins(m, builder)
+    _spins(part, builder)
     if m.sources:
         sizes, units = _sizes(m)
         builder.add("size", "source", sizes, "largest offset: radius, gap or larger tolerance")
@@ -116,10 +119,27 @@ def compute(m: Mechanism) -> Result:
     _plays(m, builder)
     values = m.drive_values if m.drive_values is not None else m.targets
     builder.attrs["configurations"] = 0 if values is None else len(values)
+    if known := _limits(m):
+        builder.attrs["limits"] = "\n".join(known)
     for name, several in (("outputs", m.outputs), ("load_cases", m.load_cases)):
         if several:
             builder.attrs[name] = ", ".join(several)
     return builder.result()
+
+
+def _limits(m: Mechanism) -> list[str]:
+    """The acceptable errors of every output that has some."""
+    found = []
+    for name in m.outputs or (None,):
+        part = m.only(name, next(iter(m.load_cases), None))
+        if part.limits.errors:
+            builder = Builder(part, "check")
+            add_limits(builder)
+            limits = limits_in_words(Result(builder.coords, builder.data))
+            found.append(f"{name}: {limits}" if name else limits)
+    if np.isfinite(m.limits.probability):
+        found.append(f"{percent(m.limits.probability)} of the specimens have to keep to them at every configuration")
+    return found
 
 
 def _open(m: Mechanism, found: Misfit) -> str:

@@ -15,6 +15,7 @@ from jointplay.gaps import attributes
 from jointplay.model import Mechanism
 from jointplay.result import Result, parts, to_dataset
 from jointplay.typed import typed
+from jointplay.verdict import judge
 
 from .nominal import Floats, Nominal, nominal, report
 from .offsets import Offsets, admissible, parameters
@@ -122,6 +123,7 @@ def compute(
         if m.core.deformations:
             words = "elastic deformation of the joint"
             builder.add("deformation", ("configuration", "elastic"), found["deformation"], words, "elastic")
+    judge(builder)
     builder.status(at.worse(found["status"]))
     return builder.result()
 

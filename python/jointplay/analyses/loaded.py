@@ -22,6 +22,7 @@ from jointplay.gaps import attributes, core_with
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, to_dataset
 from jointplay.typed import typed
+from jointplay.verdict import judge
 
 from .nominal import Columns, Nominal, batched, finished, nominal, report
 from .several import of_each
@@ -122,6 +123,7 @@ def compute(
         builder.add("clearance_factor", "configuration", found["clearance_factor"], words)
         if details:
             _strain(m, builder, found)
+    judge(builder)
     builder.status(at.worse(found["status"]))
     return finished(builder, done, count)
 

@@ -15,6 +15,7 @@ from typing import Any, ParamSpec
 
 import numpy as np
 
+from jointplay.mobility import require_determinate
 from jointplay.model import Mechanism
 from jointplay.result import SIDES, Result, Variable, align, beside, size, unit_of
 
@@ -25,13 +26,17 @@ P = ParamSpec("P")
 Arguments = Mapping[str, Any]
 
 
-def of_each(by_load: Callable[[Arguments], bool]) -> Callable[[Callable[P, Result]], Callable[P, Result]]:
+def of_each(
+    by_load: Callable[[Arguments], bool], check: Callable[[Mechanism], None] | None = None
+) -> Callable[[Callable[P, Result]], Callable[P, Result]]:
     """Let a question be asked of a mechanism with several outputs and load cases.
 
     Parameters
     ----------
     by_load : callable
         Whether the answer depends on the loads; if not, load cases do not matter.
+    check : callable, optional
+        Refuses a mechanism with one output and load case; asked of all of them before the first answer.
     """
 
     def decorate(compute: Callable[P, Result]) -> Callable[P, Result]:
@@ -41,6 +46,9 @@ def of_each(by_load: Callable[[Arguments], bool]) -> Callable[[Callable[P, Resul
         def asked(*args: P.args, **kwargs: P.kwargs) -> Result:
             bound = signature.bind(*args, **kwargs)
             m: Mechanism = bound.arguments["m"]
+            if check is not None:
+                for part in m.every_part:
+                    check(part)
             if not (m.outputs or m.load_cases):
                 return compute(*args, **kwargs)
             bound.apply_defaults()
@@ -78,26 +86,42 @@ class _Each:
         cases = self.cases or (None,)
         self.parts = [[(output, base.only(output, case)) for case in cases] for output in m.outputs or (None,)]
         self.count = sum(map(len, self.parts))
+        for _, part in (each for row in self.parts for each in row):
+            # Where loads of a case turn a spin, the configurations of another case do not hold for it.
+            if any(spin.load is not None for spin in part.spins):
+                require_determinate(part, over_constrained=True)
         self._known: tuple[Mechanism, Nominal] | None = None
 
     def answer(self) -> Result:
         """The answers side by side."""
         found: list[Result] = []
-        done = 0
+        answers: list[Result] = []
         try:
             for row in self.parts:
                 answers = []
                 for output, part in row:
+                    done = len(found) * len(row) + len(answers)
                     answers.append(self._ask(output, part, done))
-                    done += 1
                 found.append(self._over_cases(answers))
-        except KeyboardInterrupt:
-            if not found:
-                # Part of one output, or of one case, is no answer.
-                raise KeyboardInterrupt from None
-            words = f"interrupted after {len(found)} of {len(self.parts)} outputs"
-            raise Interrupted(_with_attribute(self._over_outputs(found), "incomplete", words)) from None
+        except KeyboardInterrupt as stop:
+            raise self._interrupted(found, answers, stop) from None
         return self._over_outputs(found)
+
+    def _interrupted(self, found: list[Result], answers: list[Result], stop: KeyboardInterrupt) -> KeyboardInterrupt:
+        """What there is after Ctrl-C: the outputs that are done; of the first the cases; of the first the part."""
+        if found:
+            words = f"interrupted after {len(found)} of {len(self.parts)} outputs"
+        else:
+            words = f"interrupted after {len(answers)} of {len(self.cases)} load cases"
+            if not answers:
+                if not isinstance(stop, Interrupted):
+                    return KeyboardInterrupt()
+                answers = [stop.partial]
+                case = f", load case {self.cases[0]}" if self.cases else ""
+                words = f"{stop.partial.attrs['incomplete']}{case}"
+            words += f", output {self.m.outputs[0]}" if self.m.outputs else ""
+            found = [self._over_cases(answers)]
+        return Interrupted(_with_attribute(self._over_outputs(found), "incomplete", words))
 
     def _ask(self, output: str | None, part: Mechanism, done: int) -> Result:
         arguments = {**self.arguments, "m": part}
@@ -125,8 +149,11 @@ class _Each:
     def _over_cases(self, answers: Sequence[Result]) -> Result:
         if not self.cases:
             return answers[0]
-        result = beside(align(answers), "load_case", self.cases, "load case", same=("nominal",))
-        return _with_envelope(result) if result.attrs["question"] == "loaded" else result
+        cases = self.cases[: len(answers)]
+        result = beside(align(answers), "load_case", cases, "load case", same=("nominal", "limit"))
+        # Of some of the cases there is no largest.
+        whole = result.attrs["question"] == "loaded" and cases == self.cases
+        return _with_envelope(result) if whole else result
 
     def _over_outputs(self, found: Sequence[Result]) -> Result:
         return of_outputs(self.m, found) if self.m.outputs else found[0]

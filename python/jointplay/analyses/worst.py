@@ -18,6 +18,7 @@ from jointplay.gaps import tight
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
 from jointplay.typed import typed
+from jointplay.verdict import judge
 
 from .nominal import Nominal, Progress, batched, finished, nominal, report
 from .several import of_each
@@ -111,5 +112,6 @@ def compute(m: Mechanism, *, starts: int = 24, at: Nominal | None = None, progre
         builder.add("contribution_elastic", dims, found["contribution_elastic"], words, "extreme")
     words = "extremes whose ascent reached its limit of steps"
     builder.add("unsettled", "configuration", found["unsettled"], words)
+    judge(builder)
     builder.status(at.worse(found["status"]))
     return finished(builder, done, len(drives))

@@ -30,7 +30,8 @@ def run(arguments: list[str]) -> int:
     Returns
     -------
     int
-        0 done, 1 done but some configuration is not ok, 2 bad input, 130 interrupted, 141 nobody reads any more.
+        0 done, 1 done but some configuration is not ok or a limit is missed, 2 bad input, 130 interrupted, 141
+        nobody reads any more.
     """
     try:
         code = _run(arguments)
@@ -72,7 +73,8 @@ def _run(arguments: list[str]) -> int:
             return int(problem.exit_code)  # type: ignore[attr-defined]
         if "ClickException" not in bases:
             raise
-        return _refuse(problem.format_message())  # type: ignore[attr-defined]
+        # The words of the validation library before its sentence are not for users.
+        return _refuse(problem.format_message().replace("Value error, ", ""))  # type: ignore[attr-defined]
     return code if isinstance(code, int) else DONE
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.result import Result
 
-    from .options import Contact, Law
+    from .options import Law, Sampling
 
 #: a table that is not read on a terminal may be as wide as it needs
 UNLIMITED = 400
@@ -78,9 +78,9 @@ def offsets(m: Mechanism, given: Sequence[str] | None) -> dict[str, Any]:
     return {name: numbers(text, f"--offset {name}", None, reader(m)) for name, text in pairs.items()}
 
 
-def scatter(samples: int, seed: int, law: Law | None, contact: Contact) -> dict[str, Any]:
-    """The options of the question `random`."""
-    return {"samples": samples, "seed": seed, "law": law.value if law else None, "contact": contact.value}
+def scatter(samples: int, seed: int, law: Law | None, sampling: Sampling) -> dict[str, Any]:
+    """The options of random specimens."""
+    return {"samples": samples, "seed": seed, "law": law.value if law else None, "sampling": sampling.value}
 
 
 def check_paths(output: Path | None, plot: Path | None = None) -> None:
@@ -133,7 +133,14 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
         draw(m, results, plot)
     if interrupted:
         return INTERRUPTED
-    return DONE if all((result.get("status") == "ok").all() for result in results.values()) else NOT_OK
+    return DONE if all(_is_good(result) for result in results.values()) else NOT_OK
+
+
+def _is_good(result: Result) -> bool:
+    """Whether every configuration is ok, and the limits hold."""
+    from jointplay.verdict import misses
+
+    return bool((result.get("status") == "ok").all()) and not misses(result)
 
 
 def save(results: Mapping[str, Result], output: Path) -> None:

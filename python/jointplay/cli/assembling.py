@@ -7,7 +7,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import answer
-from .options import Assembled, Best, File, LoadCase, Output, Plot, Point, Samples, Scatter, Seed, Settings
+from .options import (
+    Assembled,
+    Best,
+    File,
+    LoadCase,
+    Output,
+    Plot,
+    Point,
+    Points,
+    Samples,
+    Sampling,
+    Scatter,
+    Seed,
+    Settings,
+)
 from .progress import bar
 
 if TYPE_CHECKING:
@@ -31,6 +45,7 @@ def assemble(
     samples: Samples = 2_000,
     seed: Seed = 0,
     law: Scatter = None,
+    sampling: Points = Sampling.sobol,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -45,7 +60,7 @@ def assemble(
     if best is not None:
         with bar("order") as progress:
             m = best_order(m, best.value, configuration=configuration, progress=progress)
-    scatter: dict[str, Any] = {"samples": samples, "seed": seed, "law": law.value if law else None}
+    scatter = answer.scatter(samples, seed, law, sampling)
 
     def ask(m: Mechanism, progress: Any) -> Result:
         return compute(m, question.value, configuration=configuration, progress=progress, **scatter)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from . import DONE, NOT_OK, answer, arguments, assembling
+from . import DONE, NOT_OK, allocating, answer, arguments, assembling
 from .options import (
+    Allowed,
     Compared,
     Contact,
     Correctable,
@@ -20,11 +21,14 @@ from .options import (
     Output,
     Plot,
     Point,
+    Points,
     Question,
     Samples,
+    Sampling,
     Scatter,
     Seed,
     Settings,
+    Shares,
     Sized,
     Sizes,
     Swept,
@@ -153,10 +157,15 @@ def error(
         typer.Option("--question", "-q", help="Which question; if left out, all that the file allows."),
     ] = None,
     offset: Offset = None,
-    samples: Samples = 100_000,
+    samples: Samples = 131_072,
     seed: Seed = 0,
     law: Scatter = None,
+    sampling: Points = Sampling.sobol,
     contact: Touching = Contact.scattered,
+    indices: Shares = False,
+    rare: Annotated[
+        bool, typer.Option("--rare", help="random: search for specimens outside the limits where hardly any are.")
+    ] = False,
     sizes: Sizes = Sized.middle,
     output_point: Point = None,
     load_case: LoadCase = None,
@@ -169,6 +178,9 @@ def error(
     loaded: where the load pushes it. worst: the largest error that the clearances and tolerances allow. random: how it
     scatters from specimen to specimen. given: the error for given offsets (--offset), else for those of the largest
     position error.
+
+    Exit code 1: some configuration is not ok, or a limit of the file is missed (by random only where
+    limits.probability asks for a yield).
     """
     from jointplay.analyses import given, loaded, random, worst
 
@@ -186,7 +198,12 @@ def error(
         return found["worst"]
 
     def ask_random(m: Mechanism, progress: Any) -> Result:
-        return random.compute(m, **answer.scatter(samples, seed, law, contact), progress=progress)
+        options = answer.scatter(samples, seed, law, sampling) | {
+            "contact": contact.value,
+            "indices": indices,
+            "rare": rare,
+        }
+        return random.compute(m, **options, progress=progress)
 
     def ask_given(m: Mechanism, progress: Any) -> Result:
         if put:
@@ -260,9 +277,10 @@ def sweep(
     output_point: Point = None,
     load_case: LoadCase = None,
     offset: Offset = None,
-    samples: Samples = 100_000,
+    samples: Samples = 131_072,
     seed: Seed = 0,
     law: Scatter = None,
+    sampling: Points = Sampling.sobol,
     contact: Touching = Contact.scattered,
     output: Output = None,
     plot: Plot = None,
@@ -277,7 +295,7 @@ def sweep(
     answer.change(m, dict.fromkeys(keys, values[0]))
     options: dict[str, Any] = {}
     if question is Swept.random:
-        options = answer.scatter(samples, seed, law, contact)
+        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
     if question is Swept.given:
         options = {"offsets": answer.offsets(m, offset)}
 
@@ -285,6 +303,57 @@ def sweep(
         return compute(m, keys, values, question.value, progress=progress, **options)
 
     return answer.answer({"sweep": ask}, m, output, plot)
+
+
+@app.command()
+def allow(
+    file: File,
+    question: Annotated[
+        Allowed, typer.Option("--question", "-q", help="In which question the limits have to hold.")
+    ] = Allowed.worst,
+    probability: Annotated[
+        float | None,
+        typer.Option(
+            "--probability",
+            metavar="P",
+            help="random: share of the specimens that keeps to the limits. [default: that of the file, or 0.9973]",
+        ),
+    ] = None,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", metavar="T", help="Relative tolerance of the sizes.")
+    ] = 1e-4,
+    samples: Samples = 20_000,
+    seed: Seed = 0,
+    law: Scatter = None,
+    sampling: Points = Sampling.sobol,
+    contact: Touching = Contact.scattered,
+    sizes: Sizes = Sized.middle,
+    output_point: Point = None,
+    load_case: LoadCase = None,
+    settings: Settings = None,
+    output: Output = None,
+    plot: Plot = None,
+) -> int:
+    """Find the largest size of every source with which the limits of the file hold, and the fit to order."""
+    from jointplay.analyses.allow import compute, keeps
+
+    options: dict[str, Any] = {}
+    if question is Allowed.random:
+        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+    if question is Allowed.loaded:
+        options = {"sizes": sizes.value}
+    found: list[Result] = []
+
+    def ask(m: Mechanism, progress: Any) -> Result:
+        found.append(
+            compute(m, question.value, probability=probability, tolerance=tolerance, progress=progress, **options)
+        )
+        return found[0]
+
+    m = answer.mechanism(file, settings, output_point, load_case)
+    code = answer.answer({"allow": ask}, m, output, plot)
+    # What a source alone may be says nothing of the limits as they are.
+    return code if not found else DONE if keeps(found[0]) else NOT_OK
 
 
 @app.command("map")
@@ -310,9 +379,10 @@ def map_(
             "--details/--no-details", help="loaded: reactions, offsets and shares of the sources at every node, too."
         ),
     ] = True,
-    samples: Samples = 1_000,
+    samples: Samples = 1_024,
     seed: Seed = 0,
     law: Scatter = None,
+    sampling: Points = Sampling.sobol,
     contact: Touching = Contact.scattered,
     output_point: Point = None,
     load_case: LoadCase = None,
@@ -344,7 +414,7 @@ def map_(
     if question is Mapped.loaded:
         options = {"exact": not first_order, "details": details}
     if question is Mapped.random:
-        options = answer.scatter(samples, seed, law, contact)
+        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
     if question is Mapped.given:
         options = {"offsets": answer.offsets(m, offset)}
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
@@ -365,9 +435,10 @@ def compare(
             help="What B follows; if left out, the position, or all components if B has as many drives.",
         ),
     ] = None,
-    samples: Samples = 100_000,
+    samples: Samples = 131_072,
     seed: Seed = 0,
     law: Scatter = None,
+    sampling: Points = Sampling.sobol,
     contact: Touching = Contact.scattered,
     output_point: Point = None,
     load_case: LoadCase = None,
@@ -381,7 +452,7 @@ def compare(
     a, b = (answer.mechanism(file, settings, output_point, load_case) for file in (first, second))
     options: dict[str, Any] = {}
     if question is Compared.random:
-        options = answer.scatter(samples, seed, law, contact)
+        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
     followed = arguments.words(components)
 
     def ask(m: Mechanism) -> Result:
@@ -391,6 +462,7 @@ def compare(
 
 
 app.command()(assembling.assemble)
+app.command()(allocating.allocate)
 
 
 @app.command()

@@ -60,7 +60,7 @@ def answer(
     int
         Exit code.
     """
-    from jointplay.analyses.map import Stopped, compute
+    from jointplay.analyses.map import Stopped, check_variable, compute
     from jointplay.analyses.nominal import Interrupted
 
     if plot is not None:
@@ -69,6 +69,8 @@ def answer(
         check_path(plot)
     if variable is not None and plot is None:
         raise InputError("says what is drawn; --plot says where", key="--variable")
+    if variable is not None:
+        check_variable(m, question, grid, options, variable)
     interrupted = False
     try:
         with bar("map") as progress:

@@ -44,12 +44,34 @@ class Compared(StrEnum):
     random = "random"
 
 
+class Allowed(StrEnum):
+    """In which question `allow` has the limits hold."""
+
+    worst = "worst"
+    loaded = "loaded"
+    random = "random"
+
+
+class Allocated(StrEnum):
+    """In which question `allocate` has the limits hold."""
+
+    worst = "worst"
+    random = "random"
+
+
 class Law(StrEnum):
     """How clearances scatter."""
 
     uniform = "uniform"
     boundary = "boundary"
     normal = "normal"
+
+
+class Sampling(StrEnum):
+    """Which points random specimens are drawn by."""
+
+    sobol = "sobol"
+    plain = "plain"
 
 
 class Contact(StrEnum):
@@ -107,7 +129,10 @@ LoadCase = Annotated[
 Output = Annotated[
     Path | None,
     typer.Option(
-        "--output", "-o", metavar="PATH", help="Write the result: .nc, .zarr, .csv (a row per configuration) or .json."
+        "--output",
+        "-o",
+        metavar="PATH",
+        help="Write the result: .nc, .zarr, .csv (a row per configuration), .json, .parquet, .xlsx.",
     ),
 ]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="PATH", help="Draw the result: .png, .svg or .pdf.")]
@@ -115,10 +140,19 @@ Offset = Annotated[
     list[str] | None,
     typer.Option("--offset", metavar="NAME=VALUE", help="Given offset or deviation: J1=0.5,0 or J1.x=0.5 or l2=0.02"),
 ]
-Samples = Annotated[int, typer.Option("--samples", metavar="N", help="Random specimens per configuration.")]
+Samples = Annotated[
+    int, typer.Option("--samples", metavar="N", help="Random specimens per configuration; best a power of two.")
+]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the random numbers.")]
 Scatter = Annotated[
     Law | None, typer.Option("--law", help="How every clearance scatters, in place of the file's laws.")
+]
+Points = Annotated[
+    Sampling, typer.Option("--sampling", help="random: scrambled Sobol points, or pseudo-random numbers.")
+]
+Shares = Annotated[
+    bool,
+    typer.Option("--indices", help="random: Sobol' indices of every source as well, where the first order may miss."),
 ]
 Touching = Annotated[
     Contact, typer.Option("--contact", help="random: clearances scatter, or the load decides where they are.")

@@ -6,7 +6,7 @@ Everything that one part of the file says about another is checked here.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TypeVar, cast
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from jointplay import poses
 from jointplay.errors import InputError, not_known
-from jointplay.schema import MechanismFile, PlanarFile, SpatialFile
+from jointplay.schema import Bounds, MechanismFile, PlanarFile, SpatialFile
 from jointplay.spec import ENDS, CouplingSpec, DriveSpec, JointSpec, LoadSpec, Spec, SpringSpec
 from jointplay.units import Units
 
@@ -24,6 +24,7 @@ from .assembly import Assembly, compile_assembly
 from .bounds import LARGEST_RATIO, check_sizes
 from .coordinates import coordinate
 from .correlations import compile_correlations
+from .costs import check_costs
 from .couplings import compile_couplings
 from .drives import COMPONENTS, LENGTHS, Commands, Moves, compile_drives, coordinate_factor
 from .graph import ANGULAR, DRIVABLE, TURNS, CompiledJoint, Graph
@@ -65,28 +66,36 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class Limits:
-    """What is acceptable, in SI and radians; nan where the file has no limit.
+    """What is acceptable, in SI and radians.
 
     Parameters
     ----------
-    position, rotation : float
-        Largest acceptable error of the output.
+    errors : mapping
+        Lowest and highest acceptable value of the components of the error, of `position` and of `rotation`, infinite
+        where one side has no limit; those without any are left out.
+    probability : float
+        Share of the specimens that must keep to the limits; nan where the file asks for none.
     singular_value : float
         Smallest acceptable singular value of the length-scaled Jacobian.
     drives, joints : mapping
         Ranges (lowest, highest) by name.
     """
 
-    position: float
-    rotation: float
+    errors: Mapping[str, Range]
+    probability: float
     singular_value: float
     drives: Mapping[str, Range]
     joints: Mapping[str, Range]
 
     def __reduce__(self) -> tuple[object, ...]:
         # Read-only views cannot be pickled.
-        drives, joints = dict(self.drives), dict(self.joints)
-        return (Limits, (self.position, self.rotation, self.singular_value, drives, joints))
+        errors, drives, joints = dict(self.errors), dict(self.drives), dict(self.joints)
+        return (Limits, (errors, self.probability, self.singular_value, drives, joints))
+
+    def bounds(self, quantities: Sequence[str]) -> Floats:
+        """Lowest and highest acceptable value of quantities, a row each."""
+        free = (-math.inf, math.inf)
+        return np.array([self.errors.get(name, free) for name in quantities])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -200,6 +209,11 @@ class Compiled:
     length: float
     core_spec: Spec
 
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """The components of an error, then its two sizes."""
+        return (*self.components, "position", "rotation")
+
 
 def compile_file(data: MechanismFile, file: str, output: str = "", load_case: str = "") -> Compiled:
     """Compile the checked data of a file.
@@ -219,21 +233,26 @@ def compile_file(data: MechanismFile, file: str, output: str = "", load_case: st
     InputError
         When a name means nothing, bodies are not connected, or parts of the file contradict each other.
     """
+    # What stands in the place of [output] and at the end of [[loads]] has another key in the file.
+    common = len(data.loads)
+
+    def key_of_load(number: int) -> str:
+        of_case = load_case and number >= common
+        return f"load_cases.{load_case}.{number - common}" if of_case else f"loads.{number}"
+
     try:
-        return _compiled(data.only(output, load_case), file)
+        return _compiled(data.only(output, load_case), file, key_of_load)
     except InputError as error:
-        # What stands in the place of [output] and at the end of [[loads]] has another key in the file.
-        head, _, rest = error.key.partition(".")
+        head, *rest = error.key.split(".")
         if output and head == "output":
-            raise InputError(error.problem, file=file, key=f"outputs.{output}.{rest}") from None
-        number, _, rest = rest.partition(".")
-        if load_case and head == "loads" and int(number) >= len(data.loads):
-            key = f"load_cases.{load_case}.{int(number) - len(data.loads)}.{rest}"
+            raise InputError(error.problem, file=file, key=".".join(["outputs", output, *rest])) from None
+        if head == "loads" and rest:
+            key = ".".join([key_of_load(int(rest[0])), *rest[1:]])
             raise InputError(error.problem, file=file, key=key) from None
         raise
 
 
-def _compiled(data: MechanismFile, file: str) -> Compiled:
+def _compiled(data: MechanismFile, file: str, key_of_load: Callable[[int], str]) -> Compiled:
     assert data.output is not None
     units = Units(data.units.length, data.units.angle, data.units.force)
     graph = Graph(data, units, file)
@@ -250,13 +269,13 @@ def _compiled(data: MechanismFile, file: str) -> Compiled:
     guess = pieces.guess(guess)
     asked = [data.output, *data.outputs.values()]
     watched = {name for each in asked for name in (each.body, each.relative_to)}
-    spins = find_spins(
-        graph, guess, {k for k, name in enumerate(graph.bodies) if name in watched}, _acting(data, loads, springs)
-    )
+    acting = _acting(data, loads, springs, key_of_load)
+    spins = find_spins(graph, guess, {k for k, name in enumerate(graph.bodies) if name in watched}, acting)
     held = {spin.joints[0]: spin for spin in spins if spin.load is None}
     couplings = compile_couplings(data, graph, guess)
     sources = compile_sources(data, graph, commands, outputs, length, pieces.owners)
     check_sizes(data, graph, guess, commands, sources, length)
+    check_costs(data, graph, sources)
     limits = _limits(data, graph, commands)
     components = COMPONENTS[data.space]
     component_factors = _fixed([units.length if c in LENGTHS else units.angle for c in components])
@@ -321,15 +340,17 @@ def _compiled(data: MechanismFile, file: str) -> Compiled:
 
 def _loaded(data: MechanismFile, loads: Loads, springs: list[SpringSpec], output: int) -> dict[int, str]:
     """What the points are where loads and springs act, beside the output."""
-    names = _of_loads(data, loads, "load{}", "centre")
+    names = _of_loads(data, loads, "load{}".format, "centre")
     named = {load["point"]: name for load, name in zip(loads.first, names, strict=True)}
     ends = {spring[end]: name for name, spring in _named(data, springs) for end in ENDS}
     return {point: name for point, name in {**ends, **named}.items() if point != output}
 
 
-def _acting(data: MechanismFile, loads: Loads, springs: list[SpringSpec]) -> list[tuple[str, LoadSpec]]:
+def _acting(
+    data: MechanismFile, loads: Loads, springs: list[SpringSpec], key_of_load: Callable[[int], str]
+) -> list[tuple[str, LoadSpec]]:
     """What acts on the bodies in some configuration, by its key in the file; of springs any force at either end."""
-    keys = _of_loads(data, loads, "loads.{}", "its weight")
+    keys = _of_loads(data, loads, key_of_load, "its weight")
     acting = [(key, load) for k, key in enumerate(keys) for load in loads.along.get(k, (loads.first[k],))]
     for name, spring in _named(data, springs):
         acting += [
@@ -339,10 +360,10 @@ def _acting(data: MechanismFile, loads: Loads, springs: list[SpringSpec]) -> lis
     return acting
 
 
-def _of_loads(data: MechanismFile, loads: Loads, numbered: str, weight: str) -> list[str]:
+def _of_loads(data: MechanismFile, loads: Loads, numbered: Callable[[int], str], weight: str) -> list[str]:
     """A word for every load by its number in the file, and for the weights that follow them."""
     given = len(data.loads)
-    return [numbered.format(k) for k in range(given)] + [weight] * (len(loads.first) - given)
+    return [numbered(k) for k in range(given)] + [weight] * (len(loads.first) - given)
 
 
 def _named(data: MechanismFile, springs: list[SpringSpec]) -> Iterator[tuple[str, SpringSpec]]:
@@ -375,6 +396,14 @@ def _limits(data: MechanismFile, graph: Graph, commands: Commands) -> Limits:
         factor = coordinate_factor(graph, graph.joints[joint])
         return (pair[0] * factor, pair[1] * factor)
 
+    errors: dict[str, Range] = {}
+    for name in given.words():
+        limit, factor = getattr(given, name), units.length if name in (*LENGTHS, "position") else units.angle
+        if isinstance(limit, Bounds):
+            low, high = -math.inf if limit.low is None else limit.low, math.inf if limit.high is None else limit.high
+            errors[name] = (low * factor, high * factor)
+        elif limit is not None:
+            errors[name] = (-math.inf, limit * factor)
     driven = dict(zip(data.drives, commands.joints, strict=True))
     joints = {name: graph.joint_index(name, f"limits.joints.{name}") for name in given.joints}
     for name, index in joints.items():
@@ -382,8 +411,8 @@ def _limits(data: MechanismFile, graph: Graph, commands: Commands) -> Limits:
             problem = f"'{name}' is a {graph.joints[index].kind} joint and has no coordinate to limit"
             raise graph.refuse(problem, f"limits.joints.{name}")
     return Limits(
-        position=math.nan if given.position is None else given.position * units.length,
-        rotation=math.nan if given.rotation is None else given.rotation * units.angle,
+        errors=MappingProxyType(errors),
+        probability=math.nan if given.probability is None else given.probability,
         singular_value=given.singular_value,
         drives=MappingProxyType({name: scaled(pair, driven[name]) for name, pair in given.drives.items()}),
         joints=MappingProxyType({name: scaled(pair, joints[name]) for name, pair in given.joints.items()}),

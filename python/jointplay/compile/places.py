@@ -194,9 +194,8 @@ def _of_link(
         end = graph.joint_point(link.body, second, f"{key}.between.1")
         points = [end, *graph.together_with(end)]
         if turning and not _turns(data.joints[second], link.body):
-            problem = (
-                f"'{second}' has no direction on '{link.body}' that could deviate; valid here: {', '.join(BODY_AXES)}"
-            )
+            axes = [axis for axis in BODY_AXES if data.space == "spatial" or axis != "z"]
+            problem = f"'{second}' has no direction on '{link.body}' that could deviate; valid here: {', '.join(axes)}"
             raise graph.refuse(problem, f"{key}.{turning[0]}")
     if any(component in DH for component in components):
         for joint in link.between:

@@ -173,6 +173,10 @@ def _bearing(
     sizes = [Size("size", 0.5, 0.0, least * MICROMETRE, most * MICROMETRE, law)]
     if play.reduction is not None:
         low, high = (value * units.length for value in play.reduction)
+        if low >= most * MICROMETRE:
+            most_given = most * MICROMETRE / units.length
+            problem = f"takes away all of the clearance, which is at most {most_given:.4g} {units.length_name}"
+            raise refuse(f"{problem}: {play.reduction[0]:g}", "reduction")
         sizes.append(Size("reduction", -0.5, 0.0, low, high, law))
     return _gap(sizes), sizes
 

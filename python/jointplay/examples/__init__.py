@@ -26,7 +26,7 @@ from .three_upu import ThreeUpu
 
 _PLANAR = (
     *("four-bar", "p3r", "slider-crank", "slider-crank-cases", "five-bar", "3-rrr", "six-bar", "serial-2r"),
-    "excavator",
+    *("excavator", "four-bar-fits", "press"),
 )
 _PLANAR_OVER_CONSTRAINED = ("redundant-bar", "x-braced-square", "antenna-support")
 _TEMPLATES: Mapping[str, type[Template]] = {

@@ -83,6 +83,9 @@ at   = {numbers(centre)}
 [[loads]]
 force  = [0, 0, -100]
 moment = [0, 0, 0]            # N mm: force times length
+
+[limits]
+position = 6                  # acceptable at the output
 """
 
     def _leg(self, k: int, angle: float, centre: Vector) -> str:

@@ -26,8 +26,10 @@ from jointplay.spec import Spec
 
 from .closing import Closing, Floats, in_order, is_closed, starts
 
-#: unknowns beyond which nothing is searched: six per body in space
-LARGE = 60
+#: unknowns beyond which only the nearest attempt is searched, and beyond which nothing is: six per body in space
+LARGE, LARGEST = 60, 100
+#: joints of a large mechanism that are tried as the one that is open
+TRIED = 8
 #: failed configurations of which the one with the largest gap is looked at
 LOOKED_AT = 5
 #: starts that are tried
@@ -90,9 +92,12 @@ class Attempt:
     is_loop : bool
         Whether these are in the order of one loop; otherwise several loops cannot close together.
     joint : int
-        The joint that is open.
+        The joint that is open; -1 where no single one is.
     gap, turn : float
         By how much, in metres and radians.
+    together : tuple of tuple
+        Where no single joint leaves all others closed: the joints that are open, each by how much, the largest gap
+        first.
     cures : tuple of Cure
         Single lengths that close the loop there, the smallest change first.
     start : dict or None
@@ -111,10 +116,16 @@ class Attempt:
     joint: int
     gap: float
     turn: float
+    together: tuple[tuple[int, float, float], ...] = ()
     cures: tuple[Cure, ...] = ()
     start: dict[str, dict[str, object]] | None = None
     reach: tuple[float, float] | None = None
     limit: Floats | None = None
+
+    @property
+    def open(self) -> tuple[tuple[int, float, float], ...]:
+        """All joints that are open, with their gaps and turns."""
+        return self.together if self.joint < 0 else ((self.joint, self.gap, self.turn),)
 
 
 def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
@@ -129,7 +140,8 @@ def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
         Poses of all bodies, shape (configuration, body, pose); nan where a configuration is not assembled.
     """
     missing = np.flatnonzero(~np.isfinite(placed).all(axis=(1, 2)) & np.isfinite(drives).all(axis=1))
-    if not len(missing) or not len(m.bodies) or len(m.bodies) * len(m.components) > LARGE:
+    unknowns = len(m.bodies) * len(m.components)
+    if not len(missing) or not 0 < unknowns <= LARGEST:
         return None
     closing, first = Closing(m), int(missing[0])
     before = np.flatnonzero(np.isfinite(placed[:first]).all(axis=(1, 2)))
@@ -140,9 +152,9 @@ def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
     found = [(int(k), *closing.least(drives[k], near)) for k in looked_at]
     configuration, at, gaps = max(found, key=lambda one: float(np.square(one[2]).sum()))
     asked = drives[configuration]
-    start = _other_start(closing, drives[0], guess) if first == 0 else None
+    start = _other_start(closing, drives[0], guess) if first == 0 and unknowns <= LARGE else None
     limit = _limit(closing, drives[before[-1]], drives[first], near) if len(before) and closing.is_small else None
-    opened = None
+    opened, nearest = None, (at, gaps)
     # A poor minimum, with axes the wrong way round, has gaps everywhere: then others are tried.
     for other in (None, *(starts(m, guess, FURTHER) if closing.is_small else ())):
         at, gaps = (at, gaps) if other is None else closing.least(asked, other)
@@ -151,7 +163,13 @@ def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
         if opened is not None or start is not None:
             break
     if opened is None:
-        return None if start is None else _nothing_open(asked, at, configuration, start, limit)
+        at, gaps = nearest
+        loop, is_loop = _loop(closing, gaps)
+        # A start that closes says it all; gaps that are closed after all are none.
+        together = () if start is not None or is_closed(gaps) else tuple(_gaps(closing, gaps, loop))
+        if start is None and not together:
+            return None
+        return Attempt(configuration, asked, at, tuple(loop), is_loop, -1, 0.0, 0.0, together, start=start, limit=limit)
     joint, at_joint, gap, turn = opened
     forgotten = start is not None and not m.data.start
     cures = () if forgotten or not (is_loop and closing.is_small) else tuple(_cures(closing, asked, at, loop))
@@ -165,10 +183,18 @@ def attempt(m: Mechanism, drives: Floats, placed: Floats) -> Attempt | None:
     )  # fmt: skip
 
 
-def _nothing_open(
-    asked: Floats, at: Floats, configuration: int, start: dict[str, dict[str, object]], limit: Floats | None
-) -> Attempt:
-    return Attempt(configuration, asked, at, (), True, -1, 0.0, 0.0, start=start, limit=limit)
+def _gaps(closing: Closing, gaps: Floats, loop: list[int]) -> list[tuple[int, float, float]]:
+    """The joints of a loop that are open, by how much in metres and radians, the largest gap first."""
+    m = closing.m
+    inner = {member.joint for member in m.members}
+    turns = np.array([component in TURNS for _, component in closing.rows])
+    joints = np.where(np.arange(len(gaps)) < closing.joint_rows, closing.joints, -1)
+    found = []
+    for joint in (joint for joint in loop if joint not in inner):
+        gap, turn = (float(np.linalg.norm(gaps[(joints == joint) & kind])) for kind in (~turns, turns))
+        if math.hypot(gap, turn) > TAKES_PART * float(np.abs(gaps).max()):
+            found.append((joint, gap * m.length, turn))
+    return sorted(found, key=lambda one: -math.hypot(one[1] / m.length, one[2]))
 
 
 def _bodies(m: Mechanism, joint: int) -> tuple[int, int]:
@@ -197,7 +223,8 @@ def _open(closing: Closing, drives: Floats, at: Floats, loop: list[int]) -> tupl
     driven = {joint for moves in m.drive_moves for joint, _ in moves}
     best: tuple[tuple[bool, float], int, Floats, float, float] | None = None
     middle = sorted(range(len(loop)), key=lambda k: abs(2 * k - len(loop) + 0.5))
-    for joint in (loop[k] for k in middle if loop[k] not in inner and loop[k] not in driven):
+    tried = [loop[k] for k in middle if loop[k] not in inner and loop[k] not in driven]
+    for joint in tried[: TRIED if len(closing.unknowns) > LARGE else None]:
         found, gaps = closing.least(drives, at, closing.opened(joint))
         own = closing.opened(joint) == 1.0
         turns = np.array([component in TURNS for _, component in closing.rows])

@@ -36,23 +36,28 @@ class Motion:
 
 
 def free_motions(probe: Probe, sample: Sample, null: Floats) -> list[Motion]:
-    """The null space as motions of one joint each, as far as joints distinguish them."""
+    """The null space as motions of one joint each, as far as joints distinguish them, and of few bodies each."""
     rates = sample.coordinates @ null
-    done: list[int] = []
-    for row in range(len(rates)):
-        left = [k for k in range(null.shape[1]) if k not in done]
-        if not left:
-            break
-        pivot = max(left, key=lambda k: abs(rates[row, k]))
-        if abs(rates[row, pivot]) < TAKES_PART:
-            continue
-        scale = 1.0 / rates[row, pivot]
+    left = list(range(null.shape[1]))
+
+    def part(own: Floats, row: int, pivot: int) -> None:
+        """Let one motion alone have what a row of a table says."""
+        scale = 1.0 / own[row, pivot]
         others = [k for k in range(null.shape[1]) if k != pivot]
-        shares = rates[row, others].copy() * scale
+        shares = own[row, others] * scale
         for table in (null, rates):
             table[:, others] -= np.outer(table[:, pivot], shares)
             table[:, pivot] *= scale
-        done.append(pivot)
+        left.remove(pivot)
+
+    for row in range(len(rates)):
+        pivot = max(left, key=lambda k: abs(rates[row, k]), default=-1)
+        if left and abs(rates[row, pivot]) >= TAKES_PART:
+            part(rates, row, pivot)
+    # No joint's coordinate tells those apart that are left.
+    while left:
+        largest, column = np.unravel_index(np.abs(null[:, left]).argmax(), (len(null), len(left)))
+        part(null, int(largest), left[int(column)])
     return [_motion(probe, null[:, k], rates[:, k]) for k in range(null.shape[1])]
 
 

@@ -15,8 +15,10 @@ from jointplay.model import Mechanism
 from .attempt import Attempt, Cure
 from .closing import Floats
 
-#: lengths that are named
+#: lengths, and joints that are open together, that are named
 MOST_CURES = 3
+#: joints that are named of those that cannot all close
+MOST_NAMES = 12
 #: significant digits
 DIGITS = 4
 
@@ -43,14 +45,22 @@ def _sentences(m: Mechanism, found: Attempt, missing: Sequence[int], count: int)
         cause = "Was another start meant? With" if m.data.start else "No start is given. With"
         yield f"{cause} this one the first configuration can be assembled:"
         yield from _pasted(found.start)
-    if found.joint < 0:
+    if not found.open:
         return
     inner = {member.joint for member in m.members}
     names = [m.joints[k] for k in found.loop if k not in inner]
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES and not found.is_loop else ""
+    names = names if found.is_loop else names[:MOST_NAMES]
     at = f" at {_values(m, found.drives)}" if len(m.drives) else ""
-    together = f"These joints cannot all close{at}: {', '.join(names)}."
+    together = f"These joints cannot all close{at}: {', '.join(names)}{more}."
     yield f"The loop {', '.join(names)} stays open{at}." if found.is_loop else together
-    open_ = " and ".join(_sizes(m, found))
+    if found.joint < 0:
+        largest = ", ".join(f"'{m.joints[k]}' by {_size(m, gap, turn)}" for k, gap, turn in found.open[:MOST_CURES])
+        others = len(found.open) - MOST_CURES
+        less = f", and {others} more" if others > 0 else ""
+        yield f"In the nearest attempt found, several joints are open together: {largest}{less}."
+        return
+    open_ = _size(m, found.gap, found.turn)
     joint = m.joints[found.joint]
     yield f"In the nearest attempt found, where every other joint is closed, '{joint}' is open by {open_}."
     if found.cures:
@@ -73,12 +83,12 @@ def _which(missing: Sequence[int], count: int) -> str:
     return f"Configuration{'s' * (len(missing) > 1)} {some} (of 0 to {count - 1})"
 
 
-def _sizes(m: Mechanism, found: Attempt) -> Iterator[str]:
-    # What is rounding beside the rest is not named.
-    if found.gap > 1e-6 * max(found.turn * m.length, found.gap):
-        yield f"{found.gap / m.units.length:.{DIGITS}g} {m.units.length_name}"
-    if found.turn * m.length > 1e-6 * max(found.turn * m.length, found.gap):
-        yield f"{found.turn / m.units.angle:.{DIGITS}g} {m.units.angle_name}"
+def _size(m: Mechanism, gap: float, turn: float) -> str:
+    """By how much a joint is open; what is little beside the rest is not named."""
+    least = 1e-3 * max(turn * m.length, gap)
+    parts = [f"{gap / m.units.length:.{DIGITS}g} {m.units.length_name}"] if gap > least else []
+    parts += [f"{turn / m.units.angle:.{DIGITS}g} {m.units.angle_name}"] if turn * m.length > least else []
+    return " and ".join(parts)
 
 
 def _values(m: Mechanism, values: Floats) -> str:

@@ -12,6 +12,8 @@ from jointplay.errors import JointplayError
 if find_spec("matplotlib") is None:
     raise JointplayError("drawing needs matplotlib: pip install 'jointplay[plot]'")
 
+from .allocate import allocate, cost_curve
+from .allow import allow
 from .assembly import assembly
 from .figures import blame, error, histogram, sweep
 from .linkage import mechanism
@@ -19,4 +21,18 @@ from .map import draw as draw_map
 from .map import map
 from .sheet import check_path, draw
 
-__all__ = ["assembly", "blame", "check_path", "draw", "draw_map", "error", "histogram", "map", "mechanism", "sweep"]
+__all__ = [
+    "allocate",
+    "allow",
+    "assembly",
+    "blame",
+    "check_path",
+    "cost_curve",
+    "draw",
+    "draw_map",
+    "error",
+    "histogram",
+    "map",
+    "mechanism",
+    "sweep",
+]

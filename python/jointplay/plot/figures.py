@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from jointplay.errors import InputError, in_range
 from jointplay.result import Result, parts, size, typical, unit_of
@@ -24,6 +25,8 @@ Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 QUANTITIES = ("position", "rotation")
 #: more sources than this are not distinguished by eye; the smaller ones become one
 MOST_SOURCES = 7
+#: how a limit is drawn
+LIMIT: dict[str, Any] = {"color": "black", "linewidth": 1.2, "linestyle": (0, (6, 2))}
 #: curves of a sweep beyond which a surface says more
 MOST_CURVES = 6
 
@@ -52,9 +55,13 @@ def error(results: Results | Result | xr.Dataset, quantity: str = "position", *,
         curves = [(text, np.arange(len(values)), values, "configuration", unit) for text, _, values, _, unit in curves]
     for k, (text, x, values, _, _) in enumerate(curves):
         axes.plot(x, values, label=text, **series(k))
+    every = [part for result in _named(results).values() for _, part in _mechanisms(result)]
+    bounds = _draw_limits(axes.axhline, every, quantity)
     words, unit = curves[0][3:]
     axes.set(xlabel=words, ylabel=labelled(f"{quantity} error" if quantity == "position" else "rotation", unit))
-    _from_zero(axes, [values for _, _, values, _, _ in curves])
+    if words == "configuration":
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    _from_zero(axes, [*(values for _, _, values, _, _ in curves), np.array(bounds)])
     axes.legend()
     return figure
 
@@ -97,7 +104,8 @@ def blame(result: Result | xr.Dataset, quantity: str = "position", *, axes: Axes
     if bars:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     else:
-        axes.annotate("nothing is off", (0.5, 0.5), xycoords="axes fraction", ha="center", color=GREY)
+        axes.annotate("no error", (0.5, 0.5), xycoords="axes fraction", ha="center", color=GREY)
+        axes.set(xlim=(-0.5, len(where) - 0.5), ylim=(0, 100))
     return figure
 
 
@@ -132,8 +140,9 @@ def sweep(
     if surface:
         mesh = axes.pcolormesh(x, where, values.T, cmap="cividis", shading="nearest")
         axes.grid(visible=False)
-        lines = axes.contour(x, where, values.T, colors="white", linewidths=0.7) if min(values.shape) > 1 else None
-        if lines is not None:
+        # Between texts, such as fits, there are no values.
+        if numeric and min(values.shape) > 1:
+            lines = axes.contour(x, where, values.T, colors="white", linewidths=0.7)
             axes.clabel(lines, fontsize=7)
         figure.colorbar(mesh, ax=axes, label=title)
         axes.set_ylabel(words)
@@ -144,7 +153,8 @@ def sweep(
         for k, c in enumerate(chosen.tolist()):
             axes.plot(x, values[:, c], label=f"{name} = {where[c]:g} {unit.rstrip(']')}".rstrip(), **series(k))
         axes.set_ylabel(title)
-        _from_zero(axes, [values])
+        bounds = _draw_limits(axes.axhline, [part], quantity)
+        _from_zero(axes, [values, np.array(bounds)])
         axes.legend()
     axes.set_xlabel(labelled(dim, part.coords[dim].units))
     if not numeric:
@@ -192,14 +202,32 @@ def histogram(
         )  # fmt: skip
     axes.set_ylim(0, 1.1 * top if top > 0 else 1.0)
     filled = np.flatnonzero(counts)
+    bounds = _draw_limits(axes.axvline, [part], quantity)
     if len(filled):
-        axes.set_xlim(edges[max(0, filled[0] - 2)], edges[min(len(edges) - 1, filled[-1] + 3)])
+        ends = [edges[max(0, filled[0] - 2)], edges[min(len(edges) - 1, filled[-1] + 3)]]
+        # A limit that is near is shown; one far away would leave nothing of the histogram.
+        near = [value for value in bounds if ends[0] - (ends[1] - ends[0]) < value < ends[1] + (ends[1] - ends[0])]
+        low, high = min([ends[0], *near]), max([ends[1], *near])
+        # A line at the frame would not be seen.
+        room = 0.02 * (high - low)
+        axes.set_xlim(low - room * (low in near), high + room * (high in near))
+    if any(axes.get_xlim()[0] <= value <= axes.get_xlim()[1] for value in bounds):
+        axes.legend()
     axes.set(
         xlabel=labelled(f"{quantity} error" if quantity != "rotation" else "rotation", unit),
         ylabel="specimens per bin [%]",
     )
     axes.set_title(f"random: configuration {configuration}, {part.attrs['samples']} specimens")
     return figure
+
+
+def _draw_limits(line: Callable[..., object], results: Sequence[Result], quantity: str) -> list[float]:
+    """Draw the limits of a quantity, each once, as lines across; one entry of a legend stands for all."""
+    known = [result.get("limit", quantity=quantity) for result in results if "limit" in result.data]
+    bounds = sorted({float(value) for limit in known for value in limit.ravel() if np.isfinite(value)})
+    for k, value in enumerate(bounds):
+        line(value, **LIMIT, label=None if k else "limit")
+    return bounds
 
 
 def _from_zero(axes: Axes, curves: Sequence[Floats]) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from jointplay.errors import JointplayError, one_line
 
 from .isosurface import isosurface
+from .style import is_plan
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -124,9 +125,9 @@ def _plane(value: xr.DataArray, words: Any, span: tuple[float, float], label: st
 
 def _label(figure: Any, value: xr.DataArray) -> None:
     across, up = (value[dim] for dim in value.dims[:2])
-    equal = across.attrs["units"] == up.attrs["units"]
-    figure.update_xaxes(title=_named(across))
-    figure.update_yaxes(title=_named(up), **({"scaleanchor": "x"} if equal else {}))
+    # The grey of what cannot be reached ends where the map ends.
+    figure.update_xaxes(title=_named(across), constrain="domain")
+    figure.update_yaxes(title=_named(up), constrain="domain", **({"scaleanchor": "x"} if is_plan(value) else {}))
     figure.update_layout(plot_bgcolor="#d9d9d9")
     figure.update_xaxes(showgrid=False, zeroline=False)
     figure.update_yaxes(showgrid=False, zeroline=False)

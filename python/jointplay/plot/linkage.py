@@ -21,6 +21,7 @@ from jointplay.spec import JointSpec
 from jointplay.typed import typed
 
 from . import couplings, springs
+from .names import write as write_names
 from .spatial import Sketch
 from .style import (
     COLOURS,
@@ -87,17 +88,21 @@ def mechanism(
     if path and len(at) > 1:
         drawing.trace()
     drawing.bodies()
-    drawing.joints(names)
+    drawing.joints()
     drawing.springs()
-    if found is not None and found.joint >= 0:
+    if found is not None:
         drawing.gap(found)
     if exaggerate > 0:
         drawing.error(exaggerate, None if result is None else single(result))
     drawing.frame()
+    if names:
+        drawing.names()
     axes.set_title(m.title)
     handles, labels = axes.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
-    axes.legend(unique.values(), unique.keys(), loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    # In space the names of the axes stand beside them.
+    beside = 1.12 if m.pose_size == poses.SPATIAL else 1.0
+    axes.legend(unique.values(), unique.keys(), loc="upper left", bbox_to_anchor=(beside, 1.0))
     return figure
 
 
@@ -165,14 +170,13 @@ class _Drawing:
                 marker = "s" if len(outline) == 1 else ""
                 self.axes.plot(*np.array(outline).T, color=colour, linewidth=2.4, marker=marker, label=label, zorder=3)
 
-    def joints(self, names: bool) -> None:
+    def joints(self) -> None:
         """Pins as small circles, guides as lines with their slider, supports under what is fixed to the ground."""
         inner = {member.joint for member in self.m.members}
         for k, (joint, kind) in enumerate(zip(self.spec["joints"], self.m.joint_kinds, strict=True)):
             if k in inner:
                 continue
             first, second = self.place(joint["first"]), self.place(joint["second"])
-            grounded = self.spec["points"][joint["first"]]["body"] == -1
             if kind in ("prismatic", "pin_in_slot"):
                 self._guide(joint, first, second, kind)
             if kind in ("revolute", "pin_in_slot"):
@@ -181,10 +185,8 @@ class _Drawing:
                 self._coupling(joint, first, second)
             elif kind == "fixed":
                 self.axes.plot(*second, marker="x", color="black", markersize=6, zorder=6)
-            if grounded and kind in ("revolute", "fixed"):
+            if self._grounded(joint):
                 self._support(first)
-        if names:
-            self._names()
         output = self.place(self.spec["output"]["point"])
         self.axes.plot(*output, marker="*", color="black", markersize=9, linestyle="", label="output", zorder=7)
 
@@ -202,29 +204,32 @@ class _Drawing:
         radius = PIN * self.extent
         self.axes.add_patch(Circle((place[0], place[1]), radius, facecolor="white", edgecolor="black", zorder=6))
 
-    def _names(self) -> None:
+    def names(self) -> None:
         """Names of the joints; those at one place in a row, riders of one pin under its name."""
-        at: dict[tuple[float, float], dict[str, None]] = {}
+        at: dict[tuple[float, ...], dict[str, None]] = {}
         inner = {member.joint for member in self.m.members}
         for k, (name, joint) in enumerate(zip(self.m.joints, self.spec["joints"], strict=True)):
-            if k in inner:
-                continue
-            x, y = np.round(self._named_at(joint) / self.extent, 3) * self.extent
-            at.setdefault((float(x), float(y)), {})[name.split("/")[0]] = None
-        centre = np.array(list(at)).mean(axis=0)
-        for place, names in at.items():
-            # Away from the middle of the mechanism, where there is room.
-            side = 1 if place[0] >= centre[0] else -1
-            above = 1 if place[1] >= centre[1] else -1
-            self.axes.annotate(
-                ", ".join(names), place, xytext=(8 * side, 8 * above), textcoords="offset points", fontsize=8, zorder=6,
-                ha="left" if side > 0 else "right", va="bottom" if above > 0 else "top",
-                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.6, "pad": 0.5},
-            )  # fmt: skip
+            if k not in inner:
+                x, y = np.round(self._named_at(joint) / self.extent, 3) * self.extent
+                at.setdefault((float(x), float(y)), {})[name.split("/")[0]] = None
+        joined = {place: ", ".join(names) for place, names in at.items()}
+        # Equal scales give the axes their limits.
+        self.axes.apply_aspect()
+        outlines = [self._support_at(self.place(j["first"])) for j in self.spec["joints"] if self._grounded(j)]
+        output = self.place(self.spec["output"]["point"])
+        write_names(self.axes, joined, np.array(list(at)).reshape(-1, 2), np.vstack([output, *outlines]))
+
+    def _grounded(self, joint: JointSpec) -> bool:
+        """Whether a joint is drawn on a support."""
+        return joint["kind"] in ("revolute", "fixed") and self.spec["points"][joint["first"]]["body"] == -1
+
+    def _support_at(self, place: Points) -> Points:
+        """Corners of the triangle of a support."""
+        return place + SUPPORT * self.extent * np.array([[0.0, 0.0], [-0.8, -1.3], [0.8, -1.3]])
 
     def _support(self, place: Points) -> None:
         s = SUPPORT * self.extent
-        corners = place + np.array([[0.0, 0.0], [-0.8 * s, -1.3 * s], [0.8 * s, -1.3 * s]])
+        corners = self._support_at(place)
         self.axes.add_patch(Polygon(corners, closed=True, facecolor="white", edgecolor=GREY, zorder=2))
         ground = np.array([place[0] - 1.2 * s, place[1] - 1.3 * s])
         self.axes.plot([ground[0], ground[0] + 2.4 * s], [ground[1]] * 2, color=GREY, linewidth=2.0, zorder=2)
@@ -270,10 +275,12 @@ class _Drawing:
         self.axes.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
 
     def gap(self, found: Attempt) -> None:
-        """The joint that stays open, from the one body's point to the other's."""
-        joint = self.spec["joints"][found.joint]
-        ends = np.array([self.place(joint["first"]), self.place(joint["second"])])
-        self.axes.plot(*ends.T, label=f"{self.m.joints[found.joint]} stays open", **OPEN)
+        """The joints that stay open, from the one body's point to the other's."""
+        for index, _, _ in found.open:
+            joint = self.spec["joints"][index]
+            ends = np.array([self.place(joint["first"]), self.place(joint["second"])])
+            stays = f"{self.m.joints[index]} stays" if found.joint >= 0 else f"{len(found.open)} joints stay"
+            self.axes.plot(*ends.T, label=f"{stays} open", **OPEN)
 
     def error(self, exaggerate: float, result: Result | None) -> None:
         """The disc that each pin can use, where the pin lies in it, and the error of the output."""

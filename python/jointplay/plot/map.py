@@ -22,7 +22,7 @@ from jointplay.typed import typed
 
 from . import sheet
 from .interactive import page
-from .style import COLOURS, GREY, STYLE, labelled
+from .style import COLOURS, GREY, STYLE, is_plan, labelled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +35,8 @@ HATCHED = {"not_assembled": "", "singular": "xxxx", "underconstrained": "----", 
 UNREACHED = "#d9d9d9"
 #: slices of a map with three axes
 SLICES = 4
+#: height and largest width of a plan, and width of an entry of the legend, inches
+PLAN, MOST_WIDE, ENTRY = 3.7, 8.0, 1.9
 #: near a singularity errors grow without bound; colours end at this quantile where it is far below the largest
 CUT, FAR = 0.98, 2.0
 
@@ -91,11 +93,16 @@ def map(result: Result | xr.Dataset, variable: str | None = None, *, axes: Axes 
             figure = axes.get_figure()
             assert isinstance(figure, Figure)
         else:
-            figure = Figure(figsize=(3.2 * SLICES, 3.6) if dims == 3 else (6.4, 4.6 if dims == 2 else 3.6))
+            figure = Figure(figsize=(3.2 * SLICES, 3.6) if dims == 3 else (6.4, 3.6) if dims == 1 else _fitting(shown))
         if dims == 1:
             _line(shown, axes or figure.add_subplot())
         elif dims == 2:
-            _heat(shown, axes or figure.add_subplot(), bar=True)
+            handles = _heat(shown, axes or figure.add_subplot(), bar=True)
+            if handles and axes is not None:
+                axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.14), ncols=3)
+            elif handles:
+                columns = max(1, int(figure.get_figwidth() / ENTRY))
+                figure.legend(handles=handles, loc="outside lower left", ncols=columns)
         else:
             _slices(shown, figure)
     return figure
@@ -146,6 +153,15 @@ def limits(values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float]
     return low, cut if high > FAR * cut else high
 
 
+def _fitting(shown: Layers) -> tuple[float, float]:
+    """Size of a figure without empty margins, inches: of a plan as wide as it has to be."""
+    if not is_plan(shown.value):
+        return 6.4, 4.6
+    wide, high = (float(np.ptp(_edges(shown.value[dim].values))) for dim in shown.value.dims)
+    scale = min(PLAN / high, MOST_WIDE / wide)
+    return scale * wide + 2.0, scale * high + 0.9
+
+
 def _heat(shown: Layers, axes: Axes, *, bar: bool, span: tuple[float, float] | None = None) -> list[Any]:
     value = shown.value
     across, up = value.dims
@@ -171,9 +187,7 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, span: tuple[float, float] | N
     if shown.contact_change.any():
         axes.add_collection(LineCollection(_boundaries(x, y, shown.contact_change), colors="#000000", linewidths=1.4))
         handles.append(Line2D([], [], color="#000000", label="a contact changes sides"))
-    if handles and bar:
-        axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.14), ncols=3)
-    if value[across].attrs["units"] == value[up].attrs["units"]:
+    if is_plan(value):
         axes.set_aspect("equal")
     if bar:
         axes.set_title(shown.title)

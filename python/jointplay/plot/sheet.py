@@ -20,7 +20,10 @@ from jointplay.result import Result, parts
 from jointplay.result import size as size_of
 from jointplay.typed import typed
 
+from .allocate import allocate, cost_curve
+from .allow import allow
 from .assembly import assembly
+from .bars import AROUND, BAR
 from .figures import blame, error, histogram, sweep
 from .linkage import mechanism, projection
 from .style import STYLE, escape_texts, round_factor
@@ -83,6 +86,10 @@ def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:
         return _sweep(first)
     if "assemble" in results:
         return assembly(m, first)
+    if "allocate" in results:
+        return _allocated(first)
+    if "allow" in results:
+        return _allowed(first)
     if "solve" in results:
         figure = Figure(figsize=(8.4, 5.5))
         # What cannot be assembled is what one asks about.
@@ -103,7 +110,9 @@ def _first_of_several(m: Mechanism, results: Mapping[str, Result], found: list[t
     """The sheet of the first output and load case, with a line that says what else there is."""
     own = {name: parts(result)[0][1] for name, result in results.items()}
     figure = sheet(m.only(*(next(iter(names), None) for names in (m.outputs, m.load_cases))), own)
-    others = [("outputs", m.outputs[1:], "--output-point"), ("load cases", m.load_cases[1:], "--load-case")]
+    # What does not depend on the loads has no load case.
+    cases = m.load_cases[1:] if any("load_case" in result.sizes for result in results.values()) else ()
+    others = [("outputs", m.outputs[1:], "--output-point"), ("load cases", cases, "--load-case")]
     also = "; ".join(f"other {word} ({option}): {listed(names)}" for word, names, option in others if names)
     heading = found[0][0]
     figure.supxlabel("; ".join(filter(None, (heading, also))), x=0.01, ha="left", fontsize=7)
@@ -122,6 +131,33 @@ def _sweep(result: Result) -> Figure:
     return figure
 
 
+def _allocated(result: Result) -> Figure:
+    """Sizes before and after, a panel for each unit, and the curve of the cost."""
+    units = list(dict.fromkeys(result.labels("source_unit")))
+    heights = [AROUND + BAR * result.labels("source_unit").count(unit) for unit in units]
+    heights += [3.2] if "curve_cost" in result.data else []
+    figure = Figure(figsize=(8.0, sum(heights)))
+    panels = np.atleast_1d(figure.subplots(len(heights), 1, height_ratios=heights))
+    for unit, axes in zip(units, panels, strict=False):
+        allocate(result, unit, axes=axes)
+    if "curve_cost" in result.data:
+        cost_curve(result, axes=panels[-1])
+    figure.suptitle(str(result.attrs["title"]), fontsize=10)
+    return figure
+
+
+def _allowed(result: Result) -> Figure:
+    """Sizes beside allowed ones, a panel for each unit."""
+    units = list(dict.fromkeys(result.labels("source_unit")))
+    counts = [result.labels("source_unit").count(unit) for unit in units]
+    figure = Figure(figsize=(8.0, sum(AROUND + BAR * count for count in counts)))
+    panels = np.atleast_1d(figure.subplots(len(units), 1, height_ratios=[AROUND + BAR * count for count in counts]))
+    for unit, axes in zip(units, panels, strict=True):
+        allow(result, unit, axes=axes)
+    figure.suptitle(str(result.attrs["title"]), fontsize=10)
+    return figure
+
+
 def _errors(m: Mechanism, results: Mapping[str, Result]) -> Figure:
     """The mechanism, error against configuration, blame, and the histogram where there is one."""
     main = next(results[name] for name in ("worst", "loaded", "given", "random") if name in results)
@@ -130,9 +166,9 @@ def _errors(m: Mechanism, results: Mapping[str, Result]) -> Figure:
     pushed = results.get("loaded") or results.get("given")
     axes = figure.add_subplot(2, 2, 1, projection=projection(m))
     mechanism(m, shown, exaggerate=_exaggeration(m, pushed, shown), result=pushed, axes=axes)
-    # What is given by the worst case lies on its curve.
+    # What is given by the worst case lies on its curve, where it is drawn.
     curves = {name: result for name, result in results.items() if "offsets_of" not in result.attrs}
-    error(curves, axes=figure.add_subplot(2, 2, 2))
+    error(curves or results, axes=figure.add_subplot(2, 2, 2))
     blame(main, axes=figure.add_subplot(2, 2, 3))
     if "random" in results:
         histogram(results["random"], "position", shown, axes=figure.add_subplot(2, 2, 4))

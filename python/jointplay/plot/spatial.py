@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from mpl_toolkits.mplot3d import proj3d  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
 from jointplay import poses
@@ -13,6 +14,7 @@ from jointplay.result import Result
 from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
 
 from . import couplings, springs
+from .names import write as write_names
 from .style import COLOURS, GREY, OPEN, body_colour, on_ground, path_of_output, point_colour
 
 if TYPE_CHECKING:
@@ -41,6 +43,8 @@ class Sketch:
         every = np.vstack([self.places, self.path[np.isfinite(self.path).all(axis=1)]])
         self.extent = float(np.ptp(every, axis=0).max()) or 1.0
         self.every = every
+        #: names of the joints by their places
+        self.named: dict[tuple[float, ...], list[str]] = {}
 
     def _place(self, index: int) -> Points:
         point = self.spec["points"][index]
@@ -71,9 +75,8 @@ class Sketch:
             if len(outline) > 2 and body != -1:
                 self.axes.add_collection3d(Poly3DCollection([outline], facecolor=colour, alpha=0.2))
 
-    def joints(self, names: bool) -> None:
+    def joints(self) -> None:
         """Axes of joints as short lines, those of guides dotted; balls and locked joints as marks."""
-        at: dict[tuple[float, ...], list[str]] = {}
         inner = {member.joint for member in self.m.members}
         for k, (name, joint) in enumerate(zip(self.m.joints, self.spec["joints"], strict=True)):
             if k in inner:
@@ -86,11 +89,16 @@ class Sketch:
                 place = self._wheels(joint)
             else:
                 self._axis(joint, place)
-            at.setdefault(tuple((np.round(place / self.extent, 3) * self.extent).tolist()), []).append(name)
-        for (x, y, z), joined in at.items() if names else ():
-            self.axes.text(x, y, z, ", ".join(joined), fontsize=7)
+            self.named.setdefault(tuple((np.round(place / self.extent, 3) * self.extent).tolist()), []).append(name)
         output = self.places[self.spec["output"]["point"]]
         self.axes.plot(*output[:, None], marker="*", color="black", markersize=9, linestyle="", label="output")
+
+    def names(self) -> None:
+        """Names of the joints, when the axes have their limits."""
+        places = np.array(list(self.named)).reshape(-1, 3)
+        x, y, _ = proj3d.proj_transform(*places.T, self.axes.get_proj())
+        joined = {place: ", ".join(names) for place, names in self.named.items()}
+        write_names(self.axes, joined, np.stack([x, y], axis=1))
 
     def springs(self) -> None:
         """Springs as zigzags, torsion springs as spirals about the axes of their joints."""
@@ -134,10 +142,12 @@ class Sketch:
         return turn @ np.array(joint[AXIS_ON[end]]), turn @ np.array(joint[SIDE_ON[end]])
 
     def gap(self, found: Attempt) -> None:
-        """The joint that stays open, from the one body's point to the other's."""
-        joint = self.spec["joints"][found.joint]
-        ends = np.stack([self.places[joint["first"]], self.places[joint["second"]]])
-        self.axes.plot(*ends.T, label=f"{self.m.joints[found.joint]} stays open", **OPEN)
+        """The joints that stay open, from the one body's point to the other's."""
+        for index, _, _ in found.open:
+            joint = self.spec["joints"][index]
+            ends = np.stack([self.places[joint["first"]], self.places[joint["second"]]])
+            stays = f"{self.m.joints[index]} stays" if found.joint >= 0 else f"{len(found.open)} joints stay"
+            self.axes.plot(*ends.T, label=f"{stays} open", **OPEN)
 
     def error(self, exaggerate: float, result: Result | None) -> None:
         """The position error of the output as an arrow."""

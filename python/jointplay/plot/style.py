@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: Okabe and Ito, ordered so that neighbours differ in lightness as well
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#000000")
+#: what is left of a colour when all colours have been used
+PALER = 0.5
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 DASHES = ("-", "--", "-.", ":", "-", "--", "-.", ":")
 HATCHES = ("", "///", "...", "\\\\\\", "xxx", "++", "ooo", "---")
@@ -32,6 +35,8 @@ OPEN: dict[str, Any] = {
     "color": "red", "linewidth": 2.4, "linestyle": (0, (2, 1)), "marker": "o", "markersize": 12,
     "markerfacecolor": "none", "markeredgewidth": 2.0, "zorder": 10,
 }  # fmt: skip
+#: plans that are longer than this times their width are narrow strips
+STRIP = 3.0
 #: as far as errors can be exaggerated
 MOST_TIMES = 1e12
 STYLE: Any = {
@@ -56,7 +61,12 @@ STYLE: Any = {
 
 def body_colour(m: Mechanism, body: int) -> str:
     """The colour of a body, by its index; that of a piece of an elastic body is its body's."""
-    return GREY if body == -1 else COLOURS[m.bodies.index(m.owners[body]) % len(COLOURS)]
+    if body == -1:
+        return GREY
+    # Further bodies have the same colours, paler each time, so that no two entries of a legend look the same.
+    turn, colour = divmod(m.bodies.index(m.owners[body]), len(COLOURS))
+    red, green, blue = (1.0 - PALER**turn * (1.0 - part) for part in to_rgb(COLOURS[colour]))
+    return to_hex((red, green, blue))
 
 
 def point_colour(m: Mechanism, point: int) -> str:
@@ -112,6 +122,13 @@ def canvas(
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(width, height))
         return figure, figure.add_subplot(projection=projection)
+
+
+def is_plan(value: xr.DataArray) -> bool:
+    """Whether both axes of a map have the same scale: with the same unit, unless that leaves a narrow strip."""
+    across, up = (value[dim] for dim in value.dims[:2])
+    sides = [float(np.ptp(side.values)) for side in (across, up)]
+    return bool(across.attrs["units"] == up.attrs["units"]) and max(sides) <= STRIP * min(sides)
 
 
 def check_exaggeration(factor: float | None) -> None:

@@ -1,22 +1,27 @@
 """Labelled results: units on the way out, and the way to `xarray.Dataset`."""
 
-from .blame import Blame, blame, parts_by_cause
+from .blame import LOAD, Blame, blame, in_words, largest, parts_by_cause, shares
 from .build import SIDES, STATUSES, Builder, axes_of, version
 from .combine import SEVERAL, align, beside, merge, parts, stack
 from .dataset import from_dataset, to_dataset
 from .names import coordinate_names
 from .quantity import TYPICAL, quantities, quantity, size, split, typical, unit_of
-from .structure import Attribute, Result, Variable
+from .structure import Array, Attribute, Result, Variable
+from .tidy import Column, Rows, rows, unit_at
 
 __all__ = [
+    "LOAD",
     "SEVERAL",
     "SIDES",
     "STATUSES",
     "TYPICAL",
+    "Array",
     "Attribute",
     "Blame",
     "Builder",
+    "Column",
     "Result",
+    "Rows",
     "Variable",
     "align",
     "axes_of",
@@ -24,16 +29,21 @@ __all__ = [
     "blame",
     "coordinate_names",
     "from_dataset",
+    "in_words",
+    "largest",
     "merge",
     "parts",
     "parts_by_cause",
     "quantities",
     "quantity",
+    "rows",
+    "shares",
     "size",
     "split",
     "stack",
     "to_dataset",
     "typical",
+    "unit_at",
     "unit_of",
     "version",
 ]

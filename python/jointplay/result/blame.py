@@ -12,6 +12,7 @@ smaller.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,11 +39,27 @@ class Blame:
 
         They are several when their shares are equal to rounding.
         """
-        row = getattr(self, which)[configuration]
-        if not len(row) or not np.isfinite(row).any():
-            return None
-        top = float(np.nanmax(row))
-        return [cause for cause, share in zip(self.causes, row, strict=True) if share > top - ALIKE], top
+        return largest(self.causes, getattr(self, which)[configuration])
+
+
+def largest(causes: Sequence[str], row: Array) -> tuple[list[str], float] | None:
+    """The causes with the largest share and that share; None where there is none."""
+    if not len(row) or not np.isfinite(row).any():
+        return None
+    top = float(np.nanmax(row))
+    return [cause for cause, share in zip(causes, row, strict=True) if share > top - ALIKE], top
+
+
+def in_words(sources: Sequence[str], share: float) -> str:
+    """Sources of the same share.
+
+    Examples
+    --------
+    >>> in_words(["J1"], 0.41), in_words(["J1", "J2"], 0.3), in_words(["J1", "J2", "J3", "J4"], 0.25)
+    ('J1 41 %', 'J1, J2 30 % each', 'J1 + 3 more 25 % each')
+    """
+    names = ", ".join(sources) if len(sources) <= 3 else f"{sources[0]} + {len(sources) - 1} more"
+    return f"{names} {100 * share:.0f} %" + (" each" if len(sources) > 1 else "")
 
 
 def blame(result: Result) -> Blame:
@@ -55,13 +72,13 @@ def blame(result: Result) -> Blame:
     """
     if "extreme" in result.data["contribution"].dims:
         position, rotation = (result.get("contribution", extreme=e) for e in ("position", "rotation"))
-        return Blame(tuple(result.labels("source")), _share(position), _share(rotation))
+        return Blame(tuple(result.labels("source")), shares(position), shares(rotation))
     causes, values = parts_by_cause(result)
     components = result.labels("component")
     chosen = (values[:, :, [components.index(c) for c in kind]] for kind in split(components))
     if str(result.attrs.get("question", "")) == "random":
-        return Blame(causes, *(_share(part.sum(axis=2)) for part in chosen))
-    return Blame(causes, *(_share(np.einsum("nsc,nc->ns", part, part.sum(axis=1))) for part in chosen))
+        return Blame(causes, *(shares(part.sum(axis=2)) for part in chosen))
+    return Blame(causes, *(shares(np.einsum("nsc,nc->ns", part, part.sum(axis=1))) for part in chosen))
 
 
 def parts_by_cause(result: Result) -> tuple[tuple[str, ...], Array]:
@@ -82,10 +99,10 @@ def _by_component(result: Result, name: str, dim: str) -> Array:
     return moved
 
 
-def _share(values: Array) -> Array:
-    """Parts over their sum; nan where they add up to nothing."""
+def shares(values: Array) -> Array:
+    """Parts over their sum, row by row; nan where they add up to nothing."""
     total = values.sum(axis=1, keepdims=True)
     size = np.abs(values).sum(axis=1, keepdims=True)
     defined = np.abs(total) > 1e-12 * size
-    shares: Array = np.divide(values, total, out=np.full(values.shape, np.nan), where=defined)
-    return shares
+    found: Array = np.divide(values, total, out=np.full(values.shape, np.nan), where=defined)
+    return found

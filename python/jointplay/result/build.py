@@ -68,7 +68,7 @@ def axes_of(m: Mechanism) -> dict[str, Axis]:
     return {
         "component": Axis(m.components, components),
         "component_other": Axis(m.components, components),
-        "quantity": Axis((*m.components, *sizes), (*components, *both)),
+        "quantity": Axis(m.quantities, (*components, *both)),
         "extreme": Axis((*sizes, *(name for name, _ in sides)), (*both, *(kind for _, kind in sides))),
         "wrench": Axis(wrench, tuple("force" if k < forces else "moment" for k in range(len(wrench)))),
         "parameter": Axis(m.parameters, tuple(parameter_kind(k) for k in range(len(m.parameters)))),

@@ -33,6 +33,7 @@ from .clearances import (
     SleeveClearance,
     SlotClearance,
 )
+from .costs import Choice, Cost
 from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
 from .deviations import DH, ComponentDeviation, Direction, LinkTable, PlanarPosition, SpatialPosition, Zone
 from .expressions import LONGEST, NotAnExpression, Variables, resolved, variables_of
@@ -40,7 +41,8 @@ from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, Plana
 from .grid import GridRange
 from .joints import JointTable
 from .kinds import with_coordinate
-from .laws import LawName, LawTable, ToleranceLaw, law_in_core, limits_of
+from .laws import Deviating, LawName, LawTable, ToleranceLaw, law_in_core, limits_of
+from .limits import Bounds
 from .messages import located
 from .pattern_tables import COPY, HEADS, PARTS, PatternHead, PatternTable
 from .placements import Place, PlacementTable, SpatialPlacementTable
@@ -64,8 +66,12 @@ __all__ = [
     "BeltKeys",
     "Body",
     "BodyTable",
+    "Bounds",
+    "Choice",
     "ComponentDeviation",
+    "Cost",
     "Coupling",
+    "Deviating",
     "Dimension",
     "Direction",
     "Drive",

@@ -137,10 +137,18 @@ Range = Annotated[
 ]
 
 
+#: clearance groups of deep groove ball bearings
+BearingGroup = Literal["C2", "CN", "N", "C3", "C4", "C5"]
+
+
 class BearingKeys(SizedClearance):
     """Play of a deep groove ball bearing, where a joint may be one."""
 
-    bearing: Literal["C2", "CN", "N", "C3", "C4", "C5"] | SkipJsonSchema[None] = Field(
+    instead: ClassVar[Mapping[str, str]] = {
+        "fits": "what mounting takes away from the clearance is given as reduction = 0.005, or [least, most]"
+    }
+
+    bearing: BearingGroup | SkipJsonSchema[None] = Field(
         None, description="instead: radial internal clearance of a deep groove ball bearing, group of ISO 5753-1"
     )
     bore: Positive | SkipJsonSchema[None] = Field(None, description="with bearing: diameter of its bore")
@@ -314,8 +322,16 @@ Ratio = Annotated[RatioError, BeforeValidator(_tolerance, json_schema_input_type
 Eccentric = Annotated[RunOut, BeforeValidator(_tolerance, json_schema_input_type=NonNegative | RunOut)]
 
 
+#: what the play of pins and guides may have, and that of couplings may not
+ONE_SIZE = dict.fromkeys(
+    ("tolerance", "size_law", "fit"), "the size of a coupling's play does not scatter; give its largest value"
+)
+
+
 class FlankClearance(Clearance):
     """Backlash of teeth: how far one flank can go until the other touches."""
+
+    instead: ClassVar[Mapping[str, str]] = ONE_SIZE
 
     model_config = ConfigDict(
         json_schema_extra={"oneOf": [{"required": ["backlash"]}, {"required": ["backlash_angle"]}]}
@@ -345,6 +361,8 @@ def _slack(value: object) -> object:
 
 class BeltClearance(Clearance):
     """Slack of a belt or chain: how far the second pulley's rim can go to either side until a strand is taut."""
+
+    instead: ClassVar[Mapping[str, str]] = ONE_SIZE
 
     example: ClassVar[str] = "{ slack = 0.2 } or { slack = [0, 0.2] }"
 

@@ -332,7 +332,9 @@ def resolved(
             if changed is None:
                 mistake = error.errors(include_url=False, include_context=False)[0]
                 spot = place(mistake["loc"], data)
-                was_text = any(spot[: len(p)] == p or p[: len(spot)] == spot for p in replaced)
+                # What a table says of itself as a whole is not due to the numbers in it.
+                whole = mistake["type"] == "problem"
+                was_text = any(spot[: len(p)] == p or (p[: len(spot)] == spot and not whole) for p in replaced)
                 if was_text and mistake["type"] not in OF_NUMBERS:
                     raise first from None
                 raise

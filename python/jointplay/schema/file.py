@@ -22,22 +22,22 @@ from jointplay.units import AngleUnit, ForceUnit, LengthUnit
 from .assembly import Assembly
 from .bodies import Body, BodyTable, Expansion
 from .correlations import Correlation
+from .costs import Cost, SourceName
 from .deviations import LinkTable, PlanarLink
 from .expressions import RESERVED, is_variable
 from .grid import Grid
 from .joints import JointTable
 from .kinds import Joint
 from .laws import Deviating, ToleranceLaw, check_law
+from .limits import ErrorLimits, LimitsTable, PlanarErrorLimits, PlanarLimits
 from .places import PathNumber, PathPair, Place
 from .springs import Spring, SpringTable
 from .values import (
     IN_SPACE,
     Name,
-    NonNegative,
     Number,
     Numbers,
     Pair,
-    Positive,
     Table,
     Tolerance,
     is_number,
@@ -50,6 +50,10 @@ if TYPE_CHECKING:
 
 #: what the key `patterns` is
 PATTERNS = "parts of the mechanism that are repeated, such as the legs of a platform"
+#: what `limits` of an output is
+OWN_LIMITS = "its own limits, in place of those of [limits]"
+#: what `limits` is
+LIMITS = "what is acceptable"
 #: more configurations than anybody looks at; a longer path is a slip of the keyboard
 MOST_CONFIGURATIONS = 1_000_000
 
@@ -211,29 +215,21 @@ class Output(OutputTable):
     at: Place = Field((0.0, 0.0), description="the output point: [x, y] in body axes, or a joint on the body")
 
 
-class OutputLimits(Table):
-    """What is acceptable of one output."""
-
-    example: ClassVar[str] = "{ position = 0.5, rotation = 0.1 }"
-
-    position: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable position error")
-    rotation: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable rotation error")
-
-
 class OneOfSeveral(OutputTable):
     """What an output has beside its point where there are several."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {}
 
-    limits: OutputLimits = Field(
-        default_factory=lambda: OutputLimits.model_validate({}),
-        description="its own limits, in place of those of [limits]",
-    )
+    limits: ErrorLimits
     leads: bool = Field(False, description="whether it is the one that [path] and a [grid] of positions speak of")
 
 
 class NamedOutput(Output, OneOfSeveral):
     """One of several outputs."""
+
+    limits: PlanarErrorLimits = Field(
+        default_factory=lambda: PlanarErrorLimits.model_validate({}), description=OWN_LIMITS
+    )
 
 
 class LoadTable(Table):
@@ -298,33 +294,12 @@ def _temperature(value: object) -> object:
     return {"deviation": value} if is_number(value) else value
 
 
-def _range(pair: tuple[float, float]) -> tuple[float, float]:
-    if pair[0] > pair[1]:
-        raise problem(f"a range is [lowest, highest], not {shown(list(pair))}")
-    return pair
-
-
-Range = Annotated[Pair, AfterValidator(_range)]
-
-
-class Limits(Table):
-    """What is acceptable."""
-
-    example: ClassVar[str] = "{ position = 0.5, drives = { theta1 = [0, 90] } }"
-
-    position: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable position error")
-    rotation: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable rotation error")
-    singular_value: Positive = Field(
-        1e-4, description="smallest acceptable singular value of the length-scaled Jacobian"
-    )
-    drives: dict[str, Range] = Field({}, description="range of each drive")
-    joints: dict[str, Range] = Field({}, description="range of each joint's coordinate")
-
-
 def _included(names: tuple[str, ...]) -> tuple[str, ...]:
     # `load` has put the tables of the files in the place of their names.
     if names:
-        raise problem("files are included where a mechanism is read from a file; a text has no folder")
+        raise problem(
+            "files are included where the file that names them is read, not in a text or a change; write it in the file"
+        )
     return names
 
 
@@ -406,8 +381,9 @@ class MechanismFile(Table):
     correlations: Annotated[tuple[Correlation, ...], Field(strict=False)] = Field(
         (), description="sources that scatter together"
     )
+    costs: dict[SourceName, Cost] = Field({}, description="what sources cost by their size, for `allocate`")
     assembly: Assembly | SkipJsonSchema[None] = Field(None, description="the order in which it is assembled")
-    limits: Limits = Field(default_factory=lambda: Limits.model_validate({}), description="what is acceptable")
+    limits: LimitsTable
 
     @model_validator(mode="after")
     def _not_empty(self) -> Self:
@@ -421,7 +397,7 @@ class MechanismFile(Table):
             raise problem("give [output], or [outputs.NAME] for each of several; not both")
         if self.output is None and not self.outputs:
             raise problem(f"'output' is missing ({OUTPUT}), or [outputs.NAME] for each of several")
-        for word in ("position", "rotation"):
+        for word in self.limits.words():
             own = [name for name, output in self.outputs.items() if getattr(output.limits, word) is not None]
             if own and len(own) == len(self.outputs) and getattr(self.limits, word) is not None:
                 raise problem(f"limits.{word} holds for no output: {shown(own)} have their own")
@@ -431,6 +407,14 @@ class MechanismFile(Table):
             )
         if len(leading := [name for name, output in self.outputs.items() if output.leads]) > 1:
             raise problem(f"one output leads, that which [path] and [grid] speak of; here: {shown(leading)}")
+        return self
+
+    @model_validator(mode="after")
+    def _a_yield_has_limits(self) -> Self:
+        every = (self.limits, *(output.limits for output in self.outputs.values()))
+        if self.limits.probability is not None and not any(limits.given() for limits in every):
+            known = ", ".join(self.limits.words())
+            raise problem(f"limits.probability is the share of the specimens within limits: give one of {known}, too")
         return self
 
     @model_validator(mode="after")
@@ -469,3 +453,4 @@ class PlanarFile(MechanismFile):
     loads: Loads = Field((), description="forces and moments")
     load_cases: dict[Name, Loads] = Field({}, description=LOAD_CASES)
     springs: dict[Name, Spring] = Field({}, description="springs between bodies")
+    limits: PlanarLimits = Field(default_factory=lambda: PlanarLimits.model_validate({}), description=LIMITS)

@@ -106,7 +106,10 @@ class LawTable(Table):
             raise problem(f"a law has one of {', '.join(WAYS)}; here: {' and '.join(ways) or 'none'}")
         if self.csv is not None:
             # `load` has put the values in the place of the file.
-            raise problem("measured values are read where a mechanism is read from a file; a text has no folder")
+            raise problem(
+                "a table is read where the file that names it is read, not in a text or a change; write it in the file,"
+                " or the values as measured"
+            )
         if self.measured is not None and len(self.measured) < 2:
             raise problem(f"measured: two or more values are needed, not {len(self.measured)}")
         if self.column is not None:

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from jointplay.errors import shown, suggestion
 
 COUNTS = {2: "two", 3: "three"}
+WORDS = {1: "one value is", 2: "two values are"}
 
 
 def located(error: ValidationError, raw: object) -> tuple[str, str]:
@@ -89,7 +90,10 @@ def _sentence(kind: str, given: object, context: Mapping[str, Any]) -> str:
         case "too_long":
             return f"{context['max_length']} values are needed, not {value}"
         case "too_short":
-            return "the list is empty; at least one value is needed"
+            least = int(context["min_length"])
+            if not context["actual_length"]:
+                return f"the list is empty; at least {WORDS.get(least, least)} needed"
+            return f"at least {WORDS.get(least, least)} needed, not {value}"
         case "dict_type" | "model_type":
             return f"a table is needed, not {value}"
     return f"{value} is not valid here ({kind.replace('_', ' ')})"

@@ -10,9 +10,10 @@ from pydantic.json_schema import SkipJsonSchema
 
 from .bodies import Body, BodyTable, SpatialBody
 from .deviations import LinkTable, PlanarLink, SpatialLink
-from .file import LINKS, Dimension, Drive, Load, LoadTable, PlanarFile, Range, Start, StartTable, VariableName
+from .file import LINKS, Dimension, Drive, Load, LoadTable, PlanarFile, Start, StartTable, VariableName
 from .joints import JointTable
 from .kinds import AnySpatialJoint, Joint
+from .limits import CopyLimits
 from .spatial_file import SpatialFile, SpatialLoad, SpatialStart
 from .springs import SpatialSpring, Spring, SpringTable
 from .values import IN_SPACE, Direction, Name, Number, Pair, Table, Triple, problem
@@ -51,18 +52,6 @@ class SpatialAbout(AboutTable):
 
     point: Triple = Field((0.0, 0.0, 0.0), description="a point [x, y, z] of the axis")
     axis: Direction = Field(description="direction of the axis [ux, uy, uz]")
-
-
-class CopyLimits(Table):
-    """Ranges of the drives and joints of a pattern."""
-
-    example: ClassVar[str] = "{ joints = { hip = [0, 90] } }"
-    elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("position", "rotation", "singular_value"), "of the file as a whole"
-    )
-
-    drives: dict[str, Range] = Field({}, description="range of each drive")
-    joints: dict[str, Range] = Field({}, description="range of each joint's coordinate")
 
 
 class PatternHead(Table):

@@ -11,10 +11,12 @@ from pydantic.json_schema import SkipJsonSchema
 from .bodies import SpatialBody
 from .deviations import SpatialLink
 from .file import (
+    LIMITS,
     LINKS,
     LOAD_CASES,
     OUTPUT,
     OUTPUTS,
+    OWN_LIMITS,
     PATTERNS,
     LoadTable,
     MechanismFile,
@@ -24,6 +26,7 @@ from .file import (
     StartTable,
 )
 from .kinds import AnySpatialJoint
+from .limits import SpatialErrorLimits, SpatialLimits
 from .places import PathTriple, SpatialPlace
 from .springs import SpatialSpring
 from .values import IN_PLANE, Name, Number, Numbers, Triple, problem
@@ -79,6 +82,10 @@ class SpatialOutput(OutputTable):
 class SpatialNamedOutput(SpatialOutput, OneOfSeveral):
     """One of several outputs."""
 
+    limits: SpatialErrorLimits = Field(
+        default_factory=lambda: SpatialErrorLimits.model_validate({}), description=OWN_LIMITS
+    )
+
 
 class SpatialLoad(LoadTable):
     """A load: dead in ground axes, or a follower in those of a body."""
@@ -120,3 +127,4 @@ class SpatialFile(MechanismFile):
     loads: SpatialLoads = Field((), description="forces and moments")
     load_cases: dict[Name, SpatialLoads] = Field({}, description=LOAD_CASES)
     springs: dict[Name, SpatialSpring] = Field({}, description="springs between bodies")
+    limits: SpatialLimits = Field(default_factory=lambda: SpatialLimits.model_validate({}), description=LIMITS)

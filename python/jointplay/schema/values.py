@@ -84,6 +84,8 @@ class Table(BaseModel):
     example: ClassVar[str] = "{ ... }"
     #: keys that this table has in mechanisms of the other kind only, with what to say of them
     elsewhere: ClassVar[Mapping[str, str]] = {}
+    #: keys that one could expect here, with what to write instead
+    instead: ClassVar[Mapping[str, str]] = {}
 
     @model_validator(mode="before")
     @classmethod
@@ -96,6 +98,8 @@ class Table(BaseModel):
         for key in data:
             if key in cls.elsewhere:
                 raise problem(f"'{key}' is a key {cls.elsewhere[key]}; here: {', '.join(sorted(known))}")
+            if key in cls.instead:
+                raise problem(f"'{key}' is not a key here: {cls.instead[key]}")
             if key not in known:
                 raise problem(f"'{str(key)[:60]}' is not a key here; {suggestion(str(key), sorted(known))}")
         for key, field in known.items():

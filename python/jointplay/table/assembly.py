@@ -8,7 +8,7 @@ import numpy as np
 
 from jointplay.result import Result, split, typical, unit_of
 
-from .layout import NOTHING, Column, Table, fixed, numbers, words
+from .layout import NOTHING, Column, Table, fixed, numbers, sentence, words
 
 KINDS = {
     "fixed": "fix the link",
@@ -253,7 +253,7 @@ def _adjustment(result: Result) -> Table:
 
 
 def _notes(result: Result) -> list[str]:
-    said = [f"{str(result.attrs['incomplete']).capitalize()}."] if "incomplete" in result.attrs else []
+    said = [sentence(str(result.attrs["incomplete"]))] if "incomplete" in result.attrs else []
     for step, held in zip(result.labels("step"), result.get("held").tolist(), strict=True):
         if held:
             said.append(f"Step {step} leaves something free: held at its nominal place: {held}.")

@@ -133,6 +133,7 @@ def _mobility(result: Result) -> Table:
         *str(result.attrs.get("failure", "")).splitlines(),
         *(f"Hint: {hint}" for hint in str(result.attrs.get("hints", "")).splitlines()),
         _count(count, "configuration", "configurations") + ".",
+        *(f"Limit: {limit}." for limit in str(result.attrs.get("limits", "")).splitlines()),
         *(f"{words_}: {result.attrs[name]}." for name, words_ in SEVERAL.items() if name in result.attrs),
     )
     return Table("Start, from which it is assembled", tuple(columns), notes)

@@ -59,14 +59,17 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table with what it is and what one must know to read it."""
+    """A table with what it is, what follows from it, and what one must know to read it."""
 
     title: str
     columns: tuple[Column, ...]
     notes: tuple[str, ...] = field(default=())
+    #: the answer in sentences, above the columns
+    lead: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        vars(self).update(title=one_line(self.title), notes=tuple(map(one_line, self.notes)))
+        notes, lead = (tuple(map(one_line, lines)) for lines in (self.notes, self.lead))
+        vars(self).update(title=one_line(self.title), notes=notes, lead=lead)
 
     def fitted(self, width: int, gap: int) -> tuple[Column, ...]:
         """The columns that fit into a width, the most needed ones."""
@@ -99,6 +102,11 @@ def decimals(values: Sequence[float] | np.ndarray[Any, Any], digits: int = DIGIT
 def owners(result: Result) -> list[str]:
     """For every body the one of the file: pieces of an elastic one are called as it is."""
     return result.labels("owner" if "owner" in result.coords else "body")
+
+
+def sentence(text: str) -> str:
+    """A sentence of words; names in it keep their case."""
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def fixed(value: float, places: int) -> str:

@@ -6,7 +6,8 @@ import numpy as np
 
 from jointplay.result import Result, parts_by_cause, quantities, quantity, split
 
-from .layout import NOTHING, Column, Table, commands, numbers, words
+from .layout import NOTHING, Column, Table, commands, numbers, sentence, words
+from .notes import sizes_taken
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -41,12 +42,21 @@ def _outcomes(result: Result, axes: list[str]) -> Table:
         Column("share", "%", shares),
     )
     shape = " × ".join(str(n) for n in status.shape)
-    notes = [f"{str(result.attrs['incomplete']).capitalize()}."] if "incomplete" in result.attrs else []
+    notes = [sentence(str(result.attrs["incomplete"]))] if "incomplete" in result.attrs else []
     if "contact_change" in result.data and (changes := int(result.get("contact_change").any(axis=-1).sum())):
         notes.append(f"At {changes} nodes a contact changes sides on the way to a next node: the error may jump there.")
     if "within_limits" in result.data:
         outside = int((~result.get("within_limits") & (status != "not_assembled")).sum())
         notes.append(f"{outside} nodes that can be reached are outside the ranges of [limits].")
+    if "limit_met" in result.data:
+        beyond = ~result.get("limit_met").astype(bool) & np.isin(status, TRUSTED)[..., None]
+        for name, count in zip(
+            result.labels("quantity"), beyond.reshape(-1, beyond.shape[-1]).sum(axis=0), strict=True
+        ):
+            if count:
+                notes.append(f"At {count} nodes the {name} is beyond its limit.")
+    if result.attrs["question"] in ("loaded", "given"):
+        notes += sizes_taken(result)
     return Table(f"Map over {', '.join(axes)}: {shape} nodes", columns, tuple(notes))
 
 

@@ -8,8 +8,10 @@ import numpy as np
 
 from jointplay.compile import LENGTHS
 from jointplay.result import Result, size, unit_of
+from jointplay.verdict import limits_in_words
 
-from .layout import owners
+from .indices import notes as of_indices
+from .layout import owners, sentence
 from .singularities import remarks
 
 OUTCOMES = {
@@ -35,7 +37,7 @@ def notes(result: Result) -> tuple[str, ...]:
 
 def _notes(result: Result) -> Iterable[str]:
     if "incomplete" in result.attrs:
-        yield f"{str(result.attrs['incomplete']).capitalize()}."
+        yield sentence(str(result.attrs["incomplete"]))
     if "held_spins" in result.attrs:
         yield f"Held, because it moves neither the output nor a load: the spin of {result.attrs['held_spins']}."
     status = result.get("status")
@@ -52,6 +54,8 @@ def _notes(result: Result) -> Iterable[str]:
     if question == "random" and status.ndim == 1:
         yield from _samples(result)
         yield from _interference(result)
+        if "sobol_total" in result.data:
+            yield from of_indices(result)
     if "offsets_of" in result.attrs:
         yield f"Every clearance and tolerance is where {result.attrs['offsets_of']} has it; --offset gives others."
     elif question == "given" and status.ndim == 1:
@@ -61,16 +65,14 @@ def _notes(result: Result) -> Iterable[str]:
         yield f"{which}: the search reached its limit of steps; the largest errors found are shown."
     if question == "worst" and "some_without_play" in result.attrs:
         tight = result.attrs["some_without_play"]
-        yield f"{tight}: the largest play counts; some pairs of hole and pin have interference, and none."
+        yield f"{tight}: the largest play counts; some or all pairs have interference, and no play."
     if question == "worst" and "correlations_ignored" in result.attrs:
         yield (
             f"{result.attrs['correlations_ignored']}: correlated, but the worst case takes each of them at any of its"
             " limits; `random` knows the correlation."
         )
-    if "sizes" in result.attrs and question in ("loaded", "given") and "offsets_of" not in result.attrs:
-        which = str(result.attrs["sizes"])
-        middle = "in the middle of their limits; --sizes takes the largest or the smallest play"
-        yield f"Sizes of clearances: {middle if which == 'middle' else f'those of the {which} play'}."
+    if question in ("loaded", "given") and "offsets_of" not in result.attrs:
+        yield from sizes_taken(result, "; --sizes takes the largest or the smallest play")
     if question == "compensate":
         yield from _correction(result)
     if question == "solve" and (status == "singular").any():
@@ -81,6 +83,14 @@ def _notes(result: Result) -> Iterable[str]:
         yield f"{_which(np.flatnonzero(~result.get('within_limits')).tolist())}: outside the ranges of [limits]."
     if "mismatch" in result.data and "mechanism" in result.sizes:
         yield from _mismatch(result)
+
+
+def sizes_taken(result: Result, other: str = "") -> Iterable[str]:
+    """Which sizes clearances have that scatter; `other` says how to take other ones."""
+    if "sizes" in result.attrs:
+        which = str(result.attrs["sizes"])
+        middle = f"in the middle of their limits{other}"
+        yield f"Sizes of clearances: {middle if which == 'middle' else f'those of the {which} play'}."
 
 
 def _which(places: list[int]) -> str:
@@ -108,7 +118,9 @@ def _interference(result: Result) -> Iterable[str]:
     shares = np.nan_to_num(result.get("interference")).max(axis=0)
     for name, share in zip(result.labels("source"), shares.tolist(), strict=True):
         if share > 0.0:
-            yield f"{name}: {100.0 * share:.2g} % of the pairs have interference, and no play."
+            # Not 1e+02, and not 100 where some have play.
+            percent = "all" if share == 1.0 else f"{min(100.0 * share, 99.9):.3g} %"
+            yield f"{name}: {percent} of the pairs have interference, and no play."
 
 
 def _samples(result: Result) -> Iterable[str]:
@@ -118,13 +130,11 @@ def _samples(result: Result) -> Iterable[str]:
     if result.attrs.get("contact") == "loaded":
         how = ", clearances where the load pushes them"
     yield f"{samples} specimens per configuration, seed {result.attrs['seed']}{how}; std: standard deviation."
-    limits = [
-        (key, f"{key} {result.attrs[f'limit_{key}']:g}")
-        for key in ("position", "rotation")
-        if f"limit_{key}" in result.attrs
-    ]
-    if limits:
-        yield f"Outside: share of the specimens with an error beyond {' or '.join(text for _, text in limits)}."
+    if np.isfinite(result.get("limit")).any():
+        limits = limits_in_words(result)
+        yield f"Outside: share of the specimens beyond {limits}, or without a pose. Cpk: the least of them."
+        if not {"yield_path", "contact", "incomplete"} & {*result.data, *result.attrs}:
+            yield "Yields over all configurations are of determinate mechanisms only, and left out here."
     assembled = result.get("status") != "not_assembled"
     for outcome in result.labels("outcome"):
         counts = result.get("failures", outcome=outcome)[assembled]

@@ -7,10 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointplay.result import TYPICAL, Result, blame, parts, size, split, unit_of
+from jointplay.result import TYPICAL, Result, blame, in_words, parts, size, split, unit_of
+from jointplay.verdict import verdict
 
+from .allocate import overview as allocate_overview
+from .allow import overview as allow_overview
 from .assembly import overview as assembly_overview
 from .check import overview
+from .indices import largest
 from .layout import NOTHING, Column, Table, commands, numbers, words
 from .map import overview as map_overview
 from .notes import notes
@@ -20,6 +24,8 @@ from .singularities import columns as singularities
 MOST_ROWS = 60
 #: shares of the characteristic length, and radians in degrees, that are rounding
 NOISE = 1e-10
+#: shares below which all of a column are shown in ppm
+RARE = 1e-3
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -39,15 +45,23 @@ def tables(result: Result) -> list[Table]:
     question = _question(result)
     if question == "check":
         return overview(result)
+    if question == "allocate":
+        return allocate_overview(result)
+    if question == "allow":
+        return allow_overview(result)
     if question == "assemble":
         return assembly_overview(result)
     columns = [*_where(result), *COLUMNS[question](result)]
     if any(status != "ok" for status in result.get("status").tolist()):
         columns.append(words("status", [s.replace("_", " ") for s in result.get("status").tolist()]))
+    found = verdict(result)
+    if any(found.marks):
+        columns.append(words("beyond limit", [mark or NOTHING for mark in found.marks]))
     shown = _rows(result, question)
     more = len(result.get("status")) - len(shown)
     extra = (f"{more} more configurations are not shown; -o writes them all.",) if more else ()
-    return [Table(TITLES[question], tuple(_only(c, shown) for c in columns), (*notes(result), *extra))]
+    table = Table(TITLES[question], tuple(_only(c, shown) for c in columns), (*notes(result), *extra))
+    return [replace(table, lead=found.sentences)]
 
 
 def _envelopes(result: Result) -> list[Table]:
@@ -174,14 +188,8 @@ def _blamed(result: Result, which: str, header: str = "to blame") -> Column:
     cells = []
     for k in range(len(result.get("status"))):
         found = shares.largest(which, k) if real[k] else None
-        cells.append(NOTHING if found is None else _culprits(*found))
+        cells.append(NOTHING if found is None else in_words(*found))
     return replace(words(header, cells), unit=f"for {which}")
-
-
-def _culprits(sources: list[str], share: float) -> str:
-    """``J1 41 %``, ``J1, J2 30 % each``, ``J1 + 3 more 25 % each``."""
-    names = ", ".join(sources) if len(sources) <= 3 else f"{sources[0]} + {len(sources) - 1} more"
-    return f"{names} {100 * share:.0f} %" + (" each" if len(sources) > 1 else "")
 
 
 def _components(result: Result) -> tuple[list[str], list[str]]:
@@ -238,15 +246,43 @@ def _random(result: Result) -> list[Column]:
     for share, spare in ((0.5, 2), (0.95, 0), (0.99, 2)):
         values = _quantile(result, "position", share)
         columns.append(replace(numbers(f"{100 * share:g} %", length, values, noise(result, length), 3), spare=spare))
-    columns.append(_blamed(result, "position"))
+    columns += [_blamed(result, "position"), *_indices(result, "position")]
     columns.append(numbers("95 % turn", angle, _quantile(result, "rotation", 0.95), noise(result, angle), 3))
-    columns.append(replace(_blamed(result, "rotation"), spare=1))
-    outside = result.get("outside")
-    if np.isfinite(outside).any():
-        columns.append(numbers("outside", "%", 100 * outside, digits=3))
+    columns += [replace(column, spare=1) for column in (_blamed(result, "rotation"), *_indices(result, "rotation"))]
+    if np.isfinite(result.get("outside")).any():
+        columns += _outside(result)
+    if "repeatability" in result.data:
+        columns.append(replace(_figures(result, "repeatability", "repeatability"), spare=3))
     for outcome, header in (("strained", "strained"), ("not_assemblable", "not assemblable")):
         if outcome in result.data and result.get(outcome).any():
             columns.append(numbers(header, "%", 100 * result.get(outcome), digits=3))
+    return columns
+
+
+def _indices(result: Result, which: str) -> list[Column]:
+    if "sobol_total" not in result.data:
+        return []
+    return [replace(words("total index", largest(result, which)), unit=f"for {which}")]
+
+
+def _outside(result: Result) -> list[Column]:
+    """Shares beyond the limits with their confidence intervals, and the least capability."""
+    share, low, high = (result.get(name) for name in ("outside", "outside_low", "outside_high"))
+    unit, factor = ("%", 1e2) if np.nanmax(high) >= RARE else ("ppm", 1e6)
+    ends = zip((factor * low).tolist(), (factor * high).tolist(), strict=True)
+    intervals = [NOTHING if a != a else f"{a:.2g} to {b:.2g}" for a, b in ends]
+    # Shares that are searched for have digits of their own, however far apart they are.
+    searched = tuple(NOTHING if part != part else f"{part:.3g}" for part in (factor * share).tolist())
+    columns = [
+        Column("outside", unit, searched)
+        if "outside_method" in result.data
+        else numbers("outside", unit, factor * share, digits=3),
+        Column("95 % confidence", unit, tuple(intervals), spare=3),
+    ]
+    cpk = result.get("cpk")
+    if np.isfinite(cpk).any():
+        least = np.where(np.isfinite(cpk), cpk, np.inf).min(axis=1)
+        columns.append(replace(numbers("Cpk", "", np.where(np.isfinite(least), least, np.nan), digits=3), spare=2))
     return columns
 
 
@@ -291,6 +327,14 @@ def _figure(result: Result, name: str, at: dict[str, object]) -> tuple[Floats, s
     return result.get(name, **at), result.unit(name, **at)
 
 
+def _beyond(result: Result) -> list[tuple[str, ...]]:
+    """For every mechanism of a comparison, or value of a sweep, what each configuration misses."""
+    dim = "mechanism" if "mechanism" in result.sizes else str(result.attrs["sweep"])
+    attrs = {key: value for key, value in result.attrs.items() if key != "sweep"}
+    found = (result.isel(dim, k) for k in range(result.sizes[dim]))
+    return [verdict(Result(part.coords, part.data, attrs)).marks for part in found]
+
+
 def _compare(result: Result) -> tuple[Column, ...]:
     first, second = result.labels("mechanism")
     columns = [Column("#", "", tuple(str(k) for k in range(result.sizes["configuration"])))]
@@ -310,6 +354,9 @@ def _compare(result: Result) -> tuple[Column, ...]:
         small = np.abs(values[0]) <= noise(result, unit)
         ratio = np.divide(values[1], values[0], out=np.full(count, np.nan), where=~small)
         columns.append(numbers("ratio", "", ratio, digits=3))
+    if any(map(any, beyond := _beyond(result))):
+        for k, label in enumerate((first, second)):
+            columns.append(words(f"{label}\nbeyond limit", [mark or NOTHING for mark in beyond[k]]))
     statuses = result.get("status")
     for k, label in enumerate((first, second)):
         if (statuses[k] != "ok").any():
@@ -340,10 +387,14 @@ def _sweep(result: Result) -> list[Table]:
             columns.append(Column(f"{short}\n{word}", unit, part, spare=0 if word == "largest" else 1))
         places = [str(k) if ok else NOTHING for k, ok in zip(safe.argmax(axis=1).tolist(), known.tolist(), strict=True)]
         columns.append(Column("\nat #", "", tuple(places)))
+    if any(map(any, beyond := _beyond(result))):
+        counts = [sum(map(bool, marks)) for marks in beyond]
+        columns.append(Column("beyond limit", "", tuple(str(count) for count in counts)))
     bad = (result.get("status") != "ok").sum(axis=1)
     if bad.any():
         columns.append(Column("not ok", "", tuple(str(n) for n in bad.tolist())))
-    over = f"over {result.sizes['configuration']} configurations, by {along.long_name or dim}"
+    count = result.sizes["configuration"]
+    over = f"over {count} configuration{'s' * (count != 1)}, by {along.long_name or dim}"
     return [Table(f"{TITLES[question]} {over}", tuple(columns), notes(result))]
 
 

@@ -38,6 +38,8 @@ def show(tables: Iterable[Table], console: Console) -> None:
             )
             notes.append(f"No room for: {', '.join(left_out)}.")
         console.print(Text(table.title, style="bold"))
+        for line in table.lead:
+            console.print(Padding(Text(line), (0, 0, 0, 2), expand=False))
         _print_whole(_rich(columns, gap), sum(column.width + gap for column in columns) + 2, console)
         for note in notes:
             console.print(Padding(Text(note), (0, 0, 0, 2), expand=False))

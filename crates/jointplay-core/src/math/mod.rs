@@ -6,6 +6,7 @@ pub(crate) mod memory;
 pub(crate) mod mesh;
 pub(crate) mod real;
 pub(crate) mod rotation;
+pub(crate) mod sobol;
 pub(crate) mod space;
 pub(crate) mod sparse;
 pub(crate) mod stats;

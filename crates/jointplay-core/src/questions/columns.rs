@@ -144,6 +144,10 @@ columns! {
     Scatter in ScatterTable by ScatterRows:
     /// Mean of every component.
     mean: f64 [Component];
+    /// Its standard error.
+    mean_standard_error: f64 [Component];
+    /// Standard error of the standard deviation.
+    std_standard_error: f64 [Component];
     /// Covariance of the components.
     covariance: f64 [Component, ComponentOther];
     /// Mean to first order.
@@ -154,14 +158,22 @@ columns! {
     contribution: f64 [Source, Component];
     /// Quantiles of every quantity.
     quantile: f64 [Probability, Quantity];
+    /// Their standard errors.
+    quantile_standard_error: f64 [Probability, Quantity];
     /// The width within which every quantity's quantiles are known.
     quantile_resolution: f64 [Quantity];
     /// Histogram of every quantity.
     histogram: u64 [Quantity, Bin];
     /// Edges of its bins.
     edges: f64 [Quantity, BinEdge];
-    /// Share of the solved samples beyond an acceptance limit; NaN without limits.
+    /// Share of the samples beyond an acceptance limit, or without a pose; NaN without limits.
     outside: f64 [];
+    /// Its standard error.
+    outside_standard_error: f64 [];
+    /// Share of the samples beyond the limits of each quantity, or without a pose; NaN where it has none.
+    outside_quantity: f64 [Quantity];
+    /// Their standard errors.
+    outside_quantity_standard_error: f64 [Quantity];
     /// Largest size of every quantity met.
     largest: f64 [Quantity];
     /// Number of samples by status.

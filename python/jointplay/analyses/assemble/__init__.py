@@ -44,6 +44,7 @@ def assemble(
     samples: int = SAMPLES,
     seed: int = 0,
     law: str | None = None,
+    sampling: str = "sobol",
     probabilities: Sequence[float] = PROBABILITIES,
 ) -> xr.Dataset:
     """Follow an assembly step by step.
@@ -57,7 +58,7 @@ def assemble(
         specimens.
     configuration : int
         At which of its configurations it is assembled.
-    samples, seed, law, probabilities
+    samples, seed, law, sampling, probabilities
         Of random specimens, see `random`. The same specimens go through all steps.
 
     Returns
@@ -94,11 +95,21 @@ def assemble(
     >>> jp.assemble(m).kind.values.tolist()
     ['fixed', 'connected']
     """
-    options = {"configuration": configuration, "samples": samples, "seed": seed, "law": law}
+    options = {"configuration": configuration, "samples": samples, "seed": seed, "law": law, "sampling": sampling}
     return to_dataset(compute(m, question, **options, probabilities=probabilities))  # type: ignore[arg-type]
 
 
-@of_each(lambda _: True)
+def _check_output(m: Mechanism) -> None:
+    """Refuse an output that another body measures."""
+    if "relative_to" in m.core_spec["output"]:
+        key = f"outputs.{m.of[0]}.relative_to" if m.of[0] else "output.relative_to"
+        others = (
+            "choose another output (--output-point, Mechanism.only), or leave it out" if m.of[0] else "leave it out"
+        )
+        raise InputError(f"the errors of an assembly refer to its base; {others}", file=m.file, key=key)
+
+
+@of_each(lambda _: True, check=_check_output)
 def compute(
     m: Mechanism,
     question: str = "unit",
@@ -107,6 +118,7 @@ def compute(
     samples: int = SAMPLES,
     seed: int = 0,
     law: str | None = None,
+    sampling: str = "sobol",
     probabilities: Sequence[float] = PROBABILITIES,
     progress: Progress | None = None,
 ) -> Result:
@@ -114,9 +126,6 @@ def compute(
     if question not in QUESTIONS:
         raise InputError(not_known(str(question), "a question about an assembly", QUESTIONS), key="question")
     order(m)
-    if "relative_to" in m.core_spec["output"]:
-        problem = "an assembly is followed against its base: choose an output without relative_to"
-        raise InputError(problem, file=m.file, key="relative_to")
     # Specimens are solved all at once.
     in_range(samples, "samples", "a number of samples", 2, MOST_SAMPLES)
     at = place(m, configuration)
@@ -124,7 +133,7 @@ def compute(
         return unassembled(m, at, question)
     m = m.under_loads_of(configuration)
     if question == "random":
-        return scatter.compute(m, at, samples, seed, law, probabilities, progress)
+        return scatter.compute(m, at, samples, seed, law, probabilities, sampling, progress)
     if question == "worst":
         return worst.compute(m, at, progress)
     return unit.compute(m, at, progress)

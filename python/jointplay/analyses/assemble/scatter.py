@@ -12,7 +12,7 @@ import numpy as np
 
 from jointplay import _core
 from jointplay.analyses.nominal import Progress
-from jointplay.analyses.random import checked
+from jointplay.analyses.random import checked, points
 from jointplay.compile import LENGTHS
 from jointplay.model import Mechanism
 from jointplay.result import Result
@@ -32,17 +32,19 @@ def compute(
     seed: int,
     law: str | None,
     probabilities: Sequence[float],
+    sampling: str,
     progress: Progress | None = None,
 ) -> Result:
     """Quantiles over random specimens after every step."""
-    levels = checked(samples, seed, law, probabilities)
+    levels = checked(samples, seed, law, probabilities, sampling)
     every, members = list(steps(m, at.poses)), Members(m)
-    u = m.core.specimens(samples, seed, law)
+    u = m.core.specimens(samples, seed, law, sampling)
     solved = each(every, lambda step: solve(Held(step), members, u), progress)
     taken = every[: len(solved)]
 
     builder = report(m, taken, at, "random")
     builder.attrs |= {"samples": samples, "seed": seed, "law": law or "as in the file"}
+    builder.attrs["sampling"] = points(m, samples, law, sampling)
     builder.labels("probability", levels, "share of the specimens below the quantile")
     centres = np.stack([_quantiles(specimens.centres, levels) for specimens in solved])
     for k, (end, body) in enumerate((("shaft", "first"), ("bearing", "second"))):

@@ -11,7 +11,7 @@ larger error than this sum, its error is taken.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,21 +95,26 @@ class _Extremes:
 
 def corners(held: Held, members: Members) -> Floats:
     """Corners of the box of tolerances of a part, as specimens of the whole mechanism; shape (specimen, parameter)."""
-    m = held.part.m
+    part = held.part
+    return corners_of(part.m, part.m.centre, part.sources, lambda u: solve(held, members, u).clearance_factor)
+
+
+def corners_of(m: Mechanism, u0: Floats, sources: Iterable[int], factor: Callable[[Floats], Floats]) -> Floats:
+    """Corners of the box of the tolerances of some sources, about u0; among many those with the largest factor."""
     wide: dict[int, tuple[float, float]] = {}
-    for s in held.part.sources:
+    for s in sources:
         ((shape, size),) = m.core_spec["sources"][s]["set"].items()
         if m.source_kinds[s] not in ("clearance", "size") and shape == "interval" and size["high"] > size["low"]:
             wide[int(np.flatnonzero(m.parameter_source == s)[0])] = (size["low"], size["high"])
 
     def specimens(high: NDArray[np.bool_]) -> Floats:
-        u = np.repeat(m.centre[None], len(high), 0)
+        u = np.repeat(u0[None], len(high), 0)
         u[:, [*wide]] += np.where(high, [b for _, b in wide.values()], [a for a, _ in wide.values()])
         return u
 
     if len(wide) <= EVERY_CORNER:
         return specimens(np.array(list(itertools.product((False, True), repeat=len(wide))), dtype=bool))
-    return _climbed(len(wide), specimens, lambda u: solve(held, members, u).clearance_factor)
+    return _climbed(len(wide), specimens, factor)
 
 
 def _climbed(

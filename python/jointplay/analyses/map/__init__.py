@@ -17,14 +17,15 @@ from jointplay.analyses.loaded import require_loads
 from jointplay.analyses.nominal import Interrupted, Nominal, Progress, carried
 from jointplay.analyses.offsets import parameters
 from jointplay.analyses.questions import check_options, computation
+from jointplay.compile import Grid
 from jointplay.errors import InputError, in_range, listed
 from jointplay.model import Mechanism
-from jointplay.result import Result, Variable, to_dataset, version
+from jointplay.result import SEVERAL, Result, Variable, quantity, to_dataset, version
 from jointplay.store import MemoryStore, Plan, open_store
 from jointplay.typed import typed
 
 from .lattice import Lattice
-from .run import Work, axis_names, drive_names
+from .run import OWN, Ask, Work, axis_names, drive_names, unassembled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -134,32 +135,16 @@ def compute(
     Stopped
         On Ctrl-C, when the map goes to a file.
     """
-    ask = computation(question, QUESTIONS)
-    _check_options(m, question, options)
-    if grid is not None:
-        m = m.with_({"grid": dict(grid)})
-    whole, m = m, leading(m)
-    if m.grid is None:
-        problem = "say what is mapped: a [grid] in the file, grid={...}, or --grid x=-100:100:201"
-        raise InputError(problem, file=m.file, key="grid")
+    whole, m, grid_of, answer = _prepared(m, question, grid, options)
     if chunk is not None:
         in_range(chunk, "chunk", "a number of nodes", 1, MOST_NODES)
-    nodes = math.prod(m.grid.shape)
+    nodes = math.prod(grid_of.shape)
     if nodes > MOST_NODES:
         raise InputError(f"{nodes:.3g} nodes; up to {MOST_NODES:.0e} are possible", file=m.file, key="grid")
-    lattice = Lattice(m.grid, chunk or CHUNKS[question])
-    # Where contacts change sides is seen from the offsets.
-    also = {"offset": True} if question == "loaded" else {}
-
-    def answer(at: Nominal) -> Result:
-        if whole is m:
-            return ask(m, at=at, **options, **also)
-        # The axes of the grid come first.
-        return _configurations_first(ask(whole, at=carried(at, m, whole), **options, **also))
-
-    names = drive_names(m, m.grid, answer)
+    lattice = Lattice(grid_of, chunk or CHUNKS[question])
+    names = drive_names(m, grid_of, unassembled(m, answer))
     plan = Plan(
-        axis_names(m.grid, names), lattice.shape, lattice.chunk, _fingerprint(whole, question, lattice, options)
+        axis_names(grid_of, names), lattice.shape, lattice.chunk, _fingerprint(whole, question, lattice, options)
     )
     store = MemoryStore(plan) if path is None else open_store(Path(path), plan, overwrite=overwrite)
     try:
@@ -186,6 +171,49 @@ def compute(
     finally:
         store.close()
     return store.result if isinstance(store, MemoryStore) else None
+
+
+def check_variable(
+    m: Mechanism, question: str, grid: Mapping[str, Any] | None, options: Mapping[str, Any], variable: str
+) -> None:
+    """Refuse before the work what is to be drawn of a map that will not have it.
+
+    Raises
+    ------
+    InputError
+        When there is no such variable, or its labels do not pick one number per node.
+    """
+    _, m, _, answer = _prepared(m, question, grid, options)
+    if variable.partition(".")[0] in OWN:
+        return
+    found = unassembled(m, answer)
+    for dim in (dim for dim in SEVERAL if dim in found.sizes):
+        found = found.isel(dim, 0)
+    quantity(found, variable)
+
+
+def _prepared(
+    m: Mechanism, question: str, grid: Mapping[str, Any] | None, options: Mapping[str, Any]
+) -> tuple[Mechanism, Mechanism, Grid, Ask]:
+    """The mechanism with its grid, the part of it that is brought to the nodes, the grid, and the question."""
+    ask = computation(question, QUESTIONS)
+    _check_options(m, question, options)
+    if grid is not None:
+        m = m.with_({"grid": dict(grid)})
+    whole, m = m, leading(m)
+    if m.grid is None:
+        problem = "say what is mapped: a [grid] in the file, grid={...}, or --grid x=-100:100:201"
+        raise InputError(problem, file=m.file, key="grid")
+    # Where contacts change sides is seen from the offsets. The nodes of a grid are no path.
+    also = {"offset": True} if question == "loaded" else {"path": False} if question == "random" else {}
+
+    def answer(at: Nominal) -> Result:
+        if whole is m:
+            return ask(m, at=at, **options, **also)
+        # The axes of the grid come first.
+        return _configurations_first(ask(whole, at=carried(at, m, whole), **options, **also))
+
+    return whole, m, m.grid, answer
 
 
 def _check_options(m: Mechanism, question: str, options: Mapping[str, Any]) -> None:
@@ -241,7 +269,7 @@ def _fingerprint(m: Mechanism, question: str, lattice: Lattice, options: Mapping
     }
     if m.outputs or m.load_cases:
         said["several"] = [
-            [part.of, part.spec(), [part.limits.position, part.limits.rotation]] for part in m.every_part
+            [part.of, part.spec(), [*part.limits.bounds(part.quantities).ravel()]] for part in m.every_part
         ]
     text = json.dumps(said, sort_keys=True, default=lambda v: v.tolist() if hasattr(v, "tolist") else str(v))
     return hashlib.sha256(text.encode()).hexdigest()

@@ -192,17 +192,20 @@ def _face(values: Array, axis: int, side: int) -> Array:
     return np.asarray(np.take(values, -side, axis=axis))
 
 
-def drive_names(m: Mechanism, grid: Grid, ask: Ask) -> dict[str, str]:
-    """What the drives are called in a map, by their own names.
-
-    They are dimensions of the store, which is there before the first answer; so the question is asked where nothing
-    is assembled, to learn the names that its answers have.
-    """
+def unassembled(m: Mechanism, ask: Ask) -> Result:
+    """What the question answers where nothing is assembled: the names that all its answers have."""
     require_determinate(m, over_constrained=True)
     bodies, components = len(m.bodies), len(m.components)
     value, pose, motion = (np.full((1, *shape), np.nan) for shape in ((), (bodies, m.pose_size), (bodies, components)))
     output, status = np.full((1, components), np.nan), np.array([NOT_ASSEMBLED], dtype=np.uint8)
-    flat = ask(Nominal(m.start_drives[None], pose, output, status, value, motion))
+    return ask(Nominal(m.start_drives[None], pose, output, status, value, motion))
+
+
+def drive_names(m: Mechanism, grid: Grid, flat: Result) -> dict[str, str]:
+    """What the drives are called in a map, by their own names.
+
+    They are dimensions of the store, which is there before the first answer; so it needs the `unassembled` one.
+    """
     taken = {*flat.data, *flat.attrs, *flat.sizes, *OWN, *(name for name in flat.coords if name not in flat.drives)}
     if grid.of_output:
         taken |= {*grid.axes, *grid.held}

@@ -1,6 +1,6 @@
 //! Offsets of a block of samples, set by set.
 
-use crate::clearance::draw::{SIGMAS, Stream};
+use crate::clearance::draw::SIGMAS;
 use crate::clearance::law::Law;
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::pin::Pin;
@@ -8,13 +8,54 @@ use crate::clearance::{Set, Shape, variance};
 use crate::math::lanes::block::{Block, LANES};
 
 /// Offsets of every lane, or their own coordinates.
-type Drawn = [Block; MAX_SIZE];
+pub type Drawn = [Block; MAX_SIZE];
 
-impl Stream {
-    /// Draws an offset of a set for every lane; `out` has a place for each of its components.
-    // Inlined into callers that are compiled for a given width of vector registers.
+/// Numbers of a block of samples, and what laws make of them.
+pub trait Draw: Sized {
+    /// Uniform from 0 to 1, 1 excluded.
+    fn unit(&mut self) -> Block;
+
+    /// -1 or 1.
+    fn sign(&mut self) -> Block;
+
+    /// A point of the unit circle.
+    fn circle(&mut self) -> [Block; 2];
+
+    /// A uniform number from 0 to 1 and a point of the unit circle, independent: the square of the radius of a uniform point of
+    /// the unit disc, and its direction.
+    fn ring(&mut self) -> (Block, [Block; 2]);
+
+    /// A standard normal number.
+    fn normal(&mut self) -> Block;
+
+    /// A centred normal number; the law that truncates keeps it between -1 and 1.
+    fn scaled_normal(&mut self, law: Law, sigma: f64) -> Block;
+
+    /// The largest of three uniform numbers.
+    fn largest_of_three(&mut self) -> Block;
+
+    /// Independent normal numbers with `SIGMAS` standard deviations to 1. The law that truncates keeps
+    /// those whose `gauge` does not exceed 1.
+    fn scaled_normals(&mut self, count: usize, law: Law, gauge: impl Fn([f64; MAX_SIZE]) -> f64) -> Drawn;
+
+    /// Uniform from -1 to 1.
     #[inline(always)]
-    pub fn draw(&mut self, set: &Set, law: Law, out: &mut [Block]) {
+    fn symmetric(&mut self) -> Block {
+        self.unit().mul_add(&Block::splat(2.0), &Block::splat(-1.0))
+    }
+
+    /// Draws an offset of a set for every lane; `out` has a place for each of its components.
+    // Inlined into callers that are compiled for a given width of vector registers, as all of this.
+    #[inline(always)]
+    fn draw(&mut self, set: &Set, law: Law, out: &mut [Block]) {
+        self.draw_shape(set, law, out);
+    }
+}
+
+/// The laws of all shapes.
+trait Laws: Draw {
+    #[inline(always)]
+    fn draw_shape(&mut self, set: &Set, law: Law, out: &mut [Block]) {
         match set.shape() {
             Shape::Round { radius, size: 2 } => {
                 // Component by component: closures are not compiled for the caller's width.
@@ -53,17 +94,18 @@ impl Stream {
     /// A radius by its inverse distribution, and a direction.
     #[inline(always)]
     fn disc(&mut self, law: Law) -> [Block; 2] {
-        let radius = match law {
-            Law::Boundary => Block::splat(1.0),
-            Law::Uniform => self.unit().sqrt(),
-            Law::Normal | Law::Gauss => {
-                // Rayleigh, truncated at the boundary or nowhere.
-                let k = if law == Law::Normal { 0.5 * SIGMAS * SIGMAS } else { f64::INFINITY };
-                let inside = self.unit().mul_add(&Block::splat((-k).exp_m1()), &Block::splat(1.0));
-                inside.ln().mul(&Block::splat(-2.0 / (SIGMAS * SIGMAS))).sqrt()
-            }
+        if law == Law::Boundary {
+            return self.circle();
+        }
+        let (u, [x, y]) = self.ring();
+        let radius = if law == Law::Uniform {
+            u.sqrt()
+        } else {
+            // Rayleigh, truncated at the boundary or nowhere.
+            let k = if law == Law::Normal { 0.5 * SIGMAS * SIGMAS } else { f64::INFINITY };
+            let inside = u.mul_add(&Block::splat((-k).exp_m1()), &Block::splat(1.0));
+            inside.ln().mul(&Block::splat(-2.0 / (SIGMAS * SIGMAS))).sqrt()
         };
-        let [x, y] = self.circle();
         [x.mul(&radius), y.mul(&radius)]
     }
 
@@ -109,15 +151,15 @@ impl Stream {
     fn ball(&mut self, law: Law) -> [Block; 3] {
         let radius = match law {
             Law::Boundary => Block::splat(1.0),
-            Law::Uniform => self.largest_of(3),
+            Law::Uniform => self.largest_of_three(),
             Law::Normal | Law::Gauss => {
                 let [x, y, z, ..] = self.scaled_normals(3, law, |p| p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
                 return [x, y, z];
             }
         };
-        let height = self.symmetric();
+        let (u, [x, y]) = self.ring();
+        let height = u.mul_add(&Block::splat(2.0), &Block::splat(-1.0));
         let across = height.neg_mul_add(&height, &Block::splat(1.0)).sqrt().mul(&radius);
-        let [x, y] = self.circle();
         [x.mul(&across), y.mul(&across), height.mul(&radius)]
     }
 
@@ -175,7 +217,7 @@ impl Stream {
     #[inline(always)]
     fn uniform_tapered(&mut self, tapers: &[f64]) -> Drawn {
         let [_, four, five] = variance::tapered_orders(tapers);
-        let mut distance = self.largest_of(3);
+        let mut distance = self.largest_of_three();
         if tapers.len() > 1 {
             let (choice, fourth, fifth) = (self.unit(), self.unit(), self.unit());
             for i in 0..LANES {
@@ -195,42 +237,9 @@ impl Stream {
         }
         drawn
     }
-
-    /// The largest of some uniform numbers.
-    #[inline(always)]
-    fn largest_of(&mut self, count: usize) -> Block {
-        let mut largest = self.unit();
-        for _ in 1..count {
-            largest = largest.max(&self.unit());
-        }
-        largest
-    }
-
-    /// Independent normal numbers with `SIGMAS` standard deviations to 1. The law that truncates keeps
-    /// those whose `gauge` does not exceed 1: blocks are drawn until enough of their lanes are inside,
-    /// more than half of them for every set in use.
-    #[inline(always)]
-    fn scaled_normals(&mut self, count: usize, law: Law, gauge: impl Fn([f64; MAX_SIZE]) -> f64) -> Drawn {
-        let mut kept = [Block::splat(0.0); MAX_SIZE];
-        let mut filled = 0;
-        while filled < LANES {
-            let mut drawn = [Block::splat(0.0); MAX_SIZE];
-            for number in drawn.iter_mut().take(count) {
-                *number = self.normal().mul(&Block::splat(1.0 / SIGMAS));
-            }
-            for i in 0..LANES {
-                let point = drawn.each_ref().map(|b| b.0[i]);
-                if filled < LANES && (law == Law::Gauss || gauge(point) <= 1.0) {
-                    for (to, value) in kept.iter_mut().zip(point) {
-                        to.0[filled] = value;
-                    }
-                    filled += 1;
-                }
-            }
-        }
-        kept
-    }
 }
+
+impl<D: Draw> Laws for D {}
 
 /// Own coordinates of points along the diagonals of the squares.
 #[inline(always)]

@@ -176,7 +176,7 @@ impl Block {
 
 /// A polynomial, highest coefficient first.
 #[inline(always)]
-fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
+pub(crate) fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
     let mut sum = coefficients[0];
     let mut k = 1;
     while k < N {

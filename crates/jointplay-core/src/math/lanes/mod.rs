@@ -1,6 +1,7 @@
 //! Blocks of numbers that are worked on side by side, and the widths of registers they are compiled for.
 
 pub(crate) mod block;
+pub(crate) mod normal;
 pub(crate) mod simd;
 
 pub use block::{Block, LANES};

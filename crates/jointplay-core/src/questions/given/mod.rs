@@ -1,6 +1,7 @@
 //! The exact pose for given parameter values, and the first-order maps of every case.
 
 mod over_constrained;
+mod specimens;
 
 use nalgebra::DMatrix;
 

@@ -1,16 +1,16 @@
 //! One chunk of samples: drawn, solved and counted block by block.
 
-use crate::clearance::draw::Stream;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::program::Bound;
 use crate::interrupt;
-use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
+use crate::math::lanes::block::{Block, LANES, Mask};
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::math::vector::norm;
 use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
 use crate::questions::columns::Sample;
+use crate::questions::random::parts::Part;
 use crate::questions::random::request::Request;
 use crate::questions::random::tally::{Ranges, Tally};
 
@@ -29,8 +29,8 @@ pub struct Job<'a> {
 
 impl Job<'_> {
     /// Draws and solves a chunk; when stopped, part of it.
-    pub fn draw(&self, chunk: u64, count: usize) -> Tally {
-        dispatch(Chunk { job: self, number: chunk, count })
+    pub fn draw(&self, part: &Part) -> Tally {
+        dispatch(Chunk { job: self, part })
     }
 
     const fn mechanism(&self) -> &Mechanism {
@@ -55,7 +55,7 @@ impl Job<'_> {
                 let sizes = [norm(translations), norm(rotations)];
                 let mut quantities = error.clone();
                 quantities.extend(sizes);
-                tally.add(self.ranges, self.shift, &quantities, self.outside(sizes[0], sizes[1]));
+                tally.add(self.ranges, self.shift, &quantities, &self.request.limits);
                 return (error, Status::Ok);
             }
             Ok(_) => Status::Singular,
@@ -64,17 +64,11 @@ impl Job<'_> {
         tally.statuses[status as usize] += 1;
         (vec![f64::NAN; m.size()], status)
     }
-
-    #[inline(always)]
-    fn outside(&self, position: f64, rotation: f64) -> bool {
-        position > self.request.limit_position || rotation > self.request.limit_rotation
-    }
 }
 
 struct Chunk<'j, 'a> {
     job: &'j Job<'a>,
-    number: u64,
-    count: usize,
+    part: &'j Part,
 }
 
 impl Kernel for Chunk<'_, '_> {
@@ -89,16 +83,16 @@ impl Kernel for Chunk<'_, '_> {
         let mut tally = Tally::new(n, m.sources().len(), job.ranges);
         tally.kept = job.request.keep.then(Vec::new);
         let mut sums = crate::questions::random::tally::Sums::new(n, n + 2);
-        let mut stream = Stream::new(job.request.seed, self.number);
+        let mut numbers = self.part.numbers(job.request);
         let mut bound = job.bound.clone();
         let mut unsolved = vec![Block::splat(0.0); m.n_parameters()];
         let mut quantities = vec![Block::splat(0.0); n + 2];
-        let mut left = self.count;
+        let mut left = self.part.count;
         'blocks: while left > 0 && !interrupt::is_asked() {
             let lanes = left.min(LANES);
             left -= lanes;
             let parameters = bound.as_mut().map_or(&mut unsolved[..], Bound::parameters);
-            m.draw(&mut stream, job.request, parameters);
+            m.draw(&mut numbers, job.request, parameters);
             m.count_interference(parameters, lanes, &mut tally.interference);
             let mut good = Mask::NONE;
             if let Some(bound) = &mut bound {
@@ -135,14 +129,7 @@ impl Kernel for Chunk<'_, '_> {
             sums.add(&quantities, &good, job.shift);
             tally.count_block(job.ranges, &quantities, &good);
             tally.statuses[Status::Ok as usize] += used;
-            let (position, rotation) = (&quantities[n], &quantities[n + 1]);
-            let [most_position, most_rotation] = [job.request.limit_position, job.request.limit_rotation];
-            let mut outside = 0;
-            for i in 0..LANES {
-                let out = bits_if(position.0[i] > most_position) | bits_if(rotation.0[i] > most_rotation);
-                outside += good.0[i] & out & 1;
-            }
-            tally.outside += outside;
+            tally.count_outside(&job.request.limits, &quantities, &good);
         }
         tally.absorb(&sums, job.shift);
         tally

@@ -1,19 +1,20 @@
 //! Scatter from specimen to specimen: seeded Monte Carlo on the exact closure beside its first order.
 //!
-//! Samples are drawn in chunks, each with a random stream of its own, and merged in a fixed order:
+//! Samples are drawn in parts, each with numbers of its own, and merged in a fixed order:
 //! the result does not depend on the number of threads, and memory does not grow with the samples.
 
 mod chunk;
 mod draws;
+mod estimates;
 mod over_constrained;
+mod parts;
 mod request;
 mod specimens;
 mod tally;
 
-pub use request::Request;
+pub use request::{Request, Sampling};
 
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 
 use crate::clearance::Set;
 use crate::clearance::law::Law;
@@ -29,12 +30,9 @@ use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
 use crate::questions::columns::{Sample, Scatter};
 use crate::questions::form::Form;
+use crate::questions::random::estimates::Replicates;
+use crate::questions::random::parts::each_part;
 use crate::questions::random::tally::{Ranges, Tally};
-
-/// Samples per random stream.
-pub(crate) const CHUNK: usize = 8192;
-/// Chunks in memory at once.
-pub(crate) const BLOCK: usize = 64;
 
 impl Mechanism {
     pub(crate) fn law(source: &Source, request: &Request) -> Law {
@@ -141,6 +139,7 @@ impl Mechanism {
         }
 
         let ranges = self.ranges(&map, &mean_first_order, request);
+        let shift = mean_first_order.clone();
         let job = crate::questions::random::chunk::Job {
             solver,
             bound: newton.map(|newton| newton.bind(self, nominal, case.drives)),
@@ -148,48 +147,24 @@ impl Mechanism {
             nominal,
             request,
             ranges: &ranges,
-            shift: &mean_first_order,
+            shift: &shift,
         };
-        let mut tally = Tally::new(n, self.sources.len(), &ranges);
-        let chunks = request.samples.div_ceil(CHUNK);
-        for block in 0..chunks.div_ceil(BLOCK) {
-            let parts: Vec<Tally> = (block * BLOCK..((block + 1) * BLOCK).min(chunks))
-                .into_par_iter()
-                .map(|chunk| job.draw(chunk as u64, CHUNK.min(request.samples - chunk * CHUNK)))
-                .collect();
-            for part in &parts {
-                tally.merge(part);
-            }
-            // Samples until then are a result, unless there are none.
-            if interrupt::is_asked() {
-                break;
-            }
-        }
+        let mut replicates = vec![Tally::new(n, self.sources.len(), &ranges); request.replicates()];
+        each_part(request, |part| job.draw(part), |replicate, drawn| replicates[replicate].merge(drawn));
+        let found = Replicates::new(replicates, &ranges);
+        let tally = &found.total;
         if tally.statuses.iter().all(|n| *n == 0) {
             interrupt::check();
         }
-        let scatter = Scatter {
-            mean: tally.mean.clone(),
-            covariance: tally.covariance(),
+        let first_order = Scatter {
             mean_first_order,
             covariance_first_order: covariance.transpose().as_slice().to_vec(),
             contribution,
-            quantile: request.probabilities.iter().flat_map(|&p| tally.quantiles(&ranges, p)).collect(),
-            quantile_resolution: ranges.resolution(),
-            histogram: tally.histogram(),
-            edges: ranges.edges(),
-            outside: if request.limit_position.is_nan() && request.limit_rotation.is_nan() {
-                f64::NAN
-            } else {
-                tally.outside as f64 / tally.count as f64
-            },
-            largest: tally.largest.clone(),
-            failures: tally.statuses.to_vec(),
-            fallbacks: tally.fallbacks,
-            interference: tally.share_of_interference(),
             status: self.status_of(&linearised, nominal),
+            ..Scatter::unknown(&self.wanted(request))
         };
-        (scatter, tally.kept.unwrap_or_default())
+        let scatter = found.scatter(request, first_order);
+        (scatter, found.total.kept.unwrap_or_default())
     }
 
     /// Ranges of the histograms: the first-order worst case with room to spare.

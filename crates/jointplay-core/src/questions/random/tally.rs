@@ -1,6 +1,6 @@
 //! Moments, histograms and counts of samples, mergeable without loss.
 
-use crate::math::lanes::block::{Block, LANES, Mask};
+use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
 use crate::mechanism::dim::BINS;
 use crate::mechanism::status::Status;
 use crate::questions::columns::Sample;
@@ -62,8 +62,8 @@ pub struct Tally {
     bins: Vec<u64>,
     /// Largest size of every quantity.
     pub largest: Vec<f64>,
-    /// Samples beyond an acceptance limit.
-    pub outside: u64,
+    /// Samples beyond the limits, by the quantity; in the end those beyond any.
+    outside: Vec<u64>,
     /// Samples whose sizes leave an interference, by the clearance.
     pub interference: Vec<u64>,
     /// Samples by status.
@@ -149,7 +149,7 @@ impl Tally {
             products: vec![0.0; components * components],
             bins: vec![0; ranges.len() * BINS * FINE],
             largest: vec![0.0; ranges.len()],
-            outside: 0,
+            outside: vec![0; ranges.len() + 1],
             interference: vec![0; sources],
             statuses: [0; Status::ALL.len()],
             fallbacks: 0,
@@ -158,7 +158,7 @@ impl Tally {
     }
 
     /// Adds one solved sample.
-    pub fn add(&mut self, ranges: &Ranges, shift: &[f64], quantities: &[f64], outside: bool) {
+    pub fn add(&mut self, ranges: &Ranges, shift: &[f64], quantities: &[f64], limits: &[[f64; 2]]) {
         let mut sums = Sums::new(self.mean.len(), quantities.len());
         let blocks: Vec<Block> = quantities.iter().map(|&q| Block::splat(q)).collect();
         let mut first = Mask::NONE;
@@ -166,7 +166,7 @@ impl Tally {
         sums.add(&blocks, &first, shift);
         self.count_block(ranges, &blocks, &first);
         self.statuses[Status::Ok as usize] += 1;
-        self.outside += u64::from(outside);
+        self.count_outside(limits, &blocks, &first);
         self.absorb(&sums, shift);
     }
 
@@ -193,6 +193,36 @@ impl Tally {
                 bins[bin[i] as usize & (ALL - 1)] += good.0[i] & 1;
             }
         }
+    }
+
+    /// Counts the good lanes of a block that are beyond the limits.
+    #[inline(always)]
+    pub fn count_outside(&mut self, limits: &[[f64; 2]], quantities: &[Block], good: &Mask) {
+        let mut any = Mask::NONE;
+        for ((&[low, high], values), outside) in limits.iter().zip(quantities).zip(&mut self.outside) {
+            if low == f64::NEG_INFINITY && high == f64::INFINITY {
+                continue;
+            }
+            for i in 0..LANES {
+                let out = good.0[i] & (bits_if(values.0[i] < low) | bits_if(values.0[i] > high));
+                any.0[i] |= out;
+                *outside += out & 1;
+            }
+        }
+        if let Some(outside) = self.outside.last_mut() {
+            *outside += any.count();
+        }
+    }
+
+    /// Share of the samples beyond the limits of each quantity, and beyond any; NaN where there is none. A sample without
+    /// a pose keeps to no limit.
+    pub fn outside(&self, limits: &[[f64; 2]]) -> (Vec<f64>, f64) {
+        let drawn = self.drawn();
+        let share = |k: usize| (self.outside[k] + drawn - self.count) as f64 / drawn as f64;
+        let is_limited = |limit: &[f64; 2]| limit.iter().any(|bound| bound.is_finite());
+        let last = self.outside.len() - 1;
+        let of = |k: usize| if limits.get(k).is_some_and(is_limited) { share(k) } else { f64::NAN };
+        ((0..last).map(of).collect(), if limits.iter().any(is_limited) { share(last) } else { f64::NAN })
     }
 
     /// Adds the moments of the samples summed about `shift`.
@@ -243,7 +273,9 @@ impl Tally {
     /// Adds all samples of another tally.
     pub fn merge(&mut self, other: &Self) {
         self.merge_moments(other.count, &other.mean, &other.products);
-        self.outside += other.outside;
+        for (a, b) in self.outside.iter_mut().zip(&other.outside) {
+            *a += b;
+        }
         self.fallbacks += other.fallbacks;
         self.interference.iter_mut().zip(&other.interference).for_each(|(a, b)| *a += b);
         if let Some(more) = &other.kept {
@@ -254,9 +286,14 @@ impl Tally {
         self.largest.iter_mut().zip(&other.largest).for_each(|(a, b)| *a = a.max(*b));
     }
 
+    /// Samples drawn, solved or not.
+    pub fn drawn(&self) -> u64 {
+        self.statuses.iter().sum()
+    }
+
     /// Share of the samples drawn whose sizes leave an interference, by the clearance.
     pub fn share_of_interference(&self) -> Vec<f64> {
-        let drawn: u64 = self.statuses.iter().sum();
+        let drawn = self.drawn();
         self.interference.iter().map(|count| *count as f64 / drawn as f64).collect()
     }
 
@@ -271,25 +308,54 @@ impl Tally {
         self.products.iter().enumerate().map(of).collect()
     }
 
-    /// A quantile of every quantity, interpolated within its fine bin; no further out than any sample.
+    /// The mean square of a component about a value.
+    pub fn variance_about(&self, i: usize, value: f64) -> f64 {
+        let n = self.mean.len();
+        (self.products[i * (n + 1)] / self.count as f64).max(0.0) + (self.mean[i] - value).powi(2)
+    }
+
+    /// The fourth moment of a component about its mean, by the middles of its fine bins.
+    pub fn fourth_moment(&self, ranges: &Ranges, i: usize) -> f64 {
+        let width = ranges.width[i] / (BINS * FINE) as f64;
+        let of = |(b, &count): (usize, &u64)| {
+            let middle = (b as f64 + 0.5).mul_add(width, ranges.low[i]);
+            count as f64 * (middle - self.mean[i]).powi(4)
+        };
+        self.bins(i).iter().enumerate().map(of).sum::<f64>() / self.count as f64
+    }
+
+    fn bins(&self, q: usize) -> &[u64] {
+        &self.bins[q * BINS * FINE..(q + 1) * BINS * FINE]
+    }
+
+    /// A quantile of every quantity.
     pub fn quantiles(&self, ranges: &Ranges, probability: f64) -> Vec<f64> {
-        (0..ranges.len())
-            .map(|q| {
-                let bins = &self.bins[q * BINS * FINE..(q + 1) * BINS * FINE];
-                let rank = probability * self.count as f64;
-                let mut below = 0.0;
-                for (b, &count) in bins.iter().enumerate() {
-                    let here = count as f64;
-                    if here > 0.0 && below + here >= rank {
-                        let place = b as f64 + ((rank - below) / here).clamp(0.0, 1.0);
-                        let value = ranges.low[q] + ranges.width[q] * place / (BINS * FINE) as f64;
-                        return value.clamp(-self.largest[q], self.largest[q]);
-                    }
-                    below += here;
-                }
-                f64::NAN
-            })
-            .collect()
+        (0..ranges.len()).map(|q| self.quantile(ranges, q, probability)).collect()
+    }
+
+    /// A quantile of a quantity, interpolated within its fine bin; no further out than any sample.
+    pub fn quantile(&self, ranges: &Ranges, q: usize, probability: f64) -> f64 {
+        let rank = probability * self.count as f64;
+        let mut below = 0.0;
+        for (b, &count) in self.bins(q).iter().enumerate() {
+            let here = count as f64;
+            if here > 0.0 && below + here >= rank {
+                let place = b as f64 + ((rank - below) / here).clamp(0.0, 1.0);
+                let value = ranges.low[q] + ranges.width[q] * place / (BINS * FINE) as f64;
+                return value.clamp(-self.largest[q], self.largest[q]);
+            }
+            below += here;
+        }
+        f64::NAN
+    }
+
+    /// The share of the samples below a value of a quantity, interpolated within its fine bin.
+    pub fn below(&self, ranges: &Ranges, q: usize, value: f64) -> f64 {
+        let place = ((value - ranges.low[q]) * ranges.density[q]).clamp(0.0, (BINS * FINE) as f64);
+        let bins = self.bins(q);
+        let whole = bins[..place as usize].iter().sum::<u64>() as f64;
+        let part = bins.get(place as usize).map_or(0.0, |&count| count as f64 * place.fract());
+        (whole + part) / self.count as f64
     }
 
     /// Counts in the handed-out bins.

@@ -2,7 +2,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::clearance::draw::Stream;
 use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES, Mask};
 use crate::math::stats::moments::Moments;
@@ -11,8 +10,8 @@ use crate::math::vector::norm;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::questions::columns::Sample;
-use crate::questions::random::CHUNK;
 use crate::questions::random::over_constrained::specimen::{Job, Specimen, least_displacements};
+use crate::questions::random::parts::{CHUNK, Part};
 use crate::questions::random::tally::{Ranges, Sums, Tally};
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::specimen_batch::Together;
@@ -147,27 +146,26 @@ pub fn draw(
     linear: &Linear<'_>,
     ranges: &Ranges,
     shift: &[f64],
-    number: u64,
-    samples: usize,
+    part: &Part,
 ) -> Count {
     let m = job.system.mechanism;
     let n = m.size();
     let mut count = Count::new(m, ranges);
     count.tally.kept = job.request.keep.then(Vec::new);
     let mut sums = Sums::new(n, n + 2);
-    let mut stream = Stream::new(job.request.seed, number);
+    let mut numbers = part.numbers(job.request);
     let mut drawn = vec![Block::splat(0.0); m.n_parameters()];
     let mut quantities = vec![Block::splat(0.0); n + 2];
-    for first in (0..samples).step_by(GROUP) {
-        let n_specimens = GROUP.min(samples - first);
+    for first in (0..part.count).step_by(GROUP) {
+        let n_specimens = GROUP.min(part.count - first);
         let mut specimens_drawn = Vec::with_capacity(n_specimens);
         for at in (0..n_specimens).step_by(LANES) {
-            m.draw(&mut stream, job.request, &mut drawn);
+            m.draw(&mut numbers, job.request, &mut drawn);
             let lanes = 0..LANES.min(n_specimens - at);
             m.count_interference(&drawn, lanes.len(), &mut count.tally.interference);
             specimens_drawn.extend(lanes.map(|lane| drawn.iter().map(|block| block.0[lane]).collect::<Vec<f64>>()));
         }
-        let first = number * CHUNK as u64 + first as u64;
+        let first = part.number * CHUNK as u64 + first as u64;
         let Some(solved) = interrupt::until_stopped(|| job.solve(together, &specimens_drawn, first)) else { break };
         let mut specimens = solved.into_iter();
         for _ in (0..n_specimens).step_by(LANES) {
@@ -179,12 +177,11 @@ pub fn draw(
                     let (translations, rotations) = error.split_at(m.n_translations());
                     let (position, rotation) = (norm(translations), norm(rotations));
                     (quantities[n].0[lane], quantities[n + 1].0[lane]) = (position, rotation);
-                    let out = position > job.request.limit_position || rotation > job.request.limit_rotation;
-                    count.tally.outside += u64::from(out);
                 }
             }
             sums.add(&quantities, &good, shift);
             count.tally.count_block(ranges, &quantities, &good);
+            count.tally.count_outside(&job.request.limits, &quantities, &good);
         }
     }
     count.tally.absorb(&sums, shift);

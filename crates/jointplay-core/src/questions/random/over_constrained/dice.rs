@@ -1,7 +1,8 @@
 //! Random numbers of one specimen.
 
 use crate::clearance::Set;
-use crate::clearance::draw::Stream;
+use crate::clearance::draw::shapes::Draw as _;
+use crate::clearance::draw::stream::Stream;
 use crate::clearance::law::Law;
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};

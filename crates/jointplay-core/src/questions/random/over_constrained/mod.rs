@@ -13,8 +13,6 @@ mod ranges;
 mod section;
 mod specimen;
 
-use rayon::prelude::*;
-
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::program::Newton;
@@ -25,12 +23,12 @@ use crate::mechanism::case::Case;
 use crate::mechanism::columns::Row;
 use crate::mechanism::status::Status;
 use crate::questions::columns::{Sample, Scatter, StrainScatter};
+use crate::questions::random::estimates::Replicates;
 use crate::questions::random::over_constrained::chunk::{Count, Linear};
 use crate::questions::random::over_constrained::ranges::Reach;
 use crate::questions::random::over_constrained::specimen::Job;
+use crate::questions::random::parts::{Part, each_part};
 use crate::questions::random::request::Request;
-use crate::questions::random::tally::Ranges;
-use crate::questions::random::{BLOCK, CHUNK};
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::specimen_batch::{Nominal, Together};
 use crate::redundancy::system::System;
@@ -97,41 +95,29 @@ impl Mechanism {
         let shift = middle.error.unwrap_or_else(|| linear.error(&known.parameters));
 
         let ranges = Reach { system, c: &at_nominal, request }.ranges(&linear.error(&known.parameters));
-        let mut count = Count::new(self, &ranges);
-        let chunks = request.samples.div_ceil(CHUNK);
-        for block in 0..chunks.div_ceil(BLOCK) {
-            let parts: Vec<Count> = (block * BLOCK..((block + 1) * BLOCK).min(chunks))
-                .into_par_iter()
-                .map(|chunk| {
-                    let samples = CHUNK.min(request.samples - chunk * CHUNK);
-                    crate::questions::random::over_constrained::chunk::draw(
-                        &job,
-                        &together(),
-                        &linear,
-                        &ranges,
-                        &shift,
-                        chunk as u64,
-                        samples,
-                    )
-                })
-                .collect();
-            for part in &parts {
-                count.merge(part);
-            }
-            if interrupt::is_asked() {
-                break;
-            }
-        }
-        if count.tally.statuses.iter().all(|n| *n == 0) {
+        let mut replicates = vec![Count::new(self, &ranges); request.replicates()];
+        let draw = |part: &Part| chunk::draw(&job, &together(), &linear, &ranges, &shift, part);
+        each_part(request, draw, |replicate, drawn| replicates[replicate].merge(drawn));
+        let mut count = replicates[0].clone();
+        replicates[1..].iter().for_each(|more| count.merge(more));
+        let tallies = replicates.into_iter().map(|count| count.tally).collect();
+        let found = Replicates::new(tallies, &ranges);
+        if found.total.statuses.iter().all(|n| *n == 0) {
             interrupt::check();
         }
-        let scatter = self.table(&count, &ranges, request, self.nominal_status(nominal.state));
-        Ok((scatter, count.tally.kept.unwrap_or_default()))
+        let scatter = self.table(&count, &found, request, self.nominal_status(nominal.state));
+        Ok((scatter, found.total.kept.unwrap_or_default()))
     }
 
-    fn table(&self, count: &Count, ranges: &Ranges, request: &Request, status: Status) -> (Scatter, StrainScatter) {
+    fn table(
+        &self,
+        count: &Count,
+        found: &Replicates<'_>,
+        request: &Request,
+        status: Status,
+    ) -> (Scatter, StrainScatter) {
         let (n, sources) = (self.size(), self.sources.len());
-        let (tally, moments) = (&count.tally, &count.first_order);
+        let moments = &count.first_order;
         let covariances = |range: std::ops::Range<usize>| range.map(|k| moments.covariance(k));
         // Every part varies with the component that it is a part of.
         let parts = |range: std::ops::Range<usize>| range.map(|k| moments.covariance(k)[(k - n) % n]).collect();
@@ -139,27 +125,17 @@ impl Mechanism {
         let quantiles = |sketch: &crate::math::stats::sketch::Sketch| -> Vec<f64> {
             request.probabilities.iter().map(|&p| sketch.quantile(p)).collect()
         };
-        let solved = tally.count > 0;
-        let or_nan = |values: Vec<f64>| if solved { values } else { vec![f64::NAN; values.len()] };
-        let limits = !(request.limit_position.is_nan() && request.limit_rotation.is_nan());
+        let first_order = Scatter {
+            mean_first_order: moments.mean()[..n].to_vec(),
+            covariance_first_order: covariances(0..n).flatten().collect(),
+            contribution: parts(n..first),
+            status,
+            ..Scatter::unknown(&self.wanted(request))
+        };
+        let exact = found.scatter(request, first_order);
+        let or_nan = |values: Vec<f64>| if found.total.count > 0 { values } else { vec![f64::NAN; values.len()] };
         (
-            Scatter {
-                mean: or_nan(tally.mean.clone()),
-                covariance: tally.covariance(),
-                mean_first_order: moments.mean()[..n].to_vec(),
-                covariance_first_order: covariances(0..n).flatten().collect(),
-                contribution: parts(n..first),
-                quantile: request.probabilities.iter().flat_map(|&p| tally.quantiles(ranges, p)).collect(),
-                quantile_resolution: ranges.resolution(),
-                histogram: tally.histogram(),
-                edges: ranges.edges(),
-                outside: if limits { tally.outside as f64 / tally.count as f64 } else { f64::NAN },
-                largest: or_nan(tally.largest.clone()),
-                failures: tally.statuses.to_vec(),
-                fallbacks: tally.fallbacks,
-                interference: tally.share_of_interference(),
-                status,
-            },
+            Scatter { mean: or_nan(exact.mean), largest: or_nan(exact.largest), ..exact },
             StrainScatter {
                 clearance_factor: quantiles(&count.factor),
                 force: {

@@ -1,0 +1,142 @@
+//! Specimens of a determinate mechanism, given row by row: closed on lanes at one configuration, and with other offsets
+//! of their clearances.
+
+use rayon::prelude::*;
+
+use crate::closure::equations::Inputs;
+use crate::closure::newton::{Solver, State};
+use crate::closure::recorded::program::{Bound, Newton};
+use crate::interrupt;
+use crate::math::lanes::block::{LANES, Mask};
+use crate::math::lanes::simd::{Kernel, dispatch};
+use crate::mechanism::case::Case;
+use crate::mechanism::{Mechanism, Source};
+
+/// Specimens that one task closes.
+const CHUNK: usize = 4096;
+
+/// Specimens of one configuration, closed lane by lane where the recorded iteration settles, else plainly.
+struct Closed<'a> {
+    solver: &'a Solver<'a>,
+    bound: Option<Bound<'a>>,
+    built: &'a State,
+    nominal: &'a State,
+    specimens: &'a [f64],
+}
+
+impl Closed<'_> {
+    #[inline(never)]
+    fn plainly(&self, specimen: &[f64]) -> Vec<f64> {
+        let m = self.solver.mechanism;
+        let inputs = Inputs { drives: self.built.inputs.drives.clone(), parameters: specimen.to_vec() };
+        let solved = self.solver.close(self.built, &inputs).map_or_else(|| self.solver.follow(self.built, &inputs), Ok);
+        match solved {
+            Ok(state) if state.negative == self.built.negative => m.error(&state, self.nominal),
+            _ => vec![f64::NAN; m.size()],
+        }
+    }
+}
+
+impl Kernel for Closed<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn run(mut self) -> Vec<f64> {
+        let m = self.solver.mechanism;
+        let (width, size) = (m.n_parameters(), m.size());
+        let mut errors = Vec::with_capacity(self.specimens.len() / width * size);
+        for block in self.specimens.chunks(LANES * width) {
+            interrupt::check();
+            let lanes = block.len() / width;
+            let mut good = Mask::NONE;
+            if let Some(bound) = &mut self.bound {
+                for (p, values) in bound.parameters().iter_mut().enumerate() {
+                    for lane in 0..LANES {
+                        // Lanes without a specimen repeat the first one.
+                        values.0[lane] = block[if lane < lanes { lane * width + p } else { p }];
+                    }
+                }
+                good = bound.solve();
+            }
+            for (lane, specimen) in block.chunks_exact(width).enumerate() {
+                match &self.bound {
+                    Some(bound) if good.has(lane) => errors.extend((0..size).map(|k| bound.error(k).0[lane])),
+                    _ => errors.extend(self.plainly(specimen)),
+                }
+            }
+        }
+        errors
+    }
+}
+
+impl Mechanism {
+    /// The exact error of every specimen at one configuration, specimen after specimen; NaN where it has no pose. The
+    /// mechanism has to be determinate.
+    #[must_use]
+    pub fn errors_of(&self, case: Case<'_>, specimens: &[f64]) -> Vec<f64> {
+        let (width, size) = (self.n_parameters(), self.size());
+        let none = || vec![f64::NAN; specimens.len() / width * size];
+        let solver = self.solver(&[case]);
+        let newton = solver.as_ref().and_then(Newton::record);
+        let found = self.each(
+            solver.as_ref(),
+            &[case],
+            |solver, _, case, nominal| {
+                let Ok(built) = solver.follow(&nominal, &self.built(case.drives)) else { return none() };
+                let bound = newton.as_ref().map(|newton| newton.bind(self, &nominal, case.drives));
+                let chunk = |specimens: &[f64]| {
+                    let (bound, built, nominal) = (bound.clone(), &built, &nominal);
+                    dispatch(Closed { solver, bound, built, nominal, specimens })
+                };
+                specimens.par_chunks(CHUNK * width).map(chunk).collect::<Vec<_>>().concat()
+            },
+            none,
+        );
+        found.concat()
+    }
+
+    /// Every specimen with the offsets of its clearances where they reach farthest along its weights of the parameters.
+    #[must_use]
+    pub fn at_supports(&self, specimens: &[f64], weights: &[f64]) -> Vec<f64> {
+        self.with_offsets(specimens, weights, |source, specimen, weights, values| {
+            let face = source.set_at(specimen).face(&weights[source.range()], 0.0);
+            source.range().zip(face.centre).for_each(|(p, offset)| values[p] = self.centre[p] + offset);
+        })
+    }
+
+    /// Every specimen with the offsets of another one, at the same part of the play of its own. Where the other one has
+    /// no play there is nothing to take over.
+    #[must_use]
+    pub fn with_offsets_of(&self, specimens: &[f64], others: &[f64]) -> Vec<f64> {
+        self.with_offsets(specimens, others, |source, specimen, other, values| {
+            let gaps = source.gap.as_ref().map(|gap| [gap.at(specimen), gap.at(other)]);
+            for (k, p) in source.range().enumerate() {
+                match gaps {
+                    Some([_, theirs]) if theirs <= 0.0 => {}
+                    Some([own, theirs]) if source.set.follows_gap(k) => {
+                        values[p] = self.centre[p] + (other[p] - self.centre[p]) * (own / theirs);
+                    }
+                    _ => values[p] = other[p],
+                }
+            }
+        })
+    }
+
+    /// Specimens of which the values of every clearance are put in anew, with a row beside each.
+    fn with_offsets(
+        &self,
+        specimens: &[f64],
+        beside: &[f64],
+        put: impl Fn(&Source, &[f64], &[f64], &mut [f64]) + Sync,
+    ) -> Vec<f64> {
+        let width = self.n_parameters();
+        let row = |(specimen, beside): (&[f64], &[f64])| {
+            let mut values = specimen.to_vec();
+            for source in self.sources().iter().filter(|source| source.is_clearance) {
+                put(source, specimen, beside, &mut values);
+            }
+            values
+        };
+        specimens.par_chunks(width).zip(beside.par_chunks(width)).map(row).collect::<Vec<_>>().concat()
+    }
+}

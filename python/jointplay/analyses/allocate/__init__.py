@@ -1,0 +1,206 @@
+"""`allocate`: the cheapest sizes with which the limits hold.
+
+minimise   sum over sources of cost(size)
+subject to error <= limit, of every limited quantity in every configuration
+
+in the exact worst case, or for a required share of the specimens. The costs are those of the file, `[costs]`; what has
+none keeps its size.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jointplay.analyses.nominal import Interrupted, Nominal, Progress, nominal
+from jointplay.analyses.worst import MOST_STARTS
+from jointplay.errors import InputError, in_range, not_known, shown
+from jointplay.model import Mechanism
+from jointplay.result import STATUSES, Result, to_dataset
+from jointplay.typed import typed
+
+from .items import items_of
+from .looks import Looking, limits_of
+from .report import STEP, Answer, report, unassembled
+from .scatter import Scatter, most_outside
+from .search import Search
+from .worst_case import WorstCase
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["QUESTIONS", "SAMPLES", "allocate", "compute"]
+
+QUESTIONS = ("worst", "random")
+#: specimens of each configuration that decide on a yield
+SAMPLES = 20_000
+MOST_SAMPLES = 1_000_000
+#: points of a curve, and by how much a limit can be multiplied there
+MOST_POINTS, MOST_TIMES = 200, 1e6
+
+
+@typed
+def allocate(
+    m: Mechanism,
+    question: str | None = None,
+    *,
+    probability: float | None = None,
+    curve: Sequence[float] = (),
+    starts: int = 24,
+    samples: int = SAMPLES,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Find the cheapest sizes with which the limits hold.
+
+    Parameters
+    ----------
+    m : Mechanism
+        With limits of the error and costs of sources.
+    question : {"worst", "random"}, optional
+        In which the limits have to hold, at every configuration: in the exact worst case (default, if no probability
+        is given), or for a share of the specimens.
+    probability : float, optional
+        random: the share of the specimens that has to keep to all limits, at every configuration and with a confidence
+        of 97.5 %; that of the file if left out.
+    curve : sequence of float
+        Factors on all limits, for each of which the least cost is found, too.
+    starts : int
+        worst: as of `worst`.
+    samples, seed : int
+        random: specimens of each configuration.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `source` (those with a cost), in units of the file (`source_unit`): `size_before`, `size` (of a clearance
+        the largest play, as the file measures it), `choice` (the fit, or group of bearings), `cost` and `cost_before`
+        (nan where the size in the file has no cost). `total_cost`, `total_cost_before`; `first_order_bound`: what no
+        sizes can cost less than, to first order, which is no bound of the exact closure.
+
+        Over `limited`, every limit by its name: `limit_value`, `shadow_price` (what it saves, per unit of the limit, to
+        loosen it by `shadow_step`, both sides of a component together), and over `configuration` `used` (error / limit)
+        and `binding` (where as much of a limit is used as anywhere). `binding_direction`: of the largest position error
+        where it uses most.
+
+        Over `limit`, the factors of `curve`: `curve_cost`, `curve_status`.
+
+        `status` is ``ok``; ``infeasible``: even the tightest sizes miss a limit, and these are given; ``unfinished``:
+        the sizes hold, but there may be cheaper ones; or the status of a configuration that cannot be assembled, and
+        nothing was looked for. The attribute `changes` has the changed values, one `KEY=VALUE` a line.
+
+    Raises
+    ------
+    InputError
+        When the file has no limits or no costs, a cost does not fit to its source, or the mechanism is over-constrained
+        or elastic.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> m = jp.loads(jp.examples.text("four-bar"))
+    >>> costs = {"choices": [{"size": 0.1, "cost": 5}, {"size": 0.2, "cost": 3}, {"size": 0.4, "cost": 2}]}
+    >>> m = m.with_({"limits.position": 1.0, "costs": {"J*": costs}})
+    >>> jp.allocate(m).size.values
+    array([0.2, 0.2, 0.2, 0.4])
+    """
+    return to_dataset(
+        compute(m, question, probability=probability, curve=curve, starts=starts, samples=samples, seed=seed)
+    )
+
+
+def compute(
+    m: Mechanism,
+    question: str | None = None,
+    *,
+    probability: float | None = None,
+    curve: Sequence[float] = (),
+    starts: int = 24,
+    samples: int = SAMPLES,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Result:
+    """The light form of `allocate`."""
+    asked, share = _asked(m, question, probability)
+    factors = _checked(curve, starts, samples, seed)
+    if asked == "random" and most_outside(samples, share) < 0:
+        problem = f"{samples} are too few to know that a share of {share:g} keeps to the limits; more are needed"
+        raise InputError(problem, key="samples")
+    m = m.without_load_cases()
+    base, items, without = items_of(m)
+    if not base.core.isostatic or base.core.deformations:
+        problem = (
+            "least-cost sizes are found where the first-order error is a sum over the sources; here compatibility or"
+            " elastic bodies make it less than that: `sweep` and `allow` answer for one source at a time"
+        )
+        raise InputError(problem, file=m.file, key="costs")
+    limits = limits_of(base)
+    places: dict[str | None, Nominal] = {output: nominal(base.only(output)) for output in base.outputs or (None,)}
+    attributes: dict[str, str | int | float] = {"asked": asked}
+    looking: Looking
+    if asked == "random":
+        attributes |= {"probability": share, "samples": samples, "seed": seed}
+        looking = Scatter(base, items, limits, places, samples, seed, share)
+    else:
+        looking = WorstCase(base, items, limits, places, starts)
+    at = next(iter(places.values()))
+    answer = Answer(m, base, items, without, limits, at, attributes)
+    bad = np.max([place.status for place in places.values()], axis=0)
+    if bad.any():
+        return unassembled(answer, str(STATUSES[bad.max()]), np.flatnonzero(bad).tolist())
+    search = Search(items, looking, progress)
+    ones = np.ones(len(limits))
+    try:
+        outcome = search.run(ones)
+        answer.outcome, answer.is_cheapest = outcome, outcome.values == search.cheapest
+        if outcome.status in ("ok", "unfinished"):
+            # Both sides of a limit are loosened together.
+            same = [
+                [(other.output, other.quantity) == (one.output, one.quantity) for other in limits] for one in limits
+            ]
+            answer.prices = [search.saving(outcome, np.array(row), STEP) for row in same]
+        for factor in factors:
+            answer.curve.append((factor, search.run(ones * factor)))
+    except KeyboardInterrupt:
+        if answer.outcome is None:
+            if search.best is None:
+                raise
+            answer.outcome = search.best
+        answer.attributes["incomplete"] = "interrupted; the sizes hold, but there may be cheaper ones"
+        if answer.outcome.status == "ok":
+            answer.attributes["incomplete"] = f"interrupted after {len(answer.curve)} of {len(factors)} points"
+        raise Interrupted(report(answer)) from None
+    return report(answer)
+
+
+def _asked(m: Mechanism, question: str | None, probability: float | None) -> tuple[str, float]:
+    """The question and the required share."""
+    if question is not None and question not in QUESTIONS:
+        raise InputError(not_known(question, "a question that can be asked here", QUESTIONS), key="question")
+    asked = question or ("worst" if probability is None else "random")
+    if asked == "worst":
+        if probability is not None:
+            raise InputError("goes with the question random; the worst case has no shares", key="probability")
+        return asked, 1.0
+    share = m.limits.probability if probability is None else probability
+    if math.isnan(share):
+        problem = "say which share of the specimens keeps to the limits, such as 0.9973, here or in the file's [limits]"
+        raise InputError(problem, key="probability")
+    if not 0.0 < share < 1.0:
+        raise InputError(f"a number between 0 and 1 is needed, not {shown(share)}", key="probability")
+    return asked, share
+
+
+def _checked(curve: Sequence[float], starts: int, samples: int, seed: int) -> list[float]:
+    in_range(starts, "starts", "a number of starts", 1, MOST_STARTS)
+    in_range(samples, "samples", "a number of samples", 2, MOST_SAMPLES)
+    in_range(seed, "seed", "a seed", 0, 2**64 - 1)
+    factors = [float(factor) for factor in curve]
+    if len(factors) > MOST_POINTS:
+        raise InputError(f"up to {MOST_POINTS} factors are possible, not {len(factors)}", key="curve")
+    for factor in factors:
+        if not 1.0 / MOST_TIMES <= factor <= MOST_TIMES:
+            raise InputError(f"a factor on the limits is a positive number, not {shown(factor)}", key="curve")
+    return factors

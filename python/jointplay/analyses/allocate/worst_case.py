@@ -1,0 +1,134 @@
+"""The worst case as a question of allocation.
+
+To first order the worst error in a direction is a sum over the sources, each in proportion to its size:
+
+    n . error <= sum over sources of h_s(A_s' n),   h_s the support function of its set
+
+The direction in which it is largest at one plan gives a row that all plans have to keep to; for a component of the
+error there is one direction only. The core finds both, the first order and the exact closure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.analyses.nominal import Nominal
+from jointplay.model import Mechanism
+from jointplay.result import axes_of
+
+from .items import Item
+from .looks import Limit, Look, merged, scaled, sources_of
+
+Floats = NDArray[np.float64]
+
+
+class WorstCase:
+    """Looks at plans by their worst case.
+
+    Parameters
+    ----------
+    m : Mechanism
+        With its patterns written out.
+    items : sequence of Item
+    limits : sequence of Limit
+    places : mapping of output to Nominal
+        The nominal configurations.
+    starts : int
+        As of `worst`.
+    """
+
+    power = 1
+
+    def __init__(
+        self,
+        m: Mechanism,
+        items: Sequence[Item],
+        limits: Sequence[Limit],
+        places: dict[str | None, Nominal],
+        starts: int,
+    ) -> None:
+        self.m, self.items, self.limits, self.places, self.starts = m, items, limits, places, starts
+        self.has_axial = any(option.play.axial > 0.0 for item in items for option in item.options)
+
+    def look(self, values: Sequence[float]) -> Look:
+        """What a plan brings."""
+        changed = self.m.with_(merged(self.items, values, probe=True))
+        first = next(iter(self.places.values()))
+        shape = (len(self.limits), len(first))
+        used, linear, rest = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        width = sum(1 if item.is_formula else len(item.options) for item in self.items)
+        parts = np.zeros((*shape, width))
+        axes = 2 if self.m.data.space == "planar" else 3
+        direction = np.zeros((*shape, axes))
+        status = np.zeros(len(first), np.uint8)
+        for output, at in self.places.items():
+            part = changed.only(output)
+            found = part.core.worst(at.drives, at.poses, self.starts)
+            status = np.maximum(status, at.worse(found["status"]))
+            extremes = axes_of(part)["extreme"].labels
+            slopes = part.core.sensitivity(at.drives, at.poses)["source"] if self.has_axial else None
+            for row, limit in enumerate(self.limits):
+                if limit.output != output:
+                    continue
+                k = extremes.index(limit.extreme)
+                sign = -1.0 if limit.side == "low" else 1.0
+                shares = sign * found["contribution"][:, k] / limit.value
+                exact, order = _figures(part, found, limit)
+                used[row], linear[row] = sign * exact / limit.value, sign * order / limit.value
+                direction[row] = found["direction"] if limit.quantity == "position" else 0.0
+                parts[row], rest[row] = self._row(part, values, shares, slopes, found, limit)
+        return Look(used, linear, parts, rest, status, direction)
+
+    def _row(
+        self,
+        part: Mechanism,
+        values: Sequence[float],
+        shares: Floats,
+        slopes: Floats | None,
+        found: object,
+        limit: Limit,
+    ) -> tuple[Floats, Floats]:
+        """Parts of the columns and the rest, over the configurations."""
+        rest = shares.sum(axis=1)
+        columns: list[Floats] = []
+        for item, value in zip(self.items, values, strict=True):
+            own = shares[:, sources_of(part, item)].sum(axis=1)
+            rest = rest - own
+            along = np.zeros(len(shares)) if slopes is None else _along(part, item, slopes, found, limit)
+            ends = scaled(item, value, own, along)
+            if item.is_formula:
+                # A straight line through both ends of the range.
+                low, high = (option.size for option in item.options)
+                slope = (ends[1] - ends[0]) / (high - low)
+                rest = rest + ends[0] - slope * low
+                columns.append(slope)
+            else:
+                columns += ends
+        return np.stack(columns, axis=-1), rest
+
+
+def _figures(m: Mechanism, found: object, limit: Limit) -> tuple[Floats, Floats]:
+    """The exact figure and that to first order."""
+    data: dict[str, Floats] = found  # type: ignore[assignment]
+    if limit.quantity in ("position", "rotation"):
+        return data[limit.quantity], data[f"{limit.quantity}_first_order"]
+    at = (slice(None), m.components.index(limit.quantity), int(limit.side == "high"))
+    return data["component"][at], data["component_first_order"][at]
+
+
+def _along(m: Mechanism, item: Item, slopes: Floats, found: object, limit: Limit) -> Floats:
+    """What a unit of axial play of an item adds in the direction of the extreme, over the limit."""
+    data: dict[str, Floats] = found  # type: ignore[assignment]
+    names = [f"{source}.along" for source in item.sizing.sources]
+    columns = [k for k, name in enumerate(m.parameters) if name in names]
+    moved = slopes[:, :, columns]
+    if limit.quantity == "position":
+        moved = np.einsum("ca,cap->cp", data["direction"], moved[:, : data["direction"].shape[1]])
+    elif limit.quantity == "rotation":
+        moved = np.einsum("ca,cap->cp", data["rotation_direction"], moved[:, -3:])
+    else:
+        moved = moved[:, m.components.index(limit.quantity)]
+    return np.asarray(np.abs(moved).sum(axis=1) / limit.value)

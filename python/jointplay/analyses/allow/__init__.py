@@ -1,0 +1,313 @@
+"""`allow`: the largest size of every source with which the limits hold, and which fit one may order.
+
+    allowed = the largest size up to which limits hold at every smaller one, too, all other sources as they are
+    slack   = allowed - size
+    allowed_factor: the same of the sizes of all sources times one factor
+
+Every size that is tried is a copy of the mechanism, which is asked the question as anybody would ask it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jointplay.analyses.nominal import Interrupted, Progress
+from jointplay.analyses.questions import check_options
+from jointplay.errors import InputError, not_known, shown
+from jointplay.model import Mechanism
+from jointplay.result import Builder, Result, Variable, to_dataset
+from jointplay.sizing import Sizing, sizings
+from jointplay.typed import typed
+
+from .asked import Asked, Use
+from .needed import Needed
+from .order import loosest
+from .search import Found, Search
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+QUESTIONS = ("worst", "loaded", "random")
+#: three sigma to both sides of a normal law
+PROBABILITY = 0.9973
+#: specimens per configuration and size
+SAMPLES = 20_000
+TOLERANCE = 1e-4
+FINEST, COARSEST = 1e-10, 0.1
+#: no factor of all sizes is larger
+MOST_TIMES = 1000.0
+#: kelvin; no larger tolerance of the temperature is tried
+HOTTEST = 1000.0
+#: relative change of a size by which the slope of a share is found
+STEP = 0.05
+
+
+@typed
+def allow(
+    m: Mechanism,
+    question: str = "worst",
+    *,
+    probability: float | None = None,
+    tolerance: float = TOLERANCE,
+    **options: Any,
+) -> xr.Dataset:
+    """Find the largest size of every source with which the limits of the file hold.
+
+    Parameters
+    ----------
+    m : Mechanism
+        With limits of the error.
+    question : {"worst", "loaded", "random"}
+        In which limits have to hold, at every configuration: in the worst case; where the loads push the mechanism; or
+        for a share of the specimens.
+    probability : float, optional
+        random: the share of the specimens that has to keep to all limits, at every configuration; that of the file if
+        left out, else 0.9973.
+    tolerance : float
+        Relative: limits hold at `allowed`, and are missed at `allowed * (1 + 2 * tolerance)`.
+    **options
+        Of the question, such as ``samples`` and ``seed``. Of random there are 20,000 samples if left out.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `source`, in the units of the file (`source_unit`): `size` (of a clearance the largest play, as the file
+        measures it, see `source_measure`), `allowed` (the largest size up to which the limits hold, all other sources
+        as they are), `slack` (allowed - size), `used_without` (what is used of the limits with this source at zero),
+        `fit` (the loosest preferred fit, or group of ball bearings, with which the limits hold), `binding_quantity` and
+        `binding_configuration` (what misses its limit first beyond `allowed`), `status`: ``ok``; ``unlimited``, where
+        the limits hold up to `allowed`, the largest size that was tried; ``no_effect``, where that size changes nothing
+        of what is limited; ``not_enough``, where they are missed at size zero as well; ``fixed``, where the size cannot
+        be changed. Of an over-constrained mechanism `needed`: the smallest size with which all specimens within the
+        tolerances can be assembled without strain. With `random` `allowed_standard_error`, from the number of samples.
+
+        And `allowed_factor`, by which all sizes may be multiplied, with `factor_status`, `factor_binding_quantity` and
+        `factor_binding_configuration`; `used`, the largest part of a limit that is used as it is (of `random` of the
+        share that may be outside).
+
+    Raises
+    ------
+    InputError
+        When the file has no limits of the error, nothing is off, or the question has no such option.
+
+    Notes
+    -----
+    In the worst case of rigid bodies more play never makes the error smaller, so that the limits hold at every size up
+    to `allowed`. For the other questions, and where members are elastic, sizes are tried in equal steps, so that a
+    smaller size at which limits are missed is found unless it lies between two of them.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> m = jp.loads(jp.examples.text("four-bar")).with_({"limits.position": 4.0})
+    >>> result = jp.allow(m)
+    >>> result.allowed.sel(source="J3").item()  # doctest: +ELLIPSIS
+    1.1...
+    """
+    return to_dataset(compute(m, question, probability=probability, tolerance=tolerance, **options))
+
+
+def compute(
+    m: Mechanism,
+    question: str = "worst",
+    *,
+    probability: float | None = None,
+    tolerance: float = TOLERANCE,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Result:
+    """The light form of `allow`."""
+    if question not in QUESTIONS:
+        raise InputError(not_known(question, "a question that can be asked here", QUESTIONS), key="question")
+    check_options(question, options, "allow")
+    if not FINEST <= tolerance <= COARSEST:
+        problem = f"a relative tolerance from {FINEST:g} to {COARSEST:g} is needed, not {shown(tolerance)}"
+        raise InputError(problem, key="tolerance")
+    share = _probability(m, question, probability)
+    if question == "random":
+        options = {"samples": SAMPLES, **options}
+    base, sources = sizings(m)
+    if not sources:
+        raise InputError("nothing is off: give a joint a clearance, or a dimension a tolerance", file=m.file)
+    asked = Asked(base, question, share, options)
+    every = _Every(asked, sources, tolerance)
+    done: list[_One] = []
+    try:
+        every.find()
+        for k, source in enumerate(sources):
+            if progress is not None:
+                progress(k + 1, len(sources) + 1)
+            done.append(every.one(source))
+        if progress is not None:
+            progress(len(sources) + 1, len(sources) + 1)
+    except KeyboardInterrupt:
+        if not done:
+            # Part of one source is no answer.
+            raise KeyboardInterrupt from None
+        result = _result(every, done, question, share, options)
+        words = f"interrupted after {len(done)} of {len(sources)} sources"
+        raise Interrupted(Result(result.coords, result.data, {**result.attrs, "incomplete": words})) from None
+    return _result(every, done, question, share, options)
+
+
+def keeps(result: Result) -> bool:
+    """Whether every configuration can be assembled, and the limits hold with the sizes as they are."""
+    return "without_pose" not in result.attrs and bool(result.get("used") <= 1.0)
+
+
+def _probability(m: Mechanism, question: str, given: float | None) -> float:
+    if given is None:
+        own = m.limits.probability
+        return PROBABILITY if math.isnan(own) else own
+    if question != "random":
+        raise InputError(f"goes with the question random; {question} has no shares", key="probability")
+    if not 0.0 < given < 1.0:
+        raise InputError(f"a number between 0 and 1 is needed, not {shown(given)}", key="probability")
+    return given
+
+
+class _One:
+    """What was found of one source."""
+
+    def __init__(self, source: Sizing, found: Found, needed: float, fit: str, error: float) -> None:
+        self.source, self.found, self.needed, self.fit, self.error = source, found, needed, fit, error
+
+
+class _Every:
+    """All sources, one after the other and all by one factor."""
+
+    def __init__(self, asked: Asked, sources: Sequence[Sizing], tolerance: float) -> None:
+        self.asked, self.sources, self.tolerance = asked, sources, tolerance
+        self.now = asked.use_of(asked.m, asked.every)
+        self.factor: Found | None = None
+        self.needed = None if asked.m.core.isostatic else Needed(asked.m, asked.at[0])
+
+    def find(self) -> None:
+        """The factor of all sizes."""
+        self.factor = self._search(self._times, 1.0, MOST_TIMES, 1.0)
+
+    def one(self, source: Sizing) -> _One:
+        """The sizes of one source."""
+        if source.fixed:
+            nothing = Found("fixed", math.nan, Use(math.nan, "", -1), Use(math.nan, "", -1))
+            return _One(source, nothing, math.nan, "", math.nan)
+        largest = self._largest(source.kind)
+        found = self._search(source.resized, source.size, largest, 1e-3 * largest)
+        smallest = math.nan
+        if self.needed is not None and source.key.endswith("clearance"):
+            smallest = self.needed.of(source, largest, self.tolerance)
+        return _One(source, found, smallest, loosest(self.asked, source, found), self._error(source, found))
+
+    def _search(self, changes: Any, size: float, largest: float, guess: float) -> Found:
+        def use(new: float, near: Any) -> Use:
+            return self.asked.use(changes(new), near)
+
+        return Search(
+            use,
+            size,
+            self.now,
+            largest,
+            guess,
+            tolerance=self.tolerance,
+            is_monotone=self.asked.is_monotone,
+        ).found()
+
+    def _times(self, factor: float) -> dict[str, object]:
+        """All sizes times a factor."""
+        return {
+            key: value
+            for source in self.sources
+            if source.size and not source.fixed
+            for key, value in source.resized(factor * source.size).items()
+        }
+
+    def _largest(self, kind: str) -> float:
+        """The largest size that is tried: the mechanism's own, a quarter of a turn."""
+        m = self.asked.m
+        return {"length": m.length / m.units.length, "angle": 0.5 * math.pi / m.units.angle}.get(kind, HOTTEST)
+
+    def _error(self, source: Sizing, found: Found) -> float:
+        """Standard error of an allowed size that is found from samples."""
+        if self.asked.question != "random" or found.status != "ok" or not found.allowed > 0.0:
+            return math.nan
+        low, high = (self.asked.use(source.resized(found.allowed * (1.0 + s))).used for s in (-STEP, STEP))
+        slope = (high - low) * (1.0 - self.asked.probability) / (2.0 * STEP * found.allowed)
+        if not (math.isfinite(slope) and slope > 0.0):
+            return math.nan
+        p = self.asked.probability
+        return math.sqrt(p * (1.0 - p) / self.asked.options["samples"]) / slope
+
+
+def _result(every: _Every, done: Sequence[_One], question: str, share: float, options: Mapping[str, Any]) -> Result:
+    m, now, factor = every.asked.m, every.now, every.factor
+    assert factor is not None
+    builder = Builder(m, "allow", asked=question, tolerance=every.tolerance)
+    if question == "random":
+        builder.attrs |= {"probability": share, "samples": options["samples"], "seed": options.get("seed", 0)}
+    if without := every.asked.without_pose:
+        builder.attrs["without_pose"] = ", ".join(map(str, without))
+    if fixed := [one.source.name for one in done if one.source.fixed]:
+        builder.attrs["fixed"] = ", ".join(fixed)
+    sources = [one.source for one in done]
+    units = [builder.name(s.kind) if s.kind != "temperature" else "K" for s in sources]
+    unit = units[0] if len(set(units)) == 1 else "see source_unit"
+    builder.labels("source", [s.name for s in sources], "source")
+    kinds = [m.source_kinds[m.sources.index(s.sources[0])] for s in sources]
+    for name, values, words in (
+        ("source_unit", units, "unit along source"),
+        ("source_kind", kinds, "what the source is"),
+        ("source_measure", [s.measure for s in sources], "what its size is"),
+        ("source_key", [s.key for s in sources], "where the file has its size"),
+    ):
+        builder.coords[name] = Variable(("source",), np.array(values, dtype=str), "", words)
+
+    def add(name: str, values: Sequence[float], words: str, units: str = unit) -> None:
+        builder.data[name] = Variable(("source",), np.array(values, dtype=np.float64), units, words)
+
+    allowed = [one.found.allowed for one in done]
+    add("size", [s.size for s in sources], "size as it is")
+    add("allowed", allowed, "largest size up to which the limits hold")
+    add("slack", [a - s.size for a, s in zip(allowed, sources, strict=True)], "allowed - size")
+    if every.needed is not None:
+        words = "smallest size with which all specimens can be assembled without strain"
+        add("needed", [one.needed for one in done], words)
+    if question == "random":
+        add("allowed_standard_error", [one.error for one in done], "standard error of allowed, from the samples")
+    add("used_without", [one.found.without.used for one in done], "what is used of the limits without the source", "")
+    _words(builder, done)
+    _of_all(builder, now, factor)
+    statuses = np.array([one.found.status for one in done], dtype=str)
+    builder.data["status"] = Variable(("source",), statuses, "", "what allowed is")
+    return builder.result()
+
+
+def _words(builder: Builder, done: Sequence[_One]) -> None:
+    """What is no number over the sources, and where limits are missed first."""
+    fits = np.array([one.fit for one in done], dtype=str)
+    builder.data["fit"] = Variable(("source",), fits, "", "loosest preferred fit, or group of bearings, that holds")
+    uses = [one.found.use for one in done]
+    for name, values, words in (
+        ("quantity", [use.quantity for use in uses], "what misses its limit first"),
+        ("configuration", [use.configuration for use in uses], "where it does; -1 where nowhere"),
+        *((("output", [use.output for use in uses], "at which output"),) if builder.m.outputs else ()),
+        *((("load_case", [use.load_case for use in uses], "in which load case"),) if builder.m.load_cases else ()),
+    ):
+        builder.data[f"binding_{name}"] = Variable(("source",), np.array(values), "", words)
+
+
+def _of_all(builder: Builder, now: Use, factor: Found) -> None:
+    """Figures of all sources together."""
+    for name, value, words in (
+        ("used", now.used, "largest part of a limit that is used"),
+        ("used_quantity", now.quantity, "of which quantity"),
+        ("used_configuration", now.configuration, "at which configuration"),
+        ("allowed_factor", factor.allowed, "factor of all sizes up to which the limits hold"),
+        ("factor_status", factor.status, "what allowed_factor is"),
+        ("factor_binding_quantity", factor.use.quantity, "what misses its limit first"),
+        ("factor_binding_configuration", factor.use.configuration, "where it does"),
+    ):
+        builder.data[name] = Variable((), np.array(value), "", words)

@@ -1,0 +1,186 @@
+"""How much of its limits a mechanism uses.
+
+    used = largest value / limit                       worst, loaded
+    used = share outside the limits / share allowed    random
+
+each the largest over configurations, quantities, outputs and load cases.
+Limits hold where `used` is 1 or less. A configuration that cannot be assembled as drawn has no error and does not
+count; where it is the size of a source that prevents the assembly, limits do not hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.analyses import loaded, random, worst
+from jointplay.analyses.nominal import Nominal, carried, nominal
+from jointplay.compile import LENGTHS
+from jointplay.errors import InputError
+from jointplay.model import Mechanism
+from jointplay.result import STATUSES, Result
+from jointplay.verdict import ROUNDING, ends
+
+Floats = NDArray[np.float64]
+#: configurations of each part of the mechanism
+Places = list[NDArray[np.intp]]
+
+COMPUTE: Mapping[str, Callable[..., Result]] = {
+    "worst": worst.compute,
+    "loaded": loaded.compute,
+    "random": random.compute,
+}
+#: outcomes with an error
+WITH_ERROR = ("ok", "undetermined", "strained")
+#: what binds where not an error does: no pose, and a size that the file cannot have
+ASSEMBLY, REFUSED = "assembly", "refused"
+#: configurations that use less than this share of the most that one uses are looked at in the end only
+NEAR = 0.6
+
+
+@dataclass(frozen=True)
+class Use:
+    """How much of the limits is used, and where most of it.
+
+    Attributes
+    ----------
+    used : float
+        1 or less where limits hold; infinite where there is no pose.
+    quantity : str
+        Component, ``position`` or ``rotation``; ``assembly`` where a configuration has no pose.
+    configuration : int
+        Its number; -1 where the size itself is refused.
+    output, load_case : str
+        Empty where the file has none.
+    near : list of ndarray
+        Of every part of the mechanism the configurations that come near.
+    """
+
+    used: float
+    quantity: str
+    configuration: int
+    output: str = ""
+    load_case: str = ""
+    near: Places | None = None
+
+    @property
+    def holds(self) -> bool:
+        """Whether the limits hold."""
+        return self.used <= 1.0
+
+
+class Asked:
+    """A question that is asked again and again of a mechanism with other sizes.
+
+    Parameters
+    ----------
+    m : Mechanism
+    question : {"worst", "loaded", "random"}
+    probability : float
+        Share of the specimens that must keep to the limits.
+    options : mapping
+        Of the question.
+    """
+
+    def __init__(self, m: Mechanism, question: str, probability: float, options: Mapping[str, Any]) -> None:
+        self.m, self.question, self.probability = m, question, probability
+        self.options = {"details": False, **options} if question == "loaded" else dict(options)
+        # A strained specimen takes up its clearances as its energy is least.
+        self.is_monotone = question == "worst" and not m.core.deformations
+        self.by_load = question == "loaded" or options.get("contact") == "loaded"
+        parts = self.parts(m)
+        if not any(part.limits.errors for part in parts):
+            names = ", ".join(("position", "rotation", *m.components))
+            problem = f"the file has no limits of the error; say what is acceptable: [limits] with one of {names}"
+            raise InputError(problem, file=m.file, key="limits")
+        self.at = _places(parts)
+        self.every: Places = [np.flatnonzero(_has_error(at.status)) for at in self.at]
+        if not any(len(places) for places in self.every):
+            raise InputError("no configuration can be assembled; `jointplay solve` says why", file=m.file, key="drives")
+
+    def parts(self, m: Mechanism) -> list[Mechanism]:
+        """The mechanism with each of its outputs, in each of its load cases where loads count."""
+        return m.every_part if self.by_load else m.without_load_cases().every_part
+
+    @property
+    def without_pose(self) -> list[int]:
+        """Configurations that have no pose as drawn."""
+        return sorted({k for at in self.at for k in np.flatnonzero(~_has_error(at.status)).tolist()})
+
+    def use(self, changes: Mapping[str, object], near: Places | None = None) -> Use:
+        """How much of the limits is used with changes, at all configurations or at some of them."""
+        try:
+            copy = self.m.with_(changes)
+            for part in self.parts(copy):
+                _ = part.core
+        except InputError:
+            return Use(np.inf, REFUSED, -1)
+        return self.use_of(copy, self.every if near is None or self.by_load else near)
+
+    def use_of(self, m: Mechanism, near: Places) -> Use:
+        """How much of the limits a mechanism uses at some configurations."""
+        best = Use(-np.inf, "", -1)
+        columns: list[Floats] = []
+        for part, at, places in zip(self.parts(m), self.at, near, strict=True):
+            if not part.limits.errors or not len(places):
+                columns.append(np.zeros(len(places)))
+                continue
+            everywhere = len(places) == len(at)
+            # Loads may go by the number of the configuration, and random numbers cost nothing there.
+            all_of_it = everywhere or self.by_load
+            result = COMPUTE[self.question](part, at=at if all_of_it else _only(at, places), **self.options)
+            used = self._of(part, result)
+            status = result.get("status")
+            if all_of_it:
+                used, status = used[places], status[places]
+            failed = ~np.isin(status, WITH_ERROR)
+            most = np.where(failed, np.inf, used.max(axis=1))
+            columns.append(most)
+            k = int(np.argmax(most))
+            if most[k] > best.used:
+                quantity = ASSEMBLY if failed[k] else part.quantities[int(np.argmax(used[k]))]
+                best = Use(float(most[k]), quantity, int(places[k]), *part.of if self.by_load else (part.of[0], ""))
+        largest = max((c.max(initial=0.0) for c in columns), default=0.0)
+        kept = [p[c >= NEAR * largest] for p, c in zip(near, columns, strict=True)] if np.isfinite(largest) else near
+        return replace(best, near=kept)
+
+    def _of(self, part: Mechanism, result: Result) -> Floats:
+        """What is used of every limit, shape (configuration, quantity); none of what has no limit."""
+        if self.question == "random":
+            shares = result.get("outside_quantity") / (1.0 - self.probability)
+            limited = np.isfinite(part.limits.bounds(part.quantities)).any(axis=1)
+            # Which limit is missed most; how often any is missed decides.
+            every = np.where(limited, np.nan_to_num(shares), 0.0)
+            worst_one = every == every.max(axis=1, keepdims=True)
+            return np.where(worst_one, (result.get("outside") / (1.0 - self.probability))[:, None], every)
+        low, high = ends(result)
+        below, above = result.get("limit").T
+        lengths = np.array([name in (*LENGTHS, "position") for name in part.quantities])
+        slack = ROUNDING * np.where(lengths, part.length / part.units.length, 1.0 / part.units.angle)
+        return np.maximum(_share(high - slack, above), _share(-low - slack, -below))
+
+
+def _share(values: Floats, limit: Floats) -> Floats:
+    """Values by their limits, nan where there is none; a limit of zero is kept by no more than rounding."""
+    size = np.where(limit > 0.0, limit, 1.0)
+    shares = np.where(limit > 0.0, values / size, np.where(values > 0.0, np.inf, 0.0))
+    return np.asarray(np.where(np.isfinite(limit), np.maximum(np.nan_to_num(shares, nan=np.inf), 0.0), 0.0))
+
+
+def _places(parts: Sequence[Mechanism]) -> list[Nominal]:
+    """The nominal configurations of every part, which sizes do not change; solved once for all that move alike."""
+    first = parts[0]
+    known = nominal(first)
+    return [known if part is first else carried(known, first, part) for part in parts]
+
+
+def _only(at: Nominal, places: NDArray[np.intp]) -> Nominal:
+    return replace(at, **{name: value[places] for name, value in vars(at).items() if name != "units"})
+
+
+def _has_error(codes: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    return np.isin(STATUSES[codes], WITH_ERROR)

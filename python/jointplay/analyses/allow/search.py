@@ -1,0 +1,204 @@
+"""The largest size up to which limits hold, by bracket and false position.
+
+    lo holds, hi does not, hi - lo <= tolerance * hi          allowed = lo
+
+In the worst case of rigid bodies a larger size never uses less of the limits, because the sets of offsets are nested.
+Otherwise, and where members are strained into place, sizes below hi are scanned for one at which limits are missed
+already. The first points are the size that is there and zero; to first order the worst case is linear in between, so
+that few more are needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .asked import ASSEMBLY, REFUSED, Use
+
+#: evaluations after which a search ends with the bracket that it has; halving alone would reach any tolerance by then
+MOST_STEPS = 80
+#: relative difference of what is used that is rounding
+SAME = 1e-9
+#: equal steps in which sizes below a missed one are scanned
+SCANNED = 16
+#: by how much more a size is tried where nothing says more
+GROWTH = 8.0
+#: steps of false position within which a bracket has to be halved
+ROUNDS = 3
+#: share of the largest size below which an allowed size is none
+NOTHING = 1e-9
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found.
+
+    Attributes
+    ----------
+    status : str
+        ``ok``; ``unlimited``: limits hold up to the largest size that was tried, or that the file can have;
+        ``no_effect``: they do, and that size changes nothing of what is limited;
+        ``not_enough``: they are missed with a size of zero as well, or with the smallest one that can be assembled.
+    allowed : float
+        The largest size up to which limits hold; nan where there is none.
+    use : Use
+        What is used at the smallest size that was found to be too large, or at the largest one.
+    without : Use
+        What is used with a size of zero.
+    """
+
+    status: str
+    allowed: float
+    use: Use
+    without: Use
+
+
+class Search:
+    """One source and its sizes.
+
+    Parameters
+    ----------
+    use : callable
+        What is used with a size, at given configurations or at all of them.
+    size : float
+        The size that is there.
+    now : Use
+        What is used with it.
+    largest : float
+        No larger size is tried.
+    guess : float
+        A size to begin with where there is none.
+    tolerance : float
+        Relative width of the bracket in the end.
+    is_monotone : bool
+        Whether a larger size never uses less of the limits.
+    """
+
+    def __init__(
+        self,
+        use: Callable[..., Use],
+        size: float,
+        now: Use,
+        largest: float,
+        guess: float,
+        *,
+        tolerance: float,
+        is_monotone: bool,
+    ) -> None:
+        self.use, self.tolerance, self.is_monotone = use, tolerance, is_monotone
+        self.largest = max(largest, GROWTH * size)
+        self.known: dict[float, Use] = {size: now}
+        self.near = now.near
+        self.start = size or min(guess, self.largest)
+
+    def found(self) -> Found:
+        """Search."""
+        without = self.at(0.0)
+        found = self._bracketed(without)
+        if found.status != "not_enough" and not self.use_everywhere(found.allowed).holds:
+            # Another configuration than those that were near is the one that binds.
+            self.near = None
+            self.known = {size: use for size, use in self.known.items() if not use.holds or size == 0.0}
+            self.known[found.allowed] = self.use_everywhere(found.allowed)
+            found = self._bracketed(without)
+        return found
+
+    def use_everywhere(self, size: float) -> Use:
+        """What is used with a size at all configurations."""
+        if self.near is None:
+            return self.at(size)
+        return self.use(size, None)
+
+    def at(self, size: float) -> Use:
+        """What is used with a size."""
+        if size not in self.known:
+            # Zero is a place from which nothing can be said of what is near.
+            self.known[size] = self.use(size, None if size == 0.0 else self.near)
+        return self.known[size]
+
+    def _bracketed(self, without: Use) -> Found:
+        low = self._smallest(without)
+        if low is None:
+            return Found("not_enough", np.nan, without, without)
+        high = self._missed(low)
+        if not self.is_monotone:
+            low, high = self._scanned(low, high)
+        if high is None:
+            beyond = self.at(low)
+            used = [use.used for use in self.known.values()]
+            same = max(used) - min(used) <= SAME * max(used)
+            return Found("no_effect" if same else "unlimited", low, beyond, without)
+        low, high = self._narrowed(low, high)
+        beyond = self.at(high)
+        return Found("unlimited" if beyond.quantity == REFUSED else "ok", low, beyond, without)
+
+    def _smallest(self, without: Use) -> float | None:
+        """A size with which limits hold: zero, or where that cannot be assembled one that can."""
+        if without.holds:
+            return 0.0
+        if without.quantity not in (ASSEMBLY, REFUSED):
+            return None
+        tried = [self.start, *(self.start * 2.0**k for n in range(1, 13) for k in (-n, n))]
+        return next((s for s in tried if s <= self.largest and self.at(s).holds), None)
+
+    def _missed(self, low: float) -> float | None:
+        """A size with which limits are missed; None where they hold up to the largest."""
+        missed = [size for size, use in self.known.items() if size > low and not use.holds]
+        size = max(self.start, low)
+        for _ in range(MOST_STEPS):
+            if missed:
+                return min(missed)
+            if not self.at(size).holds:
+                return size
+            if size >= self.largest:
+                return None
+            size = min(self._farther(size), self.largest)
+        return None
+
+    def _farther(self, size: float) -> float:
+        """Where the line through the two largest sizes reaches the limit, and a little more."""
+        held = sorted((s, use.used) for s, use in self.known.items() if use.holds)
+        if len(held) < 2:
+            return GROWTH * size
+        (a, fa), (b, fb) = held[-2:]
+        if not fb - fa > 1e-6 * (1.0 - fb):
+            return GROWTH * size
+        aim = b + (1.0 - fb) * (b - a) / (fb - fa)
+        return float(min(max(aim * (1.0 + self.tolerance / 2.0), b * (1.0 + self.tolerance)), GROWTH * size))
+
+    def _scanned(self, low: float, high: float | None) -> tuple[float, float | None]:
+        """The first of equal steps from a size that holds within which limits are missed."""
+        top = max((s for s, use in self.known.items() if use.holds), default=low) if high is None else high
+        below = low
+        for k in range(1, SCANNED + 1):
+            size = low + (top - low) * k / SCANNED
+            if size > below and not self.at(size).holds:
+                return below, size
+            below = size
+        return below, high
+
+    def _narrowed(self, low: float, high: float) -> tuple[float, float]:
+        """A bracket that is narrow enough; false position, and halves where that does not help."""
+        low = max((s for s, use in self.known.items() if low <= s < high and use.holds), default=low)
+        weight, kept, before = 1.0, "", np.inf
+        for step in range(MOST_STEPS):
+            reach = self.tolerance * high
+            if high - low <= reach or high <= NOTHING * self.largest:
+                break
+            below, above = 1.0 - self.at(low).used, self.at(high).used - 1.0
+            if step % ROUNDS == 0:
+                is_slow, before = high - low > before / 2.0, high - low
+            if is_slow or not np.isfinite(above) or below + above <= 0.0:
+                size, is_slow = (low + high) / 2.0, False
+            else:
+                below, above = (weight * below, above) if kept == "low" else (below, weight * above)
+                size = low + (high - low) * below / (below + above)
+            # Near an end the other side of it is tried, which closes the bracket.
+            size = min(max(size, low + 0.9 * reach), high - 0.9 * reach)
+            end = "high" if self.at(size).holds else "low"
+            # An end that is kept twice counts half (Illinois).
+            weight, kept = (weight / 2.0 if end == kept else 1.0), end
+            low, high = (size, high) if end == "high" else (low, size)
+        return low, high

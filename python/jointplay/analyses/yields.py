@@ -1,0 +1,157 @@
+"""Yields over all configurations, and the repeatability of one specimen.
+
+yield_path       share of the specimens that keep to the limits at every configuration, offsets drawn anew at each
+yield_specimen   share of the specimens that keep to them at every configuration wherever the play lies: for drawn sizes
+                 and deviations d the worst offsets u count, max over u in C(d) of the error
+repeatability    mean + 3 standard deviations of the distance of the output from its barycentre (ISO 9283): offsets are
+                 drawn, sizes and deviations are where they are known to be
+
+The worst offsets of a specimen are those of the first order, u = argmax w . A u: of a component at its support points,
+of a size by ascent, w = A u / |A u|, from the best of a fan of directions. The error at these offsets is the exact one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.compile import LENGTHS
+from jointplay.model import Mechanism
+
+from .nominal import Floats, Nominal
+
+Flags = NDArray[np.bool_]
+
+#: specimens drawn for a yield over the path, for one wherever the play lies, and offsets for a repeatability
+PATH, SPECIMENS, REPEATS = 100_000, 4_000, 4_000
+#: specimens at a time, which bounds the memory
+CHUNK = 2_000
+#: steps of the ascent
+STEPS = 4
+#: directions in the plane that an ascent may start from
+FAN = 12
+#: shares are counted, and parts of the specimens are taken: both want specimens that do not depend on one another
+PLAIN = "plain"
+#: random offsets of configuration k have the seed of the specimens plus this and k
+STRIDE = 0x9E37_79B9_7F4A_7C15
+
+
+@dataclass(frozen=True)
+class Yields:
+    """Specimens within all limits, and how many there were."""
+
+    path: int
+    path_samples: int
+    specimen: int
+    specimen_samples: int
+
+
+def yields(m: Mechanism, at: Nominal, samples: int, seed: int, law: str | None, limits: Floats) -> Yields:
+    """The yields of a determinate mechanism over its configurations.
+
+    Parameters
+    ----------
+    limits : ndarray
+        Lowest and highest acceptable value of every quantity, infinite where there is none, shape (quantity, 2).
+    """
+    drawn = m.core.specimens(min(samples, PATH), seed, law, PLAIN)
+    path = np.ones(len(drawn), dtype=bool)
+    few = drawn[: min(samples, SPECIMENS)]
+    anywhere = np.ones(len(few), dtype=bool)
+    for k in range(len(at)):
+        drives, poses = at.drives[k : k + 1], at.poses[k : k + 1]
+        offsets = m.core.specimens(len(drawn), _seed(seed, k), law, PLAIN)
+        path &= _within(m, m.core.errors_of(drives, poses, m.core.with_offsets_of(drawn, offsets)), limits)
+        slopes = m.core.sensitivity(drives, poses)["source"][0]
+        shift = m.core.given(drives, poses, m.centre[None])["error_first_order"][0] - slopes @ m.centre
+        # Those that are out already are not looked at again.
+        left = np.flatnonzero(anywhere)
+        for part in np.array_split(left, max(1, len(left) // CHUNK)):
+            for u in _worst_offsets(m, few[part], slopes, shift, limits):
+                anywhere[part] &= _within(m, m.core.errors_of(drives, poses, u), limits)
+    return Yields(int(path.sum()), len(path), int(anywhere.sum()), len(anywhere))
+
+
+def repeatability(m: Mechanism, at: Nominal, samples: int, seed: int, law: str | None) -> tuple[Floats, Floats]:
+    """Repeatability of the output point at every configuration, and its standard error."""
+    count = min(samples, REPEATS)
+    offsets = m.core.specimens(count, seed, law, PLAIN)
+    u = m.core.with_offsets_of(np.tile(m.centre, (count, 1)), offsets)
+    lengths = [name in LENGTHS for name in m.components]
+    found = [
+        _spread(m.core.errors_of(at.drives[k : k + 1], at.poses[k : k + 1], u)[:, lengths]) for k in range(len(at))
+    ]
+    values, errors = np.array(found).reshape(-1, 2).T
+    return values, errors
+
+
+def _spread(places: Floats) -> tuple[float, float]:
+    places = places[np.isfinite(places).all(axis=1)]
+    if len(places) < 2:
+        return np.nan, np.nan
+    distance = np.linalg.norm(places - places.mean(axis=0), axis=1)
+    mean, std = distance.mean(), distance.std(ddof=1)
+    # What every distance adds to the sum of mean and three deviations.
+    influence = distance + (1.5 * ((distance - mean) ** 2) / std if std > 0.0 else 0.0)
+    return float(mean + 3.0 * std), float(influence.std() / np.sqrt(len(distance)))
+
+
+def _seed(seed: int, k: int) -> int:
+    return int((seed + STRIDE + k) % 2**64)
+
+
+def with_sizes(m: Mechanism, errors: Floats) -> Floats:
+    """Errors by component with their sizes, position and rotation, behind them."""
+    lengths = np.array([name in LENGTHS for name in m.components])
+    sizes = [np.linalg.norm(errors[:, which], axis=1) for which in (lengths, ~lengths)]
+    return np.column_stack([errors, *sizes])
+
+
+def _within(m: Mechanism, errors: Floats, limits: Floats) -> Flags:
+    """Whether every error keeps to all limits; an error that is nan does not."""
+    values = with_sizes(m, errors)
+    # A comparison with nan is false.
+    inside: Flags = np.all((values >= limits[:, 0]) & (values <= limits[:, 1]) & np.isfinite(values), axis=1)
+    return inside
+
+
+def _worst_offsets(m: Mechanism, drawn: Floats, slopes: Floats, shift: Floats, limits: Floats) -> Iterator[Floats]:
+    """Parameters of every specimen with the offsets that bring it farthest towards each limit in turn, first order."""
+    components = list(m.components)
+    for k, (low, high) in enumerate(limits[: len(components)]):
+        for sign, limit in ((1.0, high), (-1.0, low)):
+            if np.isfinite(limit):
+                yield m.core.at_supports(drawn, np.broadcast_to(sign * slopes[k], drawn.shape).copy())
+    for which, limit in zip((True, False), limits[len(components) :, 1], strict=True):
+        if np.isfinite(limit):
+            rows = [k for k, name in enumerate(components) if (name in LENGTHS) == which]
+            yield _farthest(m, drawn, slopes[rows], shift[rows])
+
+
+def _farthest(m: Mechanism, drawn: Floats, slopes: Floats, shift: Floats) -> Floats:
+    """Parameters at which the first-order size of some components is largest, specimen by specimen."""
+    best, size = drawn, np.full(len(drawn), -np.inf)
+    for direction in _fan(len(slopes)):
+        u = m.core.at_supports(drawn, np.broadcast_to(direction @ slopes, drawn.shape).copy())
+        reached = np.linalg.norm(u @ slopes.T + shift, axis=1)
+        best, size = np.where((reached > size)[:, None], u, best), np.maximum(size, reached)
+    for _ in range(STEPS):
+        # The size grows along the error itself: a convex function lies above its tangents.
+        best = m.core.at_supports(drawn, (best @ slopes.T + shift) @ slopes)
+    return best
+
+
+def _fan(size: int) -> Floats:
+    """Directions to both sides; in the plane around, in space towards the faces, edges and corners of a cube."""
+    if size == 1:
+        return np.array([[1.0], [-1.0]])
+    if size == 2:
+        angles = 2.0 * np.pi * np.arange(FAN) / FAN
+        return np.column_stack([np.cos(angles), np.sin(angles)])
+    grid = np.array([point for point in product((-1.0, 0.0, 1.0), repeat=size) if any(point)])
+    directions: Floats = grid / np.linalg.norm(grid, axis=1, keepdims=True)
+    return directions

@@ -1,0 +1,69 @@
+"""What sizes cost: the sizes before and after with their costs, and the least cost against the limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from jointplay.errors import InputError
+from jointplay.result import Result
+from jointplay.typed import typed
+
+from .bars import of_unit, pairs
+from .style import COLOURS, GREY, canvas, light
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@typed
+def allocate(result: Result | xr.Dataset, unit: str | None = None, *, axes: Axes | None = None) -> Figure:
+    """Draw the size of every source as it was and as it is allocated, with its choice and its cost.
+
+    Parameters
+    ----------
+    result : Dataset
+        Of `allocate`.
+    unit : str, optional
+        Which sources: lengths and angles have axes of their own. That of the first source if left out.
+    axes : matplotlib axes, optional
+    """
+    part = _allocated(result)
+    own, unit = of_unit(part, unit)
+    names = [name for name, kept in zip(part.labels("source"), own, strict=True) if kept]
+    before, size, cost, choice = (part.get(name)[own] for name in ("size_before", "size", "cost", "choice"))
+    notes = [" ".join(filter(None, (str(c), f"cost {paid:.4g}"))) for c, paid in zip(choice, cost, strict=True)]
+    return pairs(axes, names, {"before": before, "allocated": size}, GREY, notes, 1.25, unit)
+
+
+@typed
+def cost_curve(result: Result | xr.Dataset, *, axes: Axes | None = None) -> Figure:
+    """Draw the least cost against the factor on all limits.
+
+    Parameters
+    ----------
+    result : Dataset
+        Of `allocate` with `curve`.
+    axes : matplotlib axes, optional
+    """
+    part = _allocated(result)
+    if "curve_cost" not in part.data:
+        raise InputError("has no curve: allocate(m, curve=[0.5, 1, 2])", key="result")
+    figure, axes = canvas(axes)
+    factors, costs = np.array(part.labels("limit")), part.get("curve_cost")
+    order = np.argsort(factors)
+    axes.plot(factors[order], costs[order], color=COLOURS[0], marker="o", label="least cost")
+    axes.plot(1.0, float(part.get("total_cost")), color=COLOURS[3], marker="D", linestyle="none", label="these limits")
+    axes.set(xlabel="limits times", ylabel="total cost")
+    axes.legend()
+    return figure
+
+
+def _allocated(result: Result | xr.Dataset) -> Result:
+    part = light(result)
+    if part.attrs.get("question") != "allocate" or "size" not in part.data:
+        raise InputError("is not the result of allocate with sizes", key="result")
+    return part

@@ -1,0 +1,138 @@
+"""What is acceptable: errors of the output, ranges of drives and joints, nearness to a singular configuration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from jointplay.errors import shown
+
+from .values import IN_PLANE, IN_SPACE, NonNegative, Number, Pair, Positive, Table, is_number, problem
+
+ALONG = "acceptable error along the ground's {} axis: 0.1 for 0.1 to both sides, [-0.05, 0.1], or {{ high = 0.1 }}"
+ABOUT = "acceptable error {}: a number for both sides, [low, high], or one of them such as {{ high = 0.1 }}"
+
+
+def _range(pair: tuple[float, float]) -> tuple[float, float]:
+    if pair[0] > pair[1]:
+        raise problem(f"a range is [lowest, highest], not {shown(list(pair))}")
+    return pair
+
+
+Range = Annotated[Pair, AfterValidator(_range)]
+
+
+class Bounds(Table):
+    """The lowest and the highest acceptable value; one of them where the other side does not matter."""
+
+    example: ClassVar[str] = "0.1, [-0.05, 0.1] or { high = 0.1 }"
+
+    low: Number | SkipJsonSchema[None] = Field(None, description="lowest acceptable value, not above zero")
+    high: Number | SkipJsonSchema[None] = Field(None, description="highest acceptable value, not below zero")
+
+    @model_validator(mode="after")
+    def _about_zero(self) -> Self:
+        if self.low is None and self.high is None:
+            raise problem("give low, high or both")
+        low, high = self.low or 0.0, self.high or 0.0
+        if low > 0.0 or high < 0.0:
+            raise problem(f"low <= 0 <= high is needed, since no error is acceptable; here: {shown([low, high])}")
+        return self
+
+
+def _bounds(value: object) -> object:
+    if is_number(value):
+        if value < 0:  # type: ignore[operator]
+            raise problem(f"must be 0 or more, for both sides: {value:g}")
+        return {"low": -value, "high": value}  # type: ignore[operator]
+    if isinstance(value, list | tuple) and len(value) == 2:
+        return {"low": value[0], "high": value[1]}
+    return value
+
+
+Between = Annotated[Bounds, BeforeValidator(_bounds, json_schema_input_type=NonNegative | Pair | Bounds)]
+
+
+class ErrorLimits(Table):
+    """Acceptable errors of an output."""
+
+    #: the components of its error
+    components: ClassVar[tuple[str, ...]]
+
+    position: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable position error")
+    rotation: NonNegative | SkipJsonSchema[None] = Field(None, description="largest acceptable rotation error")
+    x: Between | SkipJsonSchema[None] = Field(None, description=ALONG.format("x"))
+    y: Between | SkipJsonSchema[None] = Field(None, description=ALONG.format("y"))
+
+    @classmethod
+    def words(cls) -> tuple[str, ...]:
+        """The keys of errors."""
+        return (*cls.components, "position", "rotation")
+
+    def given(self) -> tuple[str, ...]:
+        """The keys of errors that have a limit."""
+        return tuple(word for word in self.words() if getattr(self, word) is not None)
+
+
+class PlanarErrorLimits(ErrorLimits):
+    """Acceptable errors of an output."""
+
+    example: ClassVar[str] = "{ position = 0.5, angle = 0.1 }"
+    elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(("z", "rx", "ry", "rz"), IN_SPACE)
+    components: ClassVar[tuple[str, ...]] = ("x", "y", "angle")
+
+    angle: Between | SkipJsonSchema[None] = Field(None, description=ABOUT.format("of the angle"))
+
+
+class SpatialErrorLimits(ErrorLimits):
+    """Acceptable errors of an output."""
+
+    example: ClassVar[str] = "{ position = 0.5, z = [-0.1, 0.2] }"
+    elsewhere: ClassVar[Mapping[str, str]] = {"angle": IN_PLANE}
+    components: ClassVar[tuple[str, ...]] = ("x", "y", "z", "rx", "ry", "rz")
+
+    z: Between | SkipJsonSchema[None] = Field(None, description=ALONG.format("z"))
+    rx: Between | SkipJsonSchema[None] = Field(None, description=ABOUT.format("about the x axis"))
+    ry: Between | SkipJsonSchema[None] = Field(None, description=ABOUT.format("about the y axis"))
+    rz: Between | SkipJsonSchema[None] = Field(None, description=ABOUT.format("about the z axis"))
+
+
+class LimitsTable(ErrorLimits):
+    """What is acceptable."""
+
+    probability: Annotated[float, Field(gt=0.0, lt=1.0)] | SkipJsonSchema[None] = Field(
+        None, description="share of the specimens that must keep to the limits in `random`; such as 0.9973"
+    )
+    singular_value: Positive = Field(
+        1e-4, description="smallest acceptable singular value of the length-scaled Jacobian"
+    )
+    drives: dict[str, Range] = Field({}, description="range of each drive")
+    joints: dict[str, Range] = Field({}, description="range of each joint's coordinate")
+
+
+class PlanarLimits(LimitsTable, PlanarErrorLimits):
+    """What is acceptable."""
+
+    example: ClassVar[str] = "{ position = 0.5, drives = { theta1 = [0, 90] } }"
+
+
+class SpatialLimits(LimitsTable, SpatialErrorLimits):
+    """What is acceptable."""
+
+    example: ClassVar[str] = "{ position = 0.5, z = [-0.1, 0.2] }"
+
+
+class CopyLimits(Table):
+    """Ranges of the drives and joints of a pattern."""
+
+    example: ClassVar[str] = "{ joints = { hip = [0, 90] } }"
+    elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("position", "rotation", *SpatialErrorLimits.components, "angle", "probability", "singular_value"),
+        "of the file as a whole",
+    )
+
+    drives: dict[str, Range] = Field({}, description="range of each drive")
+    joints: dict[str, Range] = Field({}, description="range of each joint's coordinate")

@@ -1,0 +1,127 @@
+"""The cheapest sizes: what each source gets, what it costs, what binds, and what a limit costs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from jointplay.errors import listed
+from jointplay.result import Result
+
+from .layout import Column, Table, numbers, words
+
+TITLES = {
+    "worst": "Cheapest sizes with which the limits hold in the worst case",
+    "random": "Cheapest sizes with which the limits hold for {:.6g} % of the specimens",
+}
+
+
+def overview(result: Result) -> list[Table]:
+    """The tables of `allocate`."""
+    title = TITLES[str(result.attrs["asked"])].format(100.0 * float(result.attrs.get("probability", 1.0)))
+    if "size" not in result.data:
+        return [Table(title, tuple(_columns(result)), (), tuple(_answer(result)))]
+    found = [Table(title, tuple(_columns(result)), tuple(_notes(result)), tuple(_answer(result)))]
+    found.append(Table("Limits", tuple(_limits(result)), tuple(_about_limits(result))))
+    if "curve_cost" in result.data:
+        columns = (
+            numbers("limits times", "", result.labels("limit")),
+            numbers("cost", "", result.get("curve_cost"), digits=5),
+            words("", ["" if s == "ok" else s for s in result.get("curve_status").tolist()]),
+        )
+        found.append(Table("Least cost by the limits", columns))
+    return found
+
+
+def _answer(result: Result) -> Iterator[str]:
+    status = str(result.get("status"))
+    if "size" not in result.data:
+        which = result.attrs["without_pose"]
+        yield f"No sizes are found: configuration {which} is {status.replace('_', ' ')}."
+        return
+    used = result.get("used")
+    limit, configuration = np.unravel_index(int(used.argmax()), used.shape)
+    name, share = result.labels("limited")[limit], float(used[limit, configuration])
+    place = f"{name} at configuration {configuration}"
+    if status == "infeasible":
+        yield f"No sizes hold the limits: even the tightest ones use {_percent(share)} of {place}."
+        return
+    if status not in ("ok", "unfinished"):
+        yield f"No sizes are found: even with the tightest ones the mechanism is {status.replace('_', ' ')}."
+        return
+    cost, before = float(result.get("total_cost")), float(result.get("total_cost_before"))
+    now = f"; the sizes in the file cost {before:.5g}" if np.isfinite(before) else ""
+    yield f"The limits hold for a cost of {cost:.5g}{now}."
+    yield f"What binds is {place}: {_percent(share)} of the limit is used.{_direction(result)}"
+    if "cheapest" in result.attrs:
+        yield "All sources have their cheapest size; looser limits save nothing."
+    if status == "unfinished":
+        yield "The search reached its limit of steps: there may be cheaper sizes."
+
+
+def _direction(result: Result) -> str:
+    if "binding_direction" not in result.data:
+        return ""
+    parts = ", ".join(f"{value:.3g}" for value in result.get("binding_direction"))
+    return f" Direction: [{parts}]."
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.4g} %" if np.isfinite(share) else "more than all"
+
+
+def _columns(result: Result) -> Iterator[Column]:
+    units = np.array(result.labels("source_unit"), dtype=str)
+    yield words("source", result.labels("source"))
+    yield Column("size is", "", tuple(result.labels("source_measure")), left=True, spare=3)
+    yield words("unit", units.tolist())
+    told = [name for name in ("size_before", "size") if name in result.data]
+    cells = {name: np.empty(len(units), dtype=object) for name in told}
+    for unit in dict.fromkeys(units.tolist()):
+        own = units == unit
+        together = numbers("", "", np.concatenate([result.get(name)[own] for name in told])).cells
+        for k, name in enumerate(told):
+            cells[name][own] = together[k * int(own.sum()) : (k + 1) * int(own.sum())]
+    for name in told:
+        yield Column("before" if name == "size_before" else name, "", tuple(cells[name]))
+    if "choice" in result.data and any(result.get("choice").tolist()):
+        yield words("choice", result.get("choice").tolist())
+    for name, header in (("cost_before", "cost before"), ("cost", "cost")):
+        if name in result.data:
+            yield numbers(header, "", result.get(name))
+
+
+def _limits(result: Result) -> Iterator[Column]:
+    used = result.get("used")
+    units = result.labels("limited_unit")
+    yield words("limit", result.labels("limited"))
+    yield words("unit", units)
+    yield Column("value", "", tuple(f"{value:.6g}" for value in result.get("limit_value")))
+    yield numbers("used", "%", 100.0 * used.max(axis=1))
+    yield Column("at #", "", tuple(map(str, used.argmax(axis=1).tolist())))
+    if "shadow_price" in result.data:
+        steps, prices = result.get("shadow_step"), result.get("shadow_price")
+        yield Column("loosened by", "", tuple(f"{step:.3g}" for step in steps))
+        yield numbers("saves", "", prices * steps)
+
+
+def _about_limits(result: Result) -> Iterator[str]:
+    if "shadow_price" in result.data:
+        yield "saves: what it saves to loosen this limit alone by so much, with exact / first order as found here."
+
+
+def _notes(result: Result) -> Iterator[str]:
+    if "incomplete" in result.attrs:
+        yield f"{str(result.attrs['incomplete']).capitalize()}."
+    bound, cost = float(result.get("first_order_bound")), float(result.get("total_cost"))
+    if np.isfinite(bound):
+        over = f"{100.0 * (cost - bound) / abs(bound):.2g} % below" if cost > bound and bound else "the same"
+        if str(result.attrs["asked"]) == "worst":
+            yield f"To first order the least cost is {bound:.5g}, {over}; on the exact closure it is no bound."
+        else:
+            yield f"With quantiles in proportion to the first-order deviations the least cost is {bound:.5g}, {over}."
+    if "samples" in result.attrs:
+        yield f"The yield is that of {int(result.attrs['samples']):,} random specimens of each configuration."
+    if "without_cost" in result.attrs:
+        yield f"Without a cost, and left as they are: {listed(str(result.attrs['without_cost']).split(', '))}."

@@ -1,0 +1,210 @@
+"""How large every source may be: whether the limits hold, what to tighten, what to order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from jointplay.errors import listed
+from jointplay.result import Result
+
+from .layout import DIGITS, NOTHING, Column, Table, decimals, fixed, numbers, words
+
+TITLES = {
+    "worst": "Largest sizes with which the limits hold in the worst case",
+    "loaded": "Largest sizes with which the limits hold under the loads",
+    "random": "Largest sizes with which the limits hold for {} of the specimens",
+}
+MEANINGS = {
+    "no_effect": "its size changes nothing of what is limited",
+    "unlimited": "the limits hold up to the largest size that was tried",
+    "not_enough": "the limits are missed with a size of zero as well",
+    "fixed": "its size cannot be changed here",
+}
+#: what misses its limit, in words
+QUANTITIES = {"position": "the position error", "rotation": "the rotation"}
+#: sources that bring as much to this share are named together
+ALIKE = 0.01
+#: relative rounding of a number
+NOISE = 1e-9
+#: how numbers are rounded so that they hold
+ROUNDED = {"allowed": math.floor, "slack": math.floor, "needed": math.ceil}
+#: measures that a fit can be ordered for
+ROUND = ("radial", "diametral")
+#: as many names stand in a sentence
+MOST_NAMES = 4
+
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+Names = np.ndarray[tuple[int, ...], np.dtype[np.str_]]
+
+
+def overview(result: Result) -> list[Table]:
+    """The table of `allow`."""
+    asked = str(result.attrs["asked"])
+    title = TITLES[asked].format(_percent(float(result.attrs.get("probability", 1.0))))
+    return [Table(title, tuple(_columns(result)), tuple(_notes(result)), tuple(_answer(result)))]
+
+
+def _columns(result: Result) -> Iterator[Column]:
+    units = np.array(result.labels("source_unit"), dtype=str)
+    yield words("source", result.labels("source"))
+    yield Column("size is", "", tuple(result.labels("source_measure")), left=True, spare=3)
+    yield words("unit", units.tolist())
+    told = ["size", "allowed", "slack"]
+    if "needed" in result.data and np.isfinite(result.get("needed")).any():
+        told.append("needed")
+    status = result.get("status").tolist()
+    found = np.isin(status, ["ok", "not_enough"])
+    # Where no size was found to be too large, what was tried does not decide the decimals.
+    held = {name: np.where(found | (name in ("size", "needed")), result.get(name), np.nan) for name in told}
+    cells = dict(zip(told, _by_unit(units, held), strict=True))
+    allowed = result.get("allowed")
+    at_least = [
+        f">{allowed[k]:.3g}" if one == "unlimited" else cell
+        for k, (one, cell) in enumerate(zip(status, cells["allowed"], strict=True))
+    ]
+    for name, column in (cells | {"allowed": tuple(at_least)}).items():
+        yield Column(name, "", column)
+    if "allowed_standard_error" in result.data:
+        (column,) = _by_unit(units, {"error": result.get("allowed_standard_error")}, digits=2)
+        yield Column("±", "", column, spare=2)
+    shares = 100.0 * result.get("used_without")
+    yield Column("without it\nused", "%", numbers("", "", shares, digits=3).cells, spare=1)
+    if any(result.get("fit").tolist()):
+        yield words("fit", [fit or NOTHING for fit in result.get("fit").tolist()])
+    yield words("first missed", [_where(result, k) for k in range(result.sizes["source"])])
+    if any(one != "ok" for one in status):
+        yield words("status", [one.replace("_", " ") for one in status])
+
+
+def _by_unit(units: Names, columns: Mapping[str, Floats], digits: int = DIGITS) -> list[tuple[str, ...]]:
+    """Cells of columns with as many decimals as the numbers of one unit need.
+
+    What is allowed is rounded down and what is needed up, so that the numbers in the table still hold.
+    """
+    cells = np.full((len(columns), len(units)), NOTHING, dtype=object)
+    for unit in np.unique(units):
+        own = units == unit
+        values = {name: column[own] for name, column in columns.items()}
+        every = np.concatenate(list(values.values()))
+        places = decimals(every, digits)
+        for row, (name, column) in zip(cells, values.items(), strict=True):
+            row[own] = [fixed(_safe(name, float(value), places), places) for value in column]
+    return [tuple(row) for row in cells.tolist()]
+
+
+def _safe(name: str, value: float, places: int) -> float:
+    if name not in ROUNDED or not np.isfinite(value):
+        return value
+    steps = value * 10.0**places
+    # A number that is short in file units is that number.
+    return (
+        float(round(steps) if abs(steps - round(steps)) < NOISE * abs(steps) else ROUNDED[name](steps)) / 10.0**places
+    )
+
+
+def _where(result: Result, k: int) -> str:
+    """``position #10``: what misses its limit first, and at which configuration."""
+    if result.get("status")[k] != "ok":
+        return NOTHING
+    return _place(result, "binding", k)
+
+
+def _place(result: Result, what: str, k: int | None = None) -> str:
+    quantity, place = (result.get(f"{what}_{name}") for name in ("quantity", "configuration"))
+    quantity, place = (quantity, place) if k is None else (quantity[k], place[k])
+    text = f"{quantity} #{int(place)}"
+    for name in ("output", "load_case"):
+        if k is not None and f"{what}_{name}" in result.data and (label := result.get(f"{what}_{name}")[k]):
+            text += f" {label}"
+    return text
+
+
+def _answer(result: Result) -> Iterator[str]:
+    """The answer in sentences."""
+    used = float(result.get("used"))
+    quantity = str(result.get("used_quantity"))
+    place = int(result.get("used_configuration"))
+    if not np.isfinite(used):
+        what = f"configuration {place} cannot be assembled" if quantity == "assembly" else "a limit of zero is missed"
+        yield f"The limits are missed: {what}."
+    else:
+        hold = "hold" if used <= 1.0 else "are missed"
+        if "probability" in result.attrs:
+            allowed = 1.0 - float(result.attrs["probability"])
+            said = f"{_percent(used * allowed)} of the specimens are outside, {_percent(allowed)} may be"
+        else:
+            said = f"{QUANTITIES.get(quantity, quantity)} uses {_percent(used)} of its limit"
+        yield f"The limits {hold}: {said}, at configuration {place}."
+    yield _factor(result)
+    yield from _tighten(result, used)
+
+
+def _factor(result: Result) -> str:
+    status, factor = str(result.get("factor_status")), float(result.get("allowed_factor"))
+    if status == "not_enough":
+        return "All sizes together: the limits are missed however small they are made."
+    if status == "unlimited":
+        return f"All sizes together: the limits hold up to {factor:.4g} times the sizes; no larger factor was tried."
+    verb = "may be" if factor >= 1.0 else "have to be"
+    return f"All sizes together {verb} {_down(factor)} times as large; {_place(result, 'factor_binding')} is first."
+
+
+def _down(value: float) -> str:
+    """Four digits of a number, rounded down, so that what is said still holds."""
+    if not value > 0.0:
+        return "0"
+    places = 3 - int(np.floor(np.log10(value)))
+    return f"{np.floor(value * 10.0**places * (1.0 + 1e-12)) / 10.0**places:.4g}"
+
+
+def _tighten(result: Result, used: float) -> Iterator[str]:
+    """Which source brings most."""
+    without = result.get("used_without")
+    if not np.isfinite(without).any():
+        return
+    least = float(np.nanmin(without))
+    if not least < used * (1.0 - ALIKE):
+        return
+    best = [name for name, share in zip(result.labels("source"), without, strict=True) if share <= least + ALIKE * used]
+    names = " or ".join(best) if len(best) <= MOST_NAMES else f"one of {len(best)} sources, such as {best[0]},"
+    yield f"To tighten {names} brings most: without it {_percent(least)} would be used."
+
+
+def _notes(result: Result) -> Iterator[str]:
+    if "incomplete" in result.attrs:
+        yield f"{str(result.attrs['incomplete']).capitalize()}."
+    status = result.get("status")
+    names = np.array(result.labels("source"), dtype=str)
+    for outcome, meaning in MEANINGS.items():
+        if (status == outcome).any():
+            yield f"{outcome.replace('_', ' ')}: {meaning} ({_some(names[status == outcome].tolist())})."
+    if "needed" in result.data:
+        yield "needed: the smallest size with which all specimens can be assembled without strain."
+    if "without_pose" in result.attrs:
+        yield f"Configuration {result.attrs['without_pose']}: no pose as drawn; not counted."
+    if "samples" in result.attrs:
+        count = int(result.attrs["samples"])
+        yield f"Sizes are found from {count:,} random specimens per configuration; ± is their standard error."
+    plain = [
+        name
+        for name, measure, fit in zip(names, result.labels("source_measure"), result.get("fit"), strict=True)
+        if measure in ROUND and not fit
+    ]
+    if plain and (status != "not_enough").any():
+        example = "{ radial = 0.02, diameter = 12 }"
+        yield f"No fit is named for {_some(plain)}: it needs the diameter, such as clearance = {example}."
+    if "samples" in result.attrs:
+        return
+    yield f"Sizes are exact to a relative tolerance of {float(result.attrs['tolerance']):g}."
+
+
+def _some(names: Sequence[str]) -> str:
+    more = len(names) - MOST_NAMES
+    return listed(names) if more <= 0 else f"{', '.join(names[:MOST_NAMES])} and {more} more"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.4g} %"
