@@ -21,6 +21,7 @@ TYPES: dict[str, Any] = {
     "loaded": answers.Loaded,
     "loaded_specimens": answers.LoadedSpecimens,
     "worst": answers.Worst,
+    "region": answers.Region,
     "random": answers.Random,
 }
 #: counts over all configurations, which are no columns
@@ -49,6 +50,7 @@ def asked(m: jp.Mechanism) -> dict[str, Any]:
         "loaded": m.core.loaded(drives, poses),
         "loaded_specimens": m.core.loaded_specimens(drives[:1], poses[:1], u),
         "worst": m.core.worst(drives, poses, 2),
+        "region": m.core.region(drives, poses, np.eye(2 if m.pose_size == 3 else 3)),
         "random": m.core.random(drives, poses, 16, 1, levels, keep=True),
     }
     if m.core.isostatic:

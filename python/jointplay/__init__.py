@@ -26,12 +26,14 @@ if TYPE_CHECKING:
     from .analyses.loaded import loaded
     from .analyses.map import map
     from .analyses.random import random
+    from .analyses.region import region
     from .analyses.singularities import singularities
     from .analyses.solve import solve
     from .analyses.sweep import sweep
     from .analyses.worst import worst
     from .errors import InputError, JointplayError
     from .model import Mechanism, load, loads
+    from .reporting import report, view
     from .spreadsheets import frame
     from .write import save
 
@@ -58,10 +60,13 @@ __all__ = [
     "map",
     "plot",
     "random",
+    "region",
+    "report",
     "save",
     "singularities",
     "solve",
     "sweep",
+    "view",
     "worst",
 ]
 
@@ -76,6 +81,7 @@ _QUESTIONS = (
     "loaded",
     "map",
     "random",
+    "region",
     "singularities",
     "solve",
     "sweep",
@@ -89,6 +95,8 @@ _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "frame": "spreadsheets",
     "load": "model",
     "loads": "model",
+    "report": "reporting",
+    "view": "reporting",
     "save": "write",
 }
 

@@ -133,6 +133,16 @@ class Worst(TypedDict):
     status: Codes
 
 
+class Region(TypedDict):
+    """The region of the output point's error."""
+
+    extent: Floats
+    extent_first_order: Floats
+    error: Floats
+    unsettled: Counts
+    status: Codes
+
+
 class Random(TypedDict):
     """Scatter from specimen to specimen."""
 

@@ -16,7 +16,7 @@ Who looks for sizes asks `sizings` and changes the mechanism that it gives with 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -159,6 +159,16 @@ def sizings(m: Mechanism) -> tuple[Mechanism, list[Sizing]]:
             one = Sizing(**{**vars(known), "name": _joint_of(name), "sources": (*known.sources, name)})
         found[one.key] = one
     return base, list(found.values())
+
+
+def times(sources: Sequence[Sizing], factor: float) -> dict[str, object]:
+    """Changes for `Mechanism.with_` that multiply all sizes that can be changed by a factor."""
+    return {
+        key: value
+        for source in sources
+        if source.size and not source.fixed
+        for key, value in source.resized(factor * source.size).items()
+    }
 
 
 def _joint_of(name: str) -> str:

@@ -397,6 +397,26 @@ impl Mechanism {
         Table::of(py, work_in_part(py, 0, worst, |found| !partly || found.is_empty())?)
     }
 
+    /// The extremes along unit vectors, a row each.
+    #[pyo3(signature = (drives, poses, directions, starts = 4))]
+    fn region<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        directions: PyReadonlyArray2<'py, f64>,
+        starts: usize,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let directions: Vec<[f64; 3]> = rows(&directions, "directions", core.n_translations())?
+            .iter()
+            .map(|row| std::array::from_fn(|k| row.get(k).copied().unwrap_or(0.0)))
+            .collect();
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
+        Table::of(py, work(py, || core.region(&cases, &directions, starts))?)
+    }
+
     /// Parameters of random specimens: those that `random` solves with the same seed, law and sampling.
     #[pyo3(signature = (samples, seed, law = None, sampling = "sobol"))]
     fn specimens<'py>(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from . import DONE, NOT_OK, allocating, answer, arguments, assembling
+from . import DONE, NOT_OK, allocating, answer, arguments, assembling, reporting
 from .options import (
     Allowed,
     Compared,
@@ -463,6 +463,7 @@ def compare(
 
 app.command()(assembling.assemble)
 app.command()(allocating.allocate)
+app.command()(reporting.report)
 
 
 @app.command()

@@ -19,6 +19,7 @@ from .figures import blame, error, histogram, sweep
 from .linkage import mechanism
 from .map import draw as draw_map
 from .map import map
+from .pareto import pareto, reactions
 from .sheet import check_path, draw
 
 __all__ = [
@@ -34,5 +35,7 @@ __all__ = [
     "histogram",
     "map",
     "mechanism",
+    "pareto",
+    "reactions",
     "sweep",
 ]

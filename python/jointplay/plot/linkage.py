@@ -154,7 +154,7 @@ class _Drawing:
             used = {joint[end] for joint in self.spec["joints"] for end in ("first", "second")}
             used.add(self.spec["output"]["point"])
             points = [self.place(k) for k in sorted(used) if self.spec["points"][k]["body"] == b]
-            outline = _hull(points)
+            outline = hull(points)
             colour = body_colour(self.m, b)
             # A piece of an elastic body is drawn as that body, which has its own entry in the legend.
             label = name if name == owner else None
@@ -321,7 +321,7 @@ class _Drawing:
         return turned
 
 
-def _hull(points: list[Points]) -> Points:
+def hull(points: list[Points]) -> Points:
     """The convex outline of a body's points (Andrew's monotone chain)."""
     unique = sorted({(round(float(x), 9), round(float(y), 9)) for x, y in points})
     if len(unique) < 3:

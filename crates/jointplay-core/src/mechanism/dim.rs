@@ -37,6 +37,8 @@ pub enum Dim {
     /// Of the constraints, of the drives, of the output.
     Singularity,
     Probability,
+    /// Directions that were asked for.
+    Direction,
     Bin,
     BinEdge,
     Outcome,
@@ -66,6 +68,7 @@ impl Dim {
             Self::Elastic => "elastic",
             Self::Singularity => "singularity",
             Self::Probability => "probability",
+            Self::Direction => "direction",
             Self::Bin => "bin",
             Self::BinEdge => "bin_edge",
             Self::Outcome => "outcome",
@@ -94,6 +97,7 @@ impl Dim {
             Self::Elastic => m.deformations().count(),
             Self::Singularity => 3,
             Self::Probability => of.probabilities,
+            Self::Direction => of.directions,
             Self::Bin => BINS,
             Self::BinEdge => BINS + 1,
             Self::Outcome => Status::ALL.len(),
@@ -138,11 +142,13 @@ pub(crate) struct Wanted<'m> {
     pub keep: Keep,
     /// Quantiles asked for.
     pub probabilities: usize,
+    /// Directions asked for.
+    pub directions: usize,
 }
 
 impl<'m> Wanted<'m> {
     /// All columns, no quantiles.
     pub const fn all(mechanism: &'m Mechanism) -> Self {
-        Self { mechanism, keep: Keep::ALL, probabilities: 0 }
+        Self { mechanism, keep: Keep::ALL, probabilities: 0, directions: 0 }
     }
 }

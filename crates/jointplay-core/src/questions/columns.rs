@@ -140,6 +140,21 @@ columns! {
 }
 
 columns! {
+    /// The region of the output point's error.
+    Region in RegionTable by RegionRows:
+    /// How far the point can be displaced along the direction.
+    extent: f64 [Direction];
+    /// To first order.
+    extent_first_order: f64 [Direction];
+    /// The error where it is farthest along the direction.
+    error: f64 [Direction, Component];
+    /// Extremes whose climb was ended by its budget of work before it had converged.
+    unsettled: u64 [];
+    /// Outcome.
+    status: Status [];
+}
+
+columns! {
     /// Scatter from specimen to specimen.
     Scatter in ScatterTable by ScatterRows:
     /// Mean of every component.
@@ -211,13 +226,14 @@ columns! {
 
 /// The columns that a question can have.
 #[must_use]
-pub fn declared() -> [(&'static str, Vec<Declared>); 6] {
+pub fn declared() -> [(&'static str, Vec<Declared>); 7] {
     [
         ("given", [Given::DECLARED, Forced::DECLARED].concat()),
         ("sensitivity", Sensitivity::DECLARED.to_vec()),
         ("loaded", [Loaded::DECLARED, Strain::DECLARED].concat()),
         ("loaded_specimens", Specimen::DECLARED.to_vec()),
         ("worst", Worst::DECLARED.to_vec()),
+        ("region", Region::DECLARED.to_vec()),
         ("random", [Scatter::DECLARED, StrainScatter::DECLARED, Sample::DECLARED].concat()),
     ]
 }

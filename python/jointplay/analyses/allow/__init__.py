@@ -20,7 +20,7 @@ from jointplay.analyses.questions import check_options
 from jointplay.errors import InputError, not_known, shown
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, to_dataset
-from jointplay.sizing import Sizing, sizings
+from jointplay.sizing import Sizing, sizings, times
 from jointplay.typed import typed
 
 from .asked import Asked, Use
@@ -218,12 +218,7 @@ class _Every:
 
     def _times(self, factor: float) -> dict[str, object]:
         """All sizes times a factor."""
-        return {
-            key: value
-            for source in self.sources
-            if source.size and not source.fixed
-            for key, value in source.resized(factor * source.size).items()
-        }
+        return times(self.sources, factor)
 
     def _largest(self, kind: str) -> float:
         """The largest size that is tried: the mechanism's own, a quarter of a turn."""

@@ -5,6 +5,7 @@
 //! it nearly always settle at once. Where they do not (a guide hesitates between two corners, an offset
 //! acts in second order only) a projected gradient ascent ([`super::projected`]) takes over.
 
+use crate::clearance::offset::inner;
 use crate::clearance::undecided::Unforced;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Budget, Linearised, Solver, State};
@@ -21,7 +22,7 @@ const WHOLE_STEPS: usize = 25;
 const MOST_WALLS: usize = 12;
 
 /// A number that measures an error of the output.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
     /// The distance of the output's point from its nominal place.
     Position,
@@ -34,6 +35,8 @@ pub enum Measure {
         /// Whether the lowest value is meant.
         lowest: bool,
     },
+    /// The displacement of the output's point along a unit vector; two components in the plane.
+    Along(Vec3<f64>),
 }
 
 impl Measure {
@@ -51,6 +54,7 @@ impl Measure {
                     error[index]
                 }
             }
+            Self::Along(direction) => inner(&direction[..translations], &error[..translations]),
         }
     }
 
@@ -73,6 +77,7 @@ impl Measure {
                     }
                 }
             }
+            Self::Along(direction) => wrench[0] = direction,
         }
         wrench
     }

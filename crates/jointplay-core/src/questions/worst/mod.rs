@@ -20,13 +20,15 @@ use crate::closure::newton::{Solver, State};
 use crate::closure::sensitivity::Output;
 use crate::contact::flanks::FLANKS;
 use crate::interrupt;
+use crate::math::space::Component;
+use crate::math::vector::Vec3;
 use crate::mechanism::Mechanism;
 use crate::mechanism::answer::Answer;
 use crate::mechanism::case::Case;
 use crate::mechanism::columns::Row;
 use crate::mechanism::dim::Wanted;
 use crate::mechanism::status::Status;
-use crate::questions::columns::Worst;
+use crate::questions::columns::{Region, Worst};
 use crate::questions::form::Form;
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::on_lanes::{Climb, Site};
@@ -48,32 +50,97 @@ pub(crate) struct Told {
     pub height: Height,
 }
 
+/// What has been found of one configuration: its extremes in the order of the measures.
+pub(crate) struct Summits {
+    pub extremes: Vec<Told>,
+    pub fallbacks: u64,
+    /// Extremes whose climb was ended by its budget.
+    pub unsettled: u64,
+    pub status: Status,
+}
+
 impl Mechanism {
     /// The worst errors of every case, each extreme climbed from `starts` starts; without `lanes` every climb is by the
     /// plain solver, which is the measure of the batch engine.
     #[must_use]
     pub fn worst(&self, cases: &[Case<'_>], starts: usize, lanes: bool) -> Answer {
         let m = self.with_largest_gaps();
-        let found = match self.form(true) {
-            Form::Determinate => m.worst_determinate(cases, starts, lanes),
-            Form::OverConstrained => m.worst_over_constrained(cases, starts),
-        };
+        let found = m.summits(cases, &m.measures(), starts, lanes);
+        let found: Vec<Worst> = found.into_iter().map(|found| m.in_order(found)).collect();
         Answer::of_rows(found.iter(), &Wanted::all(self))
     }
 
-    pub(crate) fn worst_determinate(&self, cases: &[Case<'_>], starts: usize, lanes: bool) -> Vec<Worst> {
+    /// How far the output's point can be displaced along every one of some unit vectors, and where it is then: the
+    /// hull of the region of error. Each extreme is climbed as those of [`Self::worst`].
+    #[must_use]
+    pub fn region(&self, cases: &[Case<'_>], directions: &[Vec3<f64>], starts: usize) -> Answer {
+        let m = self.with_largest_gaps();
+        let measures: Vec<Measure> = directions.iter().map(|&direction| Measure::Along(direction)).collect();
+        let wanted = Wanted { directions: directions.len(), ..Wanted::all(self) };
+        let row = |found: Result<Summits, Status>| match found {
+            Ok(found) => {
+                let of = |value: &dyn Fn(&Told) -> f64| found.extremes.iter().map(value).collect();
+                Region {
+                    extent: of(&|told| told.height.value),
+                    extent_first_order: of(&|told| told.first_order),
+                    error: found.extremes.iter().flat_map(|told| told.height.error.clone()).collect(),
+                    unsettled: found.unsettled,
+                    status: found.status,
+                }
+            }
+            Err(status) => Region { status, ..Region::unknown(&wanted) },
+        };
+        let found: Vec<Region> = m.summits(cases, &measures, starts, true).into_iter().map(row).collect();
+        Answer::of_rows(found.iter(), &wanted)
+    }
+
+    /// The extremes of some measures for every case.
+    fn summits(
+        &self,
+        cases: &[Case<'_>],
+        measures: &[Measure],
+        starts: usize,
+        lanes: bool,
+    ) -> Vec<Result<Summits, Status>> {
+        match self.form(true) {
+            Form::Determinate => self.summits_determinate(cases, measures, starts, lanes),
+            Form::OverConstrained => self.summits_over_constrained(cases, measures, starts),
+        }
+    }
+
+    pub(crate) fn summits_determinate(
+        &self,
+        cases: &[Case<'_>],
+        measures: &[Measure],
+        starts: usize,
+        lanes: bool,
+    ) -> Vec<Result<Summits, Status>> {
         let Some(solver) = self.solver(cases) else {
-            return cases.iter().map(|_| self.no_worst(Status::NotAssembled)).collect();
+            return cases.iter().map(|_| Err(Status::NotAssembled)).collect();
         };
         let climb = if lanes { Climb::record(&solver) } else { None };
         // Long enough to fill the lanes, short enough to keep all cores busy.
         let run = (cases.len() / (2 * rayon::current_num_threads())).clamp(1, RUN);
-        let worst = |part| interrupt::until_stopped(|| self.worst_of(&solver, climb.as_ref(), part, starts));
-        interrupt::before_the_stop(cases.par_chunks(run).map(worst).collect())
+        let climbed =
+            |part| interrupt::until_stopped(|| self.climbed(&solver, climb.as_ref(), part, measures, starts));
+        interrupt::before_the_stop(cases.par_chunks(run).map(climbed).collect())
     }
 
-    pub(crate) fn no_worst(&self, status: Status) -> Worst {
-        Worst { status, ..Worst::unknown(&Wanted::all(self)) }
+    /// What `worst` asks for: position, both ends of every component and, where bodies turn freely, rotation.
+    pub(crate) fn measures(&self) -> Vec<Measure> {
+        let ends = (0..self.size()).flat_map(|index| [true, false].map(|lowest| Measure::Component { index, lowest }));
+        let rotation = self.turns_freely().then_some(Measure::Rotation);
+        std::iter::once(Measure::Position).chain(ends).chain(rotation).collect()
+    }
+
+    /// The weights of the output's components in a measure's slope.
+    fn weights(&self, measure: Measure, error: &[f64]) -> Vec<f64> {
+        let [force, moment] = measure.wrench(self.space, error);
+        let weight = |component: &Component| match component {
+            Component::Along(i) => force[*i],
+            Component::About(i) => moment[*i],
+        };
+        self.space.components().iter().map(weight).collect()
     }
 
     /// What is to be climbed at a nominal state.
@@ -82,6 +149,7 @@ impl Mechanism {
         solver: &Solver<'_>,
         case: Case<'a>,
         nominal: State,
+        measures: &[Measure],
         starts: usize,
     ) -> Result<Prepared<'a>, Status> {
         let (size, translations) = (self.size(), self.n_translations());
@@ -89,20 +157,17 @@ impl Mechanism {
         let map = self.output_sensitivity(&linearised, &nominal);
         let built = solver.follow(&nominal, &self.built(case.drives))?;
         let shift = self.drive_shift(&map, &case, &nominal);
-        let told =
-            |extreme: &dyn Fn(&Output, Option<&[f64]>) -> Extreme| self.at_its_flanks(solver, &nominal, &map, extreme);
-        let farthest = |measure, range: std::ops::Range<usize>| {
-            told(&|map, flanks| self.farthest(measure, map, &shift, range.clone(), starts, flanks))
-        };
-        let mut extremes = vec![farthest(Measure::Position, 0..translations)?];
-        for index in 0..size {
-            for lowest in [true, false] {
-                extremes.push(told(&|map, _| self.end(index, lowest, map, &shift, starts))?);
+        let extreme = |measure, map: &Output, flanks: Option<&[f64]>| {
+            let farthest = |range| self.farthest(measure, map, &shift, range, starts, flanks);
+            match measure {
+                Measure::Position => farthest(0..translations),
+                Measure::Rotation => farthest(translations..size),
+                Measure::Component { .. } | Measure::Along(_) => self.end(measure, map, &shift, starts),
             }
-        }
-        if self.turns_freely() {
-            extremes.push(farthest(Measure::Rotation, translations..size)?);
-        }
+        };
+        let at_its_flanks =
+            |&measure| self.at_its_flanks(solver, &nominal, &map, |map, flanks| extreme(measure, map, flanks));
+        let extremes = measures.iter().map(at_its_flanks).collect::<Result<Vec<Extreme>, Status>>()?;
         let status = self.status_of(&linearised, &nominal);
         let reference = self.output(&nominal.coordinates, &nominal.inputs);
         Ok(Prepared { nominal, built, site: Site { case, reference }, extremes, status })
@@ -124,7 +189,7 @@ impl Mechanism {
         }
         let settled = self.settle_flanks(solver, nominal, &middle, false, &extreme)?;
         let opposite = match middle.measure {
-            Measure::Component { .. } => None,
+            Measure::Component { .. } | Measure::Along(_) => None,
             Measure::Position | Measure::Rotation => self.settle_flanks(solver, nominal, &middle, true, &extreme)?,
         };
         let bound =
@@ -161,33 +226,30 @@ impl Mechanism {
         Ok(found)
     }
 
-    /// The worst errors of a few configurations.
-    fn worst_of<'a>(
+    /// The extremes of a few configurations.
+    fn climbed<'a>(
         &self,
         solver: &Solver<'_>,
         climb: Option<&Climb<'_>>,
         cases: &[Case<'a>],
+        measures: &[Measure],
         starts: usize,
-    ) -> Vec<Worst> {
+    ) -> Vec<Result<Summits, Status>> {
         let prepare = |&case: &Case<'a>| {
             let nominal = self.restore(solver, case.coordinates, case.drives).ok_or(Status::NotAssembled)?;
-            self.prepare(solver, case, nominal, starts)
+            self.prepare(solver, case, nominal, measures, starts)
         };
         let prepared: Vec<Result<Prepared<'_>, Status>> = cases.iter().map(prepare).collect();
         let ready: Vec<&Prepared<'_>> = prepared.iter().flatten().collect();
         let mut found = Search::new(self, solver, climb, ready).run().into_iter();
-        let worst = |prepared: Result<Prepared<'_>, Status>| match prepared {
-            Ok(prepared) => {
-                let found = found.next().unwrap_or_default();
-                self.told(prepared, found)
-            }
-            Err(status) => self.no_worst(status),
+        let told = |prepared: Result<Prepared<'_>, Status>| {
+            prepared.map(|prepared| self.told(prepared, found.next().unwrap_or_default()))
         };
-        prepared.into_iter().map(worst).collect()
+        prepared.into_iter().map(told).collect()
     }
 
     /// The result of one configuration.
-    fn told(&self, prepared: Prepared<'_>, found: Found) -> Worst {
+    fn told(&self, prepared: Prepared<'_>, found: Found) -> Summits {
         let heights = found.best.into_iter().map(|best| best.unwrap_or_else(|| self.no_height()));
         let extremes = prepared.extremes.into_iter().zip(heights);
         let extremes = extremes.map(|(extreme, height)| Told {
@@ -202,12 +264,15 @@ impl Mechanism {
             Status::Ok if found.blocked => Status::Singular,
             other => other,
         };
-        Worst { fallbacks: found.fallbacks, unsettled: found.unsettled, ..self.in_order(extremes.collect(), status) }
+        Summits { extremes: extremes.collect(), fallbacks: found.fallbacks, unsettled: found.unsettled, status }
     }
 
-    /// Extremes in the order of a result: of position, of both ends of every component and, where bodies turn freely,
-    /// of rotation.
-    pub(crate) fn in_order(&self, mut extremes: Vec<Told>, status: Status) -> Worst {
+    /// Extremes of [`Self::measures`] in the order of a result, where rotation follows position.
+    pub(crate) fn in_order(&self, found: Result<Summits, Status>) -> Worst {
+        let Summits { mut extremes, fallbacks, unsettled, status } = match found {
+            Ok(found) => found,
+            Err(status) => return Worst { status, ..Worst::unknown(&Wanted::all(self)) },
+        };
         let (size, translations) = (self.size(), self.n_translations());
         if !self.turns_freely() {
             let larger = |of: &dyn Fn(&Told) -> f64| {
@@ -253,8 +318,8 @@ impl Mechanism {
             offset: order().flat_map(|k| extremes[k].height.parameters.clone()).collect(),
             contribution: parts(|told| &told.contribution),
             contribution_elastic: parts(|told| &told.elastic),
-            fallbacks: 0,
-            unsettled: 0,
+            fallbacks,
+            unsettled,
             status,
         }
     }

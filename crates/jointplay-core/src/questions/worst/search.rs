@@ -222,7 +222,7 @@ impl<'b, 'm> Search<'b, 'm> {
         let Some(best) = peaks[k].tops.first().filter(|_| peaks[k].raised) else { return Vec::new() };
         // Away from zero in another direction gradients are others.
         let least = match self.prepared[site].extremes[k].measure {
-            Measure::Component { .. } => f64::NEG_INFINITY,
+            Measure::Component { .. } | Measure::Along(_) => f64::NEG_INFINITY,
             Measure::Position | Measure::Rotation => best.height.value * (1.0 - NEAR),
         };
         let slopes = peaks[k].slopes.iter().filter(|(value, _)| *value >= least);
@@ -354,7 +354,7 @@ impl<'b, 'm> Search<'b, 'm> {
     fn rounding(&self, measure: Measure) -> f64 {
         let m = self.mechanism;
         let size = match measure {
-            Measure::Position => m.length,
+            Measure::Position | Measure::Along(_) => m.length,
             Measure::Rotation => 1.0,
             Measure::Component { index, .. } => m.unit(m.space.components()[index]),
         };

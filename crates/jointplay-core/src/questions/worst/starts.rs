@@ -113,14 +113,12 @@ impl Mechanism {
         Extreme { measure, linear: optima.swap_remove(0), bound: found.bound, starts }
     }
 
-    /// The lowest or the highest value of a component.
-    pub(crate) fn end(&self, index: usize, lowest: bool, map: &Output, shift: &[f64], starts: usize) -> Extreme {
-        let mut along = vec![0.0; self.size()];
-        along[index] = if lowest { -1.0 } else { 1.0 };
-        let linear = [self.extent(map, shift, &along)];
+    /// The end of a component, or along a direction: what is linear in the error's components.
+    pub(crate) fn end(&self, measure: Measure, map: &Output, shift: &[f64], starts: usize) -> Extreme {
+        let linear = [self.extent(map, shift, &self.weights(measure, &vec![0.0; self.size()]))];
         let starts = self.starts(&linear, starts / 4);
         let [linear] = linear;
-        Extreme { measure: Measure::Component { index, lowest }, bound: linear.value, linear, starts }
+        Extreme { measure, bound: linear.value, linear, starts }
     }
 
     /// Moves the given sources of a start to corners of their sets, drawn at random.

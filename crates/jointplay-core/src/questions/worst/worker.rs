@@ -173,6 +173,7 @@ impl<'m> Worker<'m> {
         match self.measure {
             Measure::Position | Measure::Rotation => true,
             Measure::Component { index, .. } => m.turns_freely() && index >= m.n_translations(),
+            Measure::Along(_) => false,
         }
     }
 

@@ -157,21 +157,19 @@ impl Site<'_> {
         Some(Extreme { measure, bound: bound.max(linear.value), linear, starts })
     }
 
-    /// One end of a component.
-    fn end(&self, index: usize, lowest: bool) -> Option<Extreme> {
-        let mut direction = vec![0.0; self.system.mechanism.size()];
-        direction[index] = if lowest { -1.0 } else { 1.0 };
-        let linear = self.along(&direction)?;
+    /// The end of a component, or along a direction: what is linear in the error's components.
+    fn end(&self, measure: Measure) -> Option<Extreme> {
+        let m = self.system.mechanism;
+        let linear = self.along(&m.weights(measure, &vec![0.0; m.size()]))?;
         let starts = vec![linear.displacements.clone(), self.known.clone()];
-        Some(Extreme { measure: Measure::Component { index, lowest }, bound: linear.value, linear, starts })
+        Some(Extreme { measure, bound: linear.value, linear, starts })
     }
 
     /// All extremes, in the order of the measures.
-    pub fn extremes(&self, starts: usize) -> Option<Vec<Extreme>> {
+    pub fn extremes(&self, measures: &[Measure], starts: usize) -> Option<Vec<Extreme>> {
         // Where nothing is compatible one program tells it as well as all of them.
         self.along(&vec![0.0; self.system.mechanism.size()])?;
-        let measures = self.system.mechanism.measures().into_iter();
-        measures.map(|measure| self.extreme(measure, starts, None)).collect()
+        measures.iter().map(|&measure| self.extreme(measure, starts, None)).collect()
     }
 
     fn extreme(&self, measure: Measure, starts: usize, flanks: Option<&[f64]>) -> Option<Extreme> {
@@ -179,7 +177,7 @@ impl Site<'_> {
         match measure {
             Measure::Position => self.largest(measure, 0..translations, starts, flanks),
             Measure::Rotation => self.largest(measure, translations..size, starts, flanks),
-            Measure::Component { index, lowest } => self.end(index, lowest),
+            Measure::Component { .. } | Measure::Along(_) => self.end(measure),
         }
     }
 
@@ -191,7 +189,7 @@ impl Site<'_> {
         }
         let settled = self.settle_flanks(solver, &middle, false, starts)?;
         let opposite = match middle.measure {
-            Measure::Component { .. } => None,
+            Measure::Component { .. } | Measure::Along(_) => None,
             Measure::Position | Measure::Rotation => self.settle_flanks(solver, &middle, true, starts)?,
         };
         let bound =

@@ -17,12 +17,10 @@ mod summit;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::cone::Kind;
-use crate::math::space::Component;
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
-use crate::questions::columns::Worst;
-use crate::questions::worst::Told;
+use crate::questions::worst::{Summits, Told};
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::over_constrained::deviations::Deviations;
 use crate::questions::worst::over_constrained::linear::{Extreme, Site};
@@ -36,74 +34,60 @@ use crate::redundancy::system::{Element, System};
 const STARTS_PER_CLIMB: usize = 6;
 
 impl Mechanism {
-    /// The worst errors of every case of an over-constrained mechanism, whatever the load: over all specimens that can be
+    /// The extremes of every case of an over-constrained mechanism, whatever the load: over all specimens that can be
     /// assembled without force, which deforms nothing, and over those that have to be strained. Fewer sequences of
     /// programs than `starts` are begun, for each of them sees all offsets at once.
-    pub(crate) fn worst_over_constrained(&self, cases: &[Case<'_>], starts: usize) -> Vec<Worst> {
+    pub(crate) fn summits_over_constrained(
+        &self,
+        cases: &[Case<'_>],
+        measures: &[Measure],
+        starts: usize,
+    ) -> Vec<Result<Summits, Status>> {
         let climbs = starts.div_ceil(STARTS_PER_CLIMB).max(1);
         self.each_on_basis(
             cases,
-            |system, solver, _, case, nominal| match self.worst_at(system, solver, case, &nominal, climbs) {
-                Ok(worst) => worst,
-                Err(status) => self.no_worst(status),
-            },
-            |status| self.no_worst(status),
+            |system, solver, _, case, nominal| self.summits_at(system, solver, case, &nominal, measures, climbs),
+            Err,
         )
     }
 
-    /// What the extremes are of: position, both ends of every component, in space rotation.
-    fn measures(&self) -> Vec<Measure> {
-        let ends = (0..self.size()).flat_map(|index| [true, false].map(|lowest| Measure::Component { index, lowest }));
-        let rotation = self.turns_freely().then_some(Measure::Rotation);
-        std::iter::once(Measure::Position).chain(ends).chain(rotation).collect()
-    }
-
-    /// The weights of the output's components in a measure's slope.
-    fn weights(&self, measure: Measure, error: &[f64]) -> Vec<f64> {
-        let [force, moment] = measure.wrench(self.space, error);
-        let weight = |component: &Component| match component {
-            Component::Along(i) => force[*i],
-            Component::About(i) => moment[*i],
-        };
-        self.space.components().iter().map(weight).collect()
-    }
-
-    fn worst_at(
+    fn summits_at(
         &self,
         system: &System<'_>,
         solver: &Solver<'_>,
         case: &Case<'_>,
         nominal: &State,
+        measures: &[Measure],
         climbs: usize,
-    ) -> Result<Worst, Status> {
-        let rigid = self.rigid_extremes(system, solver, case, nominal, climbs)?;
+    ) -> Result<Summits, Status> {
+        let rigid = self.rigid_extremes(system, solver, case, nominal, measures, climbs)?;
         let strained = if self.elastic.is_empty() {
             None
         } else {
             let deviations = Deviations::of(self);
             let elastic = Elastic { mechanism: self, system: system.clone(), deviations, solver, case, nominal };
-            elastic.extremes(&self.measures(), climbs)
+            elastic.extremes(measures, climbs)
         };
         let is_strained = strained.is_some();
         let (rigid, reached) = rigid.map_or((None, true), |(told, reached)| (Some(told), reached));
-        let told = match (rigid, strained) {
+        let extremes = match (rigid, strained) {
             (None, None) => return Err(Status::NotAssemblable),
             (Some(rigid), None) => rigid,
             (None, Some(found)) => {
-                found.into_iter().zip(self.measures()).map(|(f, m)| self.told_strained(f, m)).collect()
+                found.into_iter().zip(measures).map(|(f, &m)| self.told_strained(f, m)).collect()
             }
             (Some(rigid), Some(found)) => {
-                let found = found.into_iter().zip(self.measures()).map(|(f, m)| self.told_strained(f, m));
+                let found = found.into_iter().zip(measures).map(|(f, &m)| self.told_strained(f, m));
                 rigid.into_iter().zip(found).map(|(rigid, strained)| farther(rigid, strained)).collect()
             }
         };
-        let blocked = !reached || told.iter().any(|told: &Told| told.height.value.is_nan());
+        let blocked = !reached || extremes.iter().any(|told: &Told| told.height.value.is_nan());
         let status = match self.nominal_status(nominal) {
             Status::Ok if blocked => Status::Singular,
             Status::Ok if is_strained => Status::Strained,
             status => status,
         };
-        Ok(self.in_order(told, status))
+        Ok(Summits { extremes, fallbacks: 0, unsettled: 0, status })
     }
 
     pub(crate) fn no_height(&self) -> Height {
@@ -133,6 +117,7 @@ impl Mechanism {
         solver: &Solver<'_>,
         case: &Case<'_>,
         nominal: &State,
+        measures: &[Measure],
         climbs: usize,
     ) -> Result<Option<(Vec<Told>, bool)>, Status> {
         let elements = self.sources.iter().enumerate().filter(|(_, source)| !source.set.is_zero());
@@ -146,7 +131,7 @@ impl Mechanism {
         let known = self.displacements(&self.centre);
         let right = self.first_order_right(&compatibility, &known, case, nominal);
         let site = Site { system: &system, compatibility, right, known, case, nominal };
-        let Some(extremes) = site.extremes(climbs) else { return Ok(None) };
+        let Some(extremes) = site.extremes(measures, climbs) else { return Ok(None) };
         let extremes = extremes.into_iter().map(|extreme| site.at_its_flanks(solver, extreme, climbs));
         let extremes = extremes.collect::<Result<Vec<Extreme>, Status>>()?;
         let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };

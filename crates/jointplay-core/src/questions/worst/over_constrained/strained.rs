@@ -163,7 +163,7 @@ impl Elastic<'_> {
         match climb.measure {
             Measure::Position => model.bound(&(0..translations)),
             Measure::Rotation => model.bound(&(translations..size)),
-            Measure::Component { .. } => climb.value,
+            Measure::Component { .. } | Measure::Along(_) => climb.value,
         }
     }
 

@@ -1,0 +1,47 @@
+"""The subcommand that writes a report."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from . import DONE, NOT_OK, answer
+from .options import File, LoadCase, Point, Seed, Settings
+from .progress import bar
+
+
+def report(
+    file: File,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="PATH", help="Where to write it: .html, or .pdf. [default: FILE.html]"),
+    ] = None,
+    samples: Annotated[
+        int, typer.Option("--samples", metavar="N", help="Random specimens per configuration; best a power of two.")
+    ] = 32_768,
+    seed: Seed = 0,
+    output_point: Point = None,
+    load_case: LoadCase = None,
+    settings: Settings = None,
+) -> int:
+    """Write a page to hand on: verdict, drawing to play with, errors, who is to blame.
+
+    The page needs no network. A .pdf needs Chromium, Chrome or Edge. Exit code 1: some configuration is not ok, or a
+    limit of the file is missed; the page is written.
+
+    Example: jointplay report four-bar.toml -o four-bar.html
+    """
+    from jointplay.reporting import check_path, write
+
+    path = output or Path(file).with_suffix(".html")
+    check_path(path)
+    m = answer.mechanism(file, settings, output_point, load_case)
+    command = shlex.join(["jointplay", *sys.argv[1:]])
+    with bar("report") as progress:
+        is_good = write(m, path, samples=samples, seed=seed, command=command, progress=progress)
+    typer.echo(f"wrote {path}")
+    return DONE if is_good else NOT_OK

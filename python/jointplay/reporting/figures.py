@@ -1,0 +1,87 @@
+"""Figures and tables of a page as HTML, each with its numbers to take along."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from jointplay.plot.style import STYLE, escape_texts
+from jointplay.result import Result
+from jointplay.spreadsheets import frame
+from jointplay.table import Table
+
+#: rows of a table that the page has; files have all
+MOST_ROWS = 400
+#: rows of a file of numbers that is within the page
+MOST_NUMBERS = 20_000
+
+
+def svg(figure: Figure) -> str:
+    """A figure as the source of a picture."""
+    content = io.BytesIO()
+    escape_texts(figure)
+    # Letters as outlines: a reader's machine need not have the font, and nothing shifts.
+    with mpl.rc_context({**STYLE, "svg.fonttype": "path"}):
+        figure.savefig(content, format="svg", metadata={"Date": None})
+    return "data:image/svg+xml;base64," + base64.b64encode(content.getvalue()).decode()
+
+
+def picture(figures: Figure | Sequence[Figure], words: str, numbers: Mapping[str, str] | None = None) -> str:
+    """Figures, side by side where there is room, with what they show, and files of their numbers by name."""
+    links = "".join(download(name, text) for name, text in (numbers or {}).items())
+    several = [figures] if isinstance(figures, Figure) else figures
+    images = "".join(f'<img alt="{escape(words, quote=True)}" src="{svg(figure)}">' for figure in several)
+    kind = ' class="row"' if len(several) > 1 else ""
+    return f"<figure><div{kind}>{images}</div><figcaption>{escape(words)} {links}</figcaption></figure>"
+
+
+def download(name: str, text: str) -> str:
+    """A link that saves a text as a file."""
+    content = base64.b64encode(text.encode()).decode()
+    file = escape(name, quote=True)
+    return (
+        f'<a class="numbers" download="{file}" href="data:text/csv;charset=utf-8;base64,{content}">{escape(name)}</a> '
+    )
+
+
+def numbers(result: Result, names: Iterable[str]) -> str:
+    """Some variables of a result as CSV, one row for each value."""
+    kept = {name: result.data[name] for name in names if name in result.data}
+    table = frame(Result(result.coords, kept, result.attrs))
+    return str(table.head(MOST_NUMBERS).dropna(axis="columns", how="all").to_csv(index=False))
+
+
+def table(found: Table, *, title: bool = False) -> str:
+    """A table as on the screen, with its notes."""
+    head = "".join(
+        f"<th{_side(column.left)}>{escape(column.name)}<br><small>{escape(column.unit)}</small></th>"
+        for column in found.columns
+    )
+    count = max((len(column.cells) for column in found.columns), default=0)
+    rows = [
+        "<tr>" + "".join(f"<td{_side(c.left)}>{escape(c.cells[k])}</td>" for c in found.columns) + "</tr>"
+        for k in range(min(count, MOST_ROWS))
+    ]
+    caption = f"<caption>{escape(found.title)}</caption>" if title else ""
+    body = f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>" if rows else ""
+    return f'<div class="wide">{body}</div>{paragraphs(found.notes, "note")}'
+
+
+def _side(left: bool) -> str:
+    return ' class="left"' if left else ""
+
+
+def folded(words: str, content: str) -> str:
+    """Something that is there when it is opened."""
+    return f"<details><summary>{escape(words)}</summary>{content}</details>"
+
+
+def paragraphs(lines: Sequence[str], kind: str = "") -> str:
+    """Sentences, a paragraph each."""
+    mark = f' class="{kind}"' if kind else ""
+    return "".join(f"<p{mark}>{escape(line)}</p>" for line in lines)
