@@ -121,8 +121,7 @@ impl Mechanism {
         let climb = if lanes { Climb::record(&solver) } else { None };
         // Long enough to fill the lanes, short enough to keep all cores busy.
         let run = (cases.len() / (2 * rayon::current_num_threads())).clamp(1, RUN);
-        let climbed =
-            |part| interrupt::until_stopped(|| self.climbed(&solver, climb.as_ref(), part, measures, starts));
+        let climbed = |part| interrupt::until_stopped(|| self.climbed(&solver, climb.as_ref(), part, measures, starts));
         interrupt::before_the_stop(cases.par_chunks(run).map(climbed).collect())
     }
 

@@ -20,12 +20,12 @@ use crate::cone::Kind;
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
-use crate::questions::worst::{Summits, Told};
 use crate::questions::worst::ascent::Measure;
 use crate::questions::worst::over_constrained::deviations::Deviations;
 use crate::questions::worst::over_constrained::linear::{Extreme, Site};
 use crate::questions::worst::over_constrained::strained::{Elastic, Found};
 use crate::questions::worst::worker::Height;
+use crate::questions::worst::{Summits, Told};
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::system::{Element, System};
 
@@ -73,9 +73,7 @@ impl Mechanism {
         let extremes = match (rigid, strained) {
             (None, None) => return Err(Status::NotAssemblable),
             (Some(rigid), None) => rigid,
-            (None, Some(found)) => {
-                found.into_iter().zip(measures).map(|(f, &m)| self.told_strained(f, m)).collect()
-            }
+            (None, Some(found)) => found.into_iter().zip(measures).map(|(f, &m)| self.told_strained(f, m)).collect(),
             (Some(rigid), Some(found)) => {
                 let found = found.into_iter().zip(measures).map(|(f, &m)| self.told_strained(f, m));
                 rigid.into_iter().zip(found).map(|(rigid, strained)| farther(rigid, strained)).collect()
