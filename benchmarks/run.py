@@ -28,6 +28,8 @@ WORKLOADS = {
     "W7": "w7_cones",
     "W8": "w8_calls",
     "W9": "w9_points",
+    "W10": "w10_tails",
+    "W11": "w11_allocation",
     "phases": "phases",  # after `make bench-core`
 }
 #: set before anything numerical is imported

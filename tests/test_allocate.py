@@ -343,6 +343,7 @@ def test_costs_that_do_not_fit_are_refused(changes, message):
         ({"question": "loaded"}, "question: 'loaded' is not a question that can be asked here"),
         ({"question": "worst", "probability": 0.9}, "probability: goes with the question random"),
         ({"probability": 2.0}, "probability: a number between 0 and 1"),
+        ({"probability": float("nan")}, "probability: a number between 0 and 1 is needed, not nan"),
         ({"probability": 0.9973, "samples": 100}, "samples: 100 are too few"),
         ({"curve": [-1.0]}, "curve: a factor on the limits is a positive number"),
     ],
@@ -350,6 +351,25 @@ def test_costs_that_do_not_fit_are_refused(changes, message):
 def test_options_that_do_not_fit_are_refused(options, message):
     with pytest.raises(jp.InputError, match=message.replace("(", r"\(")):
         jp.allocate(example("press"), **options)
+
+
+@pytest.mark.parametrize(
+    ("curve", "message"),
+    [
+        ("", '--curve: "" is not a number'),
+        ("1,x", '--curve: "1,x" is not a number'),
+        ("0.5:2", '--curve: "0.5:2" is not from:to:count'),
+        ("1:2:0", "--curve: 0 values; 2 to 100000 are possible"),
+        ("1:nan:3", '--curve: "nan" is not a number'),
+        ("0:1:3", "curve: a factor on the limits is a positive number, not 0.0"),
+    ],
+)
+def test_a_curve_that_is_none_is_refused_by_its_own_name(tmp_path, capsys, curve, message):
+    """Messages named --set, the option that has the same ranges."""
+    path = tmp_path / "press.toml"
+    path.write_text(jp.examples.text("press"))
+    assert run(["allocate", str(path), "--curve", curve]) == 2
+    assert capsys.readouterr().err.startswith(f"error: {message}")
 
 
 def test_over_constrained_mechanisms_are_refused_with_the_reason():

@@ -73,8 +73,8 @@ def keeps(m: jp.Mechanism, question: str, **options: Any) -> bool:
     """Whether limits hold, from the public results and the limits as the file has them."""
     limits = m.raw["limits"]
     # An error that is beyond a limit by rounding misses none.
-    rounding = {"rotation": 1.01e-10 / m.units.angle}
-    rounding |= dict.fromkeys(("position", "x"), 1.01e-10 * m.length / m.units.length)
+    rounding = dict.fromkeys(("rotation", *m.components), 1.01e-10 / m.units.angle)
+    rounding |= dict.fromkeys(("position", *"xyz"), 1.01e-10 * m.length / m.units.length)
     if question == "worst":
         result = jp.worst(m, **options)
         found = {"position": result.worst_position, "rotation": result.worst_rotation}
@@ -87,9 +87,9 @@ def keeps(m: jp.Mechanism, question: str, **options: Any) -> bool:
             "position": np.sqrt((size.sel(component=lengths) ** 2).sum("component")),
             "rotation": np.sqrt((size.sel(component=angles) ** 2).sum("component")),
         }
-    if question == "worst" and "x" in limits:
-        low, high = (end + sign * rounding["x"] for end, sign in zip(limits["x"], (-1.0, 1.0), strict=True))
-        ends = result.worst_component.sel(component="x")
+    for name in set(limits) & set(m.components) if question == "worst" else ():
+        low, high = (end + sign * rounding[name] for end, sign in zip(limits[name], (-1.0, 1.0), strict=True))
+        ends = result.worst_component.sel(component=name)
         if not ((ends.sel(side="low") >= low).all() and (ends.sel(side="high") <= high).all()):
             return False
     good = result.status.isin(["ok", "undetermined", "strained"]).all()
@@ -183,6 +183,68 @@ def test_limits_hold_at_allowed_sizes_and_not_beyond(text: str, share: float, tw
             base, sources = sizings(m)
             changes = {k: v for s in sources if s.size for k, v in s.resized(times * s.size).items()}
             assert keeps(base.with_(changes), "worst") == expected
+
+
+def arm_in_space(rng: np.random.Generator) -> jp.Mechanism:
+    """Three pins with axes in any direction, one after the other."""
+    bodies = ["ground", "shoulder", "elbow", "hand"]
+    places = np.cumsum(rng.uniform(-100.0, 100.0, (4, 3)), axis=0).tolist()
+    joints = {
+        f"J{k}": {
+            "type": "revolute", "bodies": bodies[k : k + 2], "at": places[k], "axis": rng.normal(size=3).tolist(),
+            "clearance": {"radial": rng.uniform(0.01, 0.05), "axial": rng.uniform(0.0, 0.05), "length": 30.0},
+        }
+        for k in range(3)
+    }  # fmt: skip
+    drives = {f"q{k}": {"joint": f"J{k}", "values": rng.uniform(-60.0, 60.0, 2).tolist()} for k in range(3)}
+    drives["q1"]["error"] = 0.02
+    return jp.Mechanism(
+        {
+            "format": 1,
+            "space": "spatial",
+            "units": {"length": "mm", "angle": "deg", "force": "N"},
+            "joints": joints,
+            "drives": drives,
+            "output": {"body": "hand", "at": places[3]},
+        }
+    )
+
+
+def linkage_in_space(rng: np.random.Generator) -> jp.Mechanism:
+    """The bundled RSSR with other sizes and plays."""
+    pins = {
+        f"joints.{name}.clearance": {"radial": rng.uniform(0.01, 0.05), "axial": rng.uniform(0.0, 0.05), "length": 30.0}
+        for name in ("crank", "hook", "rocker")
+    }
+    crank, rocker = 30.0 * rng.uniform(0.6, 1.2), 100.0 * rng.uniform(0.95, 1.1)
+    return jp.loads(jp.examples.text("rssr")).with_(
+        {
+            **dict.fromkeys(f"drives.theta.{key}" for key in ("from", "to", "count")),
+            "drives.theta.values": rng.uniform(0.0, 360.0, 2).tolist(),
+            "joints.hook.on.crank.at": [crank, 0.0, 5.0 * rng.normal()],
+            "joints.ball.on.rocker": [0.0, 0.0, rocker],
+            "joints.ball.clearance.radial": rng.uniform(0.01, 0.05),
+            "dimensions.coupler.tolerance": rng.uniform(0.01, 0.1),
+            **pins,
+        }
+    )
+
+
+@pytest.mark.parametrize("make", [arm_in_space, linkage_in_space])
+@pytest.mark.parametrize("seed", range(3))
+def test_limits_hold_at_allowed_sizes_of_random_mechanisms_in_space(make: Any, seed: int) -> None:
+    """A component to both sides, unequally, beside position or rotation; above and below what is used."""
+    rng = np.random.default_rng(seed)
+    m = make(rng)
+    worst = jp.worst(m)
+    assert (worst.status == "ok").all()
+    size, name = str(rng.choice(["position", "rotation"])), str(rng.choice(m.components))
+    ends = worst.worst_component.sel(component=name)
+    limits: dict[str, Any] = {size: rng.uniform(0.9, 2.0) * float(worst[f"worst_{size}"].max())}
+    sides = float(ends.sel(side="low").min()), float(ends.sel(side="high").max())
+    limits[name] = [float(rng.uniform(0.9, 2.0)) * end for end in sides]
+    m = m.with_({"limits": limits})
+    assert check(m, jp.allow(m, tolerance=1e-3), "worst", 1e-3) > 0
 
 
 @SEARCH

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,11 +15,26 @@ from answers import distance, example
 from jointplay.result import quantity
 
 plot = pytest.importorskip("jointplay.plot")
+ContourSet = pytest.importorskip("matplotlib.contour").ContourSet
 pytest.importorskip("plotly")
 
 #: of a root of a sum of squares
 ROUNDING = 1e-15
 AREA = {"x": {"from": -120, "to": 120, "count": 13}, "y": {"from": -120, "to": 120, "count": 17}, "angle": 0}
+
+
+def along_edges(x: np.ndarray, y: np.ndarray, values: np.ndarray, at_x: float, at_y: float) -> float:
+    """A value on an edge of the grid, linear between its ends, also of half a cell whose other corner is missing."""
+    i, j = (np.interp(at, line, np.arange(len(line))) for at, line in ((at_x, x), (at_y, y)))
+    a, b = (int(i + 1e-9), int(j + 1e-9)), (int(np.ceil(i - 1e-9)), int(np.ceil(j - 1e-9)))
+    if a[0] != b[0] and a[1] != b[1]:
+        # On the diagonal, which is the edge of the other half of the cell.
+        is_rising = np.isclose(i - a[0], j - a[1]) and np.isfinite(values[a] + values[b])
+        a, b = (a, b) if is_rising else ((a[0], b[1]), (b[0], a[1]))
+        part = i - a[0]
+    else:
+        part = (i - a[0]) + (j - a[1])
+    return float(values[a] + part * (values[b] - values[a]))
 
 
 class TestStatic:
@@ -83,6 +99,39 @@ class TestStatic:
             np.testing.assert_allclose(drawn, values[:, :, k].T, rtol=ROUNDING)
             assert axes.collections[0].get_clim() == slices[0].collections[0].get_clim()
         assert bar.get_ylabel() == "position error [mm]"
+
+    def test_limits_are_lines_where_the_values_are_at_them(self) -> None:
+        m = example("3-rrr").with_({"limits.position": 0.1, "limits.x": [-0.02, 0.05]})
+        result = jp.map(m, grid=AREA)
+        for name, bounds in ((None, (0.1,)), ("error.x", (-0.02, 0.05))):
+            axes = plot.map(result, name).axes[0]
+            (lines,) = (c for c in axes.collections if isinstance(c, ContourSet))
+            values = quantity(result, name).values
+            assert tuple(lines.levels) == bounds
+            for level, path in zip(lines.levels, lines.get_paths(), strict=True):
+                assert len(path.vertices) > 1
+                for x, y in path.vertices:
+                    assert along_edges(result.x.values, result.y.values, values, x, y) == pytest.approx(level)
+            unit = "0.1 mm" if name is None else "-0.02, 0.05 mm"
+            assert f"limit {unit}" in {text.get_text() for text in axes.get_figure().legends[0].get_texts()}
+        for name in ("error.y", "undetermined.x", "rotation"):
+            assert not any(isinstance(c, ContourSet) for c in plot.map(result, name).axes[0].collections)
+
+    def test_limits_of_the_first_output_and_of_the_worst_case(self) -> None:
+        m = example("five-bar").with_({"limits": {"position": 0.3, "rotation": 0.2}})
+        outputs = {"a": {**m.raw["output"], "limits": {"position": 0.2}}}
+        grid = {"x": np.linspace(-20.0, 20.0, 5), "y": 150.0}
+        several = m.with_({"output": None, "outputs": outputs, "limits": None, "loads": None})
+        for case, question, name, expected in (
+            (m, "worst", None, [0.3]),
+            (m, "worst", "rotation", [0.2]),
+            (m, "worst", "worst_position", [0.3]),
+            (m, "random", "position", [0.3]),
+            (several, "worst", None, [0.2]),
+        ):
+            options = {"samples": 64} if question == "random" else {}
+            (axes,) = plot.map(jp.map(case, question, grid, **options), name).axes
+            assert [line.get_ydata()[0] for line in axes.lines if line.get_linestyle() == "--"] == expected
 
     @pytest.mark.parametrize("extension", ["png", "svg", "pdf"])
     def test_files(self, tmp_path: Path, extension: str) -> None:
@@ -152,7 +201,7 @@ class TestPages:
         from jointplay.plot.map import layers, limits
 
         shown = layers(result)
-        figure = figure_of(shown.value, shown.status, shown.contact_change, "", limits(shown.value.values))
+        figure = figure_of(shown, limits(shown.value.values))
         np.testing.assert_array_equal(figure.data[0].z, shown.value.values.T)
         assert base64.b64encode(np.ascontiguousarray(figure.data[0].z).tobytes()).decode() in text.replace(
             "\\u002f", "/"
@@ -165,7 +214,7 @@ class TestPages:
 
         grid = {"x": np.linspace(-80, 80, 9), "y": np.linspace(-80, 80, 8), "angle": np.linspace(-10, 20, 7)}
         shown = layers(jp.map(example("3-rrr"), grid=grid))
-        figure = figure_of(shown.value, shown.status, shown.contact_change, "", limits(shown.value.values))
+        figure = figure_of(shown, limits(shown.value.values))
         heat, mesh = ([t for t in figure.data if t.type == kind] for kind in ("heatmap", "mesh3d"))
         (slider,) = figure.layout.sliders
         assert [step.label for step in slider.steps] == [f"{v:g}" for v in np.linspace(-10, 20, 7)]
@@ -174,6 +223,25 @@ class TestPages:
             assert step.args[0]["visible"] == [j == k for j in range(7)] + [True] * 3
         assert len(mesh) == 3
         assert all(len(surface.i) for surface in mesh)
+
+    def test_limits_are_lines_and_a_surface(self) -> None:
+        from jointplay.plot.interactive import figure_of
+        from jointplay.plot.map import layers, limits
+
+        def figure(grid: dict[str, object]) -> Any:
+            shown = layers(jp.map(example("3-rrr").with_({"limits.position": 0.05}), grid=grid))
+            assert shown.bounds == (0.05,)
+            return figure_of(shown, limits(shown.value.values))
+
+        (contour,) = (trace for trace in figure(AREA).data if trace.type == "contour")
+        assert (contour.contours.start, contour.contours.end, contour.name) == (0.05, 0.05, "limit 0.05 mm")
+        line = figure({"x": np.linspace(-60, 60, 9), "y": 0.0, "angle": 0.0})
+        assert [shape.y0 for shape in line.layout.shapes] == [0.05]
+        whole = figure({"x": np.linspace(-60, 60, 5), "y": np.linspace(-60, 60, 5), "angle": [0.0, 5.0, 10.0]})
+        assert [trace.type for trace in whole.data[:6]] == ["heatmap", "contour"] * 3
+        assert whole.data[-1].name == "limit 0.05 mm"
+        visible = whole.layout.sliders[0].steps[1].args[0]["visible"]
+        assert list(visible) == [False, False, True, True, False, False, *[True] * (len(whole.data) - 6)]
 
 
 class TestIsosurface:

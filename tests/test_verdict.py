@@ -233,7 +233,7 @@ def test_shares_have_the_digits_that_matter() -> None:
             {"probability": 0.99},
             "limits.probability is the share of the specimens within limits: give one of x, y, angle",
         ),
-        ({"position": 1, "probability": 1.5}, "limits.probability"),
+        ({"position": 1, "probability": 1.5}, "limits.probability: must be less than 1: 1.5"),
         ({"x": [0.1, 0.2]}, "low <= 0 <= high is needed"),
         ({"x": {}}, "give low, high or both"),
         ({"z": 0.1}, "limits: 'z'"),

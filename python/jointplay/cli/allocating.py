@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jointplay.errors import InputError
-
 from . import answer, arguments
 from .options import Allocated, File, Output, Plot, Point, Samples, Seed, Settings
 
@@ -55,7 +53,7 @@ def allocate(
     from jointplay.analyses.allocate import compute
 
     m = answer.mechanism(file, settings, output_point)
-    factors = _factors(curve, m)
+    factors = [] if curve is None else arguments.several(curve, "--curve", answer.reader(m))
     found: list[Result] = []
 
     def ask(m: Mechanism, progress: Any) -> Result:
@@ -76,21 +74,3 @@ def allocate(
     for line in str(found[0].attrs.get("changes", "")).splitlines() if changes and found else ():
         typer.echo(f"--set {shlex.quote(line)}")
     return code
-
-
-def _factors(text: str | None, m: Mechanism) -> list[float]:
-    if text is None:
-        return []
-    _, values = arguments.swept({"limits": text}, answer.reader(m)) if _is_range(text) else ([], [text])
-    factors = []
-    for value in values:
-        try:
-            factors.append(float(value))
-        except ValueError:
-            problem = f"factors such as 0.5:2:7 or 0.5,1,2 are needed, not {text!r}"
-            raise InputError(problem, key="--curve") from None
-    return factors
-
-
-def _is_range(text: str) -> bool:
-    return ":" in text or "," in text

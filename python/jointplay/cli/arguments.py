@@ -125,7 +125,7 @@ def swept(settings: dict[str, str], read: Read = float) -> tuple[list[str], list
     >>> swept({"joints.*.clearance.radial": "0:1:3", "drives.theta1.error": "0.1"})
     (['joints.*.clearance.radial'], [0.0, 0.5, 1.0])
     """
-    ranges = {key: _steps(key, text, "--set", read) for key, text in settings.items() if _is_swept(text)}
+    ranges = {key: _steps(text, f"--set {key}", read) for key, text in settings.items() if _is_swept(text)}
     if not ranges:
         raise InputError("say what is swept: --set KEY=from:to:count, or KEY=1,2,5", key="--set")
     values = next(iter(ranges.values()))
@@ -136,6 +136,20 @@ def swept(settings: dict[str, str], read: Read = float) -> tuple[list[str], list
                 key="--set",
             )
     return list(ranges), values
+
+
+def several(text: str, option: str, read: Read = float) -> list[float]:
+    """The numbers of an option that takes one, several with commas between them, or a range.
+
+    Examples
+    --------
+    >>> several("0.5:2:4", "--curve"), several("0.5,1", "--curve"), several("2", "--curve")
+    ([0.5, 1.0, 1.5, 2.0], [0.5, 1.0], [2.0])
+    """
+    if len(parts(text, ":")) > 1:
+        return [float(step) for step in _steps(text, option, read)]
+    found = numbers(text, option, None, read)
+    return [*found] if isinstance(found, tuple) else [found]
 
 
 def gridded(settings: dict[str, str], read: Read = float) -> dict[str, float | list[float]]:
@@ -149,7 +163,7 @@ def gridded(settings: dict[str, str], read: Read = float) -> dict[str, float | l
     grid: dict[str, float | list[float]] = {}
     for key, text in settings.items():
         if _is_swept(text) and len(parts(text, ",")) == 1:
-            grid[key] = [float(step) for step in _steps(key, text, "--grid", read)]
+            grid[key] = [float(step) for step in _steps(text, f"--grid {key}", read)]
             continue
         try:
             held = numbers(text, f"--grid {key}", None, read)
@@ -174,7 +188,7 @@ def _is_count(ends: list[str]) -> bool:
     return len(ends) == 1 and ends[0].isascii() and ends[0].isdigit()
 
 
-def _steps(key: str, text: str, option: str, read: Read) -> list[float | str]:
+def _steps(text: str, option: str, read: Read) -> list[float | str]:
     listed = parts(text, ",")
     if len(listed) > 1:
         return [value(part) for part in listed]
@@ -185,9 +199,9 @@ def _steps(key: str, text: str, option: str, read: Read) -> list[float | str]:
     except ValueError as error:
         why = "" if _looks_plain(text) else f": {error}"
         problem = f"{shown(text)} is not from:to:count, such as 0:1:11{why}"
-        raise InputError(problem, key=f"{option} {key}") from None
+        raise InputError(problem, key=option) from None
     if not 2 <= count <= MOST_STEPS:
-        raise InputError(f"{count} values; 2 to {MOST_STEPS} are possible", key=f"{option} {key}")
+        raise InputError(f"{count} values; 2 to {MOST_STEPS} are possible", key=option)
     from jointplay.schema.values import spaced
 
     return [*spaced(low, high, count)]

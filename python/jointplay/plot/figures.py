@@ -15,7 +15,7 @@ from jointplay.result import Result, parts, size, typical, unit_of
 from jointplay.result import blame as shares_of
 from jointplay.typed import typed
 
-from .style import COLOURS, GREY, HATCHES, along, canvas, labelled, light, series, single
+from .style import COLOURS, GREY, HATCHES, LIMIT, along, canvas, labelled, light, series, single
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,8 +25,6 @@ Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 QUANTITIES = ("position", "rotation")
 #: more sources than this are not distinguished by eye; the smaller ones become one
 MOST_SOURCES = 7
-#: how a limit is drawn
-LIMIT: dict[str, Any] = {"color": "black", "linewidth": 1.2, "linestyle": (0, (6, 2))}
 #: curves of a sweep beyond which a surface says more
 MOST_CURVES = 6
 

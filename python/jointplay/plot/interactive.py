@@ -14,31 +14,28 @@ import numpy as np
 from jointplay.errors import JointplayError, one_line
 
 from .isosurface import isosurface
+from .layers import Layers
 from .style import is_plan
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = np.ndarray[Any, np.dtype[np.float64]]
-Texts = np.ndarray[Any, np.dtype[np.str_]]
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
 COLOUR_SCALE = "Cividis"
 #: quantiles of the nodes through which iso-surfaces are drawn
 LEVELS = (0.25, 0.5, 0.75)
+#: how a limit is drawn
+LIMIT = {"color": "black", "width": 2, "dash": "dash"}
 #: slices that a slider goes through
 MOST_SLICES = 101
 
 
-def page(value: xr.DataArray, status: Texts, contact_change: Flags, title: str, span: tuple[float, float]) -> str:
+def page(shown: Layers, span: tuple[float, float]) -> str:
     """The page as HTML.
 
     Parameters
     ----------
-    value : xarray.DataArray
+    shown : Layers
         Over one to three axes.
-    status, contact_change : ndarray
-        Over the same nodes; the changes also over the axes.
-    title : str
     span : pair of float
         Range of the colours.
 
@@ -47,21 +44,20 @@ def page(value: xr.DataArray, status: Texts, contact_change: Flags, title: str, 
     JointplayError
         When plotly is not installed.
     """
-    figure = figure_of(value, status, contact_change, title, span)
-    text: str = figure.to_html(include_plotlyjs=True, full_html=True)
+    text: str = figure_of(shown, span).to_html(include_plotlyjs=True, full_html=True)
     return text
 
 
-def figure_of(value: xr.DataArray, status: Texts, contact_change: Flags, title: str, span: tuple[float, float]) -> Any:
+def figure_of(shown: Layers, span: tuple[float, float]) -> Any:
     """The plotly figure of a page."""
     if find_spec("plotly") is None:
         raise JointplayError("an interactive page needs plotly: pip install 'jointplay[plot]'")
-    value, title = _escaped(value), escape(one_line(title))
-    words = status.astype(object)
-    words[contact_change.any(axis=-1)] += ", a contact changes sides next to it"
+    value, title = _escaped(shown.value), escape(one_line(shown.title))
+    words = shown.status.astype(object)
+    words[shown.contact_change.any(axis=-1)] += ", a contact changes sides next to it"
     if value.ndim == 1:
-        return _line(value, words, title)
-    return (_heat if value.ndim == 2 else _slices)(value, words, span, title)
+        return _line(value, words, title, shown.bounds)
+    return (_heat if value.ndim == 2 else _slices)(value, words, span, title, shown.bounds)
 
 
 def _escaped(value: xr.DataArray) -> xr.DataArray:
@@ -88,21 +84,51 @@ def _hover(value: xr.DataArray, names: list[str]) -> str:
     return "<br>".join([*lines, "%{customdata}"]) + "<extra></extra>"
 
 
-def _line(value: xr.DataArray, words: Any, title: str) -> Any:
+def _line(value: xr.DataArray, words: Any, title: str, bounds: tuple[float, ...]) -> Any:
     import plotly.graph_objects as go
 
     along = value[value.dims[0]]
     hover = _hover(value, [str(along.name)])
     line = go.Scatter(x=along.values, y=value.values, customdata=words, hovertemplate=hover, mode="lines+markers")
-    return go.Figure(line, {"title": title, "xaxis_title": _named(along), "yaxis_title": _named(value)})
+    figure = go.Figure(line, {"title": title, "xaxis_title": _named(along), "yaxis_title": _named(value)})
+    for bound in bounds:
+        figure.add_hline(bound, line=LIMIT, annotation_text=_limit(value, bound))
+    return figure
 
 
-def _heat(value: xr.DataArray, words: Any, span: tuple[float, float], title: str) -> Any:
+def _heat(value: xr.DataArray, words: Any, span: tuple[float, float], title: str, bounds: tuple[float, ...]) -> Any:
     import plotly.graph_objects as go
 
-    figure = go.Figure(_plane(value, words, span, _named(value)), {"title": title})
+    figure = go.Figure([_plane(value, words, span, _named(value)), *_contours(value, bounds)], {"title": title})
+    # Beside the title of the colours.
+    figure.update_layout(legend={"orientation": "h", "y": 1.0, "yanchor": "bottom"})
     _label(figure, value)
     return figure
+
+
+def _limit(value: xr.DataArray, bound: float) -> str:
+    return f"limit {bound:g} {value.attrs['units']}".rstrip()
+
+
+def _contours(value: xr.DataArray, bounds: tuple[float, ...]) -> list[Any]:
+    """Lines where the value of a plane is at a limit."""
+    import plotly.graph_objects as go
+
+    across, up = (value[dim].values for dim in value.dims)
+    return [
+        go.Contour(
+            x=across,
+            y=up,
+            z=value.values.T,
+            contours={"start": bound, "end": bound, "size": 1.0, "coloring": "none"},
+            line=LIMIT,
+            name=_limit(value, bound),
+            showlegend=True,
+            showscale=False,
+            hoverinfo="skip",
+        )
+        for bound in bounds
+    ]
 
 
 def _plane(value: xr.DataArray, words: Any, span: tuple[float, float], label: str) -> Any:
@@ -133,7 +159,7 @@ def _label(figure: Any, value: xr.DataArray) -> None:
     figure.update_yaxes(showgrid=False, zeroline=False)
 
 
-def _slices(value: xr.DataArray, words: Any, span: tuple[float, float], title: str) -> Any:
+def _slices(value: xr.DataArray, words: Any, span: tuple[float, float], title: str, bounds: tuple[float, ...]) -> Any:
     """A slice with its slider on the left, iso-surfaces on the right."""
     from plotly.subplots import make_subplots
 
@@ -141,9 +167,10 @@ def _slices(value: xr.DataArray, words: Any, span: tuple[float, float], title: s
     picks = np.unique(np.linspace(0, third.size - 1, min(third.size, MOST_SLICES)).round().astype(int)).tolist()
     figure = make_subplots(1, 2, specs=[[{"type": "heatmap"}, {"type": "scene"}]], column_widths=[0.45, 0.55])
     for k in picks:
-        plane = _plane(value[:, :, k].assign_coords(slice=k), words[:, :, k], span, "")
-        figure.add_trace(plane.update(visible=k == picks[len(picks) // 2]), 1, 1)
-    surfaces = list(_surfaces(value, span))
+        cut = value[:, :, k].assign_coords(slice=k)
+        for trace in (_plane(cut, words[:, :, k], span, ""), *_contours(cut, bounds)):
+            figure.add_trace(trace.update(visible=k == picks[len(picks) // 2]), 1, 1)
+    surfaces = list(_surfaces(value, span, bounds))
     for surface in surfaces:
         figure.add_trace(surface, 1, 2)
     unit = str(third.attrs["units"])
@@ -151,7 +178,7 @@ def _slices(value: xr.DataArray, words: Any, span: tuple[float, float], title: s
         {
             "method": "update",
             "label": f"{float(third[k]):g}",
-            "args": [{"visible": [j == k for j in picks] + [True] * len(surfaces)}],
+            "args": [{"visible": [j == k for j in picks for _ in (None, *bounds)] + [True] * len(surfaces)}],
         }
         for k in picks
     ]
@@ -166,13 +193,16 @@ def _slices(value: xr.DataArray, words: Any, span: tuple[float, float], title: s
     return figure
 
 
-def _surfaces(value: xr.DataArray, span: tuple[float, float]) -> Any:
+def _surfaces(value: xr.DataArray, span: tuple[float, float], bounds: tuple[float, ...]) -> Any:
+    """Iso-surfaces at quantiles, in their colours, and at the limits."""
     import plotly.graph_objects as go
 
     known = value.values[np.isfinite(value.values)]
     axes = tuple(value[dim].values for dim in value.dims)
-    for level in np.unique(np.quantile(known, LEVELS)) if known.size else ():
-        points, triangles = isosurface(axes, value.values, float(level))
+    quantiles = np.quantile(known, LEVELS).tolist() if known.size else []
+    names = {level: f"{level:.4g} {value.attrs['units']}" for level in quantiles}
+    for level, name in (names | {bound: _limit(value, bound) for bound in bounds}).items():
+        points, triangles = isosurface(axes, value.values, level)
         if not len(triangles):
             continue
         yield go.Mesh3d(
@@ -188,6 +218,6 @@ def _surfaces(value: xr.DataArray, span: tuple[float, float]) -> Any:
             colorscale=COLOUR_SCALE,
             showscale=False,
             opacity=0.5,
-            name=f"{level:.4g} {value.attrs['units']}",
+            name=name,
             showlegend=True,
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,15 +13,17 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from jointplay import files
 from jointplay.errors import InputError
-from jointplay.result import SEVERAL, Result, Variable, quantity
+from jointplay.result import SEVERAL, Result, Variable, bounds, quantity
 from jointplay.typed import typed
 
 from . import sheet
 from .interactive import page
-from .style import COLOURS, GREY, STYLE, is_plan, labelled
+from .layers import Layers
+from .style import COLOURS, GREY, LIMIT, STYLE, is_plan, labelled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,28 +38,10 @@ UNREACHED = "#d9d9d9"
 SLICES = 4
 #: height and largest width of a plan, and width of an entry of the legend, inches
 PLAN, MOST_WIDE, ENTRY = 3.7, 8.0, 1.9
+#: what the dashes of a limit stand on, so that they are seen on light and dark colours
+BEHIND: list[AbstractPathEffect] = [withStroke(linewidth=3.2, foreground="white")]
 #: near a singularity errors grow without bound; colours end at this quantile where it is far below the largest
 CUT, FAR = 0.98, 2.0
-
-
-@dataclass(frozen=True)
-class Layers:
-    """What is drawn of a map, over its axes.
-
-    Attributes
-    ----------
-    value : xarray.DataArray
-        The quantity; nan where there is no trusted number.
-    status : ndarray of str
-    contact_change : ndarray of bool
-        Over nodes and axes: between a node and the next one.
-    title : str
-    """
-
-    value: xr.DataArray
-    status: np.ndarray[Any, np.dtype[np.str_]]
-    contact_change: np.ndarray[Any, np.dtype[np.bool_]]
-    title: str
 
 
 @typed
@@ -130,7 +113,7 @@ def layers(result: Result | xr.Dataset, variable: str | None = None) -> Layers:
     coords = {dim: _coordinate(result, dim) for dim in dims}
     attrs = {"long_name": found.long_name, "units": found.units}
     value = xr.DataArray(np.where(trusted, found.values, np.nan), coords, dims, attrs=attrs)
-    return Layers(value, status, changes, title)
+    return Layers(value, status, changes, title, bounds(result, variable))
 
 
 def _values(result: Result | xr.Dataset, name: str) -> np.ndarray[Any, np.dtype[Any]]:
@@ -187,11 +170,24 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, span: tuple[float, float] | N
     if shown.contact_change.any():
         axes.add_collection(LineCollection(_boundaries(x, y, shown.contact_change), colors="#000000", linewidths=1.4))
         handles.append(Line2D([], [], color="#000000", label="a contact changes sides"))
+    handles += _limits(shown, axes)
     if is_plan(value):
         axes.set_aspect("equal")
     if bar:
         axes.set_title(shown.title)
     return handles
+
+
+def _limits(shown: Layers, axes: Axes) -> list[Line2D]:
+    """Draw where the quantity is at a limit; the entry of a legend for it."""
+    x, y = (shown.value[dim].values for dim in shown.value.dims)
+    known = shown.value.values[np.isfinite(shown.value.values)]
+    levels = [bound for bound in shown.bounds if known.min(initial=np.inf) < bound < known.max(initial=-np.inf)]
+    if not levels:
+        return []
+    style = {"colors": LIMIT["color"], "linewidths": LIMIT["linewidth"], "linestyles": [LIMIT["linestyle"]]}
+    axes.contour(x, y, shown.value.values.T, levels=levels, **style).set_path_effects(BEHIND)
+    return [Line2D([], [], **LIMIT, path_effects=BEHIND, label=shown.limit)]
 
 
 def _boundaries(x: Floats, y: Floats, changes: np.ndarray[Any, np.dtype[np.bool_]]) -> list[list[tuple[float, float]]]:
@@ -222,16 +218,20 @@ def _line(shown: Layers, axes: Axes) -> None:
         )
     for k in np.flatnonzero(shown.contact_change[:-1, 0]):
         axes.axvline(edges[k + 1], color="#000000", linestyle=":", linewidth=1.0)
-    handles = [
+    handles: list[Any] = [
         Patch(facecolor=UNREACHED, edgecolor=GREY, hatch=hatch, label=status.replace("_", " "))
         for status, hatch in HATCHED.items()
         if (shown.status == status).any()
     ]
     if shown.contact_change.any():
-        changes = Line2D([], [], color="#000000", linestyle=":", label="a contact changes sides")
-        axes.legend(handles=[*handles, changes])
-    elif handles:
-        axes.legend(handles=handles)
+        handles.append(Line2D([], [], color="#000000", linestyle=":", label="a contact changes sides"))
+    for bound in shown.bounds:
+        axes.axhline(bound, **LIMIT)
+    if shown.bounds:
+        handles.append(Line2D([], [], **LIMIT, label=shown.limit))
+    if handles:
+        # Upon the lines of the limits, which it does not keep clear of.
+        axes.legend(handles=handles, frameon=True, edgecolor="none")
     axes.set_title(shown.title)
 
 
@@ -244,7 +244,7 @@ def _slices(shown: Layers, figure: Figure) -> None:
     handles: dict[Any, Any] = {}
     every = [figure.add_subplot(1, len(picks), k + 1) for k in range(len(picks))]
     for axes, k in zip(every, picks.tolist(), strict=True):
-        cut = Layers(value[:, :, k], shown.status[:, :, k], shown.contact_change[:, :, k], "")
+        cut = Layers(value[:, :, k], shown.status[:, :, k], shown.contact_change[:, :, k], "", shown.bounds)
         handles |= {handle.get_label(): handle for handle in _heat(cut, axes, bar=False, span=(low, high))}
         unit = str(value[third].attrs["units"])
         axes.set_title(f"{third} = {float(value[third][k]):g} {unit}".rstrip())
@@ -285,7 +285,7 @@ def draw(result: Result | xr.Dataset, path: Path, variable: str | None = None) -
     check_path(path)
     if path.suffix.lower() == ".html":
         shown = layers(result, variable)
-        text = page(shown.value, shown.status, shown.contact_change, shown.title, limits(shown.value.values))
+        text = page(shown, limits(shown.value.values))
         files.put(text.encode(), path)
         return
     figure = map(result, variable)

@@ -30,6 +30,8 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 DASHES = ("-", "--", "-.", ":", "-", "--", "-.", ":")
 HATCHES = ("", "///", "...", "\\\\\\", "xxx", "++", "ooo", "---")
 GREY = "#6b6b6b"
+#: how a limit is drawn
+LIMIT: dict[str, Any] = {"color": "black", "linewidth": 1.2, "linestyle": (0, (6, 2))}
 #: what stays open
 OPEN: dict[str, Any] = {
     "color": "red", "linewidth": 2.4, "linestyle": (0, (2, 1)), "marker": "o", "markersize": 12,

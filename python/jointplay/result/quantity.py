@@ -30,6 +30,8 @@ BEHIND = {
 #: share of the specimens below the value that stands for the scatter
 TYPICAL = 0.95
 WORDS = {"position": "position error", "rotation": "rotation", "singular_value": "smallest singular value"}
+#: variables that the limits of errors are about
+ERRORS = ("error", "worst_component", "worst_position", "worst_rotation", "error_quantile")
 
 
 def split(components: list[str]) -> tuple[list[str], list[str]]:
@@ -120,8 +122,32 @@ def quantity(result: Result | xr.Dataset, name: str | None = None) -> Variable:
     return Variable(found.dims, found.values.astype(float), found.units, found.long_name)
 
 
+def bounds(result: Result | xr.Dataset, name: str | None = None) -> tuple[float, ...]:
+    """The limits of the file on what `quantity` gives, the lowest first; none where it has none.
+
+    Parameters
+    ----------
+    result : Result or xarray.Dataset
+    name : str, optional
+        As of `quantity`.
+    """
+    behind = BEHIND[str(result.attrs["question"])]
+    name = name or next(iter(behind))
+    variable, *labels = name.split(".")
+    if behind.get(name, variable) not in ERRORS or "limit" not in _names(result):
+        return ()
+    light = result if isinstance(result, Result) else from_dataset(result[["limit"]])
+    label = name if name in behind else (labels or [variable.removeprefix("worst_")])[0]
+    found = light.get("limit", quantity=label)
+    return tuple(sorted(found[np.isfinite(found)].tolist()))
+
+
+def _names(result: Result | xr.Dataset) -> list[str]:
+    return list(result.data) if isinstance(result, Result) else [str(v) for v in result.data_vars]
+
+
 def _only(result: Result | xr.Dataset, source: str, known: list[str]) -> Result:
-    names = list(result.data) if isinstance(result, Result) else [str(v) for v in result.data_vars]
+    names = _names(result)
     if source not in names:
         raise InputError(not_known(source, "a variable of this result", [*known[:-1], *names]), key="variable")
     if isinstance(result, Result):

@@ -105,5 +105,5 @@ def _bound(kind: str, value: str, context: Mapping[str, Any]) -> str:
         return f"must not be negative: {value}"
     if limit == 0 and kind == "greater_than":
         return f"must be greater than zero: {value}"
-    words = {"greater_than_equal": "at least", "less_than_equal": "at most"}.get(kind, "beyond")
-    return f"must be {words} {limit:.15g}: {value}"
+    words = {"greater_than_equal": "at least", "less_than_equal": "at most", "less_than": "less than"}
+    return f"must be {words.get(kind, 'greater than')} {limit:.15g}: {value}"

@@ -185,7 +185,7 @@ def _asked(m: Mechanism, question: str | None, probability: float | None) -> tup
             raise InputError("goes with the question random; the worst case has no shares", key="probability")
         return asked, 1.0
     share = m.limits.probability if probability is None else probability
-    if math.isnan(share):
+    if probability is None and math.isnan(share):
         problem = "say which share of the specimens keeps to the limits, such as 0.9973, here or in the file's [limits]"
         raise InputError(problem, key="probability")
     if not 0.0 < share < 1.0:

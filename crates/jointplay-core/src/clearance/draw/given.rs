@@ -4,14 +4,12 @@
 //! Two scores (x, y) give a direction and, as 1 - exp(-(x^2 + y^2) / 2), a uniform number. Normal numbers that are truncated
 //! together are normal numbers under the condition that they are within their bounds: beyond them they are NaN.
 
-use std::f64::consts::FRAC_1_SQRT_2;
-
 use crate::clearance::draw::SIGMAS;
 use crate::clearance::draw::shapes::{Draw, Drawn};
 use crate::clearance::law::Law;
 use crate::clearance::offset::MAX_SIZE;
-use crate::math::lanes::block::{Block, LANES};
-use crate::math::lanes::normal::score_in_middle;
+use crate::math::lanes::block::{Block, LANES, exp};
+use crate::math::lanes::normal::{score_in_middle, share_below};
 
 /// The largest number below 1.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
@@ -42,64 +40,80 @@ impl Given {
         self.next
     }
 
+    #[inline(always)]
     fn take(&mut self) -> Block {
         self.next += 1;
         self.scores.get(self.next - 1).copied().unwrap_or(Block::splat(0.0))
     }
 }
 
-fn each(block: &Block, of: impl Fn(f64) -> f64) -> Block {
-    Block::new(block.0.map(of))
-}
-
-/// The probability that a normal number is below a score.
-fn share_below(z: f64) -> f64 {
-    (0.5 * libm::erfc(-z * FRAC_1_SQRT_2)).min(BELOW_ONE)
-}
-
+// Loops over the lanes, because closures are not compiled for the caller's width.
 impl Draw for Given {
+    #[inline(always)]
     fn unit(&mut self) -> Block {
-        each(&self.take(), share_below)
+        let mut u = self.take();
+        for i in 0..LANES {
+            u.0[i] = share_below(u.0[i]).min(BELOW_ONE);
+        }
+        u
     }
 
+    #[inline(always)]
     fn sign(&mut self) -> Block {
-        each(&self.take(), |z| 1.0_f64.copysign(z))
+        let mut z = self.take();
+        for i in 0..LANES {
+            z.0[i] = 1.0_f64.copysign(z.0[i]);
+        }
+        z
     }
 
+    #[inline(always)]
     fn circle(&mut self) -> [Block; 2] {
         self.ring().1
     }
 
+    #[inline(always)]
     fn ring(&mut self) -> (Block, [Block; 2]) {
         let (mut x, mut y) = (self.take(), self.take());
         let mut u = Block::splat(0.0);
         for i in 0..LANES {
-            let radius = libm::hypot(x.0[i], y.0[i]);
-            u.0[i] = (-libm::expm1(-0.5 * radius * radius)).min(BELOW_ONE);
+            let square = x.0[i].mul_add(x.0[i], y.0[i] * y.0[i]);
+            u.0[i] = (1.0 - exp(-0.5 * square)).min(BELOW_ONE);
+            let radius = square.sqrt();
             // In the middle any direction will do.
-            (x.0[i], y.0[i]) = if radius == 0.0 { (1.0, 0.0) } else { (x.0[i] / radius, y.0[i] / radius) };
+            let is_middle = radius == 0.0;
+            x.0[i] = if is_middle { 1.0 } else { x.0[i] / radius };
+            y.0[i] = if is_middle { 0.0 } else { y.0[i] / radius };
         }
         (u, [x, y])
     }
 
+    #[inline(always)]
     fn normal(&mut self) -> Block {
         self.take()
     }
 
+    #[inline(always)]
     fn scaled_normal(&mut self, law: Law, sigma: f64) -> Block {
-        let z = self.take();
+        let mut z = self.take();
         if law == Law::Gauss {
             return z.mul(&Block::splat(sigma));
         }
         let beyond = share_below(-1.0 / sigma);
-        let between = |z| score_in_middle((1.0 - 2.0 * beyond) * share_below(z) + beyond);
-        each(&z, |z| (between(z) * sigma).clamp(-1.0, 1.0))
+        for i in 0..LANES {
+            let between = score_in_middle((1.0 - 2.0 * beyond).mul_add(share_below(z.0[i]), beyond));
+            z.0[i] = (between * sigma).clamp(-1.0, 1.0);
+        }
+        z
     }
 
     fn largest_of_three(&mut self) -> Block {
-        each(&self.unit(), libm::cbrt)
+        let mut u = self.unit();
+        u.0.iter_mut().for_each(|u| *u = libm::cbrt(*u));
+        u
     }
 
+    #[inline(always)]
     fn scaled_normals(&mut self, count: usize, law: Law, gauge: impl Fn([f64; MAX_SIZE]) -> f64) -> Drawn {
         let mut drawn = [Block::splat(0.0); MAX_SIZE];
         for number in drawn.iter_mut().take(count) {

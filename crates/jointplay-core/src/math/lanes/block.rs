@@ -236,6 +236,41 @@ pub fn ln(x: f64) -> f64 {
     exponent.mul_add(std::f64::consts::LN_2, z * polynomial(z * z, SERIES))
 }
 
+/// The exponential of a number that is not above 700; below -700 it is that of -700, which is nothing.
+///
+/// `2^k e^r` with a whole k and r within half of ln 2 (power series).
+#[inline(always)]
+#[must_use]
+pub fn exp(x: f64) -> f64 {
+    const SERIES: [f64; 14] = [
+        1.0 / 6_227_020_800.0,
+        1.0 / 479_001_600.0,
+        1.0 / 39_916_800.0,
+        1.0 / 3_628_800.0,
+        1.0 / 362_880.0,
+        1.0 / 40_320.0,
+        1.0 / 5_040.0,
+        1.0 / 720.0,
+        1.0 / 120.0,
+        1.0 / 24.0,
+        1.0 / 6.0,
+        0.5,
+        1.0,
+        1.0,
+    ];
+    // 1.5 2^52 + k holds the whole number k in its low bits, negative ones as well.
+    const MAGIC: f64 = 6_755_399_441_055_744.0;
+    // ln 2 in two parts, the first with so few bits that k times it is exact.
+    const HIGH: f64 = 6.931_471_803_691_238e-1;
+    const LOW: f64 = 1.908_214_929_270_587_7e-10;
+    let x = if x < -700.0 { -700.0 } else { x };
+    let held = x.mul_add(std::f64::consts::LOG2_E, MAGIC);
+    let whole = held - MAGIC;
+    let rest = whole.mul_add(-LOW, whole.mul_add(-HIGH, x));
+    let power = held.to_bits().wrapping_sub(MAGIC.to_bits()).wrapping_add(1023) << 52;
+    polynomial(rest, SERIES) * f64::from_bits(power)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -250,6 +285,8 @@ mod tests {
             let y = (f64::from(k) * 0.01 - 38.0).exp();
             let l = Block::splat(y).ln().0[0];
             assert!((l - y.ln()).abs() < 1e-14 * (1.0 + y.ln().abs()), "{y} {l} {}", y.ln());
+            let z = 0.35 * (f64::from(k) - 2000.0);
+            assert!((exp(z) / z.exp() - 1.0).abs() < 1e-15, "{z}");
         }
     }
 }

@@ -162,10 +162,11 @@ impl Mechanism {
             let mut numbers = Numbers::Given(Given::new(rows, width));
             let mut parameters = vec![Block::splat(0.0); self.n_parameters()];
             self.draw(&mut numbers, &request, &mut parameters);
-            let lanes = 0..rows.len() / width;
-            lanes
-                .flat_map(|lane| parameters.iter().map(move |drawn| drawn.0[lane]).collect::<Vec<_>>())
-                .collect::<Vec<_>>()
+            let mut specimens = Vec::with_capacity(rows.len() / width * parameters.len());
+            for lane in 0..rows.len() / width {
+                specimens.extend(parameters.iter().map(|drawn| drawn.0[lane]));
+            }
+            specimens
         };
         scores.par_chunks(LANES * width).map(chunk).collect::<Vec<_>>().concat()
     }

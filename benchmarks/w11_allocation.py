@@ -1,7 +1,4 @@
-"""Least-cost sizes: twelve sources of five grades each over eleven configurations, at three limits.
-
-Run with jointplay installed: ``python benchmarks/allocation.py``. It prints processor time, cost and first-order bound.
-"""
+"""W11: least-cost sizes: twelve sources of five grades each over eleven configurations, at three limits."""
 
 from __future__ import annotations
 
@@ -10,9 +7,12 @@ import time
 import numpy as np
 
 import jointplay as jp
+from harness import Report, Spread, Target
 from jointplay.sizing import sizings
 
 GRADES = np.geomspace(0.005, 0.1, 5)
+#: where the limit lies between the errors of the finest grades and of the coarsest ones
+SHARES = (0.15, 0.3, 0.5)
 
 
 def mechanism() -> jp.Mechanism:
@@ -34,8 +34,8 @@ def mechanism() -> jp.Mechanism:
     return m.with_({"costs": {source.name: {"choices": prices()} for source in sizings(m)[1]}})
 
 
-def main() -> None:
-    """Measure."""
+def measure(rounds: int) -> Report:
+    """Allocate at every limit in turn, round after round."""
     m = mechanism()
     sources = sizings(m)[1]
     low, high = (
@@ -43,14 +43,19 @@ def main() -> None:
         for size in GRADES[[0, -1]].tolist()
     )
     jp.allocate(m.with_({"limits.position": high}))
-    for share in (0.15, 0.3, 0.5):
-        limited = m.with_({"limits.position": low + share * (high - low), "limits.rotation": 5.0})
-        began = time.process_time()
-        found = jp.allocate(limited)
-        spent = time.process_time() - began
+    limited = [m.with_({"limits.position": low + s * (high - low), "limits.rotation": 5.0}) for s in SHARES]
+    seconds: list[list[float]] = [[] for _ in SHARES]
+    for _ in range(rounds):
+        for one, spent in zip(limited, seconds, strict=True):
+            began = time.process_time()
+            jp.allocate(one)
+            spent.append(time.process_time() - began)
+    rows = []
+    for share, one, spent in zip(SHARES, limited, seconds, strict=True):
+        found = jp.allocate(one)
         cost, bound = float(found.total_cost), float(found.first_order_bound)
-        print(f"{len(sources)} sources, limit {share:g}: {spent:.2f} s, cost {cost:.2f}, first order {bound:.2f}")
-
-
-if __name__ == "__main__":
-    main()
+        rows.append([f"{100 * share:.0f} %", Spread.of(spent).text(), f"{cost:.2f}", f"{bound:.2f}"])
+    longest = max(Spread.of(spent).median for spent in seconds)
+    target = Target(f"W11: {len(sources)} sources, seconds", 10, True, longest)
+    header = ["limit between finest and coarsest", "s", "cost", "first-order bound"]
+    return Report("W11", "Least-cost sizes", header, rows, [target])
