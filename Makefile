@@ -34,7 +34,7 @@ needs:
 
 build: $(STAMPS)/build  ## compile the core and install jointplay in .venv
 
-demo: $(STAMPS)/build  ## the bundled four-bar: its error in all four questions, and the corrected drives
+demo: $(STAMPS)/build  ## the bundled four-bar: its error under the load, worst and random, and the corrected drives
 	@rm -rf $(DEMO) && mkdir -p $(DEMO)
 	cd $(DEMO) && ../../$(BIN)/jointplay new four-bar
 	cd $(DEMO) && ../../$(BIN)/jointplay error four-bar.toml

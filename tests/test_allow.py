@@ -427,7 +427,7 @@ def test_command_writes_and_draws(tmp_path: Path) -> None:
     for kind in ("csv", "json", "nc"):
         CliRunner().invoke(app, ["allow", str(path), "-o", str(tmp_path / f"a.{kind}")], standalone_mode=False)
     rows = (tmp_path / "a.csv").read_text().splitlines()
-    assert len(rows) == 4
-    assert rows[0].startswith("source,")
+    assert rows[0].startswith("variable,source,")
+    assert sum(row.startswith("allowed,") for row in rows) == 3
     missed = CliRunner().invoke(app, ["allow", str(path), "-s", "limits.position=0.02"], standalone_mode=False)
     assert missed.return_value == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import itertools
 from pathlib import Path
 
@@ -32,7 +33,7 @@ def test_the_sequence_is_printed_as_one_would_follow_it(folder: Path, capsys: py
     lines = [line.split() for line in out.splitlines() if line.strip()[:1].isdigit()]
     assert [line[0] for line in lines[:5]] == ["1", "2", "3", "4", "5"]
     assert "connect the links" in out
-    assert "insert a redundant link" in out
+    assert "redundant link" in out
     assert "What to adjust" in out
     assert "Position errors after step 5" in out
     assert "with play" in out
@@ -68,9 +69,9 @@ def test_every_question_is_printed_written_and_drawn(
     with xr.open_dataset("steps.nc") as written:
         assert written.step.values.tolist() == [1, 2, 3, 4, 5]
         assert written.attrs["assemble"] == question
-    rows = Path("steps.csv").read_text(encoding="utf-8").splitlines()
-    assert len(rows) == 6
-    assert rows[0].startswith("step,")
+    head, *rows = csv.reader(Path("steps.csv").read_text(encoding="utf-8").splitlines())
+    steps = {row[head.index("step")] for row in rows if row[0] == "status" or row[0] == "probability_of_fit"}
+    assert steps == {"1", "2", "3", "4", "5"}
     assert run([*command, *tolerance, "--plot", "steps.svg"]) in (0, 1)
     assert Path("steps.svg").read_text(encoding="utf-8").count("axes_") >= 5
 
@@ -152,7 +153,8 @@ def test_the_best_order_by_error_and_what_it_refuses(folder: Path, capsys: pytes
     assert run(
         ["assemble", "four-bar.toml", "--best", "error", "-s", 'assembly.steps=[["rocker"],["coupler"],["crank"]]']
     )
-    assert [line.split()[1] for line in capsys.readouterr().out.splitlines() if line.startswith("    1 ")] == ["crank"]
+    first = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("    1 "))
+    assert first.split()[1] == "crank"
     with pytest.raises(InputError, match="'forces' is not a criterion; did you mean 'force'"):
         jp.best_order(example("antenna-support"), "forces")
     bodies = [name for name in example("stewart-gough").bodies if "." not in name]

@@ -7,6 +7,7 @@ import copy
 import functools
 import itertools
 import math
+import re
 import tomllib
 from typing import Any
 
@@ -658,8 +659,10 @@ def test_a_rotation_of_nothing_is_nobodys_fault(tmp_path: Any, capsys: pytest.Ca
     path = tmp_path / "stage.toml"
     path.write_text(FLOATING.replace("clearance = { gap = 0.01, length = 40, width = 30, height = 30 }\n", ""))
     assert run(["error", str(path), "-q", "worst"]) == 0
-    rows = [line for line in capsys.readouterr().out.splitlines() if "67 %" in line]
+    said = capsys.readouterr().out
+    rows = [line for line in said.splitlines() if re.match(r" +\d .*67 %", line)]
     assert len(rows) == 3
+    assert "No rotation at any configuration." in said
     assert all(row.count("%") == 1 for row in rows)
 
 

@@ -38,6 +38,7 @@ LAYERS = (
     "mobility",
     "result",
     "verdict",
+    "conclusions",
     "store",
     "analyses",
     "spreadsheets",

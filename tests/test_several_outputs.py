@@ -374,5 +374,5 @@ def test_the_command_speaks_of_each_output(
     assert "'levr' is not one of the outputs; did you mean 'lever'?" in capsys.readouterr().err
     assert run(["solve", str(file), "-o", str(tmp_path / "m.csv")]) == 0
     rows = (tmp_path / "m.csv").read_text(encoding="utf-8").splitlines()
-    assert rows[0].startswith("output,configuration,")
-    assert len(rows) == 1 + 2 * 23
+    assert rows[0].startswith("variable,output,configuration,")
+    assert sum(row.startswith("status,") for row in rows) == 2 * 23

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 import jointplay as jp
 from answers import example
 from jointplay.cli import run
+from jointplay.conclusions import conclude
 from jointplay.result import from_dataset
 from jointplay.table import tables
 from jointplay.verdict import misses, percent, verdict
@@ -166,13 +167,19 @@ def test_several_outputs_have_verdicts_of_their_own() -> None:
 
 
 def test_the_tables_begin_with_the_verdict_and_mark_the_rows() -> None:
-    table = tables(from_dataset(jp.worst(jp.loads(FITS))))[0]
-    assert table.lead[0].startswith("Limit missed: y")
+    missed = from_dataset(jp.worst(jp.loads(FITS)))
+    table = tables(missed)[0]
+    sentences = conclude(missed).sentences
+    assert sentences[0].text.startswith("Limit missed: y")
+    assert [sentence.is_alarm for sentence in sentences[:3]] == [True] * 3
     marks = next(column for column in table.columns if column.name == "beyond limit")
     assert set(marks.cells) == {"y, angle, position"}
-    held = tables(from_dataset(jp.worst(jp.loads(FITS).with_({"joints.*.clearance.fit": "H7/g6"}))))[0]
-    assert held.lead[0].startswith("Limits hold: y")
-    assert "beyond limit" not in [column.name for column in held.columns]
+    assert marks.alarms == tuple(range(len(marks.cells)))
+    held = from_dataset(jp.worst(jp.loads(FITS).with_({"joints.*.clearance.fit": "H7/g6"})))
+    first = conclude(held).sentences[0]
+    assert first.text.startswith("Limits hold: y")
+    assert not first.is_alarm
+    assert "beyond limit" not in [column.name for column in tables(held)[0].columns]
 
 
 @pytest.mark.parametrize("question", ["worst", "loaded", "given"])

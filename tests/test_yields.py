@@ -12,8 +12,8 @@ import jointplay as jp
 from answers import example
 from jointplay import confidence
 from jointplay.analyses.nominal import nominal
+from jointplay.conclusions import conclude
 from jointplay.result import from_dataset
-from jointplay.table import tables
 from jointplay.table.notes import notes
 
 #: an arm of which one length alone scatters, normally
@@ -219,7 +219,7 @@ def test_yields_are_of_determinate_mechanisms_with_scattered_offsets() -> None:
 
 
 def test_the_table_of_a_scatter_begins_with_what_is_outside_and_never_says_nothing_for_sure() -> None:
-    table = tables(from_dataset(jp.random(example("four-bar-fits"), samples=5000)))[0]
-    assert table.lead[0].startswith("Required yield 99.73 %: met")
-    assert "none of the specimens; less than 738 ppm" in table.lead[1]
-    assert table.lead[2].startswith("Within the limits at all 6 configurations: 100 %")
+    said = [s.text for s in conclude(from_dataset(jp.random(example("four-bar-fits"), samples=5000))).sentences]
+    assert said[0].startswith("Required yield 99.73 %: met")
+    assert "none of the specimens; less than 738 ppm" in said[1]
+    assert said[2].startswith("Within the limits at all 6 configurations: 100 %")

@@ -34,6 +34,13 @@ def in_core(spec: Spec) -> _core.Mechanism:
     return _core.Mechanism(json.dumps(dict(spec), allow_nan=False))
 
 
+#: what users find in a mechanism; the rest is for the analyses
+PUBLIC = (
+    *("bodies", "drives", "joints", "load_cases", "outputs", "parameters", "raw", "sources", "units"),
+    *("only", "title", "value", "with_"),
+)
+
+
 class Mechanism(Compiled):
     """A mechanism of any graph, immutable. Read one with `load` or `loads`, change a copy with `with_`.
 
@@ -183,6 +190,9 @@ class Mechanism(Compiled):
         """The output and the load case that `only` has chosen."""
         output, load_case = self.of
         return (output or None if not self.outputs else None, load_case or None if not self.load_cases else None)
+
+    def __dir__(self) -> list[str]:
+        return sorted(PUBLIC)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a mechanism is immutable; with_() gives a copy with another {name}")

@@ -14,6 +14,8 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
+#: how messages call what `load` gives
+MECHANISM = "a Mechanism"
 LARGEST_FLOAT = int(np.finfo(float).max)
 
 P = ParamSpec("P")
@@ -74,7 +76,18 @@ def check(function: Callable[..., Any], name: str, value: object) -> None:
     kinds = _kinds(function, function.__annotations__[name])
     if not any(kind.fits(value) for kind in kinds):
         wanted = " or ".join(dict.fromkeys(kind.words for kind in kinds))
-        raise TypeError(f"{function.__qualname__}(): '{name}' is {wanted}, not {_described(value)}")
+        raise TypeError(
+            f"{function.__qualname__}(): '{name}' is {wanted}, not {_described(value)}{_advice(kinds, value)}"
+        )
+
+
+def _advice(kinds: Sequence[Kind], value: object) -> str:
+    """What to do where a file was given in place of its mechanism."""
+    if not isinstance(value, str | os.PathLike) or all(kind.words != MECHANISM for kind in kinds):
+        return ""
+    if isinstance(value, str) and "\n" in value:
+        return "; read the text first: jointplay.loads(text)"
+    return f"; read the file first: jointplay.load({os.fspath(value)!r})"
 
 
 def _described(value: object) -> str:

@@ -38,7 +38,7 @@ DIGITS = 4
 #: how a share was found where nothing else is said
 COUNTED = "counted"
 #: drives whose values are named beside the number of a configuration
-FEW = 3
+FEW = 2
 #: as many configurations are named one by one
 MOST = 8
 
@@ -55,11 +55,20 @@ class Verdict:
         For every configuration what it misses, ``""`` where it keeps to all limits.
     missed : bool
         Whether a limit is missed, or a required yield.
+    alarms : int
+        How many of the sentences, from the first, say what is missed.
+    used : float
+        Largest share of a limit that is used, more than one where it is missed; of `random` the share outside.
+    named : tuple of str
+        The quantities whose errors the sentences name.
     """
 
     sentences: tuple[str, ...] = ()
     marks: tuple[str, ...] = ()
     missed: bool = False
+    alarms: int = 0
+    used: float = 0.0
+    named: tuple[str, ...] = ()
 
 
 def add_limits(builder: Builder) -> None:
@@ -152,7 +161,9 @@ def _of_margins(result: Result) -> Verdict:
         sentences.append(f"{head}: {'; '.join(one.within() for one in held)}.")
     if unknown:
         sentences.append(f"Not known: whether limits hold at {_configurations(unknown)}.")
-    return Verdict(tuple(sentences), marks, bool(missed.any()))
+    used = max((1.0 + one.part for one in found), default=0.0)
+    named = tuple(one.name for one in found)
+    return Verdict(tuple(sentences), marks, bool(missed.any()), len(worse), used, named)
 
 
 def _of_shares(result: Result) -> Verdict:
@@ -190,7 +201,8 @@ def _of_shares(result: Result) -> Verdict:
         else:
             answer = "not shown, more specimens decide"
         sentences.insert(0, f"Required yield {percent(required)}: {answer}; {least} with 95 % confidence.")
-    return Verdict(tuple(sentences), tuple("yield" if bad else "" for bad in missed.tolist()), bool(missed.any()))
+    marks = tuple("yield" if bad else "" for bad in missed.tolist())
+    return Verdict(tuple(sentences), marks, bool(missed.any()), int(missed.any()), float(high[at]))
 
 
 def _of_path(result: Result) -> list[str]:
@@ -261,24 +273,26 @@ class _Extreme:
         size = f"{self.name} {self._shown(self.value)}, {self._shown(-self.margin)} {word} {self._shown(self.limit)}"
         total = len(self.result.get("margin"))
         often = f" (missed at {count} of {total} configurations)" if total > 1 else ""
-        return f"{size}, at {place(self.result, self.at)}{often}{self._cause()}"
+        return f"{size}, at {place(self.result, self.at)}{often}{self._cause('; to tighten first')}"
 
     def within(self) -> str:
         """How near it comes."""
         near = f"{self.name} {self._shown(self.value)} of {self._shown(self.limit)}"
-        return f"{near} at {place(self.result, self.at)}, margin {self._shown(max(self.margin, 0.0))}"
+        margin = f"margin {self._shown(max(self.margin, 0.0))}"
+        blamed = self._cause(", to blame") if self.value else ""
+        return f"{near} at {place(self.result, self.at)}, {margin}{blamed}"
 
     def _shown(self, value: float) -> str:
         return f"{value:.{DIGITS}g} {self.unit}".rstrip()
 
-    def _cause(self) -> str:
+    def _cause(self, head: str) -> str:
         found = cause(self.result, self.name, self.side, self.at)
         if found is None:
             return ""
         sources, share = found
         if sources == [LOAD]:
-            return f"; most of it is the deformation under the load, {100 * share:.0f} %"
-        return f"; to tighten first: {in_words(sources, share)}"
+            return f"{head[0]} most of it is the deformation under the load, {100 * share:.0f} %"
+        return f"{head}: {in_words(sources, share)}"
 
 
 def cause(result: Result, quantity: str, side: str, at: int) -> tuple[list[str], float] | None:

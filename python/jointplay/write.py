@@ -1,8 +1,6 @@
 """Results as files, by extension: `.nc` (NetCDF 4), `.zarr` (a folder), `.csv`, `.json`, `.parquet`, `.xlsx`.
 
-All but `.csv` hold everything. A CSV has one row per configuration (and per value of a sweep, per mechanism of a
-comparison) and one column per number, named after variable, labels and unit, such as ``worst_component.x.low [mm]``;
-it leaves out histograms. Parquet and Excel have one row per value, as `frame` gives it. The JSON is that of
+All hold every value. CSV, Parquet and Excel have one row per value, as `frame` gives it. The JSON is that of
 `xarray.Dataset.to_dict`, with null for what is not a number. A file appears when it is complete, or not at all.
 """
 
@@ -10,34 +8,34 @@ from __future__ import annotations
 
 import csv
 import io
-import itertools
 import json
+import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jointplay import files
-from jointplay.errors import InputError
-from jointplay.result import Result, Variable, from_dataset, to_dataset, unit_at
+from jointplay.errors import InputError, not_known
+from jointplay.result import Column, Result, Variable, from_dataset, rows, to_dataset
 from jointplay.spreadsheets import to_parquet, to_xlsx
 from jointplay.typed import typed
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: dimensions that make rows of a table, the rest makes columns
-ROWS = ("mechanism", "output", "load_case", "configuration", "step")
+#: what stands between the cells of a CSV, and before decimals
+DIALECTS = {"comma": (",", "."), "semicolon": (";", ",")}
+#: the extension of a table in text
+CSV = ".csv"
 #: the extension of what is a folder
 FOLDER = ".zarr"
-#: dimensions too long for columns
-LEFT_OUT = ("bin", "bin_edge")
 
 
 @typed
-def save(result: Result | xr.Dataset, path: str | os.PathLike[str]) -> None:
+def save(result: Result | xr.Dataset, path: str | os.PathLike[str], *, csv_dialect: str = "comma") -> None:
     """Write a result; the extension says how.
 
     Parameters
@@ -46,19 +44,36 @@ def save(result: Result | xr.Dataset, path: str | os.PathLike[str]) -> None:
         Of any question.
     path : path-like
         Ending in `.nc`, `.zarr`, `.csv`, `.json`, or, with the extra `tables`, `.parquet` or `.xlsx`. An existing
-        result is replaced.
+        result is replaced. Tables have one row for each value, like `frame`.
+    csv_dialect : {"comma", "semicolon"}, optional
+        Of a `.csv`: commas between the cells and decimal points, or semicolons and decimal commas, as office programs
+        expect it in countries that write decimals with a comma.
 
     Raises
     ------
     InputError
-        When the extension is another one, or the file cannot be written.
+        When the extension or the dialect is another one, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import jointplay as jp, pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "solved.csv")
+    ...     jp.save(jp.solve(jp.loads(jp.examples.text("four-bar"))), path, csv_dialect="semicolon")
+    ...     lines = path.read_text().splitlines()
+    >>> lines[0]
+    'variable;configuration;theta1;component;body;value;text;unit'
     """
     target = Path(path)
     check_path(target)
+    if csv_dialect not in DIALECTS:
+        raise InputError(not_known(csv_dialect, "a dialect", DIALECTS), key="csv_dialect")
     light = result if isinstance(result, Result) else from_dataset(result)
     kind = target.suffix.lower()
     if kind == FOLDER:
         files.put_folder(lambda new: _zarr(light, new), target)
+    elif kind == CSV:
+        files.put(to_csv(light, csv_dialect).encode(), target)
     else:
         files.put(WRITERS[kind](light), target)
 
@@ -85,7 +100,7 @@ def check_path(path: Path) -> None:
         When the extension is not known, or nothing can be written there: said before long work, not after it.
     """
     kind = path.suffix.lower()
-    if kind != FOLDER and kind not in WRITERS:
+    if kind not in (FOLDER, CSV, *WRITERS):
         known = ".nc, .zarr, .csv, .json, .parquet, .xlsx"
         what = f"'{kind}' is not an extension that can be written" if kind else "has no extension"
         raise InputError(f"{what}; known: {known}", file=os.fspath(path))
@@ -135,61 +150,43 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def _csv(result: Result) -> bytes:
-    return to_csv(result).encode()
+def to_csv(result: Result, dialect: str = "comma") -> str:
+    """The result as the text of a tidy table, in the columns of `frame`: one row for each value.
 
-
-def to_csv(result: Result) -> str:
-    """The result as the text of a table: one row per configuration, one column per number."""
-    sizes = result.sizes
-    swept = str(result.attrs.get("sweep", ""))
-    own = str(result.attrs.get("rows", ""))
-    rows = (own,) if own else tuple(dim for dim in (swept, *ROWS) if dim in sizes)
-    if not rows:
-        rows = tuple(dim for dim in ("joint", "source") if dim in sizes)[:1]
-    columns = [column for name, v in _tabled(result, rows) for column in _columns(result, name, v, rows)]
+    Parameters
+    ----------
+    result : Result
+    dialect : {"comma", "semicolon"}
+        Commas between the cells and decimal points, or semicolons and decimal commas.
+    """
+    between, point = DIALECTS[dialect]
+    found = rows(result)
+    columns = {name: _texts(column, point) for name, column in found.labels.items()}
+    columns["value"] = ["" if math.isnan(value) else _number(value, point) for value in found.value.tolist()]
+    columns |= {"text": _texts(found.text, point), "unit": _texts(found.unit, point)}
     stream = io.StringIO()
-    table = csv.writer(stream, lineterminator="\n")
-    table.writerow([header for header, _ in columns])
-    shape = tuple(sizes[dim] for dim in rows)
-    cells = [np.broadcast_to(values, shape).reshape(-1).tolist() for _, values in columns]
-    table.writerows(["" if _is_nan(cell) else cell for cell in row] for row in zip(*cells, strict=True))
+    table = csv.writer(stream, delimiter=between, lineterminator="\n")
+    table.writerow(columns)
+    table.writerows(zip(*columns.values(), strict=True))
     return stream.getvalue()
 
 
-def _is_nan(cell: object) -> bool:
-    return isinstance(cell, float) and cell != cell
+def _texts(column: Column, point: str) -> list[str]:
+    """The cells of a column of labels, empty where it has none."""
+    entries = column.entries.tolist()
+    texts = [_number(entry, point) if isinstance(entry, float) else str(entry) for entry in entries]
+    # The last one stands for -1, the number of no entry.
+    texts.append("")
+    return [texts[k] for k in column.rows.tolist()]
 
 
-def _tabled(result: Result, rows: tuple[str, ...]) -> Iterator[tuple[str, Variable]]:
-    """The variables that make columns: what says which row it is, then drive values, then all others."""
-    coords = {name: v for name, v in result.coords.items() if name in rows}
-    coords |= {name: v for name, v in result.coords.items() if name not in rows and set(v.dims) & set(rows)}
-    status = {name: v for name, v in result.data.items() if name.endswith("status")}
-    others = {name: v for name, v in result.data.items() if name not in status}
-    for name, variable in (coords | status | others).items():
-        if set(variable.dims) & set(rows) and not set(variable.dims) & set(LEFT_OUT):
-            yield name, variable
+def _number(value: float, point: str) -> str:
+    return f"{value!r}".replace(".", point)
 
 
-def _columns(result: Result, name: str, variable: Variable, rows: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
-    inner = [dim for dim in variable.dims if dim not in rows]
-    outer = [dim for dim in variable.dims if dim in rows]
-    order = [variable.dims.index(dim) for dim in (*inner, *sorted(outer, key=rows.index))]
-    values = variable.values.transpose(order)
-    shape = [values.shape[len(inner) + sorted(outer, key=rows.index).index(d)] if d in outer else 1 for d in rows]
-    for index in itertools.product(*(range(n) for n in values.shape[: len(inner)])):
-        labels = [
-            str(result.labels(dim)[i]) if dim in result.coords else str(i) for dim, i in zip(inner, index, strict=True)
-        ]
-        unit = unit_at(result, variable, dict(zip(inner, index, strict=True)))
-        yield ".".join([name, *labels]) + (f" [{unit}]" if unit else ""), values[index].reshape(shape)
-
-
-#: what makes the content of a file, by extension
+#: what makes the content of a file, by extension; a CSV has a dialect as well
 WRITERS: dict[str, Callable[[Result], bytes | memoryview]] = {
     ".nc": _netcdf,
-    ".csv": _csv,
     ".json": _json,
     ".parquet": to_parquet,
     ".xlsx": to_xlsx,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from contextlib import suppress
 
@@ -16,6 +17,9 @@ DONE, NOT_OK, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 def main() -> None:
     """Entry point: run the command and leave with its exit code."""
     open_all()
+    # Set by a shell that asks what could follow.
+    if "_JOINTPLAY_COMPLETE" in os.environ:
+        _complete()
     sys.exit(run(sys.argv[1:]))
 
 
@@ -76,6 +80,15 @@ def _run(arguments: list[str]) -> int:
         # The words of the validation library before its sentence are not for users.
         return _refuse(problem.format_message().replace("Value error, ", ""))  # type: ignore[attr-defined]
     return code if isinstance(code, int) else DONE
+
+
+def _complete() -> None:
+    """Tell a shell what could follow, and leave."""
+    from typer.main import get_command
+
+    from .commands import app
+
+    get_command(app).main(prog_name="jointplay")
 
 
 def _refuse(message: str) -> int:

@@ -49,7 +49,10 @@ def allocate(
     output: Output = None,
     plot: Plot = None,
 ) -> int:
-    """Find the cheapest sizes with which the limits of the file hold, from the costs in the file."""
+    """Find the cheapest sizes with which the limits hold.
+
+    Limits and costs are those in the file.
+    """
     from jointplay.analyses.allocate import compute
 
     m = answer.mechanism(file, settings, output_point)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,16 +13,18 @@ from jointplay.errors import one_line
 
 from . import DONE, INTERRUPTED, NOT_OK
 from .arguments import assignments, numbers, value
+from .printing import printed
 from .progress import bar
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.result import Result
+    from jointplay.table import Console
 
     from .options import Law, Sampling
 
-#: a table that is not read on a terminal may be as wide as it needs
-UNLIMITED = 400
+#: characters of a line that is not read on a terminal
+PLAIN = 80
 
 
 def mechanism(
@@ -122,15 +124,17 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
             break
     if interrupted:
         sys.stderr.write("interrupted; what is done:\n" if output is None else "interrupted; what is done is written\n")
-    if output is not None:
-        save(results, output)
-    else:
-        _show(results)
-        _explain(m, results)
-    if plot is not None:
-        from jointplay.plot import draw
+    try:
+        # Before anything is printed, which its reader may cut off.
+        if plot is not None:
+            from jointplay.plot import draw
 
-        draw(m, results, plot)
+            draw(m, results, plot)
+    finally:
+        if output is not None:
+            save(results, output)
+        else:
+            show(results, [*_explained(m, results)])
     if interrupted:
         return INTERRUPTED
     return DONE if all(_is_good(result) for result in results.values()) else NOT_OK
@@ -148,7 +152,7 @@ def save(results: Mapping[str, Result], output: Path) -> None:
     from jointplay.result import merge
     from jointplay.write import save
 
-    save(merge(results), output)
+    save(merge(results), output, csv_dialect=printed().csv_dialect)
 
 
 def _asked(name: str, ask: Callable[..., Result], m: Mechanism) -> Result:
@@ -158,39 +162,40 @@ def _asked(name: str, ask: Callable[..., Result], m: Mechanism) -> Result:
         return ask(m, progress=progress)
 
 
-def _show(results: Mapping[str, Result]) -> None:
-    from jointplay.table import tables
-
-    first = next(iter(results.values()))
-    show(
-        str(first.attrs["title"] or first.attrs["file"]),
-        [table for result in results.values() for table in tables(result)],
-    )
-
-
-def _explain(m: Mechanism, results: Mapping[str, Result]) -> None:
-    """Say what may be in another unit, and where a mechanism stays open that cannot be assembled."""
+def _explained(m: Mechanism, results: Mapping[str, Result]) -> Iterator[str]:
+    """What may be in another unit, and where a mechanism stays open that cannot be assembled."""
     from jointplay.analyses.hints import hints
 
-    for hint in hints(m):
-        sys.stdout.write(f"  Hint: {one_line(hint)}\n")
-    parts = results.values()
-    failed = any(r.get("status").ndim == 1 and (r.get("status") == "not_assembled").any() for r in parts)
-    if not failed or any("failure" in r.attrs for r in parts) or m.drive_values is None:
+    yield from (f"Hint: {hint}" for hint in hints(m))
+    every = results.values()
+    failed = any(r.get("status").ndim == 1 and (r.get("status") == "not_assembled").any() for r in every)
+    if not failed or any("failure" in r.attrs for r in every) or m.drive_values is None:
         return
     from jointplay.analyses.failure import failure
 
     found = failure(m)
-    for line in () if found is None else found.words:
-        sys.stdout.write(f"  {one_line(line)}\n")
+    yield from () if found is None else found.words
 
 
-def show(title: str, tables: Sequence[Any]) -> None:
-    """Print tables under a title."""
-    from jointplay.table import Console, show
+def show(results: Mapping[str, Result], remarks: Sequence[str] = ()) -> None:
+    """Print results: the answers first, then tables that fit."""
+    from jointplay.table import screen, show
 
-    wide = None if sys.stdout.isatty() or "COLUMNS" in os.environ else UNLIMITED
-    console = Console(width=wide, highlight=False)
-    console.print(one_line(title), markup=False, style="bold")
-    console.print()
-    show(tables, console)
+    first = next(iter(results.values()))
+    answers, tables = screen(results)
+    title = str(first.attrs["title"] or first.attrs["file"])
+    show(title, answers, tables, _console(), remarks=remarks, every=printed().every)
+
+
+def list_names(titles: Mapping[str, str], first: str) -> None:
+    """Print names with what they are, under a first sentence."""
+    from jointplay.table import show_names
+
+    show_names(first, titles, _console())
+
+
+def _console() -> Console:
+    """Where it is printed: as wide as the terminal, or as COLUMNS says; 80 characters where there is no terminal."""
+    from jointplay.table import Console
+
+    return Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else PLAIN, highlight=False)

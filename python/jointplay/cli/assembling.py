@@ -52,7 +52,10 @@ def assemble(
     output: Output = None,
     plot: Plot = None,
 ) -> int:
-    """Follow an assembly step by step: what each step is, how far off every joint is after it, whether it fits."""
+    """Follow an assembly: errors, forces, whether parts fit.
+
+    Says of every step what it is, how far off every joint is after it, and whether it fits.
+    """
     from jointplay.analyses.assemble import best_order, compute
 
     answer.check_paths(output, plot)

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from . import DONE, NOT_OK, allocating, answer, arguments, assembling, reporting
+from . import DONE, NOT_OK, allocating, answer, arguments, assembling, completing, reporting
+from .help import examples
 from .options import (
     Allowed,
     Compared,
     Contact,
     Correctable,
     File,
+    First,
     LoadCase,
     Mapped,
     Offset,
@@ -26,6 +28,7 @@ from .options import (
     Samples,
     Sampling,
     Scatter,
+    Second,
     Seed,
     Settings,
     Shares,
@@ -34,6 +37,7 @@ from .options import (
     Swept,
     Touching,
 )
+from .printing import prints
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
@@ -42,7 +46,6 @@ if TYPE_CHECKING:
 app = typer.Typer(
     name="jointplay",
     help="How far off is the output of a mechanism with joint clearance, and which joint is to blame?",
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -65,9 +68,14 @@ def root(
         raise typer.Exit
 
 
-@app.command()
+@app.command(epilog=examples("new"))
 def new(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Which example; lists them if left out.")] = None,
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NAME]", help="Which example; lists them if left out.", autocompletion=completing.examples
+        ),
+    ] = None,
     settings: Settings = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="PATH", help="Where to write it; NAME.toml if left out.")
@@ -77,15 +85,14 @@ def new(
     """Write a bundled example to start from, or list them."""
     import tomllib
 
-    from jointplay import examples
+    from jointplay import examples as bundled
     from jointplay.write import create
 
     if name is None:
-        width = max(map(len, examples.names()))
-        for example in examples.names():
-            typer.echo(f"{example:<{width}}  {examples.title(example)}")
+        titles = {example: bundled.title(example) for example in bundled.names()}
+        answer.list_names(titles, f"{len(titles)} examples; `jointplay new NAME` writes one as NAME.toml.")
         return DONE
-    text, reached = examples.changed_text(name, arguments.assignments(settings or (), "--set"))
+    text, reached = bundled.changed_text(name, arguments.assignments(settings or (), "--set"))
     answer.say(reached)
     path = output or Path(f"{name}.toml")
     create(text, path, replace=force)
@@ -93,9 +100,10 @@ def new(
     return DONE
 
 
-@app.command()
+@app.command(epilog=examples("check"))
+@prints()
 def check(file: File, settings: Settings = None, output: Output = None) -> int:
-    """Say what a mechanism is made of, how it can move, and whether it can be assembled."""
+    """Check parts, motion, and whether it can be assembled."""
     from jointplay.analyses.check import compute
 
     answer.check_paths(output)
@@ -104,23 +112,26 @@ def check(file: File, settings: Settings = None, output: Output = None) -> int:
     if output is not None:
         answer.save({"check": result}, output)
     else:
-        from jointplay.table import tables
-
-        answer.show(m.title or m.file, tables(result))
+        answer.show({"check": result})
     return DONE if result.attrs["assembled"] and result.attrs["decided"] else NOT_OK
 
 
-@app.command()
+@app.command(epilog=examples("solve"))
+@prints()
 def solve(
     file: File, output_point: Point = None, settings: Settings = None, output: Output = None, plot: Plot = None
 ) -> int:
-    """Solve the nominal mechanism: output, drives of a path, nearness to a singularity."""
+    """Solve the nominal mechanism along its path.
+
+    Says where the output is, which drives a path needs, and how near every configuration is to a singular one.
+    """
     from jointplay.analyses.solve import compute
 
     return answer.answer({"solve": compute}, answer.mechanism(file, settings, output_point), output, plot)
 
 
-@app.command()
+@app.command(epilog=examples("singularities"))
+@prints()
 def singularities(
     file: File,
     length: Annotated[
@@ -138,7 +149,10 @@ def singularities(
     settings: Settings = None,
     output: Output = None,
 ) -> int:
-    """Say how near to a singularity the mechanism is, of which kind, what moves there, and how far away it is."""
+    """Find how near to a singularity it is, and what moves there.
+
+    Says of which kind the nearest one is, and how far away along the path.
+    """
     from jointplay.analyses.singularities import compute
 
     counted = arguments.words(components)
@@ -149,12 +163,13 @@ def singularities(
     return answer.answer({"singularities": ask}, answer.mechanism(file, settings, output_point), output, None)
 
 
-@app.command()
+@app.command(epilog=examples("error"))
+@prints()
 def error(
     file: File,
     question: Annotated[
         list[Question] | None,
-        typer.Option("--question", "-q", help="Which question; if left out, all that the file allows."),
+        typer.Option("--question", "-q", help="Which question; if left out: loaded, worst and random."),
     ] = None,
     offset: Offset = None,
     samples: Samples = 131_072,
@@ -177,7 +192,7 @@ def error(
 
     loaded: where the load pushes it. worst: the largest error that the clearances and tolerances allow. random: how it
     scatters from specimen to specimen. given: the error for given offsets (--offset), else for those of the largest
-    position error.
+    position error; asked only where it is named, or with --offset.
 
     Exit code 1: some configuration is not ok, or a limit of the file is missed (by random only where
     limits.probability asks for a yield).
@@ -188,7 +203,7 @@ def error(
     put = answer.offsets(m, offset)
     asked = set(question or [Question.all])
     if Question.all in asked:
-        asked |= {Question.worst, Question.random, Question.given} | ({Question.loaded} if m.has_loads else set())
+        asked |= {Question.worst, Question.random} | ({Question.loaded} if m.has_loads else set())
     if put:
         asked.add(Question.given)
     found: dict[str, Result] = {}
@@ -222,7 +237,8 @@ def error(
     return answer.answer({which.value: ask for which, ask in asks.items() if which in asked}, m, output, plot)
 
 
-@app.command()
+@app.command(epilog=examples("compensate"))
+@prints()
 def compensate(
     file: File,
     question: Annotated[
@@ -246,7 +262,10 @@ def compensate(
     output: Output = None,
     plot: Plot = None,
 ) -> int:
-    """Correct the drives so that the output returns as near as possible to its nominal pose."""
+    """Correct the drives so that the output returns to its place.
+
+    It comes as near as possible to its nominal pose; what no drive can remove is left.
+    """
     from jointplay.analyses.compensate import compute
 
     m = answer.mechanism(file, settings, output_point, load_case)
@@ -261,7 +280,8 @@ def compensate(
     return answer.answer({"compensate": correct}, m, output, plot)
 
 
-@app.command()
+@app.command(epilog=examples("sweep"))
+@prints()
 def sweep(
     file: File,
     settings: Annotated[
@@ -271,6 +291,7 @@ def sweep(
             "-s",
             metavar="KEY=A:B:N",
             help="What is swept: KEY=from:to:count or KEY=1,2,5; KEY=VALUE only sets.",
+            autocompletion=completing.keys,
         ),
     ] = None,
     question: Annotated[Swept, typer.Option("--question", "-q", help="What is asked at every value.")] = Swept.worst,
@@ -285,7 +306,7 @@ def sweep(
     output: Output = None,
     plot: Plot = None,
 ) -> int:
-    """Compute the error for every value of a clearance size, or of anything else in the file."""
+    """Compute the error for every value of something in the file."""
     from jointplay.analyses.sweep import compute
 
     pairs = arguments.assignments(settings or (), "--set")
@@ -305,7 +326,8 @@ def sweep(
     return answer.answer({"sweep": ask}, m, output, plot)
 
 
-@app.command()
+@app.command(epilog=examples("allow"))
+@prints()
 def allow(
     file: File,
     question: Annotated[
@@ -334,7 +356,10 @@ def allow(
     output: Output = None,
     plot: Plot = None,
 ) -> int:
-    """Find the largest size of every source with which the limits of the file hold, and the fit to order."""
+    """Find how large every source may be, and the fits to order.
+
+    The limits of the file hold with the largest size of every source, as it is for itself.
+    """
     from jointplay.analyses.allow import compute, keeps
 
     options: dict[str, Any] = {}
@@ -356,7 +381,8 @@ def allow(
     return code if not found else DONE if keeps(found[0]) else NOT_OK
 
 
-@app.command("map")
+@app.command("map", epilog=examples("map"))
+@prints(csv=False)
 def map_(
     file: File,
     grid: Annotated[
@@ -406,7 +432,7 @@ def map_(
         typer.Option("--variable", metavar="NAME", help="What is drawn: position, rotation, or such as undetermined.x"),
     ] = None,
 ) -> int:
-    """Compute the error over a grid of drives or of positions of the output."""
+    """Compute the error over a grid of drives or of positions."""
     from . import mapping
 
     m = answer.mechanism(file, settings, output_point, load_case)
@@ -422,10 +448,11 @@ def map_(
     return mapping.answer(m, question.value, ranges, options, kept, plot, variable)
 
 
-@app.command()
+@app.command(epilog=examples("compare"))
+@prints()
 def compare(
-    first: Annotated[str, typer.Argument(metavar="A", help="Mechanism file that gives the path.", show_default=False)],
-    second: Annotated[str, typer.Argument(metavar="B", help="Mechanism file that follows it.", show_default=False)],
+    first: First,
+    second: Second,
     question: Annotated[Compared, typer.Option("--question", "-q", help="What both are asked.")] = Compared.worst,
     components: Annotated[
         str | None,
@@ -446,7 +473,10 @@ def compare(
     output: Output = None,
     plot: Plot = None,
 ) -> int:
-    """Compare two mechanisms on one path: the drives of B are solved so that its output follows that of A."""
+    """Compare two mechanisms on one path.
+
+    The drives of B are solved so that its output follows that of A.
+    """
     from jointplay.analyses.compare import compute
 
     a, b = (answer.mechanism(file, settings, output_point, load_case) for file in (first, second))
@@ -461,16 +491,19 @@ def compare(
     return answer.answer({"compare": ask}, a, output, plot)
 
 
-app.command()(assembling.assemble)
-app.command()(allocating.allocate)
-app.command()(reporting.report)
+app.command(epilog=examples("assemble"))(prints()(assembling.assemble))
+app.command(epilog=examples("allocate"))(prints()(allocating.allocate))
+app.command(epilog=examples("report"))(reporting.report)
 
 
-@app.command()
+@app.command(epilog=examples("schema"))
 def schema(
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="PATH", help="Write it there.")] = None,
 ) -> int:
-    """Print the JSON Schema of the mechanism file, with which editors complete and check it."""
+    """Print the JSON Schema of the file, for editors.
+
+    With it they complete and check mechanism files.
+    """
     import json
 
     from jointplay.schema import json_schema

@@ -91,10 +91,13 @@ def answer(
         sys.stderr.write("interrupted; what is done:\n")
         made, interrupted = stopped.partial, True
     if made is not None:
-        _show(made)
         code = DONE if (made.get("status") == "ok").all() else NOT_OK
-        if plot is not None:
-            _draw(made, plot, variable)
+        # Before anything is printed, which its reader may cut off.
+        try:
+            if plot is not None:
+                _draw(made, plot, variable)
+        finally:
+            show({"map": made})
         return INTERRUPTED if interrupted else code
     from jointplay.analyses.map import open_map
 
@@ -103,12 +106,6 @@ def answer(
         if plot is not None:
             _draw(dataset, plot, variable)
         return DONE if _all_ok(dataset) else NOT_OK
-
-
-def _show(result: Result) -> None:
-    from jointplay.table import tables
-
-    show(str(result.attrs["title"] or result.attrs["file"]), tables(result))
 
 
 def _draw(result: Result | xr.Dataset, path: Path, variable: str | None) -> None:

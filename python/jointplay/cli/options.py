@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from . import completing
+
 
 class Question(StrEnum):
     """What `error` can be asked."""
@@ -114,10 +116,34 @@ class Best(StrEnum):
     error = "error"
 
 
-File = Annotated[str, typer.Argument(metavar="FILE", help="Mechanism file (TOML).", show_default=False)]
+File = Annotated[
+    str,
+    typer.Argument(metavar="FILE", help="Mechanism file (TOML).", show_default=False, autocompletion=completing.files),
+]
+First = Annotated[
+    str,
+    typer.Argument(
+        metavar="A",
+        help="Mechanism file that gives the path.",
+        show_default=False,
+        autocompletion=completing.files,
+    ),
+]
+Second = Annotated[
+    str,
+    typer.Argument(
+        metavar="B", help="Mechanism file that follows it.", show_default=False, autocompletion=completing.files
+    ),
+]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", "-s", metavar="KEY=VALUE", help="Change a value of the file: joints.*.clearance.radial=0.2"),
+    typer.Option(
+        "--set",
+        "-s",
+        metavar="KEY=VALUE",
+        help="Change a value of the file: joints.*.clearance.radial=0.2",
+        autocompletion=completing.keys,
+    ),
 ]
 Point = Annotated[
     str | None,
@@ -132,13 +158,18 @@ Output = Annotated[
         "--output",
         "-o",
         metavar="PATH",
-        help="Write the result: .nc, .zarr, .csv (a row per configuration), .json, .parquet, .xlsx.",
+        help="Write the result: .nc, .zarr, .csv, .json, .parquet, .xlsx.",
     ),
 ]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="PATH", help="Draw the result: .png, .svg or .pdf.")]
 Offset = Annotated[
     list[str] | None,
-    typer.Option("--offset", metavar="NAME=VALUE", help="Given offset or deviation: J1=0.5,0 or J1.x=0.5 or l2=0.02"),
+    typer.Option(
+        "--offset",
+        metavar="NAME=VALUE",
+        help="Given offset or deviation: J1=0.5,0 or J1.x=0.5 or l2=0.02",
+        autocompletion=completing.offsets,
+    ),
 ]
 Samples = Annotated[
     int, typer.Option("--samples", metavar="N", help="Random specimens per configuration; best a power of two.")

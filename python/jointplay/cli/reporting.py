@@ -28,12 +28,10 @@ def report(
     load_case: LoadCase = None,
     settings: Settings = None,
 ) -> int:
-    """Write a page to hand on: verdict, drawing to play with, errors, who is to blame.
+    """Write a page to hand on: verdict, drawing, errors, blame.
 
     The page needs no network. A .pdf needs Chromium, Chrome or Edge. Exit code 1: some configuration is not ok, or a
     limit of the file is missed; the page is written.
-
-    Example: jointplay report four-bar.toml -o four-bar.html
     """
     from jointplay.reporting import check_path, write
 

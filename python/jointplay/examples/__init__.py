@@ -24,6 +24,8 @@ from .stewart_gough import StewartGough
 from .template import Template
 from .three_upu import ThreeUpu
 
+__all__ = ["names", "parameters", "text", "title"]
+
 _PLANAR = (
     *("four-bar", "p3r", "slider-crank", "slider-crank-cases", "five-bar", "3-rrr", "six-bar", "serial-2r"),
     *("excavator", "four-bar-fits", "press"),
@@ -136,6 +138,10 @@ def changed_text(name: str, settings: Mapping[str, str]) -> tuple[str, list[str]
     content = document.as_string()
     loads(content, file)  # a file that we write is a file that we read
     return content, reached
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 def _check(name: str) -> None:

@@ -39,3 +39,8 @@ __all__ = [
     "reactions",
     "sweep",
 ]
+
+
+def __dir__() -> list[str]:
+    # What --plot calls is not for users.
+    return sorted({*__all__} - {"check_path", "draw", "draw_map"})

@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jointplay import plot
+from jointplay.conclusions import conclude
 from jointplay.plot.sheet import sheet
 from jointplay.plot.style import STYLE
 from jointplay.result import Result, in_words, size, typical
@@ -80,7 +81,7 @@ def _verdict(chapter: Chapter) -> str:
     for question, words in WORDS.items():
         for heading, part in chapter.parts(question):
             found = verdict(part)
-            said = found.sentences or tuple(tables(part)[0].lead)
+            said = found.sentences or tuple(sentence.text for sentence in conclude(part).sentences)
             label = ", ".join(filter(None, (words, heading)))
             mark = '<strong class="missed">missed</strong>' if found.missed else ""
             if said:
@@ -204,7 +205,7 @@ def _reactions(chapter: Chapter) -> str:
 def _allowed(chapter: Chapter) -> str:
     result = chapter.results["allow"]
     found = tables(result)
-    lead = paragraphs([line for one in found for line in one.lead])
+    lead = paragraphs([sentence.text for sentence in conclude(result).sentences])
     words = "Sizes in the file beside the largest ones with which the limits hold in the worst case, each alone."
     return lead + picture(_sheet(chapter, "allow"), words) + folded("Table", "".join(map(table, found)))
 
@@ -220,7 +221,7 @@ def _compensation(chapter: Chapter) -> str:
 def _singularities(chapter: Chapter) -> str:
     result = chapter.results["singularities"]
     found = tables(result)
-    lead = paragraphs([line for one in found for line in one.lead])
+    lead = paragraphs([sentence.text for sentence in conclude(result).sentences])
     return lead + "".join(map(table, found))
 
 

@@ -1,8 +1,22 @@
 """Results as tables for reading."""
 
-from .assembly import VERDICTS
+from jointplay.conclusions import VERDICTS
+
 from .layout import Column, Table, decimals, numbers
 from .questions import tables
-from .render import Console, show
+from .render import Answer, Console, show, show_names
+from .screen import screen
 
-__all__ = ["VERDICTS", "Column", "Console", "Table", "decimals", "numbers", "show", "tables"]
+__all__ = [
+    "VERDICTS",
+    "Answer",
+    "Column",
+    "Console",
+    "Table",
+    "decimals",
+    "numbers",
+    "screen",
+    "show",
+    "show_names",
+    "tables",
+]

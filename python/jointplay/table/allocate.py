@@ -21,8 +21,8 @@ def overview(result: Result) -> list[Table]:
     """The tables of `allocate`."""
     title = TITLES[str(result.attrs["asked"])].format(100.0 * float(result.attrs.get("probability", 1.0)))
     if "size" not in result.data:
-        return [Table(title, tuple(_columns(result)), (), tuple(_answer(result)))]
-    found = [Table(title, tuple(_columns(result)), tuple(_notes(result)), tuple(_answer(result)))]
+        return [Table(title, tuple(_columns(result)))]
+    found = [Table(title, tuple(_columns(result)), tuple(_notes(result)))]
     found.append(Table("Limits", tuple(_limits(result)), tuple(_about_limits(result))))
     if "curve_cost" in result.data:
         columns = (
@@ -34,46 +34,9 @@ def overview(result: Result) -> list[Table]:
     return found
 
 
-def _answer(result: Result) -> Iterator[str]:
-    status = str(result.get("status"))
-    if "size" not in result.data:
-        which = result.attrs["without_pose"]
-        yield f"No sizes are found: configuration {which} is {status.replace('_', ' ')}."
-        return
-    used = result.get("used")
-    limit, configuration = np.unravel_index(int(used.argmax()), used.shape)
-    name, share = result.labels("limited")[limit], float(used[limit, configuration])
-    place = f"{name} at configuration {configuration}"
-    if status == "infeasible":
-        yield f"No sizes hold the limits: even the tightest ones use {_percent(share)} of {place}."
-        return
-    if status not in ("ok", "unfinished"):
-        yield f"No sizes are found: even with the tightest ones the mechanism is {status.replace('_', ' ')}."
-        return
-    cost, before = float(result.get("total_cost")), float(result.get("total_cost_before"))
-    now = f"; the sizes in the file cost {before:.5g}" if np.isfinite(before) else ""
-    yield f"The limits hold for a cost of {cost:.5g}{now}."
-    yield f"What binds is {place}: {_percent(share)} of the limit is used.{_direction(result)}"
-    if "cheapest" in result.attrs:
-        yield "All sources have their cheapest size; looser limits save nothing."
-    if status == "unfinished":
-        yield "The search reached its limit of steps: there may be cheaper sizes."
-
-
-def _direction(result: Result) -> str:
-    if "binding_direction" not in result.data:
-        return ""
-    parts = ", ".join(f"{value:.3g}" for value in result.get("binding_direction"))
-    return f" Direction: [{parts}]."
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.4g} %" if np.isfinite(share) else "more than all"
-
-
 def _columns(result: Result) -> Iterator[Column]:
     units = np.array(result.labels("source_unit"), dtype=str)
-    yield words("source", result.labels("source"))
+    yield words("source", result.labels("source"), is_key=True)
     yield Column("size is", "", tuple(result.labels("source_measure")), left=True, spare=3)
     yield words("unit", units.tolist())
     told = [name for name in ("size_before", "size") if name in result.data]
@@ -95,7 +58,7 @@ def _columns(result: Result) -> Iterator[Column]:
 def _limits(result: Result) -> Iterator[Column]:
     used = result.get("used")
     units = result.labels("limited_unit")
-    yield words("limit", result.labels("limited"))
+    yield words("limit", result.labels("limited"), is_key=True)
     yield words("unit", units)
     yield Column("value", "", tuple(f"{value:.6g}" for value in result.get("limit_value")))
     yield numbers("used", "%", 100.0 * used.max(axis=1))

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from jointplay.conclusions import MOST_NAMES, first_missed, share_of
 from jointplay.errors import listed
 from jointplay.result import Result
 
+from .fit import MOST_ROWS
 from .layout import DIGITS, NOTHING, Column, Table, decimals, fixed, numbers, words
 
 TITLES = {
@@ -23,18 +26,12 @@ MEANINGS = {
     "not_enough": "the limits are missed with a size of zero as well",
     "fixed": "its size cannot be changed here",
 }
-#: what misses its limit, in words
-QUANTITIES = {"position": "the position error", "rotation": "the rotation"}
-#: sources that bring as much to this share are named together
-ALIKE = 0.01
 #: relative rounding of a number
 NOISE = 1e-9
 #: how numbers are rounded so that they hold
 ROUNDED = {"allowed": math.floor, "slack": math.floor, "needed": math.ceil}
 #: measures that a fit can be ordered for
 ROUND = ("radial", "diametral")
-#: as many names stand in a sentence
-MOST_NAMES = 4
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Names = np.ndarray[tuple[int, ...], np.dtype[np.str_]]
@@ -43,13 +40,15 @@ Names = np.ndarray[tuple[int, ...], np.dtype[np.str_]]
 def overview(result: Result) -> list[Table]:
     """The table of `allow`."""
     asked = str(result.attrs["asked"])
-    title = TITLES[asked].format(_percent(float(result.attrs.get("probability", 1.0))))
-    return [Table(title, tuple(_columns(result)), tuple(_notes(result)), tuple(_answer(result)))]
+    title = TITLES[asked].format(share_of(float(result.attrs.get("probability", 1.0))))
+    # Where there are many, those that bring most are shown.
+    first = np.argsort(np.nan_to_num(result.get("used_without"), nan=np.inf), kind="stable")[:MOST_ROWS]
+    return [Table(title, tuple(_columns(result)), tuple(_notes(result)), rows=tuple(sorted(first.tolist())))]
 
 
 def _columns(result: Result) -> Iterator[Column]:
     units = np.array(result.labels("source_unit"), dtype=str)
-    yield words("source", result.labels("source"))
+    yield words("source", result.labels("source"), is_key=True)
     yield Column("size is", "", tuple(result.labels("source_measure")), left=True, spare=3)
     yield words("unit", units.tolist())
     told = ["size", "allowed", "slack"]
@@ -76,7 +75,8 @@ def _columns(result: Result) -> Iterator[Column]:
         yield words("fit", [fit or NOTHING for fit in result.get("fit").tolist()])
     yield words("first missed", [_where(result, k) for k in range(result.sizes["source"])])
     if any(one != "ok" for one in status):
-        yield words("status", [one.replace("_", " ") for one in status])
+        alarms = tuple(k for k, one in enumerate(status) if one == "not_enough")
+        yield replace(words("status", [one.replace("_", " ") for one in status]), alarms=alarms)
 
 
 def _by_unit(units: Names, columns: Mapping[str, Floats], digits: int = DIGITS) -> list[tuple[str, ...]]:
@@ -109,68 +109,7 @@ def _where(result: Result, k: int) -> str:
     """``position #10``: what misses its limit first, and at which configuration."""
     if result.get("status")[k] != "ok":
         return NOTHING
-    return _place(result, "binding", k)
-
-
-def _place(result: Result, what: str, k: int | None = None) -> str:
-    quantity, place = (result.get(f"{what}_{name}") for name in ("quantity", "configuration"))
-    quantity, place = (quantity, place) if k is None else (quantity[k], place[k])
-    text = f"{quantity} #{int(place)}"
-    for name in ("output", "load_case"):
-        if k is not None and f"{what}_{name}" in result.data and (label := result.get(f"{what}_{name}")[k]):
-            text += f" {label}"
-    return text
-
-
-def _answer(result: Result) -> Iterator[str]:
-    """The answer in sentences."""
-    used = float(result.get("used"))
-    quantity = str(result.get("used_quantity"))
-    place = int(result.get("used_configuration"))
-    if not np.isfinite(used):
-        what = f"configuration {place} cannot be assembled" if quantity == "assembly" else "a limit of zero is missed"
-        yield f"The limits are missed: {what}."
-    else:
-        hold = "hold" if used <= 1.0 else "are missed"
-        if "probability" in result.attrs:
-            allowed = 1.0 - float(result.attrs["probability"])
-            said = f"{_percent(used * allowed)} of the specimens are outside, {_percent(allowed)} may be"
-        else:
-            said = f"{QUANTITIES.get(quantity, quantity)} uses {_percent(used)} of its limit"
-        yield f"The limits {hold}: {said}, at configuration {place}."
-    yield _factor(result)
-    yield from _tighten(result, used)
-
-
-def _factor(result: Result) -> str:
-    status, factor = str(result.get("factor_status")), float(result.get("allowed_factor"))
-    if status == "not_enough":
-        return "All sizes together: the limits are missed however small they are made."
-    if status == "unlimited":
-        return f"All sizes together: the limits hold up to {factor:.4g} times the sizes; no larger factor was tried."
-    verb = "may be" if factor >= 1.0 else "have to be"
-    return f"All sizes together {verb} {_down(factor)} times as large; {_place(result, 'factor_binding')} is first."
-
-
-def _down(value: float) -> str:
-    """Four digits of a number, rounded down, so that what is said still holds."""
-    if not value > 0.0:
-        return "0"
-    places = 3 - int(np.floor(np.log10(value)))
-    return f"{np.floor(value * 10.0**places * (1.0 + 1e-12)) / 10.0**places:.4g}"
-
-
-def _tighten(result: Result, used: float) -> Iterator[str]:
-    """Which source brings most."""
-    without = result.get("used_without")
-    if not np.isfinite(without).any():
-        return
-    least = float(np.nanmin(without))
-    if not least < used * (1.0 - ALIKE):
-        return
-    best = [name for name, share in zip(result.labels("source"), without, strict=True) if share <= least + ALIKE * used]
-    names = " or ".join(best) if len(best) <= MOST_NAMES else f"one of {len(best)} sources, such as {best[0]},"
-    yield f"To tighten {names} brings most: without it {_percent(least)} would be used."
+    return first_missed(result, "binding", k)
 
 
 def _notes(result: Result) -> Iterator[str]:
@@ -204,7 +143,3 @@ def _notes(result: Result) -> Iterator[str]:
 def _some(names: Sequence[str]) -> str:
     more = len(names) - MOST_NAMES
     return listed(names) if more <= 0 else f"{', '.join(names[:MOST_NAMES])} and {more} more"
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.4g} %"

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
+from jointplay.conclusions import FITS, VERDICTS
 from jointplay.result import Result, split, typical, unit_of
 
 from .layout import NOTHING, Column, Table, fixed, numbers, sentence, words
@@ -14,18 +16,9 @@ KINDS = {
     "fixed": "fix the link",
     "connected": "connect the links",
     "closing": "close the loop",
-    "redundant": "insert a redundant link",
+    "redundant": "redundant link",
     "loose": "hang it on",
-    "redundant and loose": "insert a redundant link, hang it on",
-}
-VERDICTS = {
-    "ok": "fits",
-    "undetermined": "fits, with play",
-    "underconstrained": "fits, has to be held",
-    "strained": "fits under strain",
-    "not_assemblable": "does not fit",
-    "singular": "singular",
-    "not_assembled": "cannot be closed",
+    "redundant and loose": "redundant link, hang it on",
 }
 ENDS = ("shaft", "bearing")
 #: lengths below this many millimetres are given in microns
@@ -47,7 +40,7 @@ Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 def overview(result: Result) -> list[Table]:
     """The sequence, the links that are locked together, and where every joint is in the end."""
     if "kind" not in result.data:
-        steps = [Column("step", "", tuple(str(step) for step in result.labels("step")))]
+        steps = [Column("step", "", tuple(str(step) for step in result.labels("step")), is_key=True)]
         return [Table(_title(result), (*steps, words("add", result.get("members").tolist()), _verdict(result)))]
     tables = [SEQUENCES[str(result.attrs["assemble"])](result)]
     if "link" in result.coords:
@@ -68,7 +61,7 @@ def centres(result: Result, step: int) -> Table:
     names = [f"{name}_{end}" for name in ("error", "undetermined") for end in ENDS]
     values = {name: np.stack([result.get(name, step=step, component=c)[there] for c in lengths]) for name in names}
     scale, unit = _scale(unit_of(result, "position"), *values.values())
-    columns = [words("joint", joints[there].tolist())]
+    columns = [words("joint", joints[there].tolist(), is_key=True)]
     for end in ENDS:
         both = np.concatenate([values[f"error_{end}"], values[f"undetermined_{end}"]]) * scale
         cells = numbers("", unit, both.ravel(), _noise(result) * scale).cells
@@ -89,11 +82,11 @@ def _unit(result: Result) -> Table:
     error, half, where = _farthest(result, _sizes(result, "error"), _sizes(result, "undetermined"), output)
     scale, unit = _scale(unit_of(result, "position"), error, half)
     noise = _noise(result) * scale
-    columns = [*_what(result), numbers("largest\nerror", unit, error * scale, noise)]
+    columns = [*_what(result), _verdict(result), numbers("largest\nerror", unit, error * scale, noise)]
     if (half * scale > noise).any():
         columns.append(numbers("\n±", unit, half * scale, noise))
     columns += [words("of", where), *_forces(result, result.get("member_force")), *_factors(result, "clearance_factor")]
-    return Table(_title(result), (*columns, _verdict(result)), (*_notes(result),))
+    return Table(_title(result), tuple(columns), (*_notes(result),))
 
 
 def _worst(result: Result) -> Table:
@@ -103,12 +96,13 @@ def _worst(result: Result) -> Table:
     scale, unit = _scale(result.data["worst_shaft"].units, error)
     columns = [
         *_what(result),
+        _verdict(result),
         numbers("largest\nerror", unit, error * scale, _noise(result) * scale),
         words("of", where),
     ]
     columns += [*_forces(result, result.get("worst_force")), *_factors(result, "worst_clearance_factor")]
     note = "Largest over all clearances and tolerances."
-    return Table(_title(result), (*columns, _verdict(result)), (note, *_notes(result)))
+    return Table(_title(result), tuple(columns), (note, *_notes(result)))
 
 
 def _random(result: Result) -> Table:
@@ -136,14 +130,16 @@ def _title(result: Result) -> str:
 
 def _what(result: Result) -> list[Column]:
     return [
-        Column("step", "", tuple(str(step) for step in result.labels("step"))),
+        Column("step", "", tuple(str(step) for step in result.labels("step")), is_key=True),
         words("add", [str(cell) for cell in result.get("links").tolist()]),
         words("and", [KINDS.get(kind, kind) for kind in result.get("kind").tolist()]),
     ]
 
 
 def _verdict(result: Result) -> Column:
-    return words("verdict", [VERDICTS[status] for status in result.get("status").tolist()])
+    outcomes = result.get("status").tolist()
+    alarms = tuple(k for k, outcome in enumerate(outcomes) if outcome not in FITS)
+    return replace(words("verdict", [VERDICTS[outcome] for outcome in outcomes]), alarms=alarms)
 
 
 def _sizes(result: Result, name: str) -> Floats:
@@ -198,7 +194,7 @@ def _carried(result: Result) -> list[Table]:
         return []
     unit, steps = result.data["member_force"].units, result.labels("step")
     cells = numbers("", unit, forces[:, carry].ravel(), NO_FORCE).cells
-    columns = [words("member", [result.labels("member")[k] for k in carry])]
+    columns = [words("member", [result.labels("member")[k] for k in carry], is_key=True)]
     for k, step in enumerate(steps):
         columns.append(Column(f"step {step}", unit, cells[k * len(carry) : (k + 1) * len(carry)]))
     return [Table("Forces along the members, tension positive", tuple(columns))]
@@ -222,7 +218,7 @@ def _links(result: Result) -> Table:
     note = (
         "Actual: with the known deviations, clearances in their middle; shortest and longest: over all that can be off."
     )
-    return Table("Members locked into one link", (words("link", result.labels("link")), *columns), (note,))
+    return Table("Members locked into one link", (words("link", result.labels("link"), is_key=True), *columns), (note,))
 
 
 def _deviations(result: Result) -> list[int]:
@@ -242,7 +238,7 @@ def _adjustment(result: Result) -> Table:
     cells = numbers("", "", slopes[:, order].ravel(), NO_SLOPE * float(np.nanmax(np.abs(slopes), initial=0.0))).cells
     names, units = (result.coords[f"parameter_{key}"].values.tolist() for key in ("source", "unit"))
     columns = [
-        words("deviation", [names[rows[k]] for k in order]),
+        words("deviation", [names[rows[k]] for k in order], is_key=True),
         words("per", [units[rows[k]] for k in order]),
         *(
             Column(f"moves\n{c}", unit_of(result, "position"), cells[i * len(rows) : (i + 1) * len(rows)])

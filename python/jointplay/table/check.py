@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from jointplay.compile import LENGTHS
+from jointplay.conclusions import owners, plural
 from jointplay.result import Result
 
-from .layout import Column, Table, fixed, owners, words
+from .layout import Column, Table, fixed, in_one_unit, words
 
 WORDS = {"pin_in_slot": "pin in slot"}
 #: what is listed by name where the file has several
@@ -38,19 +39,15 @@ def _joints(result: Result) -> Table:
     names_of_drives = result.labels("drive") if driven else []
     drives = {joint: drive for many, drive in zip(driven, names_of_drives, strict=True) for joint in many.split(", ")}
     columns = [
-        words("joint", names),
+        words("joint", names, is_key=True),
         words("type", [WORDS.get(kind, kind) for kind in kinds.tolist()]),
         words("carried by", first.tolist()),
         words("rides on it", second.tolist()),
     ]
     if drives:
         columns.append(words("driven by", [drives.get(name, "") for name in names]))
-    title = f"{_count(len(_bodies(result)), 'body', 'bodies')}, {_count(len(names), 'joint', 'joints')}"
+    title = f"{plural(len(_bodies(result)), 'body', 'bodies')}, {plural(len(names), 'joint', 'joints')}"
     return Table(title, tuple(columns))
-
-
-def _count(number: int, one: str, more: str) -> str:
-    return f"{number} {one if number == 1 else more}"
 
 
 def _bodies(result: Result) -> list[int]:
@@ -63,22 +60,22 @@ def _members(result: Result) -> Table:
     stiffness, length = result.get("member_stiffness"), result.get("member_length")
     axially = tuple("rigid" if value == float("inf") else f"{value:.6g}" for value in stiffness.tolist())
     columns = (
-        words("member", result.labels("member")),
+        words("member", result.labels("member"), is_key=True),
         Column("length", result.unit("member_length"), tuple(f"{value:.4g}" for value in length.tolist())),
         Column("stiffness along it", result.unit("member_stiffness"), axially),
     )
-    return Table(_count(len(stiffness), "elastic member", "elastic members"), columns)
+    return Table(plural(len(stiffness), "elastic member", "elastic members"), columns)
 
 
 def _springs(result: Result) -> Table:
     names = result.labels("spring")
+    stiffness = tuple(f"{value:.6g}" for value in result.get("spring_stiffness").tolist())
     columns = (
-        words("spring", names),
+        words("spring", names, is_key=True),
         words("on", result.get("spring_on").tolist()),
-        Column("stiffness", "", tuple(f"{value:.6g}" for value in result.get("spring_stiffness").tolist())),
-        words("unit", result.coords["spring_unit"].values.tolist()),
+        *in_one_unit([Column("stiffness", "", stiffness)], result.coords["spring_unit"].values.tolist()),
     )
-    return Table(_count(len(names), "spring", "springs"), columns)
+    return Table(plural(len(names), "spring", "springs"), columns)
 
 
 def _sources(result: Result) -> Table:
@@ -86,26 +83,25 @@ def _sources(result: Result) -> Table:
     sizes = tuple(f"{value:.4g}" for value in result.get("size").tolist())
     units = result.coords["source_unit"].values.tolist()
     columns = (
-        words("source", names),
+        words("source", names, is_key=True),
         words("kind", result.coords["source_kind"].values.tolist()),
-        Column("up to", "", sizes),
-        words("unit", units),
+        *in_one_unit([Column("up to", "", sizes)], units),
     )
-    return Table(_count(len(names), "source of error", "sources of error"), columns)
+    return Table(plural(len(names), "source of error", "sources of error"), columns)
 
 
 def _plays(result: Result) -> Table:
     """The clearances whose size scatters, with the travel of the pin from side to side."""
     names, play = result.labels("clearance"), result.get("play")
     columns = (
-        words("clearance", names),
+        words("clearance", names, is_key=True),
         words("given as", result.get("play_given").tolist()),
         Column("play, from", result.unit("play"), tuple(f"{value:.4g}" for value in play[:, 0].tolist())),
         Column("to", result.unit("play"), tuple(f"{value:.4g}" for value in play[:, 1].tolist())),
     )
     tight = [name for name, value in zip(names, play[:, 0].tolist(), strict=True) if value < 0.0]
     notes = (f"Pairs with interference have no play: {', '.join(tight)}.",) if tight else ()
-    count = _count(len(names), "clearance whose size scatters", "clearances whose sizes scatter")
+    count = plural(len(names), "clearance whose size scatters", "clearances whose sizes scatter")
     return Table(f"{count}: travel from side to side", columns, notes)
 
 
@@ -113,27 +109,16 @@ def _mobility(result: Result) -> Table:
     frame = result.labels("component")
     guess = result.get("guess")
     rows = _bodies(result)
-    columns = [words("body", [result.labels("body")[k] for k in rows])]
+    columns = [words("body", [result.labels("body")[k] for k in rows], is_key=True)]
     for k, name in enumerate(frame):
         places = 3 if name in LENGTHS else 2
         unit = result.unit("guess", component=name)
         columns.append(Column(name, unit, tuple(fixed(float(v), places) for v in guess[rows, k])))
-    assembled = "It can be assembled near its start."
-    if not result.attrs["assembled"]:
-        why = "it cannot be assembled near its start" if "failure" not in result.attrs else "it cannot be assembled"
-        misfit = str(result.attrs.get("misfit", why))
-        assembled = f"{misfit[0].upper()}{misfit[1:]}."
-    words_ = str(result.attrs["mobility"])
-    count = int(result.attrs["configurations"])
     notes = (
-        f"{words_[0].upper()}{words_[1:]}.",
         *_stresses(result),
         *_spins(result),
-        assembled,
         *str(result.attrs.get("failure", "")).splitlines(),
         *(f"Hint: {hint}" for hint in str(result.attrs.get("hints", "")).splitlines()),
-        _count(count, "configuration", "configurations") + ".",
-        *(f"Limit: {limit}." for limit in str(result.attrs.get("limits", "")).splitlines()),
         *(f"{words_}: {result.attrs[name]}." for name, words_ in SEVERAL.items() if name in result.attrs),
     )
     return Table("Start, from which it is assembled", tuple(columns), notes)

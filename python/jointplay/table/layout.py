@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from jointplay.conclusions import Sentence
 from jointplay.errors import one_line
-from jointplay.result import Result
 
 #: significant digits of the largest number of a column
 DIGITS = 4
@@ -35,6 +35,12 @@ class Column:
         Text, aligned to the left.
     spare : int
         How readily it is left out where there is no room for all columns; 0: never.
+    is_key : bool
+        Whether it says which row it is.
+    alarms : tuple of int
+        Rows whose cell says that something is not ok.
+    legend : str
+        What one must know to read it.
     """
 
     name: str
@@ -42,6 +48,9 @@ class Column:
     cells: tuple[str, ...]
     left: bool = False
     spare: int = 0
+    is_key: bool = False
+    alarms: tuple[int, ...] = ()
+    legend: str = ""
 
     def __post_init__(self) -> None:
         # Names come from files; the class is frozen.
@@ -59,26 +68,28 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table with what it is, what follows from it, and what one must know to read it."""
+    """A table with what it is, what follows from it, and what one must know to read it.
+
+    Attributes
+    ----------
+    title : str
+    columns : tuple of Column
+    notes : tuple of str
+        Below the columns.
+    lead : tuple of Sentence
+        The answer, above the columns.
+    rows : tuple of int, optional
+        The rows to show where there are too many for a screen; the first ones if left out.
+    """
 
     title: str
     columns: tuple[Column, ...]
     notes: tuple[str, ...] = field(default=())
-    #: the answer in sentences, above the columns
-    lead: tuple[str, ...] = field(default=())
+    lead: tuple[Sentence, ...] = field(default=())
+    rows: tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:
-        notes, lead = (tuple(map(one_line, lines)) for lines in (self.notes, self.lead))
-        vars(self).update(title=one_line(self.title), notes=notes, lead=lead)
-
-    def fitted(self, width: int, gap: int) -> tuple[Column, ...]:
-        """The columns that fit into a width, the most needed ones."""
-        kept = self.columns
-        for spare in sorted({column.spare for column in kept if column.spare}, reverse=True):
-            if sum(column.width + gap for column in kept) <= width:
-                break
-            kept = tuple(column for column in kept if column.spare != spare)
-        return kept
+        vars(self).update(title=one_line(self.title), notes=tuple(map(one_line, self.notes)))
 
 
 def decimals(values: Sequence[float] | np.ndarray[Any, Any], digits: int = DIGITS) -> int:
@@ -97,11 +108,6 @@ def decimals(values: Sequence[float] | np.ndarray[Any, Any], digits: int = DIGIT
     if largest == 0.0:
         return 0
     return min(MOST_DECIMALS, max(0, digits - 1 - math.floor(math.log10(largest))))
-
-
-def owners(result: Result) -> list[str]:
-    """For every body the one of the file: pieces of an elastic one are called as it is."""
-    return result.labels("owner" if "owner" in result.coords else "body")
 
 
 def sentence(text: str) -> str:
@@ -137,6 +143,25 @@ def commands(name: str, unit: str, values: Any) -> Column:
     return Column(name, unit, tuple(fixed(float(v), min(most, needed)) for v in array))
 
 
-def words(name: str, cells: Sequence[str]) -> Column:
+def words(name: str, cells: Sequence[str], *, is_key: bool = False) -> Column:
     """A column of text."""
-    return Column(name, "", tuple(cells), left=True)
+    return Column(name, "", tuple(cells), left=True, is_key=is_key)
+
+
+def statuses(name: str, status: Sequence[str]) -> Column:
+    """A column of outcomes; what is not ok stands out."""
+    alarms = tuple(k for k, outcome in enumerate(status) if outcome != "ok")
+    return replace(words(name, [outcome.replace("_", " ") for outcome in status]), alarms=alarms)
+
+
+def missed(name: str, marks: Sequence[str]) -> Column:
+    """A column of what is beyond a limit, which stands out."""
+    alarms = tuple(k for k, mark in enumerate(marks) if mark)
+    return replace(words(name, [mark or NOTHING for mark in marks]), alarms=alarms)
+
+
+def in_one_unit(columns: Sequence[Column], units: Sequence[str]) -> list[Column]:
+    """Columns of one unit have it in their heading; of several ones there is a column of units in front of them."""
+    if len(set(units)) == 1:
+        return [replace(column, unit=units[0]) for column in columns]
+    return [words("unit", units), *columns]

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.result import Result, parts_by_cause, quantities, quantity, split
+from jointplay.conclusions import READABLE, shares_over_nodes
+from jointplay.result import Result, quantities, quantity
 
 from .layout import NOTHING, Column, Table, commands, numbers, sentence, words
 from .notes import sizes_taken
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
-#: statuses whose numbers count
-TRUSTED = ("ok", "undetermined", "strained")
 SHARES = (0.5, 0.9, 0.99)
 #: sources that are listed
 MOST_SOURCES = 12
@@ -22,7 +21,7 @@ def overview(result: Result) -> list[Table]:
     """The tables of a map."""
     axes = str(result.attrs["grid"]).split(", ")
     tables = [_outcomes(result, axes)]
-    good = np.isin(result.get("status"), TRUSTED)
+    good = np.isin(result.get("status"), READABLE)
     if good.any():
         tables.append(_sizes(result, axes, good))
         if "contribution" in result.data:
@@ -37,7 +36,7 @@ def _outcomes(result: Result, axes: list[str]) -> Table:
     names = [str(found[k]).replace("_", " ") or "not computed" for k in order]
     shares = tuple(f"{100 * counts[k] / status.size:.1f}" for k in order)
     columns = (
-        words("status", names),
+        words("status", names, is_key=True),
         Column("nodes", "", tuple(str(counts[k]) for k in order)),
         Column("share", "%", shares),
     )
@@ -49,7 +48,7 @@ def _outcomes(result: Result, axes: list[str]) -> Table:
         outside = int((~result.get("within_limits") & (status != "not_assembled")).sum())
         notes.append(f"{outside} nodes that can be reached are outside the ranges of [limits].")
     if "limit_met" in result.data:
-        beyond = ~result.get("limit_met").astype(bool) & np.isin(status, TRUSTED)[..., None]
+        beyond = ~result.get("limit_met").astype(bool) & np.isin(status, READABLE)[..., None]
         for name, count in zip(
             result.labels("quantity"), beyond.reshape(-1, beyond.shape[-1]).sum(axis=0), strict=True
         ):
@@ -71,7 +70,7 @@ def _sizes(result: Result, axes: list[str], good: Nodes) -> Table:
         quantiles = np.abs(np.quantile(bad[good], SHARES))
         rows.append((variable, quantiles, np.unravel_index(np.argmax(bad), bad.shape)))
     columns = [
-        words("quantity", [v.long_name for v, _, _ in rows]),
+        words("quantity", [v.long_name for v, _, _ in rows], is_key=True),
         words("unit", [v.units or NOTHING for v, _, _ in rows]),
     ]
     for k, share in enumerate(SHARES):
@@ -93,27 +92,12 @@ def _mixed(header: str, values: list[float]) -> Column:
 
 def _shares(result: Result, good: Nodes) -> Table:
     """Shares of the sources in the error of all nodes together, which counts a node by the size of its error."""
-    causes, found = _parts(result, good)
+    causes, found = shares_over_nodes(result, good)
     shares = {which: parts / parts.sum() for which, parts in found.items() if parts.sum() > 0.0}
     order = np.argsort(-next(iter(shares.values()), np.zeros(len(causes))), kind="stable")[:MOST_SOURCES]
-    columns = [words("source", [causes[k] for k in order])]
+    columns = [words("source", [causes[k] for k in order], is_key=True)]
     for which, share in shares.items():
         columns.append(Column(which, "%", tuple(f"{100 * share[k]:.1f}" for k in order)))
     more = len(causes) - len(order)
     notes = (f"{more} more sources have smaller shares.",) if more else ()
     return Table("To blame, over all nodes", tuple(columns), notes)
-
-
-def _parts(result: Result, good: Nodes) -> tuple[tuple[str, ...], dict[str, Floats]]:
-    """The causes, and what each adds to the first-order error, summed over the nodes: (cause)."""
-    if "extreme" in result.data["contribution"].dims:
-        extremes = {which: result.get("contribution", extreme=which)[good] for which in ("position", "rotation")}
-        return tuple(result.labels("source")), {which: parts.sum(axis=0) for which, parts in extremes.items()}
-    causes, values = parts_by_cause(result)
-    values = values[good]
-    # Of an error, its part along the whole: the squares add up. A variance adds up as it is.
-    along = values if result.attrs["question"] == "random" else values * values.sum(axis=1, keepdims=True)
-    components = result.labels("component")
-    moves = np.isin(components, split(components)[0])
-    sums = along.sum(axis=0)
-    return causes, {"position": sums[:, moves].sum(axis=1), "rotation": sums[:, ~moves].sum(axis=1)}

@@ -7,18 +7,18 @@ from collections.abc import Iterable
 import numpy as np
 
 from jointplay.compile import LENGTHS
+from jointplay.conclusions import owners, rounding, which
 from jointplay.result import Result, size, unit_of
-from jointplay.verdict import limits_in_words
 
 from .indices import notes as of_indices
-from .layout import owners, sentence
+from .layout import sentence
 from .singularities import remarks
 
 OUTCOMES = {
     "not_assembled": "the links cannot reach the commanded pose",
     "singular": "near a singularity: bodies can move although the drives are held, and the error is not reliable",
     "underconstrained": "something can move although the drives are held",
-    "undetermined": "a joint carries no force, so that the load does not determine its offset",
+    "undetermined": "no force pushes some joint to one side; `jointplay error -q loaded` names it",
     "strained": "it can only be assembled with strained members",
     "not_assemblable": "the clearances cannot absorb the deviations",
 }
@@ -26,8 +26,8 @@ OUTCOMES = {
 COUNTED = ("ok", "undetermined", "strained")
 #: parts of a motion below this share of its largest part do not take part in it
 TAKES_PART = 0.01
-#: as many configurations are named one by one
-FEW = 8
+#: as many joints are named one by one
+FEW = 6
 
 
 def notes(result: Result) -> tuple[str, ...]:
@@ -45,10 +45,11 @@ def _notes(result: Result) -> Iterable[str]:
         bad = status == outcome
         if not bad.any():
             continue
-        which = (
-            _which(np.flatnonzero(bad).tolist()) if bad.ndim == 1 else f"{int(bad.sum())} of {bad.size} configurations"
+        where = (
+            which(np.flatnonzero(bad).tolist()) if bad.ndim == 1 else f"{int(bad.sum())} of {bad.size} configurations"
         )
-        yield f"{which}: {outcome.replace('_', ' ')}: {meaning}{_motion(result, outcome, bad)}."
+        words = _unpressed(result, bad) or f"{meaning}{_motion(result, outcome, bad)}"
+        yield f"{where}: {outcome.replace('_', ' ')}: {words}."
     yield from str(result.attrs.get("failure", "")).splitlines()
     question = result.attrs.get("question")
     if question == "random" and status.ndim == 1:
@@ -61,8 +62,8 @@ def _notes(result: Result) -> Iterable[str]:
     elif question == "given" and status.ndim == 1:
         yield from _outside(result)
     if question == "worst" and "unsettled" in result.data and result.get("unsettled").any():
-        which = _which(np.flatnonzero(result.get("unsettled")).tolist()) if status.ndim == 1 else "Some configurations"
-        yield f"{which}: the search reached its limit of steps; the largest errors found are shown."
+        where = which(np.flatnonzero(result.get("unsettled")).tolist()) if status.ndim == 1 else "Some configurations"
+        yield f"{where}: the search reached its limit of steps; the largest errors found are shown."
     if question == "worst" and "some_without_play" in result.attrs:
         tight = result.attrs["some_without_play"]
         yield f"{tight}: the largest play counts; some or all pairs have interference, and no play."
@@ -73,6 +74,8 @@ def _notes(result: Result) -> Iterable[str]:
         )
     if question in ("loaded", "given") and "offsets_of" not in result.attrs:
         yield from sizes_taken(result, "; --sizes takes the largest or the smallest play")
+    if question == "loaded" and "undetermined" in result.data and status.ndim == 1:
+        yield from _left_open(result)
     if question == "compensate":
         yield from _correction(result)
     if question == "solve" and (status == "singular").any():
@@ -80,7 +83,7 @@ def _notes(result: Result) -> Iterable[str]:
     if question == "singularities":
         yield from remarks(result)
     if "within_limits" in result.data and not result.get("within_limits").all():
-        yield f"{_which(np.flatnonzero(~result.get('within_limits')).tolist())}: outside the ranges of [limits]."
+        yield f"{which(np.flatnonzero(~result.get('within_limits')).tolist())}: outside the ranges of [limits]."
     if "mismatch" in result.data and "mechanism" in result.sizes:
         yield from _mismatch(result)
 
@@ -93,10 +96,33 @@ def sizes_taken(result: Result, other: str = "") -> Iterable[str]:
         yield f"Sizes of clearances: {middle if which == 'middle' else f'those of the {which} play'}."
 
 
-def _which(places: list[int]) -> str:
-    if len(places) > FEW:
-        return f"{len(places)} configurations (the first is {places[0]})"
-    return f"Configuration{'s' * (len(places) > 1)} {', '.join(map(str, places))}"
+def _unpressed(result: Result, bad: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> str:
+    """The joints that no force pushes to one side, where the load leaves the output open."""
+    if not (result.get("status")[bad] == "undetermined").all() or "undetermined_contribution" not in result.data:
+        return ""
+    if bad.ndim > 1:
+        return ""
+    parts = result.get("undetermined_contribution")[bad].max(axis=0)
+    least = [rounding(result, unit) for unit in result.coords["component_unit"].values.tolist()]
+    names = [name for name, row in zip(result.labels("source"), parts, strict=True) if (row > least).any()]
+    if not names:
+        return ""
+    listed = ", ".join(names) if len(names) <= FEW else f"{', '.join(names[: FEW - 1])} and {len(names) - FEW + 1} more"
+    return f"no force pushes {listed} to one side, so that the load does not determine the offset there"
+
+
+def _left_open(result: Result) -> Iterable[str]:
+    """How far the load leaves the output open."""
+    half = result.get("undetermined")
+    parts = []
+    for k, name in enumerate(result.labels("component")):
+        unit = result.unit("undetermined", component=name)
+        largest = float(np.nanmax(half[:, k], initial=0.0))
+        if largest > rounding(result, unit):
+            parts.append(f"{name} ±{largest:.4g} {unit}")
+    if parts:
+        at_most = " at most" if len(half) > 1 else ""
+        yield f"The load leaves open{at_most}: {', '.join(parts)}; -o writes all of it (`undetermined`)."
 
 
 def _motion(result: Result, outcome: str, bad: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> str:
@@ -129,12 +155,12 @@ def _samples(result: Result) -> Iterable[str]:
     how = "" if law == "as in the file" else f", clearances {law}"
     if result.attrs.get("contact") == "loaded":
         how = ", clearances where the load pushes them"
-    yield f"{samples} specimens per configuration, seed {result.attrs['seed']}{how}; std: standard deviation."
-    if np.isfinite(result.get("limit")).any():
-        limits = limits_in_words(result)
-        yield f"Outside: share of the specimens beyond {limits}, or without a pose. Cpk: the least of them."
-        if not {"yield_path", "contact", "incomplete"} & {*result.data, *result.attrs}:
-            yield "Yields over all configurations are of determinate mechanisms only, and left out here."
+    yield f"{samples} specimens per configuration, seed {result.attrs['seed']}{how}."
+    if np.isfinite(result.get("limit")).any() and not {"yield_path", "contact", "incomplete"} & {
+        *result.data,
+        *result.attrs,
+    }:
+        yield "Yields over all configurations are of determinate mechanisms only, and left out here."
     assembled = result.get("status") != "not_assembled"
     for outcome in result.labels("outcome"):
         counts = result.get("failures", outcome=outcome)[assembled]
@@ -184,7 +210,7 @@ def _correction(result: Result) -> Iterable[str]:
         yield f"Held by the range in the file: {', '.join(limited)}."
     unsettled = ~result.get("settled") & np.isfinite(result.get("residual_position"))
     if unsettled.any():
-        places = _which(np.flatnonzero(unsettled).tolist())
+        places = which(np.flatnonzero(unsettled).tolist())
         yield f"{places}: contact alternates between two sides as the drives change; the best values found are shown."
 
 

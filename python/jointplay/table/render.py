@@ -1,19 +1,35 @@
-"""Tables on the terminal."""
+"""Answers and tables on the terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
-from rich import box
 from rich import console as terminal
-from rich.padding import Padding
-from rich.table import Table as RichTable
 from rich.text import Text
 
+from jointplay.conclusions import Sentence
+from jointplay.errors import one_line
+
+from .fit import fitted
 from .layout import Column, Table
 
-#: characters of a terminal from which columns stand well apart
-ROOMY = 100
+#: colour of what is not ok: the vermilion that readers with every kind of colour vision see, on light and dark ground
+ALARM = "bold #d55e00"
+#: characters in front of sentences
+INDENT = "  "
+#: spaces within `3.2 mm`, `95 %` and `theta = 40 deg`, at which no line ends
+TOGETHER = re.compile(r"(?<=[0-9]) (?=%|[a-zµ]{1,4}\b)| (?==)|(?<==) |(?<=±) ")
+HARD_SPACE = "\N{NO-BREAK SPACE}"
+
+
+class Answer(NamedTuple):
+    """What is said first of a question."""
+
+    label: str
+    sentences: tuple[Sentence, ...]
 
 
 class Console(terminal.Console):
@@ -24,47 +40,104 @@ class Console(terminal.Console):
         raise BrokenPipeError
 
 
-def show(tables: Iterable[Table], console: Console) -> None:
-    """Print tables one under the other."""
+def show(
+    title: str,
+    answers: Sequence[Answer],
+    tables: Iterable[Table],
+    console: Console,
+    *,
+    remarks: Iterable[str] = (),
+    every: bool = False,
+) -> None:
+    """Print the answers, then tables one under the other.
+
+    Parameters
+    ----------
+    title : str
+        The first line.
+    answers : sequence of Answer
+    tables : iterable of Table
+    console : Console
+    remarks : iterable of str, optional
+        What is said at the end.
+    every : bool, optional
+        All rows and columns are to be shown.
+    """
+    _wrapped(Sentence(title), console, style="bold")
+    console.print()
+    wide = max((len(answer.label) for answer in answers), default=0)
+    for label, sentences in answers:
+        for k, sentence in enumerate(sentences):
+            head = (label if k == 0 else "").ljust(wide) + "  " * bool(wide)
+            _wrapped(sentence, console, INDENT + head)
+    if any(answer.sentences for answer in answers):
+        console.print()
     for table in tables:
-        gap = 3 if console.width >= ROOMY else 1
-        columns = table.fitted(console.width, gap)
-        notes = list(table.notes)
-        if len(columns) < len(table.columns):
-            left_out = (
-                f"{c.name} {c.unit if c.left else ''}".strip().replace("\n", " ")
-                for c in table.columns
-                if c not in columns
-            )
-            notes.append(f"No room for: {', '.join(left_out)}.")
-        console.print(Text(table.title, style="bold"))
-        for line in table.lead:
-            console.print(Padding(Text(line), (0, 0, 0, 2), expand=False))
-        _print_whole(_rich(columns, gap), sum(column.width + gap for column in columns) + 2, console)
-        for note in notes:
-            console.print(Padding(Text(note), (0, 0, 0, 2), expand=False))
-        if notes:
-            console.print()
+        _print_table(table, console, every)
+    for remark in remarks:
+        _wrapped(Sentence(one_line(remark)), console, INDENT)
 
 
-def _print_whole(table: RichTable, needed: int, console: Console) -> None:
-    """Print a table at the width it needs: a line that the terminal breaks is better than a number cut off."""
-    width = console.width
-    try:
-        console.width = max(width, needed)
-        console.print(table, crop=False)
-    finally:
-        console.width = width
+def show_names(first: str, titles: Mapping[str, str], console: Console) -> None:
+    """Print names with what they are, under a first sentence."""
+    _wrapped(Sentence(first), console)
+    console.print()
+    wide = max(map(len, titles))
+    for name, title in titles.items():
+        _wrapped(Sentence(title), console, f"{name:<{wide}}  ")
 
 
-def _rich(columns: tuple[Column, ...], gap: int) -> RichTable:
-    units = any(column.unit for column in columns)
-    rich = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, header_style="", padding=(0, gap - 1, 0, 0))
-    for column in columns:
-        header = Text(column.name)
-        if units:
-            header.append(f"\n{column.unit}", style="dim")
-        rich.add_column(header, justify="left" if column.left else "right", no_wrap=True)
-    for row in zip(*(column.cells for column in columns), strict=True):
-        rich.add_row(*(Text(cell) for cell in row))
-    return rich
+def _print_table(table: Table, console: Console, every: bool) -> None:
+    fit = fitted(table, console.width, every=every)
+    _wrapped(Sentence(table.title), console, style="bold")
+    for sentence in table.lead:
+        _wrapped(sentence, console, INDENT)
+    for block in fit.blocks:
+        console.print()
+        for line in _lines(block, fit.gap):
+            _print(line, console)
+    console.print()
+    for note in fit.notes:
+        _wrapped(Sentence(note), console, INDENT)
+    if fit.notes:
+        console.print()
+
+
+def _wrapped(sentence: Sentence, console: Console, head: str = "", style: str = "") -> None:
+    """Print a sentence in lines that fit, those after the first one below its beginning."""
+    text = TOGETHER.sub(HARD_SPACE, one_line(sentence.text))
+    lines = textwrap.wrap(
+        text, console.width, initial_indent=head, subsequent_indent=" " * len(head), break_on_hyphens=False
+    )
+    for line in lines:
+        _print(Text(line.replace(HARD_SPACE, " "), style=ALARM if sentence.is_alarm else style), console)
+
+
+def _print(line: Text, console: Console) -> None:
+    # A line that the terminal breaks is better than a number cut off.
+    console.print(line, no_wrap=True, crop=False, overflow="ignore", soft_wrap=True)
+
+
+def _lines(columns: tuple[Column, ...], gap: int) -> Iterable[Text]:
+    """The lines of a table: names, units, a rule, rows."""
+    names = [column.name.split("\n") for column in columns]
+    height = max(map(len, names))
+    for k in range(height):
+        # A short name stands on the last line of names.
+        yield _line(columns, gap, [name[k - height + len(name)] if k >= height - len(name) else "" for name in names])
+    if any(column.unit for column in columns):
+        yield _line(columns, gap, [column.unit for column in columns], "dim")
+    yield Text(f" {'─' * (sum(column.width + gap for column in columns) - gap)}")
+    for row in range(len(columns[0].cells)):
+        styles = [ALARM if row in column.alarms else "" for column in columns]
+        yield _line(columns, gap, [column.cells[row] for column in columns], *styles)
+
+
+def _line(columns: tuple[Column, ...], gap: int, cells: Sequence[str], *styles: str) -> Text:
+    line = Text(" ")
+    for k, (column, cell) in enumerate(zip(columns, cells, strict=True)):
+        padded = cell.ljust(column.width) if column.left else cell.rjust(column.width)
+        line.append(" " * (gap if k else 0))
+        line.append(padded, style=styles[k % len(styles)] if styles else "")
+    line.rstrip()
+    return line

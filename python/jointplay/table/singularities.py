@@ -4,29 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from jointplay.compile import LENGTHS
+from jointplay.conclusions import KINDS, motion
 from jointplay.result import Result
 
-from .layout import Column, commands, numbers, owners, words
+from .layout import Column, commands, numbers, words
 
-#: what is said of each kind of singularity
-KINDS = {
-    "constraint": "The joints hold least",
-    "actuation": "The drives hold least",
-    "output": "The output follows least",
-}
-#: parts of a motion below this share of its largest part are not named
-NAMED = 0.05
 #: singular values below it are rounding
 ROUNDING = 1e-12
-#: as many bodies are named one by one
-FEW = 4
-
-Floats = np.ndarray[tuple[int, ...], np.dtype[Any]]
 
 
 def columns(result: Result) -> list[Column]:
@@ -55,34 +42,9 @@ def remarks(result: Result) -> Iterable[str]:
         values = result.get(f"{name}_singular_value")
         if np.isfinite(values).any():
             k = int(np.nanargmin(values))
-            yield f"{what} at # {k} ({values[k] if values[k] > ROUNDING else 0.0:.3g}): {_motion(result, name, k)}."
+            yield f"{what} at # {k} ({values[k] if values[k] > ROUNDING else 0.0:.3g}): {motion(result, name, k)}."
     if "singularity_distance" in result.data:
         distance = result.get("singularity_distance")
         if len(distance) > 1 and np.isinf(distance).any():
             every = "The" if np.isinf(distance[~np.isnan(distance)]).all() else "Where no distance is shown, the"
             yield f"{every} path between the configurations meets no singularity of joints and drives."
-
-
-def _motion(result: Result, name: str, configuration: int) -> str:
-    bodies = _parts(result, result.get(f"{name}_motion")[configuration])
-    largest = float(bodies.max())
-    those = [k for k, part in enumerate(bodies.max(axis=1).tolist()) if part > NAMED * largest]
-    moving = list(dict.fromkeys(owners(result)[k] for k in those))
-    named = moving if len(moving) <= FEW else [*moving[: FEW - 1], f"{len(moving) - FEW + 1} more"]
-    turns, shifts = _parts(result, result.get(f"{name}_twist")[configuration][None])[0][::-1]
-    does = {(False, False): "does not move", (True, False): "turns", (False, True): "moves"}
-    output = does.get((turns > NAMED * largest, shifts > NAMED * largest), "moves and turns")
-    if len(moving) == 1:
-        shift, turn = bodies[those[0]]
-        return f"{moving[0]} {'turns' if turn > NAMED * shift else 'slides'}, the output {output}"
-    return f"{', '.join(named[:-1])} and {named[-1]} move together, the output {output}"
-
-
-def _parts(result: Result, twists: Floats) -> Floats:
-    """Largest shift, in characteristic lengths, and largest turn, in radians, of each twist."""
-    lengths = np.isin(result.labels("component"), LENGTHS)
-    units = result.coords["component_unit"].values.tolist()
-    degrees = np.array([np.pi / 180 if unit == "deg" else 1.0 for unit in units])
-    sizes = np.abs(twists) * degrees
-    shift = sizes[..., lengths].max(axis=-1) / float(result.attrs["length"])
-    return np.stack([shift, sizes[..., ~lengths].max(axis=-1)], axis=-1)

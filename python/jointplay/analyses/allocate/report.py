@@ -107,7 +107,6 @@ def _begun(answer: Answer) -> Builder:
     builder = started(answer.base, "allocate", answer.at, **answer.attributes)
     del builder.data["nominal"]
     builder.coords.clear()
-    builder.attrs["rows"] = "source"
     items = answer.items
     builder.labels("source", [item.name for item in items], "source with a cost")
     units = ["K" if item.sizing.kind == "temperature" else builder.name(item.sizing.kind) for item in items]

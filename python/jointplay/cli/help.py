@@ -1,0 +1,48 @@
+"""Examples for the help of every command: what to type, and what comes of it. Tests run them."""
+
+from __future__ import annotations
+
+#: what each line does, by command; the files are bundled examples of that name
+LINES: dict[str, dict[str, str]] = {
+    "new": {
+        "jointplay new": "list the examples",
+        "jointplay new four-bar": "write four-bar.toml",
+    },
+    "check": {
+        "jointplay check four-bar.toml": "",
+        "jointplay check four-bar.toml -o parts.csv": "as a table",
+    },
+    "solve": {
+        "jointplay solve five-bar.toml": "",
+        "jointplay solve five-bar.toml --all": "every row and column",
+    },
+    "singularities": {"jointplay singularities five-bar.toml": ""},
+    "error": {
+        "jointplay error four-bar.toml": "under the load, worst, and random",
+        "jointplay error four-bar.toml -q worst --plot worst.png": "",
+        "jointplay error four-bar.toml -s joints.J2.clearance.radial=0.2": "",
+        "jointplay error four-bar.toml -q given --offset J1=0.5,0": "a known offset",
+    },
+    "compensate": {
+        "jointplay compensate four-bar.toml": "under the load",
+        "jointplay compensate four-bar.toml --offset l2=0.2": "for a known deviation",
+    },
+    "sweep": {"jointplay sweep four-bar.toml -s 'joints.*.clearance.radial=0.2:1:5'": ""},
+    "allow": {"jointplay allow six-bar.toml": ""},
+    "allocate": {"jointplay allocate press.toml --changes": "and what sets the sizes"},
+    "map": {
+        "jointplay map five-bar.toml -g x=-60:60:7 -g y=120:200:5": "",
+        "jointplay map five-bar.toml -g left=120:150:4 -g right=40 -q worst": "",
+    },
+    "compare": {"jointplay compare four-bar.toml p3r.toml": ""},
+    "assemble": {"jointplay assemble antenna-support.toml": ""},
+    "report": {"jointplay report four-bar.toml --samples 1024 -o four-bar.html": ""},
+    "schema": {"jointplay schema -o jointplay.schema.json": ""},
+}
+
+
+def examples(command: str) -> str:
+    """The end of the help of a command."""
+    lines = [f"  {line}  # {what}" if what else f"  {line}" for line, what in LINES[command].items()]
+    # \b keeps the lines as they are.
+    return "\n".join(["\b", "Examples:", *lines])

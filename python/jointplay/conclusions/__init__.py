@@ -1,0 +1,86 @@
+"""The answer to every question in a few sentences: the worst value, where, what is to blame, whether limits hold.
+
+Tables, reports and the command line say the same sentences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from jointplay.result import Result, parts
+
+from .building import FITS, VERDICTS, of_assemble, of_check
+from .errors import figure, figures, of_errors, quantile
+from .motion import KINDS, motion, of_compensate, of_singularities, of_solve
+from .series import beyond, of_compare, of_map, of_sweep, shares_over_nodes
+from .sizes import MOST_NAMES, first_missed, of_allocate, of_allow, share_of
+from .words import READABLE, Conclusion, Sentence, owners, plural, rounding, which
+
+__all__ = [
+    "FITS",
+    "KINDS",
+    "MOST_NAMES",
+    "READABLE",
+    "VERDICTS",
+    "Conclusion",
+    "Sentence",
+    "beyond",
+    "conclude",
+    "figure",
+    "figures",
+    "first_missed",
+    "motion",
+    "owners",
+    "plural",
+    "quantile",
+    "rounding",
+    "share_of",
+    "shares_over_nodes",
+    "which",
+]
+
+ANSWERS: dict[str, Callable[[Result], Conclusion]] = {
+    "allocate": of_allocate,
+    "allow": of_allow,
+    "assemble": of_assemble,
+    "check": of_check,
+    "compensate": of_compensate,
+    "given": of_errors,
+    "loaded": of_errors,
+    "random": of_errors,
+    "singularities": of_singularities,
+    "solve": of_solve,
+    "worst": of_errors,
+}
+
+
+def conclude(result: Result) -> Conclusion:
+    """The answer that a result gives.
+
+    Parameters
+    ----------
+    result : Result
+        Of any question. Of several outputs and load cases the answer is that for the worst of them, which it names.
+    """
+    several = parts(result)
+    if len(several) > 1 or several[0][0]:
+        heading, worst = max(((name, conclude(part)) for name, part in several), key=lambda one: one[1].severity)
+        return replace(worst, sentences=_of_the_worst(heading, worst, len(several)))
+    return _of_one(result)
+
+
+def _of_one(result: Result) -> Conclusion:
+    if "mechanism" in result.sizes:
+        return of_compare(result)
+    if "sweep" in result.attrs:
+        return of_sweep(result)
+    if "grid" in result.attrs:
+        return of_map(result)
+    return ANSWERS[str(result.attrs["question"])](result)
+
+
+def _of_the_worst(heading: str, worst: Conclusion, count: int) -> tuple[Sentence, ...]:
+    first, *rest = worst.sentences
+    of = f"{heading}, the worst of {count}" if count > 1 and worst.severity else heading
+    return (replace(first, text=f"{of}: {first.text[:1].lower()}{first.text[1:]}"), *rest)

@@ -1,0 +1,109 @@
+"""The answers of the four questions: the verdict on limits, then the largest errors, where, and what is to blame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from jointplay.result import LOAD, TYPICAL, Array, Result, in_words, size, typical, unit_of
+from jointplay.verdict import Verdict, cause, verdict
+
+from .words import Conclusion, Sentence, at, farthest, of_statuses, rounding, say
+
+#: what of the output is meant, in words
+WORDS = {"position": "position error", "rotation": "rotation"}
+
+
+def of_errors(result: Result) -> Conclusion:
+    """The answer of `loaded`, `given`, `worst` or `random`, of one output in one load case."""
+    found = verdict(result)
+    judged = [Sentence(text, is_alarm=k < found.alarms) for k, text in enumerate(found.sentences)]
+    sizes = list(_sizes(result, found))
+    limits = [] if found.sentences else [Sentence("The file has no [limits] to judge it by.")]
+    # Without limits the largest error is the answer.
+    first = 0 if judged else 1
+    sentences = (*judged, *sizes[:first], *of_statuses(result), *sizes[first:], *limits)
+    largest = [_largest(result, quantity) for quantity in WORDS]
+    severity = (float(found.missed), found.used, *(0.0 if value is None else value[0] for value in largest))
+    return Conclusion(sentences, severity)
+
+
+def value_of(result: Result, quantity: str) -> tuple[Array, str]:
+    """The number of every configuration by which errors are compared, and its unit."""
+    question = str(result.attrs["question"])
+    if question == "worst":
+        name = f"worst_{quantity}"
+        return result.get(name), result.unit(name)
+    if question == "random":
+        values = result.get("error_quantile", probability=typical(result), quantity=quantity)
+        return values, result.unit("error_quantile", quantity=quantity)
+    return size(result, "error", quantity), unit_of(result, quantity)
+
+
+def _largest(result: Result, quantity: str) -> tuple[float, str, int] | None:
+    """The largest value of a quantity, its unit, and the configuration."""
+    values, unit = value_of(result, quantity)
+    configuration = farthest(values, result.get("status"))
+    return None if configuration is None else (float(values[configuration]), unit, configuration)
+
+
+def _sizes(result: Result, judged: Verdict) -> Iterator[Sentence]:
+    """The largest position error and the largest rotation, unless the verdict has named them."""
+    for quantity, words in WORDS.items():
+        found = _largest(result, quantity)
+        if found is None or quantity in judged.named:
+            continue
+        value, unit, configuration = found
+        if value <= rounding(result, unit):
+            yield Sentence(f"No {words} at any configuration." if result.sizes["configuration"] > 1 else f"No {words}.")
+            continue
+        where = at(result, configuration)
+        if result.attrs["question"] == "random":
+            text = f"{100 * typical(result):g} % of the specimens have a {words} below {say(value, unit)}{where}"
+        else:
+            text = f"Largest {words}: {say(value, unit)}{where}"
+        yield Sentence(f"{text}{blamed(result, quantity, configuration)}.")
+
+
+def blamed(result: Result, quantity: str, configuration: int) -> str:
+    """What has the largest share, as the end of a sentence."""
+    found = cause(result, quantity, "high", configuration)
+    if found is None:
+        return ""
+    if found[0] == [LOAD]:
+        return f"; most of it is the deformation under the load, {100 * found[1]:.0f} %"
+    return f"; to blame: {in_words(*found)}"
+
+
+def figures(question: str) -> list[tuple[str, dict[str, object], str]]:
+    """The figures that sweeps and comparisons show: variable, labels, words."""
+    if question == "worst":
+        return [("worst_position", {}, "largest position error"), ("worst_rotation", {}, "largest rotation")]
+    if question == "random":
+        at: dict[str, object] = {"quantity": "position"}
+        return [
+            ("error_quantile", at, "95 % position error"),
+            ("error_quantile", {"quantity": "rotation"}, "95 % rotation"),
+        ]
+    if question == "solve":
+        return [("singular_value", {}, "smallest singular value")]
+    return [("error", {"size": "position"}, "position error"), ("error", {"size": "rotation"}, "rotation")]
+
+
+def figure(result: Result, name: str, at: dict[str, object]) -> tuple[Array, str]:
+    """The values of a figure, and their unit."""
+    if name == "error":
+        quantity = str(at["size"])
+        return size(result, "error", quantity), unit_of(result, quantity)
+    if name == "error_quantile":
+        quantity = str(at["quantity"])
+        return quantile(result, quantity, TYPICAL), result.unit(name, quantity=quantity)
+    return result.get(name, **at), result.unit(name, **at)
+
+
+def quantile(result: Result, quantity: str, probability: float) -> Array:
+    """What a share of the specimens stays below, the one of the result that is nearest to it."""
+    levels = result.labels("probability")
+    nearest = min(levels, key=lambda level: abs(level - probability))
+    return np.asarray(result.get("error_quantile", probability=nearest, quantity=quantity))

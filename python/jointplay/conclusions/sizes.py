@@ -1,0 +1,124 @@
+"""The answers about sizes: `allow` and `allocate`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from jointplay.result import Result
+
+from .words import Conclusion, Sentence
+
+#: what misses its limit, in words
+QUANTITIES = {"position": "the position error", "rotation": "the rotation"}
+#: sources that bring as much to this share are named together
+ALIKE = 0.01
+#: as many names stand in a sentence
+MOST_NAMES = 4
+
+
+def of_allow(result: Result) -> Conclusion:
+    """Whether the limits hold, how much larger all sizes may be, and which source to tighten."""
+    used = float(result.get("used"))
+    return Conclusion((_hold(result, used), Sentence(_factor(result)), *map(Sentence, _tighten(result, used))))
+
+
+def _hold(result: Result, used: float) -> Sentence:
+    quantity = str(result.get("used_quantity"))
+    place = int(result.get("used_configuration"))
+    if not np.isfinite(used):
+        what = f"configuration {place} cannot be assembled" if quantity == "assembly" else "a limit of zero is missed"
+        return Sentence(f"The limits are missed: {what}.", is_alarm=True)
+    hold = "hold" if used <= 1.0 else "are missed"
+    if "probability" in result.attrs:
+        allowed = 1.0 - float(result.attrs["probability"])
+        said = f"{share_of(used * allowed)} of the specimens are outside, {share_of(allowed)} may be"
+    else:
+        said = f"{QUANTITIES.get(quantity, quantity)} uses {share_of(used)} of its limit"
+    return Sentence(f"The limits {hold}: {said}, at configuration {place}.", is_alarm=used > 1.0)
+
+
+def _factor(result: Result) -> str:
+    status, factor = str(result.get("factor_status")), float(result.get("allowed_factor"))
+    if status == "not_enough":
+        return "All sizes together: the limits are missed however small they are made."
+    if status == "unlimited":
+        return f"All sizes together: the limits hold up to {factor:.4g} times the sizes; no larger factor was tried."
+    verb = "may be" if factor >= 1.0 else "have to be"
+    return (
+        f"All sizes together {verb} {_down(factor)} times as large; {first_missed(result, 'factor_binding')} is first."
+    )
+
+
+def _down(value: float) -> str:
+    """Four digits of a number, rounded down, so that what is said still holds."""
+    if not value > 0.0:
+        return "0"
+    places = 3 - int(np.floor(np.log10(value)))
+    return f"{np.floor(value * 10.0**places * (1.0 + 1e-12)) / 10.0**places:.4g}"
+
+
+def _tighten(result: Result, used: float) -> Iterator[str]:
+    """Which source brings most."""
+    without = result.get("used_without")
+    if not np.isfinite(without).any():
+        return
+    least = float(np.nanmin(without))
+    if not least < used * (1.0 - ALIKE):
+        return
+    best = [name for name, share in zip(result.labels("source"), without, strict=True) if share <= least + ALIKE * used]
+    names = " or ".join(best) if len(best) <= MOST_NAMES else f"one of {len(best)} sources, such as {best[0]},"
+    yield f"To tighten {names} brings most: without it {share_of(least)} would be used."
+
+
+def first_missed(result: Result, what: str, k: int | None = None) -> str:
+    """``position #10``: what misses its limit first when a size grows, and at which configuration."""
+    quantity, place = (result.get(f"{what}_{name}") for name in ("quantity", "configuration"))
+    quantity, place = (quantity, place) if k is None else (quantity[k], place[k])
+    text = f"{quantity} #{int(place)}"
+    for name in ("output", "load_case"):
+        if k is not None and f"{what}_{name}" in result.data and (label := result.get(f"{what}_{name}")[k]):
+            text += f" {label}"
+    return text
+
+
+def share_of(part: float) -> str:
+    """A share in per cent; `more than all` where there is no end to it."""
+    return f"{100.0 * part:.4g} %" if np.isfinite(part) else "more than all"
+
+
+def of_allocate(result: Result) -> Conclusion:
+    """The least cost, and which limit binds."""
+    status = str(result.get("status"))
+    if "size" not in result.data:
+        text = f"No sizes are found: configuration {result.attrs['without_pose']} is {status.replace('_', ' ')}."
+        return Conclusion((Sentence(text, is_alarm=True),))
+    used = result.get("used")
+    limit, configuration = np.unravel_index(int(used.argmax()), used.shape)
+    name, share = result.labels("limited")[limit], float(used[limit, configuration])
+    place = f"{name} at configuration {configuration}"
+    if status == "infeasible":
+        text = f"No sizes hold the limits: even the tightest ones use {share_of(share)} of {place}."
+        return Conclusion((Sentence(text, is_alarm=True),))
+    if status not in ("ok", "unfinished"):
+        text = f"No sizes are found: even with the tightest ones the mechanism is {status.replace('_', ' ')}."
+        return Conclusion((Sentence(text, is_alarm=True),))
+    cost, before = float(result.get("total_cost")), float(result.get("total_cost_before"))
+    now = f"; the sizes in the file cost {before:.5g}" if np.isfinite(before) else ""
+    sentences = [
+        Sentence(f"The limits hold for a cost of {cost:.5g}{now}."),
+        Sentence(f"What binds is {place}: {share_of(share)} of the limit is used.{_direction(result)}"),
+    ]
+    if status == "unfinished":
+        sentences.append(Sentence("The search reached its limit of steps: there may be cheaper sizes.", is_alarm=True))
+    if "cheapest" in result.attrs:
+        sentences.append(Sentence("All sources have their cheapest size; looser limits save nothing."))
+    return Conclusion(tuple(sentences))
+
+
+def _direction(result: Result) -> str:
+    if "binding_direction" not in result.data:
+        return ""
+    parts = ", ".join(f"{value:.3g}" for value in result.get("binding_direction"))
+    return f" Direction: [{parts}]."

@@ -1,0 +1,109 @@
+"""What conclusions are made of: sentences, of which some say that something is wrong, and the words for places."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointplay.result import Array, Result
+from jointplay.verdict import place
+
+#: outcomes of configurations that have a pose whose numbers can be read
+READABLE = ("ok", "undetermined", "strained")
+#: as many configurations are named one by one
+FEW = 8
+#: share of the mechanism's length, and radians, that are rounding
+ROUNDING = 1e-10
+#: relative difference of numbers of which none is the larger one
+ALIKE = 1e-9
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A sentence of an answer.
+
+    Attributes
+    ----------
+    text : str
+    is_alarm : bool
+        Whether it says that a limit is missed, or that a configuration or a step is not ok.
+    """
+
+    text: str
+    is_alarm: bool = False
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """The answer to a question.
+
+    Attributes
+    ----------
+    sentences : tuple of Sentence
+        The most important one first.
+    severity : tuple of float
+        By which the answers for several outputs and load cases are compared: the larger, the worse.
+    """
+
+    sentences: tuple[Sentence, ...]
+    severity: tuple[float, ...] = ()
+
+
+def say(value: float, unit: str = "") -> str:
+    """A number with four digits and its unit."""
+    return f"{value:.4g} {unit}".rstrip()
+
+
+def plural(count: int, one: str, more: str = "") -> str:
+    """``1 configuration``, ``2 configurations``."""
+    return f"{count} {one if count == 1 else more or one + 's'}"
+
+
+def at(result: Result, configuration: int) -> str:
+    """`` at configuration 3 (theta = 40 deg)``; nothing where there is only one."""
+    return f" at {place(result, configuration)}" if result.sizes.get("configuration", 1) > 1 else ""
+
+
+def which(places: Sequence[int]) -> str:
+    """``Configurations 1, 3``."""
+    if len(places) > FEW:
+        return f"{len(places)} configurations (the first is {places[0]})"
+    return f"Configuration{'s' * (len(places) > 1)} {', '.join(map(str, places))}"
+
+
+def rounding(result: Result, unit: str) -> float:
+    """What of a length or an angle is rounding, in its unit."""
+    if unit == "rad":
+        return ROUNDING
+    return ROUNDING * (57.3 if unit == "deg" else float(result.attrs.get("length", 0.0)))
+
+
+def of_statuses(result: Result) -> Iterator[Sentence]:
+    """Which configurations are not ok."""
+    status = result.get("status")
+    if (status == "ok").all():
+        return
+    total, found = status.size, []
+    for outcome in dict.fromkeys(status[status != "ok"].reshape(-1).tolist()):
+        places = np.flatnonzero(status == outcome).tolist()
+        named = f" ({', '.join(map(str, places))})" if len(places) <= FEW and 1 < total != len(places) else ""
+        found.append(f"{len(places) if len(places) < total else 'all'} {outcome.replace('_', ' ')}{named}")
+    of = plural(total, "configuration")
+    text = f"Status of the configuration: {found[0][4:]}." if total == 1 else f"Not ok of {of}: {', '.join(found)}."
+    yield Sentence(text, is_alarm=True)
+
+
+def owners(result: Result) -> list[str]:
+    """For every body the one of the file: pieces of an elastic one are called as it is."""
+    return result.labels("owner" if "owner" in result.coords else "body")
+
+
+def farthest(values: Array, status: Array) -> int | None:
+    """Where a value is largest among configurations whose numbers can be read: the first one, to rounding."""
+    known = np.isfinite(values) & np.isin(status, READABLE)
+    if not known.any():
+        return None
+    top = float(values[known].max())
+    return int((known & (values >= top - ALIKE * abs(top))).argmax())
