@@ -167,8 +167,11 @@ def test_every_public_name_is_in_the_manual(name: str) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["error", "blame", "sweep", "histogram", "allow", "allocate", "cost_curve", "map", "mechanism", "assembly"],
-)
+    [
+        "error", "blame", "sweep", "histogram", "correction", "nearness", "distance", "allow", "allocate", "cost_curve",
+        "map", "mechanism", "assembly",
+    ],
+)  # fmt: skip
 def test_every_figure_is_in_the_manual(name: str) -> None:
     assert name in jp.plot.__all__
     assert f"::: {getattr(jp.plot, name).__module__}.{name}\n" in page("api.md")

@@ -50,7 +50,7 @@ class TestStatic:
         np.testing.assert_array_equal(np.isfinite(unreached), (result.status == "not_assembled").T)
         lines = axes.collections[-1].get_segments()
         assert len(lines) == int(result.contact_change.sum())
-        assert {text.get_text() for text in axes.get_figure().legends[0].get_texts()} == {
+        assert {text.get_text() for text in axes.get_legend().get_texts()} == {
             "not assembled",
             "a contact changes sides",
         }
@@ -218,9 +218,16 @@ class TestPages:
         heat, mesh = ([t for t in figure.data if t.type == kind] for kind in ("heatmap", "mesh3d"))
         (slider,) = figure.layout.sliders
         assert [step.label for step in slider.steps] == [f"{v:g}" for v in np.linspace(-10, 20, 7)]
-        for k, (trace, step) in enumerate(zip(heat, slider.steps, strict=True)):
-            np.testing.assert_array_equal(np.array(trace.z, dtype=float), shown.value.values[:, :, k].T)
-            assert step.args[0]["visible"] == [j == k for j in range(7)] + [True] * 3
+        values = [k for k, trace in enumerate(figure.data) if trace.type == "heatmap" and trace.showscale is not False]
+        for k, (at, step) in enumerate(zip(values, slider.steps, strict=True)):
+            visible = step.args[0]["visible"]
+            np.testing.assert_array_equal(np.array(figure.data[at].z, dtype=float), shown.value.values[:, :, k].T)
+            # Of the slices only one is there, with all that belongs to it; surfaces and the legend stay.
+            assert [j for j in values if visible[j]] == [at]
+            assert all(
+                visible[j] for j, trace in enumerate(figure.data) if trace.type == "mesh3d" or trace.x[0] is None
+            )
+        assert len(heat) > len(values)
         assert len(mesh) == 3
         assert all(len(surface.i) for surface in mesh)
 
@@ -242,6 +249,20 @@ class TestPages:
         assert whole.data[-1].name == "limit 0.05 mm"
         visible = whole.layout.sliders[0].steps[1].args[0]["visible"]
         assert list(visible) == [False, False, True, True, False, False, *[True] * (len(whole.data) - 6)]
+
+    def test_outside_of_the_grid_is_not_out_of_reach(self) -> None:
+        """The page had the colour of nodes that cannot be assembled, as if all around the grid were out of reach."""
+        from jointplay.plot.interactive import figure_of
+        from jointplay.plot.map import layers, limits
+
+        result = jp.map(example("3-rrr"), grid=AREA)
+        shown = layers(result)
+        figure = figure_of(shown, limits(shown.value.values))
+        _, unreached, lines, key = figure.data
+        np.testing.assert_array_equal(np.isfinite(unreached.z), (result.status == "not_assembled").values.T)
+        assert unreached.colorscale[0][1] != figure.layout.plot_bgcolor == "#ffffff"
+        assert (key.name, key.marker.color) == ("not assembled", unreached.colorscale[0][1])
+        assert (lines.name, len(lines.x)) == ("a contact changes sides", 3 * int(result.contact_change.sum()))
 
 
 class TestIsosurface:

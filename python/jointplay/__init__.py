@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from .analyses.worst import worst
     from .errors import InputError, JointplayError
     from .model import Mechanism, load, loads
+    from .plot.animation import animate
     from .reporting import report, view
     from .spreadsheets import frame
     from .write import save
@@ -46,6 +47,7 @@ __all__ = [
     "__version__",
     "allocate",
     "allow",
+    "animate",
     "assemble",
     "best_order",
     "check",
@@ -91,6 +93,7 @@ _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "InputError": "errors",
     "JointplayError": "errors",
     "Mechanism": "model",
+    "animate": "plot.animation",
     "best_order": "analyses.assemble.order",
     "frame": "spreadsheets",
     "load": "model",

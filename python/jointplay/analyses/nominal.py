@@ -93,11 +93,16 @@ def nominal(m: Mechanism) -> Nominal:
         return carried(nominal(m.leader), m.leader, m)
     if m.drive_values is not None:
         # A drive has its commanded value also where the links cannot follow.
-        return replace(_of(m.core.solve(m.drive_values)), drives=m.drive_values)
+        return at_drives(m, m.drive_values)
     if m.targets is None:
         problem = "the file has a [grid] for `map`; for anything else give the drives values, or the output a [path]"
         raise InputError(problem, file=m.file, key="drives")
     return follow(m, m.targets, m.target_components)
+
+
+def at_drives(m: Mechanism, drives: Floats) -> Nominal:
+    """Solve the nominal mechanism for drive values, SI, shape (configuration, drive)."""
+    return replace(_of(m.core.solve(drives)), drives=drives)
 
 
 def carried(at: Nominal, known: Mechanism, m: Mechanism) -> Nominal:

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import answer, arguments
-from .options import Allocated, File, Output, Plot, Point, Samples, Seed, Settings
+from .drawing import NO_FIGURE, Figure, with_figure
+from .options import Allocated, File, Output, Point, Samples, Seed, Settings
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.result import Result
 
 
+@with_figure("panel")
 def allocate(
     file: File,
     question: Annotated[
@@ -47,7 +49,7 @@ def allocate(
     output_point: Point = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Plot = None,
+    plot: Figure = NO_FIGURE,
 ) -> int:
     """Find the cheapest sizes with which the limits hold.
 

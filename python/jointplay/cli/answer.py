@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from jointplay.result import Result
     from jointplay.table import Console
 
+    from .drawing import Figure
     from .options import Law, Sampling
 
 #: characters of a line that is not read on a terminal
@@ -85,19 +86,15 @@ def scatter(samples: int, seed: int, law: Law | None, sampling: Sampling) -> dic
     return {"samples": samples, "seed": seed, "law": law.value if law else None, "sampling": sampling.value}
 
 
-def check_paths(output: Path | None, plot: Path | None = None) -> None:
+def check_paths(output: Path | None) -> None:
     """Refuse what cannot be written before the work, not after it."""
     if output is not None:
         from jointplay import write
 
         write.check_path(output)
-    if plot is not None:
-        from jointplay.plot import check_path
-
-        check_path(plot)
 
 
-def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output: Path | None, plot: Path | None) -> int:
+def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output: Path | None, plot: Figure) -> int:
     """Ask the questions one after the other, then print or write what they say.
 
     Returns
@@ -107,7 +104,8 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
     """
     from jointplay.analyses.nominal import Interrupted
 
-    check_paths(output, plot)
+    check_paths(output)
+    plot.check(m, questions)
     results: dict[str, Result] = {}
     interrupted = False
     for name, ask in questions.items():
@@ -126,10 +124,7 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
         sys.stderr.write("interrupted; what is done:\n" if output is None else "interrupted; what is done is written\n")
     try:
         # Before anything is printed, which its reader may cut off.
-        if plot is not None:
-            from jointplay.plot import draw
-
-            draw(m, results, plot)
+        plot.draw(m, results)
     finally:
         if output is not None:
             save(results, output)

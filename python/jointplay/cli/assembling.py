@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import answer
+from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
     Assembled,
     Best,
     File,
     LoadCase,
     Output,
-    Plot,
     Point,
     Points,
     Samples,
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from jointplay.result import Result
 
 
+@with_figure("panel")
 def assemble(
     file: File,
     question: Annotated[
@@ -50,7 +51,7 @@ def assemble(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Plot = None,
+    plot: Figure = NO_FIGURE,
 ) -> int:
     """Follow an assembly: errors, forces, whether parts fit.
 
@@ -58,8 +59,9 @@ def assemble(
     """
     from jointplay.analyses.assemble import best_order, compute
 
-    answer.check_paths(output, plot)
+    answer.check_paths(output)
     m = answer.mechanism(file, settings, output_point, load_case)
+    plot.check(m, ["assemble"])
     if best is not None:
         with bar("order") as progress:
             m = best_order(m, best.value, configuration=configuration, progress=progress)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from . import DONE, NOT_OK, allocating, answer, arguments, assembling, completing, reporting
+from . import DONE, NOT_OK, allocating, animating, answer, arguments, assembling, completing, reporting
+from .drawing import NO_FIGURE, Figure, with_figure
 from .help import examples
 from .options import (
     Allowed,
@@ -21,7 +22,6 @@ from .options import (
     Mapped,
     Offset,
     Output,
-    Plot,
     Point,
     Points,
     Question,
@@ -118,8 +118,9 @@ def check(file: File, settings: Settings = None, output: Output = None) -> int:
 
 @app.command(epilog=examples("solve"))
 @prints()
+@with_figure("panel", "configuration")
 def solve(
-    file: File, output_point: Point = None, settings: Settings = None, output: Output = None, plot: Plot = None
+    file: File, output_point: Point = None, settings: Settings = None, output: Output = None, plot: Figure = NO_FIGURE
 ) -> int:
     """Solve the nominal mechanism along its path.
 
@@ -132,6 +133,7 @@ def solve(
 
 @app.command(epilog=examples("singularities"))
 @prints()
+@with_figure("panel", "configuration")
 def singularities(
     file: File,
     length: Annotated[
@@ -148,6 +150,7 @@ def singularities(
     output_point: Point = None,
     settings: Settings = None,
     output: Output = None,
+    plot: Figure = NO_FIGURE,
 ) -> int:
     """Find how near to a singularity it is, and what moves there.
 
@@ -160,11 +163,12 @@ def singularities(
     def ask(m: Mechanism, progress: Any) -> Result:
         return compute(m, length=length, components=counted, path=path, progress=progress)
 
-    return answer.answer({"singularities": ask}, answer.mechanism(file, settings, output_point), output, None)
+    return answer.answer({"singularities": ask}, answer.mechanism(file, settings, output_point), output, plot)
 
 
 @app.command(epilog=examples("error"))
 @prints()
+@with_figure("panel", "configuration", "quantity")
 def error(
     file: File,
     question: Annotated[
@@ -186,7 +190,7 @@ def error(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Plot = None,
+    plot: Figure = NO_FIGURE,
 ) -> int:
     """Say how far off the output is, and which joint is to blame.
 
@@ -239,6 +243,7 @@ def error(
 
 @app.command(epilog=examples("compensate"))
 @prints()
+@with_figure("panel", "quantity")
 def compensate(
     file: File,
     question: Annotated[
@@ -260,7 +265,7 @@ def compensate(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Plot = None,
+    plot: Figure = NO_FIGURE,
 ) -> int:
     """Correct the drives so that the output returns to its place.
 
@@ -282,6 +287,7 @@ def compensate(
 
 @app.command(epilog=examples("sweep"))
 @prints()
+@with_figure("panel", "quantity")
 def sweep(
     file: File,
     settings: Annotated[
@@ -304,7 +310,7 @@ def sweep(
     sampling: Points = Sampling.sobol,
     contact: Touching = Contact.scattered,
     output: Output = None,
-    plot: Plot = None,
+    plot: Figure = NO_FIGURE,
 ) -> int:
     """Compute the error for every value of something in the file."""
     from jointplay.analyses.sweep import compute
@@ -328,6 +334,7 @@ def sweep(
 
 @app.command(epilog=examples("allow"))
 @prints()
+@with_figure("panel")
 def allow(
     file: File,
     question: Annotated[
@@ -354,7 +361,7 @@ def allow(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Plot = None,
+    plot: Figure = NO_FIGURE,
 ) -> int:
     """Find how large every source may be, and the fits to order.
 
@@ -383,6 +390,7 @@ def allow(
 
 @app.command("map", epilog=examples("map"))
 @prints(csv=False)
+@with_figure(draws="Draw it: .png, .svg, .pdf, or .html for an interactive page.")
 def map_(
     file: File,
     grid: Annotated[
@@ -423,10 +431,7 @@ def map_(
     chunk: Annotated[
         int | None, typer.Option("--chunk", metavar="N", help="Nodes that are computed at a time.")
     ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="PATH", help="Draw it: .png, .svg, .pdf, or .html for an interactive page."),
-    ] = None,
+    plot: Figure = NO_FIGURE,
     variable: Annotated[
         str | None,
         typer.Option("--variable", metavar="NAME", help="What is drawn: position, rotation, or such as undetermined.x"),
@@ -450,6 +455,7 @@ def map_(
 
 @app.command(epilog=examples("compare"))
 @prints()
+@with_figure("panel", "quantity")
 def compare(
     first: First,
     second: Second,
@@ -471,7 +477,7 @@ def compare(
     load_case: LoadCase = None,
     settings: Settings = None,
     output: Output = None,
-    plot: Plot = None,
+    plot: Figure = NO_FIGURE,
 ) -> int:
     """Compare two mechanisms on one path.
 
@@ -493,6 +499,7 @@ def compare(
 
 app.command(epilog=examples("assemble"))(prints()(assembling.assemble))
 app.command(epilog=examples("allocate"))(prints()(allocating.allocate))
+app.command(epilog=examples("animate"))(animating.animate)
 app.command(epilog=examples("report"))(reporting.report)
 
 

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.result import Result
 
+    from .drawing import Figure
+
 
 #: layers that are read at a time where the file does not say
 SLAB = 64
@@ -50,7 +52,7 @@ def answer(
     grid: Mapping[str, Any] | None,
     options: Mapping[str, Any],
     kept: Kept,
-    plot: Path | None,
+    plot: Figure,
     variable: str | None,
 ) -> int:
     """Make a map.
@@ -63,11 +65,8 @@ def answer(
     from jointplay.analyses.map import Stopped, check_variable, compute
     from jointplay.analyses.nominal import Interrupted
 
-    if plot is not None:
-        from jointplay.plot.map import check_path
-
-        check_path(plot)
-    if variable is not None and plot is None:
+    plot.check_map()
+    if variable is not None and plot.path is None:
         raise InputError("says what is drawn; --plot says where", key="--variable")
     if variable is not None:
         check_variable(m, question, grid, options, variable)
@@ -94,8 +93,7 @@ def answer(
         code = DONE if (made.get("status") == "ok").all() else NOT_OK
         # Before anything is printed, which its reader may cut off.
         try:
-            if plot is not None:
-                _draw(made, plot, variable)
+            _draw(made, plot, variable)
         finally:
             show({"map": made})
         return INTERRUPTED if interrupted else code
@@ -103,15 +101,15 @@ def answer(
 
     assert kept.output is not None
     with open_map(kept.output) as dataset:
-        if plot is not None:
-            _draw(dataset, plot, variable)
+        _draw(dataset, plot, variable)
         return DONE if _all_ok(dataset) else NOT_OK
 
 
-def _draw(result: Result | xr.Dataset, path: Path, variable: str | None) -> None:
-    from jointplay.plot.map import draw
+def _draw(result: Result | xr.Dataset, plot: Figure, variable: str | None) -> None:
+    if plot.path is not None:
+        from jointplay.plot.map import draw
 
-    draw(result, path, variable)
+        draw(result, plot.path, variable, style=plot.style())
 
 
 def _all_ok(dataset: xr.Dataset) -> bool:

@@ -161,7 +161,6 @@ Output = Annotated[
         help="Write the result: .nc, .zarr, .csv, .json, .parquet, .xlsx.",
     ),
 ]
-Plot = Annotated[Path | None, typer.Option("--plot", metavar="PATH", help="Draw the result: .png, .svg or .pdf.")]
 Offset = Annotated[
     list[str] | None,
     typer.Option(

@@ -1,8 +1,8 @@
 """Drawings of mechanisms and results; needs matplotlib, pages of maps plotly (`pip install 'jointplay[plot]'`).
 
-Every function returns a `matplotlib.figure.Figure`, or draws into the axes it is given. Colours are those of Okabe and
-Ito, and series differ in marker and dash as well, so that a drawing survives colour blindness and a black-and-white
-printer.
+Every function returns a `matplotlib.figure.Figure`, or draws into the axes it is given. A `Style` says how it looks.
+Colours are those of Okabe and Ito, and series differ in marker and dash as well, so that a drawing survives colour
+blindness and a black-and-white printer.
 """
 
 from importlib.util import find_spec
@@ -15,26 +15,36 @@ if find_spec("matplotlib") is None:
 from .allocate import allocate, cost_curve
 from .allow import allow
 from .assembly import assembly
-from .figures import blame, error, histogram, sweep
+from .corrections import correction
+from .figures import blame, error, histogram
 from .linkage import mechanism
 from .map import draw as draw_map
 from .map import map
 from .pareto import pareto, reactions
-from .sheet import check_path, draw
+from .put import check_path
+from .sheet import Choice, draw
+from .singular import distance, nearness
+from .style import Style
+from .sweeps import sweep
 
 __all__ = [
+    "Choice",
+    "Style",
     "allocate",
     "allow",
     "assembly",
     "blame",
     "check_path",
+    "correction",
     "cost_curve",
+    "distance",
     "draw",
     "draw_map",
     "error",
     "histogram",
     "map",
     "mechanism",
+    "nearness",
     "pareto",
     "reactions",
     "sweep",

@@ -12,15 +12,22 @@ from jointplay.errors import InputError
 from jointplay.result import Result
 from jointplay.typed import typed
 
-from .bars import of_unit, pairs
-from .style import COLOURS, GREY, canvas, light
+from .bars import pairs
+from .style import Style, canvas, series
+from .words import legend, light, of_unit
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 @typed
-def allocate(result: Result | xr.Dataset, unit: str | None = None, *, axes: Axes | None = None) -> Figure:
+def allocate(
+    result: Result | xr.Dataset,
+    unit: str | None = None,
+    *,
+    axes: Axes | None = None,
+    style: Style | str | None = None,
+) -> Figure:
     """Draw the size of every source as it was and as it is allocated, with its choice and its cost.
 
     Parameters
@@ -30,17 +37,18 @@ def allocate(result: Result | xr.Dataset, unit: str | None = None, *, axes: Axes
     unit : str, optional
         Which sources: lengths and angles have axes of their own. That of the first source if left out.
     axes : matplotlib axes, optional
+    style : Style or {"light", "dark", "print"}, optional
     """
     part = _allocated(result)
-    own, unit = of_unit(part, unit)
+    own, unit = of_unit(part.labels("source_unit"), unit, "source")
     names = [name for name, kept in zip(part.labels("source"), own, strict=True) if kept]
     before, size, cost, choice = (part.get(name)[own] for name in ("size_before", "size", "cost", "choice"))
     notes = [" ".join(filter(None, (str(c), f"cost {paid:.4g}"))) for c, paid in zip(choice, cost, strict=True)]
-    return pairs(axes, names, {"before": before, "allocated": size}, GREY, notes, 1.25, unit)
+    return pairs(axes, style, names, {"before": before, "allocated": size}, None, notes, 1.25, unit)
 
 
 @typed
-def cost_curve(result: Result | xr.Dataset, *, axes: Axes | None = None) -> Figure:
+def cost_curve(result: Result | xr.Dataset, *, axes: Axes | None = None, style: Style | str | None = None) -> Figure:
     """Draw the least cost against the factor on all limits.
 
     Parameters
@@ -48,17 +56,19 @@ def cost_curve(result: Result | xr.Dataset, *, axes: Axes | None = None) -> Figu
     result : Dataset
         Of `allocate` with `curve`.
     axes : matplotlib axes, optional
+    style : Style or {"light", "dark", "print"}, optional
     """
     part = _allocated(result)
     if "curve_cost" not in part.data:
         raise InputError("has no curve: allocate(m, curve=[0.5, 1, 2])", key="result")
-    figure, axes = canvas(axes)
     factors, costs = np.array(part.labels("limit")), part.get("curve_cost")
     order = np.argsort(factors)
-    axes.plot(factors[order], costs[order], color=COLOURS[0], marker="o", label="least cost")
-    axes.plot(1.0, float(part.get("total_cost")), color=COLOURS[3], marker="D", linestyle="none", label="these limits")
-    axes.set(xlabel="limits times", ylabel="total cost")
-    axes.legend()
+    with canvas(axes, style) as (figure, axes):
+        axes.plot(factors[order], costs[order], label="least cost", **series(0))
+        here = series(3) | {"linestyle": "none"}
+        axes.plot(1.0, float(part.get("total_cost")), label="these limits", **here)
+        axes.set(xlabel="limits times", ylabel="total cost")
+        legend(axes)
     return figure
 
 

@@ -12,8 +12,9 @@ from jointplay.errors import InputError
 from jointplay.result import Result
 from jointplay.typed import typed
 
-from .bars import of_unit, pairs
-from .style import COLOURS, light
+from .bars import pairs
+from .style import Style
+from .words import light, of_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +24,13 @@ CUT = 8.0
 
 
 @typed
-def allow(result: Result | xr.Dataset, unit: str | None = None, *, axes: Axes | None = None) -> Figure:
+def allow(
+    result: Result | xr.Dataset,
+    unit: str | None = None,
+    *,
+    axes: Axes | None = None,
+    style: Style | str | None = None,
+) -> Figure:
     """Draw the size of every source beside the largest one with which the limits hold.
 
     Parameters
@@ -33,11 +40,12 @@ def allow(result: Result | xr.Dataset, unit: str | None = None, *, axes: Axes | 
     unit : str, optional
         Which sources: lengths and angles have axes of their own. That of the first source if left out.
     axes : matplotlib axes, optional
+    style : Style or {"light", "dark", "print"}, optional
     """
     part = light(result)
     if "allowed" not in part.data:
         raise InputError("is not the result of allow", key="result")
-    own, unit = of_unit(part, unit)
+    own, unit = of_unit(part.labels("source_unit"), unit, "source")
     names = [name for name, kept in zip(part.labels("source"), own, strict=True) if kept]
     size, allowed, status, fit = (part.get(name)[own] for name in ("size", "allowed", "status", "fit"))
     largest = float(max(size.max(initial=0.0), _typical(allowed)))
@@ -46,7 +54,7 @@ def allow(result: Result | xr.Dataset, unit: str | None = None, *, axes: Axes | 
     words = ["" if one == "ok" else str(one).replace("_", " ") for one in status]
     notes = [" ".join(filter(None, map(str, parts))) for parts in zip(fit, words, cut, strict=True)]
     shown = np.minimum(np.nan_to_num(allowed), end)
-    return pairs(axes, names, {"size": size, "allowed": shown}, COLOURS[0], notes, 1.15, unit)
+    return pairs(axes, style, names, {"size": size, "allowed": shown}, 0, notes, 1.15, unit)
 
 
 def _typical(allowed: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -12,14 +12,17 @@ from matplotlib.patches import Ellipse
 
 from jointplay import poses
 from jointplay.analyses.assemble.report import place
-from jointplay.errors import InputError
+from jointplay.errors import InputError, not_known
 from jointplay.model import Mechanism
 from jointplay.result import Result
 from jointplay.spec import ENDS
 from jointplay.table import VERDICTS
 from jointplay.typed import typed
 
-from .style import COLOURS, GREY, STYLE, check_exaggeration, light, round_factor
+from .bodies import outline
+from .layout import columns_of
+from .style import INCH, Style, current, theme, using
+from .words import check_exaggeration, headline, light, round_factor, title
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +46,8 @@ TICKS = 4
 NAME_ASIDE = 0.02
 #: points nearer to a line than this share of the mechanism are on it
 STRAIGHT = 1e-6
-NEW, TENSION, COMPRESSION, ERROR = COLOURS[2], COLOURS[3], COLOURS[0], "black"
+#: which colours new members, tension, compression and what is open have
+NEW, TENSION, COMPRESSION, OPEN = 2, 3, 0, 1
 #: the variable that says how far off a centre can be, in each of the questions
 REACH = {
     which: [f"{name}_{end}" for end in ("shaft", "bearing")]
@@ -54,7 +58,14 @@ Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
 @typed
-def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | None = None) -> Figure:
+def assembly(
+    m: Mechanism,
+    result: Result | xr.Dataset,
+    *,
+    exaggerate: float | None = None,
+    step: str | None = None,
+    style: Style | str | None = None,
+) -> Figure:
     """Draw an assembly, a panel for every step.
 
     New members are thick and have the names of their joints. Members under tension are red with solid lines, members
@@ -69,6 +80,9 @@ def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | N
         Of `assemble`.
     exaggerate : float, optional
         Factor on the drawn errors; if left out, a round number that makes them visible.
+    step : str, optional
+        Only this one.
+    style : Style or {"light", "dark", "print"}, optional
     """
     check_exaggeration(exaggerate)
     part = light(result)
@@ -76,18 +90,30 @@ def assembly(m: Mechanism, result: Result | xr.Dataset, *, exaggerate: float | N
         raise InputError("is not the result of an assembly", key="result")
     if "kind" not in part.data:
         raise InputError("cannot be assembled even with perfect parts, so there is nothing to draw", file=m.file)
-    steps = part.labels("step")
+    steps = [str(name) for name in part.labels("step")]
+    if step is not None and step not in steps:
+        raise InputError(not_known(step, "a step", steps), key="step")
+    shown = list(range(len(steps))) if step is None else [steps.index(step)]
     drawing = _Drawing(m, part, exaggerate)
-    columns = min(COLUMNS, len(steps))
-    rows = -(-len(steps) // columns)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH * columns, TITLE + drawing.height * rows))
-        for k in range(len(steps)):
-            axes = figure.add_subplot(rows, columns, k + 1, projection="3d" if drawing.size == 3 else None)
+    with using(style) as chosen:
+        columns = min(COLUMNS, len(shown), columns_of(chosen, WIDTH))
+        rows = -(-len(shown) // columns)
+        # A panel that is narrower than usual has the same shape.
+        width = WIDTH if chosen.width is None else chosen.width / INCH / columns
+        whole = (width * columns, TITLE + (LABELS + (drawing.height - LABELS) * width / WIDTH) * rows)
+        figure = replace(chosen, width=None).figure(*whole) if chosen.height is None else chosen.figure(*whole)
+        for place_, k in enumerate(shown):
+            axes = figure.add_subplot(rows, columns, place_ + 1, projection="3d" if drawing.size == 3 else None)
             drawing.step(k, axes)
         note = f"errors {drawing.exaggerate:g} times as large" if drawing.exaggerate else "no errors"
-        figure.suptitle(f"{part.attrs['title'] or part.attrs['file']} ({note})", fontsize=10)
+        headline(figure, f"{part.attrs['title'] or part.attrs['file']} ({note})")
     return figure
+
+
+def colour_of(which: int) -> str:
+    """One of the colours of the style."""
+    colours = theme().colours
+    return colours[which % len(colours)]
 
 
 class _Drawing:
@@ -138,7 +164,7 @@ class _Drawing:
         if "probability_of_fit" in self.result.data:
             verdict = f"{100.0 * float(self.result.get('probability_of_fit')[k]):.3g} % fit without strain"
         # What is locked together is written as one, as it is handled.
-        axes.set_title(f"{self.result.labels('step')[k]}: {self.result.get('links')[k]}: {verdict}", fontsize=9)
+        title(axes, f"{self.result.labels('step')[k]}: {self.result.get('links')[k]}: {verdict}")
         self._frame(axes)
         unit = self.m.units.length_name
         axes.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
@@ -157,10 +183,10 @@ class _Drawing:
         used.add(self.spec["output"]["point"])
         corners = self.places[[k for k in sorted(used) if self.spec["points"][k]["body"] == body]]
         if body == -1:
-            axes.plot(*corners.T, marker="s", markersize=6, linestyle="none", color=GREY)
-            axes.plot(*outline(corners, STRAIGHT * self.extent).T, linestyle=":", color=GREY)
+            axes.plot(*corners.T, marker="s", markersize=6, linestyle="none", color=theme().grey)
+            axes.plot(*outline(corners, STRAIGHT * self.extent).T, linestyle=":", color=theme().grey)
             return
-        colour, width = (NEW, 3.0) if new else (GREY, 1.6)
+        colour, width = (colour_of(NEW), 3.0) if new else (theme().grey, 1.6)
         axes.plot(
             *outline(corners, STRAIGHT * self.extent).T,
             color=colour,
@@ -180,7 +206,7 @@ class _Drawing:
                 names.setdefault(self.m.joints[k].split("/")[0], self.places[joint["first"]])
         aside = NAME_ASIDE * self.extent
         for name, at in names.items():
-            axes.text(*(at + aside), name, fontsize=7, color=GREY, zorder=7)
+            axes.text(*(at + aside), name, fontsize=current().font_size_used - 2.0, color=theme().grey, zorder=7)
 
     def _forces(self, axes: Any, k: int) -> None:
         """The members that carry force, over their bodies."""
@@ -195,10 +221,12 @@ class _Drawing:
             if not abs(force) > max(floor, 1e-6) or ends is None:
                 continue
             style: dict[str, Any] = (
-                {"color": TENSION, "linestyle": "-"} if force > 0 else {"color": COMPRESSION, "linestyle": "--"}
+                {"color": colour_of(TENSION), "linestyle": "-"}
+                if force > 0
+                else {"color": colour_of(COMPRESSION), "linestyle": "--"}
             )
             axes.plot(*ends.T, linewidth=2.2, zorder=3, **style)
-            box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5}
+            box = {"facecolor": theme().paper, "edgecolor": "none", "alpha": 0.7, "pad": 0.5}
             places = [ends[0] + share * (ends[1] - ends[0]) for share in ALONG]
             free = (at for at in places if all(np.linalg.norm(at - other) > APART * self.extent for other in taken))
             taken.append(next(free, places[0]))
@@ -206,7 +234,7 @@ class _Drawing:
                 *taken[-1],
                 f"{float(f'{force:.3g}'):g} {unit}",
                 color=style["color"],
-                fontsize=7,
+                fontsize=current().font_size_used - 2.0,
                 ha="center",
                 bbox=box,
             )
@@ -250,8 +278,8 @@ class _Drawing:
         else:
             return
         moved = at + self.exaggerate * error
-        axes.plot(*np.transpose([at, moved]), color=ERROR, linewidth=1.0, zorder=5)
-        axes.plot(*moved[:, None], marker="o", markersize=3, color=ERROR, zorder=6)
+        axes.plot(*np.transpose([at, moved]), color=theme().ink, linewidth=1.0, zorder=5)
+        axes.plot(*moved[:, None], marker="o", markersize=3, color=theme().ink, zorder=6)
         self._around(axes, moved, half)
 
     def _around(self, axes: Axes, at: Floats, half: Floats) -> None:
@@ -260,37 +288,12 @@ class _Drawing:
         if wide.max() <= 1e-3 * self.extent:
             return
         if self.size == 2:
-            axes.add_patch(Ellipse(tuple(at), *(2.0 * wide), facecolor=COLOURS[1], alpha=0.25, zorder=1))
-            axes.add_patch(Ellipse(tuple(at), *(2.0 * wide), fill=False, edgecolor=COLOURS[1], linewidth=0.8, zorder=4))
+            axes.add_patch(Ellipse(tuple(at), *(2.0 * wide), facecolor=colour_of(OPEN), alpha=0.25, zorder=1))
+            axes.add_patch(
+                Ellipse(tuple(at), *(2.0 * wide), fill=False, edgecolor=colour_of(OPEN), linewidth=0.8, zorder=4)
+            )
             return
         for axis in range(3):
             bar = np.stack([at, at])
             bar[:, axis] += wide[axis] * np.array([-1.0, 1.0])
-            axes.plot(*bar.T, color=COLOURS[1], linewidth=0.8)
-
-
-def outline(points: Floats, near: float) -> Floats:
-    """The corners of a body's outline, in turn and closed: the convex hull of its points in the plane they span most.
-
-    Points on one line make a line.
-    """
-    centred = points - points.mean(axis=0)
-    axes = np.linalg.svd(centred, full_matrices=False)[2]
-    flat = centred @ axes[:2].T
-    order = np.lexsort(flat.T[::-1])
-    if len(points) < 3 or float(np.abs(flat[:, 1:]).max(initial=0.0)) <= near:
-        return np.asarray(points[order[[0, -1]]])
-    corners: list[int] = []
-    for way in (order, order[::-1]):
-        chain: list[int] = []
-        for k in way.tolist():
-            while len(chain) > 1 and _turn(flat[chain[-2]], flat[chain[-1]], flat[k]) <= 0.0:
-                chain.pop()
-            chain.append(k)
-        corners += chain[:-1]
-    return np.asarray(points[[*corners, corners[0]]])
-
-
-def _turn(a: Floats, b: Floats, c: Floats) -> float:
-    """Twice the area of a triangle, positive counter-clockwise."""
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+            axes.plot(*bar.T, color=colour_of(OPEN), linewidth=0.8)

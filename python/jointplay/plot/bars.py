@@ -9,10 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from jointplay.errors import InputError
-from jointplay.result import Result
-
-from .style import COLOURS, HATCHES, canvas, labelled
+from .style import HATCHES, Style, canvas, current, theme
+from .words import labelled, legend
 
 Floats = NDArray[np.float64]
 
@@ -22,30 +20,28 @@ BAR, AROUND = 0.42, 0.8
 APART, HIGH = 0.2, 0.36
 
 
-def of_unit(part: Result, unit: str | None) -> tuple[NDArray[np.bool_], str]:
-    """Which sources have sizes in a unit; in that of the first one if none is named."""
-    units = part.labels("source_unit")
-    unit = units[0] if unit is None else unit
-    if unit not in units:
-        known = ", ".join(dict.fromkeys(units))
-        raise InputError(f"'{unit}' is not the unit of a source; known: {known}", key="unit")
-    return np.array([one == unit for one in units]), unit
-
-
 def pairs(
-    axes: Axes | None, names: list[str], sizes: dict[str, Floats], colour: str, notes: list[str], room: float, unit: str
+    axes: Axes | None,
+    style: Style | str | None,
+    names: list[str],
+    sizes: dict[str, Floats],
+    colour: int | None,
+    notes: list[str],
+    room: float,
+    unit: str,
 ) -> Figure:
     """Draw two sizes of every source, the second with a note behind it.
 
     Parameters
     ----------
     axes : Axes, optional
+    style : Style or str, optional
     names : list of str
         Of the sources.
     sizes : dict
         The two sizes by what the legend calls them.
-    colour : str
-        Of the first.
+    colour : int, optional
+        Which one the first has; grey if left out.
     notes : list of str
         Beside the second.
     room : float
@@ -53,18 +49,20 @@ def pairs(
     unit : str
         Of the sizes.
     """
-    figure, axes = canvas(axes, 6.0, AROUND + BAR * len(names))
     where = np.arange(len(names))
     (first, before), (second, after) = sizes.items()
-    hatched: dict[str, Any] = {"color": COLOURS[1], "hatch": HATCHES[1], "edgecolor": "white"}
-    axes.barh(where - APART, before, HIGH, label=first, color=colour)
-    axes.barh(where + APART, after, HIGH, label=second, **hatched)
-    for k, note in enumerate(notes):
-        at = (after[k], k + APART)
-        axes.annotate(note, at, xytext=(3, 0), textcoords="offset points", va="center", fontsize=7)
-    axes.set_yticks(where, names)
-    axes.set_ylim(len(names) - 0.4, -0.6)
-    axes.set_xlim(0, room * max(float(before.max(initial=0.0)), float(after.max(initial=0.0))) or 1.0)
-    axes.set_xlabel(labelled("size", unit))
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    with canvas(axes, style, 6.0, AROUND + BAR * len(names)) as (figure, axes):
+        colours = theme().colours
+        hatched: dict[str, Any] = {"color": colours[1 % len(colours)], "hatch": HATCHES[1], "edgecolor": theme().paper}
+        axes.barh(where - APART, before, HIGH, label=first, color=theme().grey if colour is None else colours[colour])
+        axes.barh(where + APART, after, HIGH, label=second, **hatched)
+        small = current().font_size_used - 2.0
+        for k, note in enumerate(notes):
+            at = (after[k], k + APART)
+            axes.annotate(note, at, xytext=(3, 0), textcoords="offset points", va="center", fontsize=small)
+        axes.set_yticks(where, names)
+        axes.set_ylim(len(names) - 0.4, -0.6)
+        axes.set_xlim(0, room * max(float(before.max(initial=0.0)), float(after.max(initial=0.0))) or 1.0)
+        axes.set_xlabel(labelled("size", unit))
+        legend(axes)
     return figure

@@ -8,7 +8,7 @@ with its body. The strands of a belt touch both pulleys: with the angle gamma be
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,7 +17,7 @@ from matplotlib.patches import Circle
 
 from jointplay.spec import JointSpec
 
-from .style import GREY
+from .style import theme
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: axis and side of a joint
@@ -119,14 +119,15 @@ def draw(axes: Axes, joint: JointSpec, ends: tuple[Points, Points], turns: tuple
         apart = ends[1] - ends[0]
         across = np.array([-apart[1], apart[0]]) / (float(np.hypot(*apart)) or 1.0)
         for strand in strands(*ends, across, (radii[0], radii[1]), bool(coupling["crossed"])):
-            axes.plot(*strand.T, color=GREY, linewidth=1.6, zorder=2)
+            axes.plot(*strand.T, color=theme().grey, linewidth=1.6, zorder=2)
 
 
-def draw_in_space(axes: Any, joint: JointSpec, ends: tuple[Points, Points], frames: tuple[Frame, Frame],
+def draw_in_space(line: Callable[..., None], joint: JointSpec, ends: tuple[Points, Points], frames: tuple[Frame, Frame],
                   colours: tuple[str, str], unit: float) -> None:  # fmt: skip
     """A coupling in space: circles about the axes of its wheels, a rack as its pitch line, the strands of a belt.
 
-    `frames` are the axis and the side of the joint as each body carries them, in ground axes.
+    `line` draws through points in space; `frames` are the axis and the side of the joint as each body carries them, in
+    ground axes.
     """
     coupling = joint["coupling"]
     radii = tuple(abs(r) / unit for r in coupling["radii"])
@@ -134,14 +135,14 @@ def draw_in_space(axes: Any, joint: JointSpec, ends: tuple[Points, Points], fram
     for end, place, radius, (axis, side), colour in zip((0, 1), ends, radii, frames, colours, strict=True):
         if joint["kind"] == "rack" and end == 0:
             foot = contact(joint, ends, side, unit)
-            axes.plot(*np.array([foot - 1.6 * radius * side, foot + 1.6 * radius * side]).T, color=colour)
+            line(np.array([foot - 1.6 * radius * side, foot + 1.6 * radius * side]), color=colour)
             continue
         rim = place + radius * (np.outer(np.cos(angles), side) + np.outer(np.sin(angles), np.cross(axis, side)))
-        axes.plot(*rim.T, color=colour, linewidth=1.2)
+        line(rim, color=colour, linewidth=1.2)
         # A spoke shows how the wheel is turned.
-        axes.plot(*np.array([place, rim[0]]).T, color=colour, linewidth=0.8)
+        line(np.array([place, rim[0]]), color=colour, linewidth=0.8)
     if joint["kind"] == "belt":
         across = np.cross(frames[0][0], ends[1] - ends[0])
         across /= float(np.linalg.norm(across)) or 1.0
         for strand in strands(*ends, across, (radii[0], radii[1]), bool(coupling["crossed"])):
-            axes.plot(*strand.T, color=GREY, linewidth=1.4)
+            line(strand, color=theme().grey, linewidth=1.4)

@@ -1,8 +1,9 @@
-"""Results over configurations, sweeps and specimens."""
+"""Errors over configurations and specimens: how large they are, and what causes them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,62 +11,92 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from jointplay.errors import InputError, in_range
-from jointplay.result import Result, parts, size, typical, unit_of
+from jointplay.errors import InputError, in_range, not_known
+from jointplay.result import Result, parts, size, split, typical, unit_of
 from jointplay.result import blame as shares_of
 from jointplay.typed import typed
 
-from .style import COLOURS, GREY, HATCHES, LIMIT, along, canvas, labelled, light, series, single
+from .style import HATCHES, Style, canvas, limit_line, series, theme
+from .words import along, labelled, legend, light, room, single, title, which, width_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Results = Mapping[str, "Result | xr.Dataset"]
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-QUANTITIES = ("position", "rotation")
+SIZES = ("position", "rotation")
 #: more sources than this are not distinguished by eye; the smaller ones become one
 MOST_SOURCES = 7
-#: curves of a sweep beyond which a surface says more
-MOST_CURVES = 6
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A quantity over the configurations, and between what it can be where the load leaves something open."""
+
+    name: str
+    values: Floats
+    unit: str
+    low: Floats | None = None
+    high: Floats | None = None
 
 
 @typed
-def error(results: Results | Result | xr.Dataset, quantity: str = "position", *, axes: Axes | None = None) -> Figure:
-    """Draw the size of the error against the drive, or the number of the configuration.
+def error(
+    results: Results | Result | xr.Dataset,
+    quantity: str = "position",
+    *,
+    axes: Axes | None = None,
+    style: Style | str | None = None,
+) -> Figure:
+    """Draw an error against the drive, or the number of the configuration, with its limits.
+
+    A band around `loaded` is what the load leaves open.
 
     Parameters
     ----------
     results : Dataset, or mapping of label to Dataset
         Of `worst`, `loaded`, `given`, `random` (the 95 % quantile) or `compensate`; a comparison of two mechanisms.
-    quantity : {"position", "rotation"}
+    quantity : {"position", "rotation"} or a component
     axes : matplotlib axes, optional
+    style : Style or {"light", "dark", "print"}, optional
     """
-    _check_quantity(quantity)
-    figure, axes = canvas(axes)
-    curves: list[tuple[str, Any, Floats, str, str]] = []
-    for label, result in _named(results).items():
-        for name, part in _mechanisms(result):
-            x, words = along(part)
-            for curve, values, unit in _sizes(part, quantity):
-                text = " ".join(dict.fromkeys(word for word in (label, name, curve) if word))
-                curves.append((text, x, values, words, unit))
-    if len({words for *_, words, _ in curves}) > 1:
-        curves = [(text, np.arange(len(values)), values, "configuration", unit) for text, _, values, _, unit in curves]
-    for k, (text, x, values, _, _) in enumerate(curves):
-        axes.plot(x, values, label=text, **series(k))
-    every = [part for result in _named(results).values() for _, part in _mechanisms(result)]
-    bounds = _draw_limits(axes.axhline, every, quantity)
-    words, unit = curves[0][3:]
-    axes.set(xlabel=words, ylabel=labelled(f"{quantity} error" if quantity == "position" else "rotation", unit))
-    if words == "configuration":
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    _from_zero(axes, [*(values for _, _, values, _, _ in curves), np.array(bounds)])
-    axes.legend()
+    every = [
+        (" ".join(word for word in (label, name) if word), part)
+        for label, result in _named(results).items()
+        for name, part in _mechanisms(result)
+    ]
+    found = [(name, part, curve) for name, part in every for curve in curves(part, quantity)]
+    words = {along(part)[1] for _, part, _ in found}
+    axis = words.pop() if len(words) == 1 else "configuration"
+    with canvas(axes, style) as (figure, axes):
+        for k, (name, part, curve) in enumerate(found):
+            x = np.arange(len(curve.values)) if axis == "configuration" else along(part)[0]
+            text = " ".join(dict.fromkeys(word for word in f"{name} {curve.name}".split(" ") if word))
+            if curve.low is not None and curve.high is not None:
+                band = {"color": series(k)["color"], "alpha": 0.2, "linewidth": 0}
+                axes.fill_between(x, curve.low, curve.high, label="left open by the load", **band)
+            axes.plot(x, curve.values, label=text, **series(k))
+        bounds = draw_limits(axes.axhline, [part for _, part in every], quantity)
+        axes.set(xlabel=axis, ylabel=labelled(words_of(quantity), found[0][2].unit))
+        if axis == "configuration":
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        if quantity in SIZES:
+            ends = [end for *_, curve in found for end in (curve.values, curve.high) if end is not None]
+            from_zero(axes, [*ends, np.array(bounds)])
+        else:
+            axes.axhline(0.0, color=theme().ink, linewidth=0.6)
+        legend(axes)
     return figure
 
 
 @typed
-def blame(result: Result | xr.Dataset, quantity: str = "position", *, axes: Axes | None = None) -> Figure:
+def blame(
+    result: Result | xr.Dataset,
+    quantity: str = "position",
+    *,
+    axes: Axes | None = None,
+    style: Style | str | None = None,
+) -> Figure:
     """Draw the share of every source in the first-order error, configuration by configuration.
 
     Parameters
@@ -74,9 +105,9 @@ def blame(result: Result | xr.Dataset, quantity: str = "position", *, axes: Axes
         Of `worst`, `loaded`, `given` or `random`.
     quantity : {"position", "rotation"}
     axes : matplotlib axes, optional
+    style : Style or {"light", "dark", "print"}, optional
     """
-    _check_quantity(quantity)
-    figure, axes = canvas(axes)
+    check_size(quantity)
     part = single(result)
     found = shares_of(part)
     shares = 100.0 * np.nan_to_num(found.position if quantity == "position" else found.rotation)
@@ -88,81 +119,38 @@ def blame(result: Result | xr.Dataset, quantity: str = "position", *, axes: Axes
         bars.append((f"{len(rest)} others", shares[:, rest].sum(axis=1)))
     where = np.arange(len(shares))
     above, below = np.zeros(len(shares)), np.zeros(len(shares))
-    for k, (name, values) in enumerate(bars):
-        bottom = np.where(values >= 0, above, below)
-        colour = GREY if rest and k == len(bars) - 1 else COLOURS[k % len(COLOURS)]
-        hatch = HATCHES[k % len(HATCHES)]
-        axes.bar(where, values, 0.85, bottom, label=name, color=colour, edgecolor="white", hatch=hatch, linewidth=0.5)
-        above, below = above + np.maximum(values, 0), below + np.minimum(values, 0)
-    if below.min(initial=0.0) < 0:
-        axes.axhline(0, color="black", linewidth=0.8)
-    _ticks(axes, part)
-    axes.set_ylabel(f"share in the {quantity} error [%]" if quantity == "position" else "share in the rotation [%]")
-    axes.set_title(str(part.attrs.get("question", "")))
-    if bars:
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    else:
-        axes.annotate("no error", (0.5, 0.5), xycoords="axes fraction", ha="center", color=GREY)
-        axes.set(xlim=(-0.5, len(where) - 0.5), ylim=(0, 100))
-    return figure
-
-
-@typed
-def sweep(
-    result: Result | xr.Dataset, quantity: str = "position", *, surface: bool = False, axes: Axes | None = None
-) -> Figure:
-    """Draw the error against the swept value: a curve for some configurations, or a surface over both.
-
-    Parameters
-    ----------
-    result : Dataset
-        Of `sweep`.
-    quantity : {"position", "rotation"}
-    surface : bool
-        A map over value and configuration in place of curves.
-    axes : matplotlib axes, optional
-    """
-    _check_quantity(quantity)
-    part = single(result)
-    dim = str(part.attrs.get("sweep", ""))
-    if not dim:
-        raise InputError("is not the result of a sweep", key="result")
-    figure, axes = canvas(axes)
-    steps = part.sizes[dim]
-    numeric = part.coords[dim].values.dtype.kind in "fiu"
-    x: Any = part.coords[dim].values if numeric else np.arange(steps)
-    parts = [_sizes(part.isel(dim, k), quantity)[0] for k in range(steps)]
-    values, unit = np.stack([values for _, values, _ in parts]), parts[0][2]
-    where, words = along(part.isel(dim, 0))
-    title = labelled(f"{quantity} error" if quantity == "position" else "rotation", unit)
-    if surface:
-        mesh = axes.pcolormesh(x, where, values.T, cmap="cividis", shading="nearest")
-        axes.grid(visible=False)
-        # Between texts, such as fits, there are no values.
-        if numeric and min(values.shape) > 1:
-            lines = axes.contour(x, where, values.T, colors="white", linewidths=0.7)
-            axes.clabel(lines, fontsize=7)
-        figure.colorbar(mesh, ax=axes, label=title)
-        axes.set_ylabel(words)
-    else:
-        count = values.shape[1]
-        chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_CURVES)).round().astype(int))
-        name, _, unit = words.partition(" [")
-        for k, c in enumerate(chosen.tolist()):
-            axes.plot(x, values[:, c], label=f"{name} = {where[c]:g} {unit.rstrip(']')}".rstrip(), **series(k))
-        axes.set_ylabel(title)
-        bounds = _draw_limits(axes.axhline, [part], quantity)
-        _from_zero(axes, [values, np.array(bounds)])
-        axes.legend()
-    axes.set_xlabel(labelled(dim, part.coords[dim].units))
-    if not numeric:
-        axes.set_xticks(x, [str(v) for v in part.coords[dim].values.tolist()])
+    with canvas(axes, style) as (figure, axes):
+        for k, (name, values) in enumerate(bars):
+            bottom = np.where(values >= 0, above, below)
+            colours = theme().colours
+            colour = theme().grey if rest and k == len(bars) - 1 else colours[k % len(colours)]
+            look: dict[str, Any] = {"hatch": HATCHES[k % len(HATCHES)], "edgecolor": theme().paper, "linewidth": 0.5}
+            axes.bar(where, values, 0.85, bottom, label=name, color=colour, **look)
+            above, below = above + np.maximum(values, 0), below + np.minimum(values, 0)
+        if below.min(initial=0.0) < 0:
+            axes.axhline(0, color=theme().ink, linewidth=0.8)
+        else:
+            axes.set_ylim(0.0, 100.0)
+        _ticks(axes, part)
+        axes.set_ylabel("share [%]")
+        asked = str(part.attrs.get("question", ""))
+        title(axes, f"{asked}: sources of the {words_of(quantity)}")
+        if bars:
+            legend(axes)
+        else:
+            axes.annotate("no error", (0.5, 0.5), xycoords="axes fraction", ha="center", color=theme().grey)
+            axes.set(xlim=(-0.5, len(where) - 0.5), ylim=(0, 100))
     return figure
 
 
 @typed
 def histogram(
-    result: Result | xr.Dataset, quantity: str = "position", configuration: int = 0, *, axes: Axes | None = None
+    result: Result | xr.Dataset,
+    quantity: str = "position",
+    configuration: int | None = None,
+    *,
+    axes: Axes | None = None,
+    style: Style | str | None = None,
 ) -> Figure:
     """Draw how a quantity scatters in one configuration, with its quantiles.
 
@@ -171,72 +159,104 @@ def histogram(
     result : Dataset
         Of `random`.
     quantity : {"position", "rotation"} or a component
-    configuration : int
+    configuration : int, optional
+        Which, counted from 0; that of the largest quantile if left out.
     axes : matplotlib axes, optional
+    style : Style or {"light", "dark", "print"}, optional
     """
     part = single(result)
     if "histogram" not in part.data:
         raise InputError("has no histogram; it is the question random that has one", key="result")
     known = part.labels("quantity")
     if quantity not in known:
-        raise InputError(f"'{quantity}' is not one of {', '.join(known)}", key="quantity")
-    in_range(configuration, "configuration", "a configuration", 0, part.sizes["configuration"] - 1)
-    figure, axes = canvas(axes)
-    counts = part.get("histogram", quantity=quantity)[configuration]
-    edges = part.get("edge", quantity=quantity)[configuration]
+        raise InputError(not_known(quantity, "a quantity", known), key="quantity")
+    worst = configuration is None
+    chosen = worst_of(part, quantity) if configuration is None else configuration
+    in_range(chosen, "configuration", "a configuration", 0, part.sizes["configuration"] - 1)
+    counts = part.get("histogram", quantity=quantity)[chosen]
+    edges = part.get("edge", quantity=quantity)[chosen]
     unit = part.unit("error_quantile", quantity=quantity)
     share = 100.0 * counts / max(1, counts.sum())
-    axes.stairs(share, edges, fill=True, color=COLOURS[0], alpha=0.5)
-    axes.stairs(share, edges, color=COLOURS[0])
     top = float(share.max(initial=0.0))
-    for k, level in enumerate(part.labels("probability")):
-        value = float(part.get("error_quantile", probability=level, quantity=quantity)[configuration])
-        axes.axvline(value, color=COLOURS[3], linestyle=(0, (3, 1 + k)), linewidth=1.0)
-        text = f"{100 * level:g} %"
-        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
-        axes.annotate(
-            text, (value, 1.06 * top), xytext=(-2, 0), textcoords="offset points", rotation=90, ha="right", va="top",
-            fontsize=7, bbox=box,
-        )  # fmt: skip
-    axes.set_ylim(0, 1.1 * top if top > 0 else 1.0)
-    filled = np.flatnonzero(counts)
-    bounds = _draw_limits(axes.axvline, [part], quantity)
-    if len(filled):
-        ends = [edges[max(0, filled[0] - 2)], edges[min(len(edges) - 1, filled[-1] + 3)]]
-        # A limit that is near is shown; one far away would leave nothing of the histogram.
-        near = [value for value in bounds if ends[0] - (ends[1] - ends[0]) < value < ends[1] + (ends[1] - ends[0])]
-        low, high = min([ends[0], *near]), max([ends[1], *near])
-        # A line at the frame would not be seen.
-        room = 0.02 * (high - low)
-        axes.set_xlim(low - room * (low in near), high + room * (high in near))
-    if any(axes.get_xlim()[0] <= value <= axes.get_xlim()[1] for value in bounds):
-        axes.legend()
-    axes.set(
-        xlabel=labelled(f"{quantity} error" if quantity != "rotation" else "rotation", unit),
-        ylabel="specimens per bin [%]",
-    )
-    axes.set_title(f"random: configuration {configuration}, {part.attrs['samples']} specimens")
+    with canvas(axes, style) as (figure, axes):
+        colours = theme().colours
+        axes.stairs(share, edges, fill=True, color=colours[0], alpha=0.5)
+        axes.stairs(share, edges, color=colours[0])
+        for k, level in enumerate(part.labels("probability")):
+            value = float(part.get("error_quantile", probability=level, quantity=quantity)[chosen])
+            dash = (0, (3, 1 + k))
+            text = f"{100 * level:g} %: {value:.3g} {unit}"
+            axes.axvline(value, color=colours[3 % len(colours)], linestyle=dash, linewidth=1.2, label=text)
+        axes.set_ylim(0, 1.05 * top if top > 0 else 1.0)
+        bounds = draw_limits(axes.axvline, [part], quantity)
+        _around_histogram(axes, counts, edges, bounds)
+        axes.set(xlabel=labelled(words_of(quantity), unit), ylabel="specimens per bin [%]")
+        said = f"random: {which(part, chosen)}" + (" (the worst one)" if worst else "")
+        title(axes, f"{said}, {part.attrs['samples']} specimens")
+        legend(axes)
     return figure
 
 
-def _draw_limits(line: Callable[..., object], results: Sequence[Result], quantity: str) -> list[float]:
+def _around_histogram(axes: Axes, counts: Floats, edges: Floats, bounds: Sequence[float]) -> None:
+    """The part of the axis that has specimens, and limits that are near."""
+    filled = np.flatnonzero(counts)
+    if not len(filled):
+        return
+    ends = [edges[max(0, filled[0] - 2)], edges[min(len(edges) - 1, filled[-1] + 3)]]
+    # A limit that is near is shown; one far away would leave nothing of the histogram.
+    near = [value for value in bounds if ends[0] - (ends[1] - ends[0]) < value < ends[1] + (ends[1] - ends[0])]
+    low, high = min([ends[0], *near]), max([ends[1], *near])
+    # A line at the frame would not be seen.
+    edge = 0.02 * (high - low)
+    axes.set_xlim(low - edge * (low in near), high + edge * (high in near))
+
+
+def worst_of(result: Result, quantity: str) -> int:
+    """The configuration in which a quantity is largest; the first one where none is known."""
+    sizes = np.max([np.abs(curve.values) for curve in curves(result, quantity)], axis=0)
+    return int(np.nanargmax(sizes)) if np.isfinite(sizes).any() else 0
+
+
+def draw_limits(line: Callable[..., object], results: Sequence[Result], quantity: str) -> list[float]:
     """Draw the limits of a quantity, each once, as lines across; one entry of a legend stands for all."""
-    known = [result.get("limit", quantity=quantity) for result in results if "limit" in result.data]
-    bounds = sorted({float(value) for limit in known for value in limit.ravel() if np.isfinite(value)})
+    bounds = limits_of(results, quantity)
     for k, value in enumerate(bounds):
-        line(value, **LIMIT, label=None if k else "limit")
+        line(value, **limit_line(), label=None if k else "limit")
     return bounds
 
 
-def _from_zero(axes: Axes, curves: Sequence[Floats]) -> None:
+def limits_of(results: Sequence[Result], quantity: str) -> list[float]:
+    """The limits of a quantity, each once."""
+    known = [result.get("limit", quantity=quantity) for result in results if "limit" in result.data]
+    return sorted({float(value) for limit in known for value in limit.ravel() if np.isfinite(value)})
+
+
+def from_zero(axes: Axes, values: Sequence[Floats]) -> None:
     """The error axis begins at no error, so that heights compare."""
-    top = max((float(np.nanmax(values, initial=0.0)) for values in curves), default=0.0)
-    axes.set_ylim(0, 1.1 * top if top > 0 else 1.0)
+    top = max((float(np.nanmax(each, initial=0.0)) for each in values), default=0.0)
+    # A mark on the axis is seen as a whole.
+    axes.set_ylim(-0.015 * top, 1.05 * top if top > 0 else 1.0)
 
 
-def _check_quantity(quantity: str) -> None:
-    if quantity not in QUANTITIES:
-        raise InputError(f"'{quantity}' is not one of {', '.join(QUANTITIES)}", key="quantity")
+def check_size(quantity: str) -> None:
+    """Refuse what is not the size of an error.
+
+    Raises
+    ------
+    InputError
+    """
+    if quantity not in SIZES:
+        raise InputError(not_known(quantity, "a quantity", SIZES), key="quantity")
+
+
+def size_behind(quantity: str) -> str:
+    """The size that a component belongs to; a size itself."""
+    return quantity if quantity in SIZES else SIZES[0] if split([quantity])[0] else SIZES[1]
+
+
+def words_of(quantity: str) -> str:
+    """What a quantity is called on an axis."""
+    return {"position": "position error", "rotation": "rotation"}.get(quantity, f"error in {quantity}")
 
 
 def _named(results: Results | Result | xr.Dataset) -> dict[str, Result]:
@@ -260,28 +280,67 @@ def _lower(heading: str) -> str:
     return heading[:1].lower() + heading[1:]
 
 
-def _sizes(result: Result, quantity: str) -> list[tuple[str, Floats, str]]:
-    """The curves that a result has to show: name, sizes over configurations, unit."""
-    unit = unit_of(result, quantity)
-    if f"worst_{quantity}" in result.data:
-        return [("worst", result.get(f"worst_{quantity}"), unit)]
+def curves(result: Result, quantity: str) -> list[Curve]:
+    """The curves that a result has to show of a size or of a component of its error.
+
+    Raises
+    ------
+    InputError
+        When it has no such quantity, or no error.
+    """
+    known = (*SIZES, *(result.labels("component") if "component" in result.coords else ()))
+    if quantity not in known:
+        raise InputError(not_known(quantity, "a quantity", known), key="quantity")
+    asked = str(result.attrs.get("question", ""))
+    if "worst_position" in result.data:
+        if quantity in SIZES:
+            return [Curve("worst", result.get(f"worst_{quantity}"), unit_of(result, quantity))]
+        unit = result.unit("worst_component", component=quantity)
+        ends = (result.get("worst_component", component=quantity, side=side) for side in ("low", "high"))
+        return [Curve(f"worst {side}", values, unit) for side, values in zip(("low", "high"), ends, strict=True)]
     if "error_quantile" in result.data:
         level = typical(result)
-        return [(f"{100 * level:g} %", result.get("error_quantile", probability=level, quantity=quantity), unit)]
+        values = result.get("error_quantile", probability=level, quantity=quantity)
+        return [Curve(f"{100 * level:g} %", values, result.unit("error_quantile", quantity=quantity))]
     if "residual" in result.data:
-        return [
-            ("as commanded", size(result, "error", quantity), unit),
-            ("corrected", size(result, "residual", quantity), unit),
-        ]
+        pairs = (("as commanded", "error"), ("corrected", "residual"))
+        return [Curve(words, *_of_error(result, name, quantity)) for words, name in pairs]
     if "error" in result.data:
-        return [(str(result.attrs.get("question", "")), size(result, "error", quantity), unit)]
+        return [Curve(asked, *_of_error(result, "error", quantity), *_left_open(result, quantity))]
     raise InputError("has no error to draw", key="result")
+
+
+def _of_error(result: Result, name: str, quantity: str) -> tuple[Floats, str]:
+    """Values of an error, and their unit."""
+    if quantity in SIZES:
+        return size(result, name, quantity), unit_of(result, quantity)
+    return result.get(name, component=quantity), result.unit(name, component=quantity)
+
+
+def _left_open(result: Result, quantity: str) -> tuple[Floats | None, Floats | None]:
+    """Between what an error can be where the load leaves offsets open; nothing where it leaves none."""
+    if "undetermined" not in result.data:
+        return None, None
+    lengths, angles = split(result.labels("component"))
+    names = {"position": lengths, "rotation": angles}.get(quantity, [quantity])
+    error, half = (
+        np.stack([result.get(name, component=c) for c in names], axis=-1) for name in ("error", "undetermined")
+    )
+    if not np.nanmax(np.abs(half), initial=0.0) > 1e-9 * np.nanmax(np.abs(error), initial=0.0):
+        return None, None
+    if quantity not in SIZES:
+        return (error - half)[..., 0], (error + half)[..., 0]
+    # Components are bounded one by one: the nearest and the farthest point of the box.
+    least, most = np.maximum(np.abs(error) - half, 0.0), np.abs(error) + half
+    return np.linalg.norm(least, axis=-1), np.linalg.norm(most, axis=-1)
 
 
 def _ticks(axes: Axes, result: Result) -> None:
     """Configurations on the axis by their drive value, not more than can be read."""
     values, words = along(result)
-    every = max(1, -(-len(values) // 12))
-    where = np.arange(0, len(values), every)
-    axes.set_xticks(where, [f"{values[k]:g}" for k in where])
+    texts = [f"{value:.4g}" for value in values]
+    letters = float(axes.xaxis.get_label().get_fontsize())
+    most = max(2, int(room(axes) / (letters + max(width_of(text, letters) for text in texts))))
+    where = np.arange(0, len(values), max(1, -(-len(values) // most)))
+    axes.set_xticks(where, [texts[k] for k in where])
     axes.set_xlabel(words)

@@ -1,10 +1,14 @@
 """A map as an interactive page: values under the pointer, a slider through slices, iso-surfaces in space.
 
-The page carries all that it needs and works without a network.
+Nodes without a trusted number have a colour of their own by their status; outside of the grid there is none. Lines
+between nodes show where a contact changes sides. The legend names both. The page carries all that it needs and works
+without a network.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from html import escape
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -13,28 +17,34 @@ import numpy as np
 
 from jointplay.errors import JointplayError, one_line
 
+from .cells import boundaries, cell_edges
 from .isosurface import isosurface
 from .layers import Layers
-from .style import is_plan
+from .style import mixed, theme
+from .words import is_plan
 
 if TYPE_CHECKING:
     import xarray as xr
 
+Floats = np.ndarray[Any, np.dtype[np.float64]]
+Texts = np.ndarray[Any, np.dtype[np.str_]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
 COLOUR_SCALE = "Cividis"
+#: nodes without a trusted number: how much of the grey their colour has, the rest is paper
+UNTRUSTED = {"not_assembled": 0.35, "singular": 0.6, "underconstrained": 0.8, "not_assemblable": 1.0}
+CONTACT = "a contact changes sides"
 #: quantiles of the nodes through which iso-surfaces are drawn
 LEVELS = (0.25, 0.5, 0.75)
-#: how a limit is drawn
-LIMIT = {"color": "black", "width": 2, "dash": "dash"}
 #: slices that a slider goes through
 MOST_SLICES = 101
 
 
-def page(shown: Layers, span: tuple[float, float]) -> str:
+def page(layers: Layers, span: tuple[float, float]) -> str:
     """The page as HTML.
 
     Parameters
     ----------
-    shown : Layers
+    layers : Layers
         Over one to three axes.
     span : pair of float
         Range of the colours.
@@ -44,20 +54,48 @@ def page(shown: Layers, span: tuple[float, float]) -> str:
     JointplayError
         When plotly is not installed.
     """
-    text: str = figure_of(shown, span).to_html(include_plotlyjs=True, full_html=True)
-    return text
+    figure = figure_of(layers, span)
+    text: str = figure.to_html(include_plotlyjs=True, full_html=True)
+    return text.replace("<body>", f'<body style="background: {theme().paper}">', 1)
 
 
-def figure_of(shown: Layers, span: tuple[float, float]) -> Any:
+def figure_of(layers: Layers, span: tuple[float, float]) -> Any:
     """The plotly figure of a page."""
     if find_spec("plotly") is None:
         raise JointplayError("an interactive page needs plotly: pip install 'jointplay[plot]'")
-    value, title = _escaped(shown.value), escape(one_line(shown.title))
-    words = shown.status.astype(object)
-    words[shown.contact_change.any(axis=-1)] += ", a contact changes sides next to it"
-    if value.ndim == 1:
-        return _line(value, words, title, shown.bounds)
-    return (_heat if value.ndim == 2 else _slices)(value, words, span, title, shown.bounds)
+    shown = Shown(_escaped(layers.value), layers.status, layers.contact_change, span, layers.bounds)
+    title, value = escape(one_line(layers.title)), shown.value
+    figure = (_line, _heat, _slices)[value.ndim - 1](shown, title)
+    look = theme()
+    figure.update_layout(paper_bgcolor=look.paper, plot_bgcolor=look.paper, font={"color": look.ink})
+    figure.update_xaxes(gridcolor=look.faint, linecolor=look.ink, showline=True, zeroline=False)
+    figure.update_yaxes(gridcolor=look.faint, linecolor=look.ink, showline=True, zeroline=False)
+    return figure
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What is drawn over a grid, or over a slice of one."""
+
+    value: xr.DataArray
+    status: Texts
+    contact_change: Flags
+    span: tuple[float, float]
+    #: limits of the quantity
+    bounds: tuple[float, ...]
+
+    @property
+    def words(self) -> Any:
+        """What the pointer says of every node."""
+        words = self.status.astype(object)
+        words[self.contact_change.any(axis=-1)] += ", a contact changes sides next to it"
+        return words
+
+    def slice(self, k: int) -> Shown:
+        """A slice across the last axis."""
+        return Shown(
+            self.value[:, :, k], self.status[:, :, k], self.contact_change[:, :, k, :2], self.span, self.bounds
+        )
 
 
 def _escaped(value: xr.DataArray) -> xr.DataArray:
@@ -84,124 +122,175 @@ def _hover(value: xr.DataArray, names: list[str]) -> str:
     return "<br>".join([*lines, "%{customdata}"]) + "<extra></extra>"
 
 
-def _line(value: xr.DataArray, words: Any, title: str, bounds: tuple[float, ...]) -> Any:
+def _line(shown: Shown, title: str) -> Any:
     import plotly.graph_objects as go
 
+    value = shown.value
     along = value[value.dims[0]]
     hover = _hover(value, [str(along.name)])
-    line = go.Scatter(x=along.values, y=value.values, customdata=words, hovertemplate=hover, mode="lines+markers")
+    colour = {"color": theme().colours[0]}
+    line = go.Scatter(
+        x=along.values, y=value.values, customdata=shown.words, hovertemplate=hover, mode="lines+markers",
+        line=colour, showlegend=False,
+    )  # fmt: skip
     figure = go.Figure(line, {"title": title, "xaxis_title": _named(along), "yaxis_title": _named(value)})
-    for bound in bounds:
-        figure.add_hline(bound, line=LIMIT, annotation_text=_limit(value, bound))
+    edges = cell_edges(along.values)
+    for name, colour_, there in _statuses(shown):
+        look = {"fillcolor": colour_, "line_width": 0, "layer": "below"}
+        for k in np.flatnonzero(there).tolist():
+            figure.add_vrect(edges[k], edges[k + 1], name=name, legendgroup=name, **look)
+        figure.add_trace(_key(name, colour_))
+    for k in np.flatnonzero(shown.contact_change[:-1, 0]).tolist():
+        figure.add_vline(edges[k + 1], line={"color": theme().ink, "dash": "dot", "width": 1})
+    if shown.contact_change.any():
+        figure.add_trace(
+            go.Scatter(x=[None], y=[None], mode="lines", name=CONTACT, line={"color": theme().ink, "dash": "dot"})
+        )
+    for bound in shown.bounds:
+        figure.add_hline(bound, line=_dashes(), annotation_text=_limit(value, bound))
     return figure
 
 
-def _heat(value: xr.DataArray, words: Any, span: tuple[float, float], title: str, bounds: tuple[float, ...]) -> Any:
-    import plotly.graph_objects as go
-
-    figure = go.Figure([_plane(value, words, span, _named(value)), *_contours(value, bounds)], {"title": title})
-    # Beside the title of the colours.
-    figure.update_layout(legend={"orientation": "h", "y": 1.0, "yanchor": "bottom"})
-    _label(figure, value)
-    return figure
+def _dashes() -> dict[str, Any]:
+    """How a limit is drawn."""
+    return {"color": theme().ink, "width": 2, "dash": "dash"}
 
 
 def _limit(value: xr.DataArray, bound: float) -> str:
     return f"limit {bound:g} {value.attrs['units']}".rstrip()
 
 
-def _contours(value: xr.DataArray, bounds: tuple[float, ...]) -> list[Any]:
-    """Lines where the value of a plane is at a limit."""
+def _key(name: str, colour: str) -> Any:
+    """An entry of the legend for an area."""
     import plotly.graph_objects as go
 
-    across, up = (value[dim].values for dim in value.dims)
-    return [
-        go.Contour(
-            x=across,
-            y=up,
-            z=value.values.T,
-            contours={"start": bound, "end": bound, "size": 1.0, "coloring": "none"},
-            line=LIMIT,
-            name=_limit(value, bound),
-            showlegend=True,
-            showscale=False,
-            hoverinfo="skip",
-        )
-        for bound in bounds
-    ]
+    marker = {"color": colour, "symbol": "square", "size": 12}
+    return go.Scatter(x=[None], y=[None], mode="markers", name=name, marker=marker, showlegend=True)
 
 
-def _plane(value: xr.DataArray, words: Any, span: tuple[float, float], label: str) -> Any:
+def _statuses(shown: Shown) -> Iterator[tuple[str, str, Flags]]:
+    """Every status without a trusted number: its name, its colour, and where it is."""
+    for name, share in UNTRUSTED.items():
+        there = np.asarray(shown.status == name)
+        if there.any():
+            yield name.replace("_", " "), mixed(theme().grey, theme().paper, share), there
+
+
+def _heat(shown: Shown, title: str) -> Any:
     import plotly.graph_objects as go
 
+    figure = go.Figure(_plane(shown, _named(shown.value), bar=None), {"title": title})
+    for name, colour, _ in _statuses(shown):
+        figure.add_trace(_key(name, colour))
+    _label(figure, shown.value)
+    figure.update_layout(legend={"orientation": "h", "y": 1.0, "yanchor": "bottom"})
+    return figure
+
+
+def _plane(shown: Shown, label: str, *, bar: float | None) -> list[Any]:
+    """A slice: its values, the nodes of each status, and the lines where a contact changes sides."""
+    import plotly.graph_objects as go
+
+    value = shown.value
     across, up = (value[dim] for dim in value.dims)
-    return go.Heatmap(
-        x=across.values,
-        y=up.values,
-        z=value.values.T,
-        customdata=words.T,
-        zmin=span[0],
-        zmax=span[1],
-        colorscale=COLOUR_SCALE,
-        colorbar={"title": label, "x": 0.46 if value.coords.get("slice") is not None else None},
-        hovertemplate=_hover(value, [str(across.name), str(up.name)]),
-        hoverongaps=True,
-    )
+    names = [str(across.name), str(up.name)]
+    low, high = shown.span
+    traces: list[Any] = [
+        go.Heatmap(
+            x=across.values, y=up.values, z=value.values.T, customdata=shown.words.T, zmin=low, zmax=high,
+            colorscale=COLOUR_SCALE, colorbar={"title": label, "x": bar}, hovertemplate=_hover(value, names),
+            hoverongaps=False, name=str(value.attrs["long_name"]),
+        )
+    ]  # fmt: skip
+    hover = "<br>".join(f"{name} = %{{{letter}:.6g}}" for name, letter in zip(names, "xy", strict=True))
+    for name, colour, there in _statuses(shown):
+        traces.append(
+            go.Heatmap(
+                x=across.values, y=up.values, z=np.where(there, 1.0, np.nan).T, showscale=False, name=name,
+                colorscale=[[0.0, colour], [1.0, colour]], hoverongaps=False,
+                hovertemplate=f"{hover}<br>{name}<extra></extra>",
+            )
+        )  # fmt: skip
+    if shown.contact_change.any():
+        lines = boundaries(across.values, up.values, shown.contact_change)
+        x, y = (np.array([[*(point[axis] for point in line), np.nan] for line in lines]).ravel() for axis in (0, 1))
+        look = {"color": theme().ink, "width": 1.5}
+        traces.append(go.Scatter(x=x, y=y, mode="lines", name=CONTACT, line=look, hoverinfo="skip", showlegend=True))
+    for bound in shown.bounds:
+        only = {"start": bound, "end": bound, "size": 1.0, "coloring": "none"}
+        traces.append(
+            go.Contour(
+                x=across.values, y=up.values, z=value.values.T, contours=only, line=_dashes(), name=_limit(value, bound),
+                showlegend=True, showscale=False, hoverinfo="skip",
+            )
+        )  # fmt: skip
+    return traces
 
 
 def _label(figure: Any, value: xr.DataArray) -> None:
     across, up = (value[dim] for dim in value.dims[:2])
-    # The grey of what cannot be reached ends where the map ends.
-    figure.update_xaxes(title=_named(across), constrain="domain")
-    figure.update_yaxes(title=_named(up), constrain="domain", **({"scaleanchor": "x"} if is_plan(value) else {}))
-    figure.update_layout(plot_bgcolor="#d9d9d9")
-    figure.update_xaxes(showgrid=False, zeroline=False)
-    figure.update_yaxes(showgrid=False, zeroline=False)
+    figure.update_xaxes(title=_named(across), constrain="domain", showgrid=False)
+    figure.update_yaxes(title=_named(up), constrain="domain", showgrid=False)
+    if is_plan(value):
+        figure.update_yaxes(scaleanchor="x")
 
 
-def _slices(value: xr.DataArray, words: Any, span: tuple[float, float], title: str, bounds: tuple[float, ...]) -> Any:
+def _slices(shown: Shown, title: str) -> Any:
     """A slice with its slider on the left, iso-surfaces on the right."""
     from plotly.subplots import make_subplots
 
+    value = shown.value
     third = value[value.dims[2]]
     picks = np.unique(np.linspace(0, third.size - 1, min(third.size, MOST_SLICES)).round().astype(int)).tolist()
-    figure = make_subplots(1, 2, specs=[[{"type": "heatmap"}, {"type": "scene"}]], column_widths=[0.45, 0.55])
+    figure = make_subplots(
+        1, 2, specs=[[{"type": "heatmap"}, {"type": "scene"}]], column_widths=[0.42, 0.58], horizontal_spacing=0.12
+    )
+    owner: list[int] = []
     for k in picks:
-        cut = value[:, :, k].assign_coords(slice=k)
-        for trace in (_plane(cut, words[:, :, k], span, ""), *_contours(cut, bounds)):
+        for trace in _plane(shown.slice(k), "", bar=0.44):
             figure.add_trace(trace.update(visible=k == picks[len(picks) // 2]), 1, 1)
-    surfaces = list(_surfaces(value, span, bounds))
+            owner.append(k)
+    rest = [_key(name, colour) for name, colour, _ in _statuses(shown)]
+    for key in rest:
+        figure.add_trace(key, 1, 1)
+    surfaces = list(_surfaces(shown))
     for surface in surfaces:
         figure.add_trace(surface, 1, 2)
+    always = [True] * (len(rest) + len(surfaces))
     unit = str(third.attrs["units"])
     steps = [
         {
             "method": "update",
             "label": f"{float(third[k]):g}",
-            "args": [{"visible": [j == k for j in picks for _ in (None, *bounds)] + [True] * len(surfaces)}],
+            "args": [{"visible": [own == k for own in owner] + always}],
         }
         for k in picks
     ]
     prefix = {"prefix": f"{third.name} = ", "suffix": f" {unit}"}
+    axis = {"backgroundcolor": theme().paper, "gridcolor": theme().faint, "color": theme().ink}
     figure.update_layout(
         title=f"{title}: {_named(value)}",
-        sliders=[{"active": len(picks) // 2, "steps": steps, "currentvalue": prefix, "len": 0.45}],
-        scene={f"{letter}axis_title": _named(value[dim]) for letter, dim in zip("xyz", value.dims, strict=True)},
-        legend={"x": 1.0, "xanchor": "right"},
+        sliders=[{"active": len(picks) // 2, "steps": steps, "currentvalue": prefix, "len": 0.42}],
+        scene={
+            f"{letter}axis": {"title": {"text": _named(value[dim])}, **axis}
+            for letter, dim in zip("xyz", value.dims, strict=True)
+        },
+        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom"},
     )
     _label(figure, value)
     return figure
 
 
-def _surfaces(value: xr.DataArray, span: tuple[float, float], bounds: tuple[float, ...]) -> Any:
+def _surfaces(shown: Shown) -> Any:
     """Iso-surfaces at quantiles, in their colours, and at the limits."""
     import plotly.graph_objects as go
 
+    value, (low, high) = shown.value, shown.span
     known = value.values[np.isfinite(value.values)]
     axes = tuple(value[dim].values for dim in value.dims)
     quantiles = np.quantile(known, LEVELS).tolist() if known.size else []
     names = {level: f"{level:.4g} {value.attrs['units']}" for level in quantiles}
-    for level, name in (names | {bound: _limit(value, bound) for bound in bounds}).items():
+    for level, name in (names | {bound: _limit(value, bound) for bound in shown.bounds}).items():
         points, triangles = isosurface(axes, value.values, level)
         if not len(triangles):
             continue
@@ -213,8 +302,8 @@ def _surfaces(value: xr.DataArray, span: tuple[float, float], bounds: tuple[floa
             j=triangles[:, 1],
             k=triangles[:, 2],
             intensity=np.full(len(points), level),
-            cmin=span[0],
-            cmax=span[1],
+            cmin=low,
+            cmax=high,
             colorscale=COLOUR_SCALE,
             showscale=False,
             opacity=0.5,

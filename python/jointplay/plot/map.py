@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -20,10 +19,14 @@ from jointplay.errors import InputError
 from jointplay.result import SEVERAL, Result, Variable, bounds, quantity
 from jointplay.typed import typed
 
-from . import sheet
+from .cells import boundaries, cell_edges
 from .interactive import page
 from .layers import Layers
-from .style import COLOURS, GREY, LIMIT, STYLE, is_plan, labelled
+from .layout import columns_of
+from .put import check_path as check_drawing
+from .put import put
+from .style import Style, limit_line, series, theme, using
+from .words import headline, is_plan, labelled, legend, title
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,19 +36,22 @@ Floats = np.ndarray[Any, np.dtype[np.float64]]
 COLOUR_MAP = "cividis"
 #: how nodes are hatched that have no trusted number
 HATCHED = {"not_assembled": "", "singular": "xxxx", "underconstrained": "----", "not_assemblable": "++++"}
-UNREACHED = "#d9d9d9"
 #: slices of a map with three axes
 SLICES = 4
-#: height and largest width of a plan, and width of an entry of the legend, inches
-PLAN, MOST_WIDE, ENTRY = 3.7, 8.0, 1.9
-#: what the dashes of a limit stand on, so that they are seen on light and dark colours
-BEHIND: list[AbstractPathEffect] = [withStroke(linewidth=3.2, foreground="white")]
+#: height and largest width of a plan, width of a slice, inches
+PLAN, MOST_WIDE, SLICE = 3.7, 8.0, 3.2
 #: near a singularity errors grow without bound; colours end at this quantile where it is far below the largest
 CUT, FAR = 0.98, 2.0
 
 
 @typed
-def map(result: Result | xr.Dataset, variable: str | None = None, *, axes: Axes | None = None) -> Figure:
+def map(
+    result: Result | xr.Dataset,
+    variable: str | None = None,
+    *,
+    axes: Axes | None = None,
+    style: Style | str | None = None,
+) -> Figure:
     """Draw a map: a line over one axis, colours over two, slices over three.
 
     Parameters
@@ -57,6 +63,7 @@ def map(result: Result | xr.Dataset, variable: str | None = None, *, axes: Axes 
         first of these that the question has if left out.
     axes : matplotlib.axes.Axes, optional
         Where to draw a map of one or two axes; a new figure if left out.
+    style : Style or {"light", "dark", "print"}, optional
 
     Returns
     -------
@@ -69,25 +76,21 @@ def map(result: Result | xr.Dataset, variable: str | None = None, *, axes: Axes 
     """
     shown = layers(result, variable)
     dims = shown.value.ndim
-    with mpl.rc_context(STYLE):
-        if axes is not None:
-            if dims == 3:
-                raise InputError("slices need a figure of their own; leave axes out", key="axes")
-            figure = axes.get_figure()
-            assert isinstance(figure, Figure)
-        else:
-            figure = Figure(figsize=(3.2 * SLICES, 3.6) if dims == 3 else (6.4, 3.6) if dims == 1 else _fitting(shown))
-        if dims == 1:
+    if axes is not None and dims == 3:
+        raise InputError("slices need a figure of their own; leave axes out", key="axes")
+    with using(style) as chosen:
+        columns = min(SLICES, max(2, columns_of(chosen, SLICE)))
+        size = {1: (6.4, 3.6), 3: (SLICE * columns, 0.4 + 3.2 * -(-SLICES // columns))}.get(dims) or _fitting(shown)
+        figure = chosen.figure(*size) if axes is None else axes.get_figure()
+        assert isinstance(figure, Figure)
+        if dims == 3:
+            _slices(shown, figure, columns)
+        elif dims == 1:
             _line(shown, axes or figure.add_subplot())
-        elif dims == 2:
-            handles = _heat(shown, axes or figure.add_subplot(), bar=True)
-            if handles and axes is not None:
-                axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.14), ncols=3)
-            elif handles:
-                columns = max(1, int(figure.get_figwidth() / ENTRY))
-                figure.legend(handles=handles, loc="outside lower left", ncols=columns)
         else:
-            _slices(shown, figure)
+            axes = axes or figure.add_subplot()
+            handles = _heat(shown, axes, bar=True)
+            legend(axes, (handles, [str(handle.get_label()) for handle in handles]))
     return figure
 
 
@@ -140,7 +143,7 @@ def _fitting(shown: Layers) -> tuple[float, float]:
     """Size of a figure without empty margins, inches: of a plan as wide as it has to be."""
     if not is_plan(shown.value):
         return 6.4, 4.6
-    wide, high = (float(np.ptp(_edges(shown.value[dim].values))) for dim in shown.value.dims)
+    wide, high = (float(np.ptp(cell_edges(shown.value[dim].values))) for dim in shown.value.dims)
     scale = min(PLAN / high, MOST_WIDE / wide)
     return scale * wide + 2.0, scale * high + 0.9
 
@@ -162,19 +165,21 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, span: tuple[float, float] | N
     for status, hatch in HATCHED.items():
         there = shown.status == status
         if there.any():
-            colour = ListedColormap([UNREACHED])
+            colour = ListedColormap([theme().unreached])
             axes.pcolormesh(x, y, np.ma.masked_where(~there, there).T, cmap=colour, shading="nearest", rasterized=True)
             if hatch:
                 axes.contourf(x, y, there.T.astype(float), levels=[0.5, 1.5], colors="none", hatches=[hatch])
-            handles.append(Patch(facecolor=UNREACHED, edgecolor=GREY, hatch=hatch, label=status.replace("_", " ")))
+            handles.append(
+                Patch(facecolor=theme().unreached, edgecolor=theme().grey, hatch=hatch, label=status.replace("_", " "))
+            )
     if shown.contact_change.any():
-        axes.add_collection(LineCollection(_boundaries(x, y, shown.contact_change), colors="#000000", linewidths=1.4))
-        handles.append(Line2D([], [], color="#000000", label="a contact changes sides"))
+        axes.add_collection(LineCollection(boundaries(x, y, shown.contact_change), colors=theme().ink, linewidths=1.4))
+        handles.append(Line2D([], [], color=theme().ink, label="a contact changes sides"))
     handles += _limits(shown, axes)
     if is_plan(value):
         axes.set_aspect("equal")
     if bar:
-        axes.set_title(shown.title)
+        title(axes, shown.title)
     return handles
 
 
@@ -185,64 +190,58 @@ def _limits(shown: Layers, axes: Axes) -> list[Line2D]:
     levels = [bound for bound in shown.bounds if known.min(initial=np.inf) < bound < known.max(initial=-np.inf)]
     if not levels:
         return []
-    style = {"colors": LIMIT["color"], "linewidths": LIMIT["linewidth"], "linestyles": [LIMIT["linestyle"]]}
-    axes.contour(x, y, shown.value.values.T, levels=levels, **style).set_path_effects(BEHIND)
-    return [Line2D([], [], **LIMIT, path_effects=BEHIND, label=shown.limit)]
+    look, behind = limit_line(), _behind()
+    style = {"colors": look["color"], "linewidths": look["linewidth"], "linestyles": [look["linestyle"]]}
+    axes.contour(x, y, shown.value.values.T, levels=levels, **style).set_path_effects(behind)
+    return [Line2D([], [], **look, path_effects=behind, label=shown.limit)]
 
 
-def _boundaries(x: Floats, y: Floats, changes: np.ndarray[Any, np.dtype[np.bool_]]) -> list[list[tuple[float, float]]]:
-    """The sides of the cells between nodes whose contacts differ."""
-    (xs, ys), lines = (_edges(x), _edges(y)), []
-    for i, j in np.argwhere(changes[..., 0]).tolist():
-        lines.append([(xs[i + 1], ys[j]), (xs[i + 1], ys[j + 1])])
-    for i, j in np.argwhere(changes[..., 1]).tolist():
-        lines.append([(xs[i], ys[j + 1]), (xs[i + 1], ys[j + 1])])
-    return lines
-
-
-def _edges(nodes: Floats) -> Floats:
-    """Where the cells around the nodes begin and end."""
-    middles = (nodes[:-1] + nodes[1:]) / 2.0
-    return np.concatenate([[2.0 * nodes[0] - middles[0]], middles, [2.0 * nodes[-1] - middles[-1]]])
+def _behind() -> list[AbstractPathEffect]:
+    """What the dashes of a limit stand on, so that they are seen on light and dark colours."""
+    return [withStroke(linewidth=3.2, foreground=theme().paper)]
 
 
 def _line(shown: Layers, axes: Axes) -> None:
     value = shown.value
     along = value.dims[0]
-    value.plot.line(x=along, ax=axes, color=COLOURS[0], marker="o" if value.size <= 60 else None)
+    value.plot.line(x=along, ax=axes, color=series(0)["color"], marker="o" if value.size <= 60 else None)
     x = value[along].values
-    edges = _edges(x)
+    edges = cell_edges(x)
     for k in np.flatnonzero(np.isin(shown.status, list(HATCHED))):
         axes.axvspan(
-            edges[k], edges[k + 1], facecolor=UNREACHED, hatch=HATCHED[str(shown.status[k])], edgecolor=GREY, lw=0
+            edges[k],
+            edges[k + 1],
+            facecolor=theme().unreached,
+            hatch=HATCHED[str(shown.status[k])],
+            edgecolor=theme().grey,
+            lw=0,
         )
     for k in np.flatnonzero(shown.contact_change[:-1, 0]):
-        axes.axvline(edges[k + 1], color="#000000", linestyle=":", linewidth=1.0)
+        axes.axvline(edges[k + 1], color=theme().ink, linestyle=":", linewidth=1.0)
     handles: list[Any] = [
-        Patch(facecolor=UNREACHED, edgecolor=GREY, hatch=hatch, label=status.replace("_", " "))
+        Patch(facecolor=theme().unreached, edgecolor=theme().grey, hatch=hatch, label=status.replace("_", " "))
         for status, hatch in HATCHED.items()
         if (shown.status == status).any()
     ]
     if shown.contact_change.any():
-        handles.append(Line2D([], [], color="#000000", linestyle=":", label="a contact changes sides"))
+        handles.append(Line2D([], [], color=theme().ink, linestyle=":", label="a contact changes sides"))
     for bound in shown.bounds:
-        axes.axhline(bound, **LIMIT)
+        axes.axhline(bound, **limit_line())
     if shown.bounds:
-        handles.append(Line2D([], [], **LIMIT, label=shown.limit))
-    if handles:
-        # Upon the lines of the limits, which it does not keep clear of.
-        axes.legend(handles=handles, frameon=True, edgecolor="none")
-    axes.set_title(shown.title)
+        handles.append(Line2D([], [], **limit_line(), label=shown.limit))
+    title(axes, shown.title)
+    legend(axes, (handles, [str(handle.get_label()) for handle in handles]))
 
 
-def _slices(shown: Layers, figure: Figure) -> None:
+def _slices(shown: Layers, figure: Figure, columns: int) -> None:
     """Slices along the last axis, with one scale of colours."""
     value = shown.value
     third = value.dims[2]
     picks = np.unique(np.linspace(0, value.shape[2] - 1, SLICES).round().astype(int))
     low, high = limits(value.values)
     handles: dict[Any, Any] = {}
-    every = [figure.add_subplot(1, len(picks), k + 1) for k in range(len(picks))]
+    rows = -(-len(picks) // columns)
+    every = [figure.add_subplot(rows, columns, k + 1) for k in range(len(picks))]
     for axes, k in zip(every, picks.tolist(), strict=True):
         cut = Layers(value[:, :, k], shown.status[:, :, k], shown.contact_change[:, :, k], "", shown.bounds)
         handles |= {handle.get_label(): handle for handle in _heat(cut, axes, bar=False, span=(low, high))}
@@ -252,8 +251,8 @@ def _slices(shown: Layers, figure: Figure) -> None:
     extend = "max" if bool((value.values > high).any()) else "neither"
     figure.colorbar(every[-1].collections[0], ax=every, label=words, extend=extend)
     if handles:
-        figure.legend(handles=list(handles.values()), loc="outside lower left", ncols=len(handles))
-    figure.suptitle(shown.title, fontsize=10)
+        figure.legend(handles=list(handles.values()), loc="outside lower left", ncols=columns)
+    headline(figure, shown.title)
 
 
 def check_path(path: Path) -> None:
@@ -266,11 +265,13 @@ def check_path(path: Path) -> None:
     if path.suffix.lower() == ".html":
         files.require_writable(path)
     else:
-        sheet.check_path(path, more=(".html",))
+        check_drawing(path, more=(".html",))
 
 
 @typed
-def draw(result: Result | xr.Dataset, path: Path, variable: str | None = None) -> None:
+def draw(
+    result: Result | xr.Dataset, path: Path, variable: str | None = None, *, style: Style | str | None = None
+) -> None:
     """Draw a map and write it.
 
     Parameters
@@ -281,13 +282,13 @@ def draw(result: Result | xr.Dataset, path: Path, variable: str | None = None) -
         Ending in `.png`, `.svg` or `.pdf`, or in `.html` for an interactive page.
     variable : str, optional
         As for `map`.
+    style : Style or {"light", "dark", "print"}, optional
     """
     check_path(path)
     if path.suffix.lower() == ".html":
         shown = layers(result, variable)
-        text = page(shown, limits(shown.value.values))
+        with using(style):
+            text = page(shown, limits(shown.value.values))
         files.put(text.encode(), path)
         return
-    figure = map(result, variable)
-    with mpl.rc_context(STYLE):
-        sheet.put(figure, path)
+    put(map(result, variable, style=style), path)

@@ -1,8 +1,8 @@
 """Where the names of joints are written: beside their places, on the side where least is in the way.
 
-Of the four corners around a place, the one that looks away from the middle of the drawing comes first. A corner costs
-the area that it shares with other names, with places, and with the outside of the axes; the first of the cheapest is
-taken.
+Of the eight directions around a place, those that look away from the middle of the drawing come first. A direction
+costs the area that it shares with other names, with places, and with the outside of the axes; the first of the cheapest
+is taken, near its place if that is free and farther away if not.
 """
 
 from __future__ import annotations
@@ -13,18 +13,25 @@ from typing import Any
 import numpy as np
 from matplotlib.transforms import ScaledTranslation
 
-#: distance of a name from its place, size of its letters, half the size of a place, points
-AWAY, LETTERS, MARK = 6.0, 8.0, 4.0
-#: width of a letter on average, and height of a line, as shares of the size
-WIDE, HIGH = 0.62, 1.2
+from .style import current, theme
+from .words import HIGH, width_of
+
+#: distances of a name from its place, and half the size of a place, points
+AWAY, MARK = (6.0, 16.0, 28.0), 4.0
+
+ACROSS = {-1: "right", 0: "center", 1: "left"}
+UP = {-1: "top", 0: "center", 1: "bottom"}
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-Corner = tuple[int, int]
+#: a direction (-1, 0 or 1 to the right and upwards) and a distance
+Corner = tuple[int, int, float]
 NOTHING: Floats = np.zeros((0, 2))
 
 
-def corners(places: Floats, texts: Sequence[str], frame: Floats, obstacles: Floats = NOTHING) -> list[Corner]:
-    """The corner of each place where its name is written, to the right (1) or left (-1), above (1) or below (-1).
+def corners(
+    places: Floats, texts: Sequence[str], frame: Floats, obstacles: Floats = NOTHING, letters: float = 8.0
+) -> list[Corner]:
+    """Where the name of each place is written: to the right (1) or left (-1), above (1) or below (-1), and how far.
 
     Parameters
     ----------
@@ -35,13 +42,15 @@ def corners(places: Floats, texts: Sequence[str], frame: Floats, obstacles: Floa
         Left, lower, right and upper end of the axes, in points.
     obstacles : ndarray
         Further places that should stay free, in points.
+    letters : float
+        Their size, points.
 
     Examples
     --------
     Two places above one another have their names on both sides of the line through them.
 
     >>> corners(np.array([[50.0, 50.0], [50.0, 45.0]]), ["A", "B"], np.array([0.0, 0.0, 100.0, 100.0]))
-    [(1, 1), (1, -1)]
+    [(1, 1, 6.0), (1, -1, 6.0)]
     """
     marks = [np.concatenate([place - MARK, place + MARK]) for place in (*places, *obstacles)]
     middle = places.mean(axis=0)
@@ -52,13 +61,14 @@ def corners(places: Floats, texts: Sequence[str], frame: Floats, obstacles: Floa
         others = [mark for j, mark in enumerate(marks) if j != k]
 
         def cost(corner: Corner, place: Floats = place, text: str = text, others: list[Floats] = others) -> float:
-            box = _box(place, corner, text)
+            box = _box(place, corner, text, letters)
             outside = _area(box) - _shared(box, frame)
             return round(outside + sum(_shared(box, other) for other in (*taken, *others)), 6)
 
-        best = min(((x, y), (x, -y), (-x, y), (-x, -y)), key=cost)
+        ways = ((x, y), (x, -y), (-x, y), (-x, -y), (0, y), (0, -y), (x, 0), (-x, 0))
+        best = min(((*way, away) for away in AWAY for way in ways), key=cost)
         chosen.append(best)
-        taken.append(_box(place, best, text))
+        taken.append(_box(place, best, text, letters))
     return chosen
 
 
@@ -82,22 +92,24 @@ def write(axes: Any, at: Mapping[tuple[float, ...], str], flat: Floats, obstacle
     points = 72.0 / figure.dpi
     window = axes.get_window_extent()
     frame = points * np.array([window.x0, window.y0, window.x1, window.y1])
-    box: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.6, "pad": 0.5}
+    box: dict[str, Any] = {"facecolor": theme().paper, "edgecolor": "none", "alpha": 0.6, "pad": 0.5}
     flat, obstacles = (points * axes.transData.transform(each) for each in (flat, obstacles))
-    found = corners(flat, list(at.values()), frame, obstacles)
-    for (place, text), (x, y) in zip(at.items(), found, strict=True):
-        moved = ScaledTranslation(AWAY * x / 72.0, AWAY * y / 72.0, figure.dpi_scale_trans)
+    letters = current().font_size_used - 1.0
+    found = corners(flat, list(at.values()), frame, obstacles, letters)
+    for (place, text), (x, y, away) in zip(at.items(), found, strict=True):
+        moved = ScaledTranslation(away * x / 72.0, away * y / 72.0, figure.dpi_scale_trans)
         axes.text(
-            *place, text, fontsize=LETTERS, zorder=6, bbox=box, transform=axes.transData + moved,
-            ha="left" if x > 0 else "right", va="bottom" if y > 0 else "top",
+            *place, text, fontsize=letters, zorder=6, bbox=box, transform=axes.transData + moved,
+            ha=ACROSS[x], va=UP[y],
         )  # fmt: skip
 
 
-def _box(place: Floats, corner: Corner, text: str) -> Floats:
-    size = np.array([WIDE * LETTERS * len(text), HIGH * LETTERS])
-    near = place + AWAY * np.array(corner)
-    far = near + size * corner
-    return np.concatenate([np.minimum(near, far), np.maximum(near, far)])
+def _box(place: Floats, corner: Corner, text: str, letters: float) -> Floats:
+    """Left, lower, right and upper end of a name."""
+    size = np.array([width_of(text, letters), HIGH * letters])
+    way = np.array(corner[:2])
+    middle = place + corner[2] * way + 0.5 * size * way
+    return np.concatenate([middle - 0.5 * size, middle + 0.5 * size])
 
 
 def _area(box: Floats) -> float:

@@ -12,7 +12,9 @@ from jointplay.errors import InputError
 from jointplay.result import Result, blame
 from jointplay.typed import typed
 
-from .style import COLOURS, GREY, along, canvas, labelled, series, single
+from .figures import check_size, words_of
+from .style import Style, canvas, series, theme
+from .words import along, labelled, legend, single, title
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,7 +27,12 @@ MOST_JOINTS = 8
 
 @typed
 def pareto(
-    result: Result | xr.Dataset, quantity: str = "position", configuration: int = 0, *, axes: Axes | None = None
+    result: Result | xr.Dataset,
+    quantity: str = "position",
+    configuration: int = 0,
+    *,
+    axes: Axes | None = None,
+    style: Style | str | None = None,
 ) -> Figure:
     """Draw the sources of the first-order error in one configuration in the order of their shares, and their sums.
 
@@ -37,7 +44,9 @@ def pareto(
     configuration : int
         Which, counted from 0.
     axes : matplotlib axes, optional
+    style : Style or {"light", "dark", "print"}, optional
     """
+    check_size(quantity)
     part = single(result)
     found = blame(part)
     every = found.position if quantity == "position" else found.rotation
@@ -50,22 +59,23 @@ def pareto(
     rest = float(shares.sum() - sum(values))
     if len(kept) < np.count_nonzero(np.abs(shares) > 0.05):
         names, values = [*names, "others"], [*values, rest]
-    figure, axes = canvas(axes, 6.0, 0.9 + 0.28 * max(len(values), 3))
     where = np.arange(len(values))
-    axes.barh(where, values, 0.7, color=COLOURS[0], label="share")
     sums = np.cumsum(values)
-    axes.plot(sums, where, color=COLOURS[3], marker="o", label="sum of these and all above")
-    axes.axvline(100.0, color=GREY, linewidth=0.8, linestyle="--")
-    axes.set_yticks(where, names)
-    axes.invert_yaxis()
-    axes.set_xlabel(f"share in the {quantity} error [%]" if quantity == "position" else "share in the rotation [%]")
-    axes.set_xlim(min(0.0, *values, 0.0) * 1.05 if values else 0.0, max(105.0, 1.05 * float(sums.max(initial=0.0))))
-    axes.legend(loc="lower right")
+    with canvas(axes, style, 6.0, 0.9 + 0.28 * max(len(values), 3)) as (figure, axes):
+        axes.barh(where, values, 0.7, color=series(0)["color"], label="share")
+        axes.plot(sums, where, color=series(3)["color"], marker="o", label="sum of these and all above")
+        axes.axvline(100.0, color=theme().grey, linewidth=0.8, linestyle="--")
+        axes.set_yticks(where, names)
+        axes.invert_yaxis()
+        axes.set_xlabel(f"share in the {words_of(quantity)} [%]")
+        low = min([0.0, *values])
+        axes.set_xlim(1.05 * low, max(105.0, 1.05 * float(sums.max(initial=0.0))))
+        legend(axes)
     return figure
 
 
 @typed
-def reactions(result: Result | xr.Dataset, *, axes: Axes | None = None) -> Figure:
+def reactions(result: Result | xr.Dataset, *, axes: Axes | None = None, style: Style | str | None = None) -> Figure:
     """Draw the forces in the joints along the path, those of the joints with the largest ones.
 
     Parameters
@@ -73,20 +83,22 @@ def reactions(result: Result | xr.Dataset, *, axes: Axes | None = None) -> Figur
     result : Dataset
         Of `loaded`.
     axes : matplotlib axes, optional
+    style : Style or {"light", "dark", "print"}, optional
     """
     part = single(result)
     if "reaction" not in part.data:
         raise InputError("has no reactions; `loaded` gives them with its details", key="result")
-    figure, axes = canvas(axes)
     forces = [name for name in part.labels("wrench") if name.startswith("f")]
     size = np.linalg.norm([part.get("reaction", wrench=name) for name in forces], axis=0)
     x, words = along(part)
     joints = part.labels("joint")
     order = np.argsort(-np.nan_to_num(size).max(axis=0, initial=0.0), kind="stable")[:MOST_JOINTS]
-    for number, k in enumerate(order.tolist()):
-        axes.plot(x, size[:, k], label=str(joints[k]), **series(number))
-    axes.set(xlabel=words, ylabel=labelled("force in the joint", part.unit("reaction", wrench=forces[0])))
-    axes.set_ylim(bottom=0.0)
-    title = f"the {MOST_JOINTS} largest of {len(joints)}" if len(joints) > MOST_JOINTS else ""
-    axes.legend(title=title or None)
+    with canvas(axes, style) as (figure, axes):
+        for number, k in enumerate(order.tolist()):
+            axes.plot(x, size[:, k], label=str(joints[k]), **series(number))
+        axes.set(xlabel=words, ylabel=labelled("force in the joint", part.unit("reaction", wrench=forces[0])))
+        axes.set_ylim(bottom=0.0)
+        if len(joints) > MOST_JOINTS:
+            title(axes, f"the {MOST_JOINTS} largest of {len(joints)}")
+        legend(axes)
     return figure

@@ -1,19 +1,18 @@
-"""One sheet for what the command was asked."""
+"""One sheet for what a command was asked, panel by panel."""
 
 from __future__ import annotations
 
-import io
-import os
-import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jointplay import files
-from jointplay.errors import InputError, listed
+from jointplay import poses
+from jointplay.errors import InputError, listed, not_known
 from jointplay.gaps import clearance_of
 from jointplay.model import Mechanism
 from jointplay.result import Result, parts
@@ -24,171 +23,307 @@ from .allocate import allocate, cost_curve
 from .allow import allow
 from .assembly import assembly
 from .bars import AROUND, BAR
-from .figures import blame, error, histogram, sweep
-from .linkage import mechanism, projection
-from .style import STYLE, escape_texts, round_factor
+from .corrections import correction
+from .figures import SIZES, blame, error, histogram, size_behind, worst_of
+from .layout import KEYS, Panel, lay_out
+from .linkage import VIEWS, mechanism
+from .put import check_path, put
+from .singular import KINDS, distance, nearness
+from .style import USUAL_STYLE, Style, using
+from .sweeps import sweep
+from .words import headline, round_factor
 
-EXTENSIONS = (".png", ".svg", ".pdf")
 #: how large, as a share of the mechanism, an exaggerated error is drawn
-VISIBLE = 0.08
+VISIBLE = 0.1
+#: poses that are drawn light between the first and the last one
+BETWEEN = 8
+#: questions that `error` asks, the one first whose shares are drawn
+ASKED = ("worst", "loaded", "given", "random")
+#: panels with the sources of each size
+SOURCES = ("sources", "sources-rotation")
 
 
-@typed
-def check_path(path: Path, more: tuple[str, ...] = ()) -> None:
-    """Refuse a path that no drawing can be written to; `more` extensions are known where it is asked.
+@dataclass(frozen=True)
+class Choice:
+    """What of a result is drawn.
 
-    Raises
-    ------
-    InputError
+    Parameters
+    ----------
+    panel : str, optional
+        One panel of the sheet alone.
+    configuration : int, optional
+        At which mechanism and histogram are drawn; the worst one if left out.
+    quantity : str, optional
+        ``position``, ``rotation`` or a component; position and rotation if left out.
+    style : Style
     """
-    if path.suffix.lower() not in EXTENSIONS:
-        raise InputError(f"drawings are written as {', '.join((*EXTENSIONS, *more))}", file=os.fspath(path))
-    files.require_writable(path)
+
+    panel: str | None = None
+    configuration: int | None = None
+    quantity: str | None = None
+    style: Style = USUAL_STYLE
+
+    def check(self, m: Mechanism, asked: Iterable[str]) -> None:
+        """Refuse before the work what cannot be drawn.
+
+        Raises
+        ------
+        InputError
+            Naming what would be valid.
+        """
+        asked = list(asked)
+        # A sweep compares sizes.
+        known = SIZES if "sweep" in asked else (*SIZES, *m.components)
+        if self.quantity is not None and self.quantity not in known:
+            raise InputError(not_known(self.quantity, "a quantity", known), key="quantity")
+        names = panel_names(m, asked)
+        if self.panel is not None and names and self.panel not in names:
+            raise InputError(not_known(self.panel, "a panel", names), key="panel")
+        values = m.targets if m.drive_values is None else m.drive_values
+        if self.configuration is not None and values is not None and not 0 <= self.configuration < len(values):
+            problem = f"there is no configuration {self.configuration}; they go from 0 to {len(values) - 1}"
+            raise InputError(problem, file=m.file, key="configuration")
+
+
+def panel_names(m: Mechanism, asked: list[str]) -> tuple[str, ...]:
+    """The panels of a sheet; none where they have the names of what is found, such as steps."""
+    if "solve" in asked:
+        return tuple(_drawings(m)) if m.pose_size == poses.SPATIAL else ("mechanism",)
+    if "sweep" in asked:
+        return ("position", "position-surface", "rotation", "rotation-surface")
+    if "compensate" in asked:
+        return ("position", "rotation", "correction", "correction-length", "correction-angle")
+    if "compare" in asked:
+        return SIZES
+    if "singularities" in asked:
+        return ("mechanism", "nearness", "distance")
+    if set(asked) <= set(ASKED):
+        return ("mechanism", *SIZES, *SOURCES, *(("histogram",) if "random" in asked else ()))
+    return ()
 
 
 @typed
-def draw(m: Mechanism, results: Mapping[str, Result], path: Path) -> None:
+def draw(m: Mechanism, results: Mapping[str, Result], path: Path, choice: Choice | None = None) -> None:
     """Draw results of one mechanism on a sheet and write it.
 
     Parameters
     ----------
+    m : Mechanism
     results : mapping
         By the name of what was asked.
     path : Path
         Ending in `.png`, `.svg` or `.pdf`.
+    choice : Choice, optional
     """
     check_path(path)
-    with mpl.rc_context(STYLE):
-        figure = sheet(m, results)
-        put(figure, path)
+    put(sheet(m, results, choice), path)
 
 
-def put(figure: Figure, path: Path) -> None:
-    """Write a drawing."""
-    kind = path.suffix.lower().removeprefix(".")
-    content = io.BytesIO()
-    escape_texts(figure)
-    # Without a date the same drawing is the same file.
-    with warnings.catch_warnings():
-        # A box for a letter says as much.
-        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
-        figure.savefig(content, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
-    files.put(content.getbuffer(), path)
-
-
-def sheet(m: Mechanism, results: Mapping[str, Result]) -> Figure:
+def sheet(m: Mechanism, results: Mapping[str, Result], choice: Choice | None = None) -> Figure:
     """The figure of `draw`."""
-    several = [parts(result) for result in results.values()]
-    if any(heading for part in several for heading, _ in part):
-        return _first_of_several(m, results, max(several, key=len))
-    first = next(iter(results.values()))
-    if "sweep" in first.attrs:
-        return _sweep(first)
-    if "assemble" in results:
-        return assembly(m, first)
-    if "allocate" in results:
-        return _allocated(first)
-    if "allow" in results:
-        return _allowed(first)
-    if "solve" in results:
-        figure = Figure(figsize=(8.4, 5.5))
-        # What cannot be assembled is what one asks about.
-        bad = ~np.isfinite(first.get("nominal")).all(axis=1)
-        shown = int(bad.argmax()) if "failure" in first.attrs else _drawable(first)
-        mechanism(m, shown, axes=figure.add_subplot(projection=projection(m)))
-        return figure
-    if "compare" in results or "compensate" in results:
-        figure = Figure(figsize=(10.0, 4.2))
-        for k, quantity in enumerate(("position", "rotation")):
-            error(first, quantity, axes=figure.add_subplot(1, 2, k + 1))
-        figure.suptitle(str(first.attrs["title"]), fontsize=10)
-        return figure
-    return _errors(m, results)
+    choice = choice or Choice()
+    with using(choice.style):
+        several = [parts(result) for result in results.values()]
+        if any(heading for part in several for heading, _ in part):
+            return _first_of_several(m, results, max(several, key=len), choice)
+        first = next(iter(results.values()))
+        if "assemble" in results:
+            return assembly(m, first, step=choice.panel)
+        panels = _panels(m, results, choice)
+        if choice.panel is not None:
+            if choice.panel not in panels:
+                raise InputError(not_known(choice.panel, "a panel of this sheet", panels), key="panel")
+            return lay_out([panels[choice.panel]])
+        # As many beside each other as belong together.
+        columns = (
+            1 if {"allow", "allocate"} & set(results) else 3 if len(panels) == 3 and "compensate" in results else 2
+        )
+        figure = lay_out(list(panels.values()), columns)
+        if "mechanism" not in panels:
+            headline(figure, str(first.attrs["title"]))
+    return figure
 
 
-def _first_of_several(m: Mechanism, results: Mapping[str, Result], found: list[tuple[str, Result]]) -> Figure:
+def _first_of_several(
+    m: Mechanism, results: Mapping[str, Result], found: list[tuple[str, Result]], choice: Choice
+) -> Figure:
     """The sheet of the first output and load case, with a line that says what else there is."""
     own = {name: parts(result)[0][1] for name, result in results.items()}
-    figure = sheet(m.only(*(next(iter(names), None) for names in (m.outputs, m.load_cases))), own)
+    figure = sheet(m.only(*(next(iter(names), None) for names in (m.outputs, m.load_cases))), own, choice)
+    if choice.panel is not None:
+        return figure
     # What does not depend on the loads has no load case.
     cases = m.load_cases[1:] if any("load_case" in result.sizes for result in results.values()) else ()
     others = [("outputs", m.outputs[1:], "--output-point"), ("load cases", cases, "--load-case")]
     also = "; ".join(f"other {word} ({option}): {listed(names)}" for word, names, option in others if names)
     heading = found[0][0]
-    figure.supxlabel("; ".join(filter(None, (heading, also))), x=0.01, ha="left", fontsize=7)
+    small = choice.style.font_size_used - 2.0
+    figure.supxlabel("; ".join(filter(None, (heading, also))), x=0.01, ha="left", fontsize=small)
     return figure
 
 
-def _sweep(result: Result) -> Figure:
-    # A surface over a single configuration has no width.
-    columns = 2 if result.sizes["configuration"] > 1 else 1
-    figure = Figure(figsize=(5.0 * columns, 7.6))
-    for k, quantity in enumerate(("position", "rotation")):
-        sweep(result, quantity, axes=figure.add_subplot(2, columns, columns * k + 1))
-        if columns > 1:
-            sweep(result, quantity, surface=True, axes=figure.add_subplot(2, columns, columns * k + 2))
-    figure.suptitle(str(result.attrs["title"]), fontsize=10)
-    return figure
+def _panels(m: Mechanism, results: Mapping[str, Result], choice: Choice) -> dict[str, Panel]:
+    """What there is to draw, by the name of the panel."""
+    first = next(iter(results.values()))
+    if "sweep" in first.attrs:
+        return _sweep(first, choice)
+    if "allocate" in results:
+        return _units(first, allocate) | (
+            {"cost": Panel(lambda axes: cost_curve(first, axes=axes))} if "curve_cost" in first.data else {}
+        )
+    if "allow" in results:
+        return _units(first, allow)
+    if "solve" in results:
+        return _solve(m, first, choice)
+    if "singularities" in results:
+        return _singularities(m, first, choice)
+    if "compensate" in results:
+        return _sizes(results, choice) | _corrections(m, first)
+    return _sizes(results, choice) if "compare" in results else _errors(m, results, choice)
 
 
-def _allocated(result: Result) -> Figure:
-    """Sizes before and after, a panel for each unit, and the curve of the cost."""
-    units = list(dict.fromkeys(result.labels("source_unit")))
-    heights = [AROUND + BAR * result.labels("source_unit").count(unit) for unit in units]
-    heights += [3.2] if "curve_cost" in result.data else []
-    figure = Figure(figsize=(8.0, sum(heights)))
-    panels = np.atleast_1d(figure.subplots(len(heights), 1, height_ratios=heights))
-    for unit, axes in zip(units, panels, strict=False):
-        allocate(result, unit, axes=axes)
-    if "curve_cost" in result.data:
-        cost_curve(result, axes=panels[-1])
-    figure.suptitle(str(result.attrs["title"]), fontsize=10)
-    return figure
+def _quantities(choice: Choice) -> tuple[str, ...]:
+    return SIZES if choice.quantity is None else (choice.quantity,)
 
 
-def _allowed(result: Result) -> Figure:
-    """Sizes beside allowed ones, a panel for each unit."""
-    units = list(dict.fromkeys(result.labels("source_unit")))
-    counts = [result.labels("source_unit").count(unit) for unit in units]
-    figure = Figure(figsize=(8.0, sum(AROUND + BAR * count for count in counts)))
-    panels = np.atleast_1d(figure.subplots(len(units), 1, height_ratios=[AROUND + BAR * count for count in counts]))
-    for unit, axes in zip(units, panels, strict=True):
-        allow(result, unit, axes=axes)
-    figure.suptitle(str(result.attrs["title"]), fontsize=10)
-    return figure
-
-
-def _errors(m: Mechanism, results: Mapping[str, Result]) -> Figure:
-    """The mechanism, error against configuration, blame, and the histogram where there is one."""
-    main = next(results[name] for name in ("worst", "loaded", "given", "random") if name in results)
-    figure = Figure(figsize=(13.0, 8.4))
-    shown = _drawable(main)
-    pushed = results.get("loaded") or results.get("given")
-    axes = figure.add_subplot(2, 2, 1, projection=projection(m))
-    mechanism(m, shown, exaggerate=_exaggeration(m, pushed, shown), result=pushed, axes=axes)
+def _sizes(results: Mapping[str, Result], choice: Choice) -> dict[str, Panel]:
+    """Errors over the configurations; a component has the panel of the size that it belongs to."""
     # What is given by the worst case lies on its curve, where it is drawn.
-    curves = {name: result for name, result in results.items() if "offsets_of" not in result.attrs}
-    error(curves or results, axes=figure.add_subplot(2, 2, 2))
-    blame(main, axes=figure.add_subplot(2, 2, 3))
-    if "random" in results:
-        histogram(results["random"], "position", shown, axes=figure.add_subplot(2, 2, 4))
-    else:
-        blame(main, "rotation", axes=figure.add_subplot(2, 2, 4))
-    return figure
+    kept = {name: result for name, result in results.items() if "offsets_of" not in result.attrs} or results
+    named = kept if len(kept) > 1 or next(iter(kept)) in ASKED else {"": next(iter(kept.values()))}
+    return {
+        size_behind(quantity): Panel(lambda axes, quantity=quantity: error(named, quantity, axes=axes))  # type: ignore[misc]
+        for quantity in _quantities(choice)
+    }
 
 
-def _drawable(result: Result) -> int:
-    """The first configuration that is assembled."""
+def _corrections(m: Mechanism, result: Result) -> dict[str, Panel]:
+    """The corrections of the drives, a panel for each unit."""
+    units = list(dict.fromkeys(result.labels("drive_unit"))) if "drive_unit" in result.coords else [None]
+    if len(units) == 1:
+        return {"correction": Panel(lambda axes: correction(result, axes=axes))}
+    return {
+        f"correction-{'angle' if unit == m.units.angle_name else 'length'}": Panel(partial(_correction, result, unit))
+        for unit in units
+    }
+
+
+def _correction(result: Result, unit: str | None, axes: Axes) -> None:
+    correction(result, unit, axes=axes)
+
+
+def _sweep(result: Result, choice: Choice) -> dict[str, Panel]:
+    found = {}
+    for quantity in _quantities(choice):
+        found[quantity] = Panel(partial(_swept, result, quantity, False), 4.0)
+        # A surface over a single configuration has no width.
+        if result.sizes["configuration"] > 1:
+            found[f"{quantity}-surface"] = Panel(partial(_swept, result, quantity, True), 4.0)
+    return found
+
+
+def _swept(result: Result, quantity: str, surface: bool, axes: Axes) -> None:
+    sweep(result, quantity, surface=surface, axes=axes)
+
+
+def _units(result: Result, drawing: Callable[..., Figure]) -> dict[str, Panel]:
+    """Sizes of sources, a panel for each unit."""
+    units = result.labels("source_unit")
+    return {
+        unit: Panel(partial(_pairs, drawing, result, unit), AROUND + BAR * units.count(unit), 7.0)
+        for unit in dict.fromkeys(units)
+    }
+
+
+def _pairs(drawing: Callable[..., Figure], result: Result, unit: str, axes: Axes) -> None:
+    drawing(result, unit, axes=axes)
+
+
+def _drawings(m: Mechanism) -> list[str]:
+    """The views of a mechanism in the order of a drawing: top above front, side beside it."""
+    return ["top", "solid", "front", "side"] if m.pose_size == poses.SPATIAL else ["mechanism"]
+
+
+def _solve(m: Mechanism, result: Result, choice: Choice) -> dict[str, Panel]:
+    """The first pose, with others behind it and the last one before them."""
     good = np.isfinite(result.get("nominal")).all(axis=1)
+    others: list[int] = []
+    # What cannot be assembled is what one asks about.
+    if choice.configuration is not None:
+        shown = choice.configuration
+    elif "failure" in result.attrs:
+        shown = int((~good).argmax())
+    else:
+        there = np.flatnonzero(good)
+        if not len(there):
+            raise InputError("no configuration is assembled, so there is nothing to draw")
+        shown = int(there[0])
+        picks = np.unique(np.linspace(1, len(there) - 1, min(BETWEEN, len(there) - 1)).round().astype(int))
+        others = [int(there[k]) for k in picks] if len(there) > 1 else []
+    alone = choice.panel is not None
+    return {
+        name: Panel(partial(_view, m, shown, others, name if name in VIEWS else None, alone), 5.4, around=KEYS)
+        for name in _drawings(m)
+    }
+
+
+def _view(m: Mechanism, shown: int, others: list[int], view: str | None, alone: bool, axes: Axes) -> None:
+    """A configuration, others light behind it and the last of them as strong; of several views one has the legend."""
+    mechanism(m, shown, behind=others[:-1], beside=others[-1:], view=view, axes=axes)
+    if view is not None and not alone:
+        legend = axes.get_legend()
+        axes.set_title("" if view == "solid" else view, pad=6.0)
+        if view != "solid" and legend is not None:
+            legend.remove()
+
+
+def _singularities(m: Mechanism, result: Result, choice: Choice) -> dict[str, Panel]:
+    """Nearness and distance, and the mechanism where it is nearest."""
+    found = {}
+    values = np.min([result.get(f"{kind}_singular_value") for kind in KINDS], axis=0)
+    if np.isfinite(values).any():
+        shown = int(np.nanargmin(values)) if choice.configuration is None else choice.configuration
+        found["mechanism"] = Panel(partial(_view, m, shown, [], None, True), 5.0, around=KEYS)
+    found["nearness"] = Panel(lambda axes: nearness(result, axes=axes))
+    if "singularity_distance" in result.data and np.isfinite(result.get("singularity_distance")).any():
+        found["distance"] = Panel(lambda axes: distance(result, axes=axes))
+    return found
+
+
+def _errors(m: Mechanism, results: Mapping[str, Result], choice: Choice) -> dict[str, Panel]:
+    """The mechanism at its worst, errors against the configuration, their sources, and how they scatter."""
+    main = next(results[name] for name in ASKED if name in results)
+    quantity = choice.quantity or "position"
+    pushed = results.get("loaded") or results.get("given")
+    good = np.atleast_1d(np.isfinite(main.get("nominal")).all(axis=1))
     if not good.any():
         raise InputError("no configuration is assembled, so there is nothing to draw")
-    return int(good.argmax())
+    shown = worst_of(main, quantity) if choice.configuration is None else choice.configuration
+    shown = shown if good[shown] or choice.configuration is not None else int(good.argmax())
+    times = exaggeration(m, pushed, shown)
+    found = {
+        "mechanism": Panel(
+            lambda axes: mechanism(m, shown, exaggerate=times, result=pushed, axes=axes), 5.0, around=KEYS
+        )
+    }
+    found |= _sizes(results, choice)
+    for name, size in zip(SOURCES, SIZES, strict=True):
+        if choice.quantity is None or size == size_behind(quantity):
+            found[name] = Panel(partial(_blame, main, size))
+    if "random" in results:
+        found["histogram"] = Panel(lambda axes: histogram(results["random"], quantity, choice.configuration, axes=axes))
+    return found
 
 
-def _exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
+def _blame(result: Result, size: str, axes: Axes) -> None:
+    blame(result, size, axes=axes)
+
+
+def exaggeration(m: Mechanism, pushed: Result | None, shown: int) -> float:
     """A round factor that makes clearances and errors visible."""
-    pins = [k for k, s in enumerate(m.core_spec["sources"]) if s["kind"] == "clearance" and "disc" in s["set"]]
-    radii = [clearance_of(m, k)[1]["radius"] for k in pins]
+    kinds = ("disc", "ball", "journal", "sleeve", "guide", "diamond")
+    found = [clearance_of(m, k) for k, s in enumerate(m.core_spec["sources"]) if s["kind"] == "clearance"]
+    radii = [size.get("radius", size.get("gap", 0.0)) for name, size in found if name in kinds]
     size = max(radii, default=0.0) / m.units.length
     if pushed is not None:
         size = max(size, float(np.nan_to_num(size_of(pushed, "error", "position")[shown])) / 2.0)

@@ -10,7 +10,7 @@ import numpy as np
 WIDTH, RADIUS = 0.025, 0.03
 #: bends of a zigzag, the part of it that is straight at each end, turns of a spiral
 BENDS, STRAIGHT, TURNS = 10, 0.15, 2.5
-STYLE: Any = {"color": "black", "linewidth": 1.0, "solid_joinstyle": "round"}
+STYLE: Any = {"linewidth": 1.0, "solid_joinstyle": "round"}
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

@@ -1,180 +1,320 @@
-"""What all drawings have in common."""
+"""How drawings look: the style, and what all of them have in common."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from io import BytesIO
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex, to_rgb
+from matplotlib.colors import is_color_like, to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from jointplay import poses
-from jointplay.errors import InputError, listed, one_line, shown
-from jointplay.result import SEVERAL, Result, from_dataset
+from jointplay.errors import InputError, in_range, not_known, one_line, shown
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from jointplay.analyses.nominal import Nominal
-    from jointplay.model import Mechanism
-
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: Okabe and Ito, ordered so that neighbours differ in lightness as well
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#000000")
-#: what is left of a colour when all colours have been used
-PALER = 0.5
+#: the same hues, light enough for a dark ground
+LIGHTER = ("#4BA3DB", "#F0B23A", "#2FC39B", "#F0803C", "#9AD4F7", "#E3A3C6", "#F5EC7A", "#F2F2F2")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 DASHES = ("-", "--", "-.", ":", "-", "--", "-.", ":")
 HATCHES = ("", "///", "...", "\\\\\\", "xxx", "++", "ooo", "---")
-GREY = "#6b6b6b"
-#: how a limit is drawn
-LIMIT: dict[str, Any] = {"color": "black", "linewidth": 1.2, "linestyle": (0, (6, 2))}
-#: what stays open
-OPEN: dict[str, Any] = {
-    "color": "red", "linewidth": 2.4, "linestyle": (0, (2, 1)), "marker": "o", "markersize": 12,
-    "markerfacecolor": "none", "markeredgewidth": 2.0, "zorder": 10,
-}  # fmt: skip
-#: plans that are longer than this times their width are narrow strips
-STRIP = 3.0
-#: as far as errors can be exaggerated
-MOST_TIMES = 1e12
-STYLE: Any = {
-    "font.size": 9,
-    "axes.titlesize": 10,
-    "axes.titlelocation": "left",
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "lines.markersize": 4,
-    "figure.constrained_layout.use": True,
-    "svg.hashsalt": "jointplay",
-    # A title may have two dollar signs in it.
-    "text.parse_math": False,
+#: millimetres per inch, and per unit in which a size can be given
+INCH = 25.4
+UNITS = {"mm": 1.0, "cm": 10.0, "in": INCH, "pt": INCH / 72.0}
+SIZE = re.compile(r"\s*(?P<width>[\d.]+)\s*(?:x\s*(?P<height>[\d.]+)\s*)?(?P<unit>[a-z]*)\s*")
+#: shortest and longest side of a figure (mm), most dots per inch, and sizes of letters (points)
+SIDES, DPI, LETTERS = (20.0, 2000.0), (30, 2400), (3.0, 72.0)
+#: figures narrower than this (mm) are one column of a page
+NARROW = 120.0
+#: size of letters (points) in figures narrower than so many mm, and in others
+SMALLER, USUAL = ((NARROW, 7.0), (200.0, 8.0)), 9.0
+#: dots of a figure along a side beyond which it would not fit into memory
+MOST_DOTS = 30_000
+
+
+class Theme(NamedTuple):
+    """The colours of a style, and how axes look."""
+
+    paper: str
+    ink: str
+    grey: str
+    faint: str
+    #: what stays open, what is missed
+    alarm: str
+    #: nodes of a map without a trusted number
+    unreached: str
+    colours: tuple[str, ...]
+    #: axes have a frame and ticks inside it in place of a grid
+    framed: bool = False
+
+
+THEMES = {
+    "light": Theme("#ffffff", "#000000", "#6b6b6b", "#dddddd", "#d00000", "#d9d9d9", COLOURS),
+    "dark": Theme("#14171c", "#e8e8e8", "#9aa0a8", "#343a42", "#ff5c5c", "#3c424b", LIGHTER),
+    "print": Theme("#ffffff", "#000000", "#6b6b6b", "#dddddd", "#d00000", "#d9d9d9", COLOURS, framed=True),
 }
 
 
-def body_colour(m: Mechanism, body: int) -> str:
-    """The colour of a body, by its index; that of a piece of an elastic body is its body's."""
-    if body == -1:
-        return GREY
-    # Further bodies have the same colours, paler each time, so that no two entries of a legend look the same.
-    turn, colour = divmod(m.bodies.index(m.owners[body]), len(COLOURS))
-    red, green, blue = (1.0 - PALER**turn * (1.0 - part) for part in to_rgb(COLOURS[colour]))
-    return to_hex((red, green, blue))
+@dataclass(frozen=True)
+class Style:
+    """How a drawing looks.
 
-
-def point_colour(m: Mechanism, point: int) -> str:
-    """The colour of the body that carries a point of the core's specification."""
-    return body_colour(m, m.core_spec["points"][point]["body"])
-
-
-def light(result: Result | xr.Dataset) -> Result:
-    """The light form of a result, whichever it came in."""
-    return result if isinstance(result, Result) else from_dataset(result)
-
-
-def single(result: Result | xr.Dataset) -> Result:
-    """The light form of a result of one output in one load case.
+    Parameters
+    ----------
+    theme : {"light", "dark", "print"}
+        ``"print"`` has frames with ticks inside in place of grids, as in journals.
+    width, height : float, optional
+        Of the figure, millimetres. What is left out follows from what is drawn.
+    dpi : int
+        Dots per inch, of `.png` and of the shaded surfaces in `.svg` and `.pdf`.
+    font_size : float, optional
+        Points; 9 if left out, 8 in figures that are narrower than 200 mm, 7 in those narrower than 120 mm.
+    colours : tuple of str
+        Of bodies and series, in turn; if left out, those of Okabe and Ito, which colour-blind readers can distinguish.
 
     Raises
     ------
     InputError
-        When it is of several.
+        When one of them is not valid.
+
+    Examples
+    --------
+    >>> Style("print", width=85, height=60).font_size_used
+    7.0
     """
-    found = light(result)
-    for dim in SEVERAL:
-        if dim in found.sizes:
-            labels = found.labels(dim)
-            problem = f"has several, of which one is drawn: result.sel({dim}={labels[0]!r}); there are {listed(labels)}"
-            raise InputError(problem, key=dim)
-    return found
+
+    theme: str = "light"
+    width: float | None = None
+    height: float | None = None
+    dpi: int = 160
+    font_size: float | None = None
+    colours: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.theme not in THEMES:
+            raise InputError(not_known(str(self.theme), "a style", THEMES), key="style")
+        in_range(self.dpi, "dpi", "a number of dots per inch", *DPI)
+        for name, value, (low, high), unit in (
+            ("width", self.width, SIDES, "mm"),
+            ("height", self.height, SIDES, "mm"),
+            ("font_size", self.font_size, LETTERS, "points"),
+        ):
+            if value is not None and not low <= value <= high:
+                raise InputError(f"{shown(value)} is not a number of {unit} from {low:g} to {high:g}", key=name)
+            if value is not None and unit == "mm" and value / INCH * self.dpi > MOST_DOTS:
+                problem = f"{value:g} mm at {self.dpi} dots per inch are more than {MOST_DOTS} dots"
+                raise InputError(problem, key=name)
+        for colour in self.colours:
+            if not is_color_like(colour):
+                raise InputError(f"{shown(colour)} is not a colour such as '#0072B2'", key="colours")
+
+    @property
+    def of(self) -> Theme:
+        """The colours."""
+        theme = THEMES[self.theme]
+        return theme._replace(colours=self.colours) if self.colours else theme
+
+    @property
+    def font_size_used(self) -> float:
+        """Size of the letters, points."""
+        width = float("inf") if self.width is None else self.width
+        return self.font_size or next((size for limit, size in SMALLER if width < limit), USUAL)
+
+    def figure(self, width: float, height: float) -> Drawing:
+        """A figure of this style.
+
+        Parameters
+        ----------
+        width, height : float
+            Inches, where the style leaves them open; with only a width the height keeps its share of it.
+        """
+        wide = width if self.width is None else self.width / INCH
+        high = height * min(1.0, wide / width) if self.height is None else self.height / INCH
+        return Drawing(self, (wide, high))
+
+    @property
+    def rc(self) -> Any:
+        """The settings of matplotlib."""
+        theme, size = self.of, self.font_size_used
+        return {
+            "font.size": size,
+            "axes.titlesize": size + 1.0,
+            "axes.titlelocation": "left",
+            "axes.labelsize": size,
+            "xtick.labelsize": size,
+            "ytick.labelsize": size,
+            "axes.grid": not theme.framed,
+            "axes.axisbelow": True,
+            "grid.color": theme.faint,
+            "grid.linewidth": 0.6,
+            "axes.spines.top": theme.framed,
+            "axes.spines.right": theme.framed,
+            "xtick.direction": "in" if theme.framed else "out",
+            "ytick.direction": "in" if theme.framed else "out",
+            "legend.frameon": False,
+            "legend.fontsize": size - 1.0,
+            "lines.markersize": 4.0 * size / USUAL,
+            "text.color": theme.ink,
+            "axes.labelcolor": theme.ink,
+            "axes.edgecolor": theme.ink,
+            "xtick.color": theme.ink,
+            "ytick.color": theme.ink,
+            "axes.facecolor": theme.paper,
+            "figure.facecolor": theme.paper,
+            "figure.constrained_layout.use": True,
+            # Text stays text, which can be searched and edited.
+            "svg.fonttype": "none",
+            "pdf.fonttype": 42,
+            "ps.fonttype": 42,
+            "svg.hashsalt": "jointplay",
+            # A title may have two dollar signs in it.
+            "text.parse_math": False,
+        }
 
 
-def on_ground(m: Mechanism, at: Floats, error: Floats) -> Floats:
-    """An error of the output's position in ground axes; `at` are the poses of all bodies."""
-    other = m.core_spec["output"].get("relative_to")
-    if other is None:
-        return error
-    turned: Floats = poses.matrix(at[other])[: len(error), : len(error)] @ error
-    return turned
+class Drawing(Figure):
+    """A figure that is written and shown as its style says, whatever matplotlib is set to."""
+
+    def __init__(self, style: Style, size: tuple[float, float]) -> None:
+        with mpl.rc_context(style.rc):
+            super().__init__(figsize=size, dpi=style.dpi)
+        self.style = style
+        #: what is drawn when everything else has its place
+        self.late: list[Callable[[], None]] = []
+
+    def finish(self) -> None:
+        """Lay out what is drawn, then draw what depends on where that is."""
+        if self.late:
+            self.draw_without_rendering()
+        while self.late:
+            self.late.pop(0)()
+
+    def savefig(self, *args: Any, **kwargs: Any) -> None:
+        """Write the figure; as `matplotlib.figure.Figure.savefig`."""
+        with mpl.rc_context(self.style.rc):
+            super().savefig(*args, **kwargs)
+
+    def _repr_png_(self) -> bytes:
+        """What a notebook shows."""
+        content = BytesIO()
+        self.savefig(content, format="png")
+        return content.getvalue()
 
 
-def path_of_output(m: Mechanism, at: Nominal) -> Floats:
-    """The place of the output point in every configuration, ground axes, metres; three coordinates."""
-    point = m.core_spec["points"][m.core_spec["output"]["point"]]
-    return poses.place(at.poses[:, point["body"]], point["at"])
+USUAL_STYLE = Style()
+_CURRENT: ContextVar[Style] = ContextVar("style")
 
 
+def current() -> Style:
+    """The style in which something is being drawn."""
+    return _CURRENT.get(USUAL_STYLE)
+
+
+def theme() -> Theme:
+    """The colours of the style in which something is being drawn."""
+    return current().of
+
+
+def as_style(style: Style | str) -> Style:
+    """A style, or the name of its theme."""
+    return Style(style) if isinstance(style, str) else style
+
+
+@contextmanager
+def using(style: Style | str | None) -> Iterator[Style]:
+    """Draw in a style; in the one in use where none is named."""
+    chosen = current() if style is None else as_style(style)
+    token = _CURRENT.set(chosen)
+    try:
+        with mpl.rc_context(chosen.rc):
+            yield chosen
+    finally:
+        _CURRENT.reset(token)
+
+
+@contextmanager
 def canvas(
-    axes: Axes | None, width: float = 6.0, height: float = 4.0, projection: str | None = None
-) -> tuple[Figure, Axes]:
-    """The figure and axes to draw in: those given, or new ones."""
-    if axes is not None:
-        figure = axes.get_figure()
-        assert isinstance(figure, Figure)
-        return figure, axes
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(width, height))
-        return figure, figure.add_subplot(projection=projection)
+    axes: Axes | None, style: Style | str | None = None, width: float = 6.0, height: float = 4.0
+) -> Iterator[tuple[Figure, Axes]]:
+    """The figure and axes to draw in: those given, or new ones; inches where the style leaves the size open."""
+    figure = None if axes is None else axes.get_figure()
+    if style is None and isinstance(figure, Drawing):
+        style = figure.style
+    with using(style) as chosen:
+        if axes is not None:
+            assert isinstance(figure, Figure)
+            yield figure, axes
+        else:
+            figure = chosen.figure(width, height)
+            yield figure, figure.add_subplot()
+            figure.finish()
 
 
-def is_plan(value: xr.DataArray) -> bool:
-    """Whether both axes of a map have the same scale: with the same unit, unless that leaves a narrow strip."""
-    across, up = (value[dim] for dim in value.dims[:2])
-    sides = [float(np.ptp(side.values)) for side in (across, up)]
-    return bool(across.attrs["units"] == up.attrs["units"]) and max(sides) <= STRIP * min(sides)
+def size_of(text: str) -> tuple[float, float | None]:
+    """Width and height in millimetres, the height only if there is one.
+
+    Raises
+    ------
+    InputError
+        When it is no size.
+
+    Examples
+    --------
+    >>> size_of("85x60mm"), size_of("8.5cm"), size_of("3 x 2 in")
+    ((85.0, 60.0), (85.0, None), (76.19999999999999, 50.8))
+    """
+    found = SIZE.fullmatch(text.lower())
+    try:
+        if found is None or (found["unit"] or "mm") not in UNITS:
+            raise ValueError
+        unit = UNITS[found["unit"] or "mm"]
+        height = None if found["height"] is None else float(found["height"]) * unit
+        return float(found["width"]) * unit, height
+    except ValueError:
+        problem = f"{shown(text)} is not a size such as 85x60mm or 85mm; units are {', '.join(UNITS)}"
+        raise InputError(problem, key="size") from None
 
 
-def check_exaggeration(factor: float | None) -> None:
-    """Refuse a factor on errors that takes them out of any drawing."""
-    if factor is not None and not 0.0 <= factor <= MOST_TIMES:
-        raise InputError(f"is a number from 0 to {MOST_TIMES:.0e}, not {shown(factor)}", key="exaggerate")
+def scaled(points: float) -> float:
+    """A width or the size of a mark, less where letters are smaller."""
+    return points * current().font_size_used / USUAL
+
+
+def mixed(colour: str, paper: str, share: float) -> str:
+    """A colour of which a share is left on a paper."""
+    pairs = zip(to_rgb(colour), to_rgb(paper), strict=True)
+    red, green, blue = (share * part + (1.0 - share) * ground for part, ground in pairs)
+    return to_hex((red, green, blue))
+
+
+def alarm() -> dict[str, Any]:
+    """How what stays open is drawn."""
+    return {
+        "color": theme().alarm, "linewidth": 2.4, "linestyle": (0, (2, 1)), "marker": "o", "markersize": 12,
+        "markerfacecolor": "none", "markeredgewidth": 2.0, "zorder": 10,
+    }  # fmt: skip
+
+
+def limit_line() -> dict[str, Any]:
+    """How a limit is drawn."""
+    return {"color": theme().ink, "linewidth": 1.2, "linestyle": (0, (6, 2))}
 
 
 def series(number: int) -> dict[str, Any]:
     """Colour, marker and dash of a series."""
-    k = number % len(COLOURS)
-    return {"color": COLOURS[k], "marker": MARKERS[k], "linestyle": DASHES[k]}
-
-
-def along(result: Result) -> tuple[Any, str]:
-    """What configurations are drawn against: the value of the only drive, else their number."""
-    drives = result.drives
-    if len(drives) == 1:
-        name, drive = next(iter(drives.items()))
-        if drive.dims == ("configuration",):
-            return drive.values, labelled(name, drive.units)
-    return result.coords["configuration"].values, "configuration"
+    colours = theme().colours
+    k = number % len(MARKERS)
+    return {"color": colours[number % len(colours)], "marker": MARKERS[k], "linestyle": DASHES[k]}
 
 
 def escape_texts(figure: Figure) -> None:
     """Escape in all texts what a reader of the file could obey; files of drawings are read by other programs, too."""
     for text in figure.findobj(Text):
         text.set_text("\n".join(map(one_line, text.get_text().split("\n"))))
-
-
-def labelled(name: str, unit: str) -> str:
-    """A label with its unit."""
-    return f"{name} [{unit}]" if unit else name
-
-
-def round_factor(factor: float) -> float:
-    """The largest of 1, 2, 5, 10, 20, ... that is not above a factor; 1 for smaller ones.
-
-    Examples
-    --------
-    >>> round_factor(370)
-    200.0
-    """
-    if factor < 1.0:
-        return 1.0
-    power = 10.0 ** np.floor(np.log10(factor))
-    return float(power * max(step for step in (1, 2, 5) if step * power <= factor))

@@ -10,7 +10,7 @@ from html import escape
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from jointplay.plot.style import STYLE, escape_texts
+from jointplay.plot.style import USUAL_STYLE, escape_texts
 from jointplay.result import Result
 from jointplay.spreadsheets import frame
 from jointplay.table import Table
@@ -26,8 +26,9 @@ def svg(figure: Figure) -> str:
     content = io.BytesIO()
     escape_texts(figure)
     # Letters as outlines: a reader's machine need not have the font, and nothing shifts.
-    with mpl.rc_context({**STYLE, "svg.fonttype": "path"}):
-        figure.savefig(content, format="svg", metadata={"Date": None})
+    with mpl.rc_context({**USUAL_STYLE.rc, "svg.fonttype": "path"}):
+        # A drawing would keep its text.
+        Figure.savefig(figure, content, format="svg", metadata={"Date": None})
     return "data:image/svg+xml;base64," + base64.b64encode(content.getvalue()).decode()
 
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from jointplay import plot
 from jointplay.conclusions import conclude
 from jointplay.plot.sheet import sheet
-from jointplay.plot.style import STYLE
+from jointplay.plot.style import USUAL_STYLE
 from jointplay.result import Result, in_words, size, typical
 from jointplay.table import tables
 from jointplay.verdict import cause, place, verdict
@@ -43,7 +43,7 @@ class Section:
 
 def of_chapter(chapter: Chapter) -> Iterator[Section]:
     """The sections on one output."""
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(USUAL_STYLE.rc):
         yield Section("Verdict", _verdict(chapter))
         yield Section("The mechanism", _mechanism(chapter))
         yield Section("Errors along the path", _errors(chapter))
@@ -116,7 +116,7 @@ def _mechanism(chapter: Chapter) -> str:
         "closure; dots are random specimens."
     )
     still = Figure(figsize=(7.4, 5.0))
-    plot.mechanism(m, _first(chapter), axes=still.add_subplot(projection="3d" if data["axes"] == 3 else None))
+    plot.mechanism(m, _first(chapter), axes=still.add_subplot())
     files: dict[str, str] = {}
     if "region" in chapter.results:
         files["region.csv"] = numbers(chapter.results["region"], ("region", "extent", "region_direction"))
@@ -238,7 +238,7 @@ def assembly(answers: Answers) -> Section | None:
     """The steps of the assembly, where the file has an order."""
     if answers.assembly is None:
         return None
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(USUAL_STYLE.rc):
         figure = sheet(answers.m.first, {"assemble": answers.assembly})
         blocks = "".join(table(found, title=True) for found in tables(answers.assembly))
     said = "Error and forces after every step of the assembly."

@@ -15,9 +15,10 @@ from jointplay import poses
 from jointplay.gaps import clearance_of
 from jointplay.model import Mechanism
 from jointplay.plot import couplings, springs
-from jointplay.plot.linkage import SLIDER, hull
-from jointplay.plot.spatial import AXIS, SLIDING
-from jointplay.plot.style import GREY, body_colour, point_colour
+from jointplay.plot.bodies import body_colour, outline, point_colour
+from jointplay.plot.plan import SLIDER
+from jointplay.plot.sketch import AXIS, SLIDING
+from jointplay.plot.style import USUAL_STYLE
 from jointplay.spec import AXIS_ON, SIDE_ON, End, JointSpec
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -255,7 +256,7 @@ class Geometry:
 
         points = self._add(both, 4)
         for strand in (points[:2], points[2:]):
-            self.shapes.append({"kind": "strand", "points": strand, "colour": GREY})
+            self.shapes.append({"kind": "strand", "points": strand, "colour": USUAL_STYLE.of.grey})
 
     def _springs(self) -> None:
         def zigzag(first: int, second: int) -> Places:
@@ -321,7 +322,7 @@ def _outline(points: Floats, extent: float, *, convex: bool) -> list[int]:
     away = points[kept] - points[kept].mean(axis=0)
     _, _, directions = np.linalg.svd(away, full_matrices=False)
     if convex:
-        corners = hull([point[:2] for point in points[kept]])
+        corners = outline(points[kept, :2], 0.0)[:-1]
         return [int(kept[np.abs(points[kept, :2] - corner).sum(axis=1).argmin()]) for corner in corners]
     order = np.argsort(np.arctan2(away @ directions[1], away @ directions[0]), kind="stable")
     return [int(k) for k in kept[order]]

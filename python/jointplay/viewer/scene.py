@@ -15,7 +15,8 @@ import numpy as np
 from jointplay import poses
 from jointplay.analyses.nominal import Nominal
 from jointplay.model import Mechanism
-from jointplay.plot.style import on_ground, path_of_output, round_factor
+from jointplay.plot.bodies import on_ground, path_of_output
+from jointplay.plot.words import round_factor
 
 from .geometry import Floats, Geometry
 

@@ -1,0 +1,165 @@
+"""The options of figures, the same for all commands that draw."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from jointplay.errors import InputError
+
+if TYPE_CHECKING:
+    from jointplay.model import Mechanism
+    from jointplay.plot import Choice, Style
+    from jointplay.result import Result
+
+Command = Callable[..., int]
+
+Size = Annotated[
+    str | None,
+    typer.Option("--size", metavar="WxH", help="Figure: its size, such as 85x60mm or 85mm (mm, cm, in, pt)."),
+]
+Dots = Annotated[int | None, typer.Option("--dpi", metavar="N", help="Figure: dots per inch. [default: 160]")]
+Theme = Annotated[str | None, typer.Option("--style", metavar="NAME", help="Figure: light, dark or print.")]
+Panel = Annotated[str | None, typer.Option("--panel", metavar="NAME", help="Figure: only this panel.")]
+Configuration = Annotated[
+    int | None,
+    typer.Option("--configuration", "-c", metavar="N", help="Figure: of this configuration. [default: the worst one]"),
+]
+Quantity = Annotated[
+    str | None,
+    typer.Option("--quantity", metavar="NAME", help="Figure: only position, rotation or a component such as x."),
+]
+#: every option by the name of its parameter
+OPTIONS: dict[str, Any] = {
+    "size": Size,
+    "dpi": Dots,
+    "style": Theme,
+    "panel": Panel,
+    "configuration": Configuration,
+    "quantity": Quantity,
+}
+#: options that mean something for every figure
+LOOK = ("size", "dpi", "style")
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Where a figure goes, and the options that were given."""
+
+    path: Path | None = None
+    options: dict[str, Any] | None = None
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Options with a value."""
+        return {name: value for name, value in (self.options or {}).items() if value is not None}
+
+    def check(self, m: Mechanism, asked: Iterable[str]) -> None:
+        """Refuse before the work what cannot be drawn or written.
+
+        Raises
+        ------
+        InputError
+        """
+        self._require_path()
+        if self.path is None:
+            return
+        from jointplay.plot import check_path
+
+        check_path(self.path)
+        choice = self.choice()
+        try:
+            choice.check(m, asked)
+        except InputError as problem:
+            raise InputError(problem.problem, key=f"--{problem.key}") from None
+
+    def check_map(self) -> None:
+        """The same for a figure of a map, which can be a page."""
+        self._require_path()
+        if self.path is not None:
+            from jointplay.plot.map import check_path
+
+            check_path(self.path)
+            self.style()
+
+    def _require_path(self) -> None:
+        for name in self.given if self.path is None else ():
+            raise InputError("says how a figure looks; --plot says where it goes", key=f"--{name}")
+
+    def style(self) -> Style:
+        """The style.
+
+        Raises
+        ------
+        InputError
+            Naming the option, and what would be valid.
+        """
+        from jointplay.plot import Style
+        from jointplay.plot.style import size_of
+
+        given = self.given
+        try:
+            width, height = size_of(given["size"]) if "size" in given else (None, None)
+            return Style(given.get("style", "light"), width, height, given.get("dpi", 160))
+        except InputError as problem:
+            key = {"width": "size", "height": "size"}.get(problem.key, problem.key)
+            raise InputError(problem.problem, key=f"--{key}") from None
+
+    def choice(self) -> Choice:
+        """What of the result is drawn, and how."""
+        from jointplay.plot import Choice
+
+        given = self.given
+        return Choice(given.get("panel"), given.get("configuration"), given.get("quantity"), self.style())
+
+    def draw(self, m: Mechanism, results: dict[str, Result]) -> None:
+        """Draw results, if a figure was asked for."""
+        if self.path is not None:
+            from jointplay.plot import draw
+
+            draw(m, results, self.path, self.choice())
+
+
+#: what commands are given that are called without the option
+NO_FIGURE = Figure()
+
+
+def with_figure(*names: str, draws: str = "Draw the result: .png, .svg or .pdf.") -> Callable[[Command], Command]:
+    """Give a command `--plot` and the options of figures, which it gets as its parameter `plot`.
+
+    Parameters
+    ----------
+    *names : str
+        Which options besides those of the look.
+    draws : str
+        Help of `--plot`.
+    """
+    wanted = (*LOOK, *names)
+    path = Annotated[Path | None, typer.Option("--plot", metavar="PATH", help=draws)]
+
+    def extended(command: Command) -> Command:
+        signature = inspect.signature(command, eval_str=True)
+
+        @functools.wraps(command)
+        def run(**values: Any) -> int:
+            options = {name: values.pop(name) for name in wanted}
+            return command(**{**values, "plot": Figure(values["plot"], options)})
+
+        kept = [p for p in signature.parameters.values() if p.name != "plot"]
+        added = {"plot": path} | {name: OPTIONS[name] for name in wanted}
+        parameters = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in kept]
+        parameters += [
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
+            for name, annotation in added.items()
+        ]
+        run.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+        run.__annotations__ = {p.name: p.annotation for p in parameters}
+        return run
+
+    return extended

@@ -1,0 +1,76 @@
+"""Bodies on a drawing: their colours, their outlines, and where the output is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jointplay import poses
+
+from .style import mixed, theme
+
+if TYPE_CHECKING:
+    from jointplay.analyses.nominal import Nominal
+    from jointplay.model import Mechanism
+
+Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+#: what is left of a colour when all colours have been used
+PALER = 0.6
+
+
+def body_colour(m: Mechanism, body: int) -> str:
+    """The colour of a body, by its index; that of a piece of an elastic body is its body's."""
+    if body == -1:
+        return theme().grey
+    # Further bodies have the same colours, nearer to the paper each time: no two entries of a legend look alike.
+    colours = theme().colours
+    turn, colour = divmod(m.bodies.index(m.owners[body]), len(colours))
+    return mixed(colours[colour], theme().paper, PALER**turn)
+
+
+def point_colour(m: Mechanism, point: int) -> str:
+    """The colour of the body that carries a point of the core's specification."""
+    return body_colour(m, m.core_spec["points"][point]["body"])
+
+
+def on_ground(m: Mechanism, at: Points, error: Points) -> Points:
+    """An error of the output's position in ground axes; `at` are the poses of all bodies."""
+    other = m.core_spec["output"].get("relative_to")
+    if other is None:
+        return error
+    turned: Points = poses.matrix(at[other])[: len(error), : len(error)] @ error
+    return turned
+
+
+def path_of_output(m: Mechanism, at: Nominal) -> Points:
+    """The place of the output point in every configuration, ground axes, metres; three coordinates."""
+    point = m.core_spec["points"][m.core_spec["output"]["point"]]
+    return poses.place(at.poses[:, point["body"]], point["at"])
+
+
+def outline(points: Points, near: float) -> Points:
+    """The corners of a body's outline, in turn and closed: the convex hull of its points in the plane they span most.
+
+    Points on one line, within the distance `near`, make a line.
+    """
+    centred = points - points.mean(axis=0)
+    axes = np.linalg.svd(centred, full_matrices=False)[2]
+    flat = centred @ axes[:2].T
+    order = np.lexsort(flat.T[::-1])
+    if len(points) < 3 or float(np.abs(flat[:, 1:]).max(initial=0.0)) <= near:
+        return np.asarray(points[order[[0, -1]]])
+    corners: list[int] = []
+    for way in (order, order[::-1]):
+        chain: list[int] = []
+        for k in way.tolist():
+            while len(chain) > 1 and _turn(flat[chain[-2]], flat[chain[-1]], flat[k]) <= 0.0:
+                chain.pop()
+            chain.append(k)
+        corners += chain[:-1]
+    return np.asarray(points[[*corners, corners[0]]])
+
+
+def _turn(a: Points, b: Points, c: Points) -> float:
+    """Twice the area of a triangle, positive counter-clockwise."""
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))

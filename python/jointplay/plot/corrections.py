@@ -1,0 +1,64 @@
+"""Corrections of drives over the configurations."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from jointplay.errors import InputError
+from jointplay.result import Result
+from jointplay.typed import typed
+
+from .style import Style, canvas, series, theme
+from .words import along, labelled, legend, of_unit, single, title
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@typed
+def correction(
+    result: Result | xr.Dataset,
+    unit: str | None = None,
+    *,
+    axes: Axes | None = None,
+    style: Style | str | None = None,
+) -> Figure:
+    """Draw by how much the drives are corrected. Drives that are held by their range are marked.
+
+    Parameters
+    ----------
+    result : Dataset
+        Of `compensate`.
+    unit : str, optional
+        Which drives: lengths and angles have axes of their own. That of the first drive if left out.
+    axes : matplotlib axes, optional
+    style : Style or {"light", "dark", "print"}, optional
+    """
+    part = single(result)
+    if "correction" not in part.data:
+        raise InputError("is not the result of compensate", key="result")
+    drives = [str(name) for name in part.labels("drive")]
+    own, unit = of_unit([part.unit("correction", drive=name) for name in drives], unit, "drive")
+    x, words = along(part)
+    with canvas(axes, style) as (figure, axes):
+        axes.axhline(0.0, color=theme().ink, linewidth=0.6)
+        held = False
+        for k, name in enumerate(name for name, wanted in zip(drives, own, strict=True) if wanted):
+            values, stays = part.get("correction", drive=name), part.get("at_limit", drive=name).astype(bool)
+            axes.plot(x, values, label=name, **series(k))
+            look: dict[str, Any] = {"marker": "o", "markersize": 10, "markerfacecolor": "none", "color": theme().alarm}
+            if stays.any():
+                label = None if held else "held by its range"
+                axes.plot(np.asarray(x)[stays], values[stays], linestyle="", label=label, **look)
+                held = True
+        axes.set(xlabel=words, ylabel=labelled("correction of the drive", unit))
+        if words == "configuration":
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        title(axes, f"corrects: {part.attrs.get('corrects', '')}")
+        legend(axes)
+    return figure

@@ -1,0 +1,123 @@
+"""Errors against a swept value."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+
+from jointplay.errors import InputError
+from jointplay.result import Result, typical
+from jointplay.typed import typed
+
+from .figures import SIZES, check_size, curves, draw_limits, from_zero, limits_of, words_of
+from .style import Style, canvas, limit_line, series, theme
+from .words import along, labelled, legend, single, title
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: curves of a sweep beyond which a surface says more
+MOST_CURVES = 6
+#: of lightness that grows evenly: it survives colour blindness and a black-and-white printer
+COLOUR_MAP = "cividis"
+
+
+@typed
+def sweep(
+    result: Result | xr.Dataset,
+    quantity: str = "position",
+    *,
+    surface: bool = False,
+    axes: Axes | None = None,
+    style: Style | str | None = None,
+) -> Figure:
+    """Draw the error against the swept value: a curve for some configurations, or a surface over both.
+
+    On a surface, lines of equal error have their value beside them, and the limit is dashed.
+
+    Parameters
+    ----------
+    result : Dataset
+        Of `sweep`.
+    quantity : {"position", "rotation"}
+    surface : bool
+        A map over value and configuration in place of curves.
+    axes : matplotlib axes, optional
+    style : Style or {"light", "dark", "print"}, optional
+    """
+    check_size(quantity)
+    part = single(result)
+    dim = str(part.attrs.get("sweep", ""))
+    if not dim:
+        raise InputError("is not the result of a sweep", key="result")
+    numeric = part.coords[dim].values.dtype.kind in "fiu"
+    steps = part.sizes[dim]
+    x: Any = part.coords[dim].values if numeric else np.arange(steps)
+    first = curves(part.isel(dim, 0), quantity)[0]
+    values = np.stack([curves(part.isel(dim, k), quantity)[0].values for k in range(steps)])
+    words = labelled(words_of(quantity), first.unit)
+    with canvas(axes, style) as (figure, axes):
+        title(axes, asked(part))
+        if surface:
+            _surface(figure, axes, part.isel(dim, 0), (x if numeric else None), values, words, quantity)
+        else:
+            _lines(axes, part.isel(dim, 0), x, values, words, quantity)
+        if not surface:
+            legend(axes)
+        axes.set_xlabel(labelled(dim, part.coords[dim].units))
+        if not numeric:
+            axes.set_xticks(x, [str(v) for v in part.coords[dim].values.tolist()])
+    return figure
+
+
+def asked(result: Result) -> str:
+    """The question of a sweep; of a scatter also which quantile stands for it."""
+    if "error_quantile" not in result.data:
+        return str(result.attrs.get("question", ""))
+    return f"random: {100 * typical(result):g} % of the specimens are below"
+
+
+def _lines(axes: Axes, part: Result, x: Any, values: Any, words: str, quantity: str) -> None:
+    where, axis = along(part)
+    count = values.shape[1]
+    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_CURVES)).round().astype(int))
+    name, _, unit = axis.partition(" [")
+    for k, c in enumerate(chosen.tolist()):
+        axes.plot(x, values[:, c], label=f"{name} = {where[c]:.4g} {unit.rstrip(']')}".rstrip(), **series(k))
+    axes.set_ylabel(words)
+    bounds = draw_limits(axes.axhline, [part], quantity)
+    if quantity in SIZES:
+        from_zero(axes, [values, np.array(bounds)])
+
+
+def _surface(figure: Figure, axes: Axes, part: Result, x: Any, values: Any, words: str, quantity: str) -> None:
+    where, axis = along(part)
+    small = max(5.0, float(mpl.rcParams["legend.fontsize"]) - 1.0)
+    # Between texts, such as fits, there are no values.
+    if x is None or min(values.shape) < 2:
+        at = np.arange(values.shape[0]) if x is None else x
+        mesh: Any = axes.pcolormesh(at, where, values.T, cmap=COLOUR_MAP, shading="nearest", rasterized=True)
+    else:
+        mesh = axes.pcolormesh(x, where, values.T, cmap=COLOUR_MAP, shading="gouraud", rasterized=True)
+        # White with a dark edge is seen on every colour.
+        edge: Any = [withStroke(linewidth=1.8, foreground="#00000090")]
+        lines = axes.contour(x, where, values.T, 6, colors="white", linewidths=0.8)
+        lines.set_path_effects(edge)
+        for text in axes.clabel(lines, fontsize=small):
+            text.set_path_effects([withStroke(linewidth=1.2, foreground="#000000a0")])
+        bounds = [b for b in limits_of([part], quantity) if np.nanmin(values) < b < np.nanmax(values)]
+        if bounds:
+            axes.contour(x, where, values.T, bounds, colors=theme().alarm, linewidths=1.6, linestyles=[(0, (6, 2))])
+            handle = Line2D([], [], **{**limit_line(), "color": theme().alarm})
+            legend(axes, ([handle], ["limit"]))
+    axes.grid(visible=False)
+    bar = figure.colorbar(mesh, ax=axes, label=words)
+    bar.locator = mpl.ticker.MaxNLocator(6)
+    bar.update_ticks()
+    axes.set_ylabel(axis)

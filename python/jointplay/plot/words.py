@@ -1,0 +1,196 @@
+"""What drawings say: titles, legends, labels of axes."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+import warnings
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
+from numpy.typing import NDArray
+
+from jointplay.errors import InputError, listed, not_known, shown
+from jointplay.result import SEVERAL, Result, from_dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: height of a line, as a share of the size of letters
+HIGH = 1.35
+#: what a legend needs beside the words of an entry, as a share of the size of letters
+KEY = 3.6
+#: what the labels of the vertical axis take of the width, and gaps, points
+BESIDE = 46.0
+#: as far as errors can be exaggerated
+MOST_TIMES = 1e12
+#: plans that are longer than this times their width are narrow strips
+STRIP = 3.0
+
+
+def room(axes: Axes) -> float:
+    """About how wide axes will be when they are laid out, points."""
+    figure = axes.get_figure()
+    assert isinstance(figure, Figure)
+    spec = axes.get_subplotspec()
+    share = 1.0
+    if spec is not None:
+        columns = spec.get_gridspec().ncols
+        share = (spec.colspan.stop - spec.colspan.start) / columns
+    whole = 72.0 * figure.get_figwidth()
+    return max(whole * share - BESIDE, 40.0)
+
+
+def width_of(text: str, size: float) -> float:
+    """How wide a text is with letters of a size, points."""
+    with warnings.catch_warnings():
+        # A box for a letter is as wide as one.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        found = text_to_path.get_text_width_height_descent(text, FontProperties(size=size), False)
+    return float(found[0])
+
+
+def wrapped(text: str, wide: float, size: float) -> str:
+    """A text in lines that fit."""
+    whole = width_of(text, size)
+    if whole <= wide:
+        return text
+    return "\n".join(textwrap.wrap(text, max(12, int(0.95 * len(text) * wide / whole))))
+
+
+def title(axes: Axes, text: str) -> None:
+    """Title of axes, in as many lines as it needs."""
+    axes.set_title(wrapped(text, room(axes), float(mpl.rcParams["axes.titlesize"])))
+
+
+def headline(figure: Figure, text: str) -> None:
+    """Title of a figure."""
+    size = float(mpl.rcParams["axes.titlesize"])
+    figure.suptitle(wrapped(text, 72.0 * figure.get_figwidth(), size), fontsize=size)
+
+
+def legend(axes: Axes, entries: tuple[Sequence[Any], Sequence[str]] | None = None) -> None:
+    """A legend above the axes, where it hides nothing, in as many columns as there is room for; each label once."""
+    handles, labels = axes.get_legend_handles_labels() if entries is None else entries
+    unique = dict(zip(labels, handles, strict=True))
+    if not unique:
+        return
+    size = float(mpl.rcParams["legend.fontsize"])
+    columns = _columns([size * KEY + width_of(label, size) for label in unique], room(axes))
+    rows = math.ceil(len(unique) / columns)
+    axes.legend(
+        unique.values(), unique.keys(), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderpad=0.2,
+        borderaxespad=0.0, handlelength=2.2, handletextpad=0.5, columnspacing=1.0, labelspacing=0.25,
+    )  # fmt: skip
+    text = axes.get_title("left")
+    if text:
+        axes.set_title(text, pad=rows * HIGH * size + 6.0)
+
+
+def _columns(widths: Sequence[float], wide: float) -> int:
+    """In how many columns entries have room, each column as wide as its widest entry.
+
+    Examples
+    --------
+    >>> _columns([10.0, 50.0, 10.0, 10.0], 75.0)
+    2
+    """
+    for columns in range(len(widths), 1, -1):
+        if sum(max(part) for part in np.array_split(np.array(widths), columns)) <= wide:
+            # Rows that are as full as each other need fewer columns.
+            return math.ceil(len(widths) / math.ceil(len(widths) / columns))
+    return 1
+
+
+def light(result: Result | xr.Dataset) -> Result:
+    """The light form of a result, whichever it came in."""
+    return result if isinstance(result, Result) else from_dataset(result)
+
+
+def single(result: Result | xr.Dataset) -> Result:
+    """The light form of a result of one output in one load case.
+
+    Raises
+    ------
+    InputError
+        When it is of several.
+    """
+    found = light(result)
+    for dim in SEVERAL:
+        if dim in found.sizes:
+            labels = found.labels(dim)
+            problem = f"has several, of which one is drawn: result.sel({dim}={labels[0]!r}); there are {listed(labels)}"
+            raise InputError(problem, key=dim)
+    return found
+
+
+def check_exaggeration(factor: float | None) -> None:
+    """Refuse a factor on errors that takes them out of any drawing."""
+    if factor is not None and not 0.0 <= factor <= MOST_TIMES:
+        raise InputError(f"is a number from 0 to {MOST_TIMES:.0e}, not {shown(factor)}", key="exaggerate")
+
+
+def along(result: Result) -> tuple[Any, str]:
+    """What configurations are drawn against: the value of the only drive, else their number."""
+    drives = result.drives
+    if len(drives) == 1:
+        name, drive = next(iter(drives.items()))
+        if drive.dims == ("configuration",):
+            return drive.values, labelled(name, drive.units)
+    return result.coords["configuration"].values, "configuration"
+
+
+def of_unit(units: Sequence[str], unit: str | None, what: str) -> tuple[NDArray[np.bool_], str]:
+    """Which of several have a unit; that of the first one if none is named.
+
+    Raises
+    ------
+    InputError
+        When none has it: "'N' is not the unit of a source".
+    """
+    unit = units[0] if unit is None else unit
+    if unit not in units:
+        raise InputError(not_known(unit, f"the unit of a {what}", list(dict.fromkeys(units))), key="unit")
+    return np.array([one == unit for one in units]), unit
+
+
+def which(result: Result, configuration: int) -> str:
+    """A configuration in words: its number, and the value of the only drive."""
+    values, words = along(result)
+    said = f"configuration {configuration}"
+    if words == "configuration":
+        return said
+    name, _, unit = words.partition(" [")
+    return f"{said}, {name} = {values[configuration]:.6g} {unit.rstrip(']')}".rstrip()
+
+
+def labelled(name: str, unit: str) -> str:
+    """A label with its unit."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def round_factor(factor: float) -> float:
+    """The largest of 1, 2, 5, 10, 20, ... that is not above a factor; 1 for smaller ones.
+
+    Examples
+    --------
+    >>> round_factor(370)
+    200.0
+    """
+    if factor < 1.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(factor))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= factor))
+
+
+def is_plan(value: xr.DataArray) -> bool:
+    """Whether both axes of a map have the same scale: with the same unit, unless that leaves a narrow strip."""
+    across, up = (value[dim] for dim in value.dims[:2])
+    sides = [float(np.ptp(side.values)) for side in (across, up)]
+    return bool(across.attrs["units"] == up.attrs["units"]) and max(sides) <= STRIP * min(sides)
