@@ -121,3 +121,33 @@ def pair(teeth=(20, 40), module=1e-3, internal=False, apart=1.0, angle=0.0, pres
         m.load(1, moment=torque)
     m.output(1)
     return m
+
+
+def planetary(teeth=(20, 16, 52), planets=3, torque=0.0, plays=(), floating=0.0):
+    """A planetary gear, the sun driven and the ring fixed; play in the meshes with the sun and in its bearing."""
+    sun_teeth, planet_teeth, ring_teeth = teeth
+    sun_radius, planet_radius, ring_radius = (0.0005 * z for z in teeth)
+    arm_radius = sun_radius + planet_radius
+    assert ring_teeth == sun_teeth + 2 * planet_teeth
+    m = Machine(length=arm_radius)
+    sun, arm = m.body(0, 0), m.body(0, 0)
+    bearing = m.joint("revolute", (GROUND,), (sun,))
+    m.joint("revolute", (GROUND,), (arm,))
+    meshes = []
+    for k in range(planets):
+        at = (arm_radius * np.cos(2 * np.pi * k / planets), arm_radius * np.sin(2 * np.pi * k / planets))
+        planet = m.body(*at)
+        m.joint("revolute", (arm, at), (planet,))
+        told = {"radii": [sun_radius, planet_radius], "teeth": [sun_teeth, planet_teeth]}
+        meshes.append(m.joint("gear", (sun,), (planet,), pressure_angle=float(np.radians(20.0)), **told))
+        told = {"radii": [planet_radius, ring_radius], "teeth": [planet_teeth, ring_teeth], "internal": True}
+        m.joint("gear", (planet,), (GROUND,), pressure_angle=float(np.radians(20.0)), **told)
+    m.drive(bearing)
+    m.output(arm)
+    if torque:
+        m.load(arm, moment=torque)
+    for mesh, play in zip(meshes, plays, strict=False):
+        m.source("clearance", play, joint=mesh)
+    if floating:
+        m.source("clearance", {"disc": {"radius": floating}}, joint=bearing)
+    return m

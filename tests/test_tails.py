@@ -13,6 +13,7 @@ from scipy import special, stats
 
 import jointplay as jp
 from answers import example
+from arms import ARM
 from jointplay.analyses import tails
 from jointplay.analyses.nominal import nominal
 from jointplay.cli import run
@@ -20,32 +21,6 @@ from jointplay.errors import InputError
 from jointplay.result import from_dataset
 from jointplay.verdict import ROUNDING, verdict
 
-#: an arm with a slider: clearance of its pivot, length and drive errors move the output one to one
-ARM = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg" }
-[joints.pivot]
-type = "revolute"
-on = { ground = [0, 0], arm = [0, 0] }
-clearance = { radial = 0.0 }
-[joints.guide]
-type = "prismatic"
-on = { arm = { at = [0, 0], axis = [1, 0] }, rod = [0, 0] }
-[drives.angle]
-joint = "pivot"
-values = [0]
-[drives.reach]
-joint = "guide"
-values = [100]
-[output]
-body = "rod"
-at = [50, 0]
-[dimensions.size]
-body = "rod"
-between = ["guide", "output"]
-tolerance = { sigma = 0.01 }
-"""
 PIN = ARM.replace("radial = 0.0", "radial = 0.1").replace("sigma = 0.01", "plus = 0, minus = 0")
 #: an error that is beyond its limit by less is not outside, mm
 SLACK = 50.0 * ROUNDING

@@ -10,38 +10,12 @@ from scipy import stats
 
 import jointplay as jp
 from answers import example
+from arms import ARM
 from jointplay import confidence
 from jointplay.analyses.nominal import nominal
 from jointplay.conclusions import conclude
 from jointplay.result import from_dataset
 from jointplay.table.notes import notes
-
-#: an arm of which one length alone scatters, normally
-ARM = """
-format = 1
-space = "planar"
-units = { length = "mm", angle = "deg" }
-[joints.pivot]
-type = "revolute"
-on = { ground = [0, 0], arm = [0, 0] }
-clearance = { radial = 0.0 }
-[joints.guide]
-type = "prismatic"
-on = { arm = { at = [0, 0], axis = [1, 0] }, rod = [0, 0] }
-[drives.angle]
-joint = "pivot"
-values = [0]
-[drives.reach]
-joint = "guide"
-values = [100]
-[output]
-body = "rod"
-at = [50, 0]
-[dimensions.size]
-body = "rod"
-between = ["guide", "output"]
-tolerance = { sigma = 0.01 }
-"""
 
 
 @pytest.mark.parametrize("samples", [1, 5, 100, 2000, 100_000])

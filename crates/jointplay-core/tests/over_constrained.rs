@@ -4,18 +4,14 @@
 use jointplay_core::{Case, Keep, Mechanism, Spec, Status};
 use serde_json::{Value, json};
 
+#[path = "../src/mechanism/testing.rs"]
+mod testing;
+
+use testing::{pin, point};
+
 fn build(spec: &Value) -> Mechanism {
     let spec: Spec = serde_json::from_value(spec.clone()).expect("a specification");
     Mechanism::new(&spec).expect("a mechanism")
-}
-
-/// A pin between two points, as the specification has it.
-fn pin(first: usize, second: usize) -> Value {
-    json!({"kind": "revolute", "first": first, "second": second, "axis_first": [1, 0, 0], "axis_second": [1, 0, 0]})
-}
-
-fn point(body: i64, x: f64, y: f64) -> Value {
-    json!({"body": body, "at": [x, y, 0.0]})
 }
 
 fn assert_near(found: &[f64], wanted: &[f64], tolerance: f64) {

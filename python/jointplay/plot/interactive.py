@@ -220,8 +220,8 @@ def _plane(shown: Shown, label: str, *, bar: float | None) -> list[Any]:
         only = {"start": bound, "end": bound, "size": 1.0, "coloring": "none"}
         traces.append(
             go.Contour(
-                x=across.values, y=up.values, z=value.values.T, contours=only, line=_dashes(), name=_limit(value, bound),
-                showlegend=True, showscale=False, hoverinfo="skip",
+                x=across.values, y=up.values, z=value.values.T, contours=only, line=_dashes(),
+                name=_limit(value, bound), showlegend=True, showscale=False, hoverinfo="skip",
             )
         )  # fmt: skip
     return traces

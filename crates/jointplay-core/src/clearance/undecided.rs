@@ -8,7 +8,7 @@ pub const UNDECIDED: f64 = 1e-9;
 pub struct Unforced(u8);
 
 impl Unforced {
-    /// Whether every coordinate is listened to.
+    /// Whether every coordinate is pushed.
     #[inline]
     #[must_use]
     pub const fn is_none(self) -> bool {

@@ -63,7 +63,8 @@ impl Mechanism {
     ) -> Coupled<S> {
         let one = S::from_f64(1.0);
         let Some(coupling) = &self.joints[row.joint].coupling else {
-            return Coupled { residual: S::from_f64(0.0), rate: Rate::zero(), slope: one, gap: one };
+            let none = Rate::zero();
+            return Coupled { residual: S::from_f64(0.0), rate: none, opening_rate: none, slope: one, gap: one };
         };
         let reference = self.sliding().position(|(joint, ..)| joint == row.joint).map(|k| self.n_driven + k);
         let reference = reference.and_then(|k| commands.get(k)).map(|c| Reference {

@@ -350,11 +350,11 @@ impl Mechanism {
             }
             let joint = &self.joints[row.joint];
             let ends = [(joint.first, true), (joint.second, false)];
-            let is_felt = |point: &Point| match row.component {
+            let is_moved = |point: &Point| match row.component {
                 Component::About(_) => point.turns(),
                 Component::Along(_) => point.moves(),
             };
-            if ends.iter().all(|&(point, _)| !is_felt(&self.points[point])) {
+            if ends.iter().all(|&(point, _)| !is_moved(&self.points[point])) {
                 continue;
             }
             let rate = self.row_rate(row, poses, parameters);

@@ -12,11 +12,11 @@ use crate::closure::newton::{Linearised, State};
 use crate::math::real::Real;
 use crate::math::space::{Component, Pose};
 use crate::math::vector::{Vec3, add, cross, dot};
-use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::mechanism::point::constant;
+use crate::mechanism::{Mechanism, Row};
 
-/// What the load leaves undecided is felt by the output when it moves it, to first order, by more than this part
+/// What the load leaves undecided is observable when it moves the output, to first order, by more than this part
 /// of what all play together could.
 pub(crate) const UNOBSERVABLE: f64 = 1e-9;
 
@@ -115,6 +115,22 @@ impl Mechanism {
             Component::About(i) => moment[i] = 1.0,
         }
         self.add_output_wrench(constant(force), constant(moment), poses, parameters, &mut cost);
+        cost
+    }
+
+    /// The cost that is the opening between the flanks of a coupled row.
+    pub(crate) fn opening_cost(&self, row: &Row, poses: &[Pose<f64>], parameters: &[f64]) -> Cost<f64> {
+        let rate = self.coupled_row(row, poses, parameters, &[]).opening_rate;
+        let joint = &self.joints[row.joint];
+        let mut cost = self.no_cost();
+        let ends = [(joint.second, rate.linear, rate.second), (joint.first, rate.linear.map(|v| -v), rate.first)];
+        for (point, force, moment) in ends {
+            self.add_wrench(point, force, moment, poses, parameters, &mut cost);
+            // The axes of the joint turn with the point.
+            for (parameter, [_, rotation]) in self.ground_rates(point, poses, parameters) {
+                cost.parameters[parameter] += dot(moment, rotation);
+            }
+        }
         cost
     }
 

@@ -31,7 +31,7 @@ const ROUNDS: usize = 25;
 const STILL: f64 = 1e-10;
 /// Two places are one where no offset differs by more than this part of its set.
 const SAME: f64 = 1e-6;
-/// What is left open is felt where it moves the output, to first order, by more than this part of what all play
+/// What is left open is observable where it moves the output, to first order, by more than this part of what all play
 /// together could: programs know less than [`crate::closure::sensitivity::UNOBSERVABLE`].
 const OBSERVABLE: f64 = 1e-7;
 
@@ -39,7 +39,7 @@ const OBSERVABLE: f64 = 1e-7;
 pub(crate) struct Rest {
     pub contact: Contact,
     pub open: Open,
-    /// What is not listened to.
+    /// What is left out.
     pub unforced: Vec<Unforced>,
     /// What the load does not push there, that included.
     pub quiet: Vec<Unforced>,
@@ -82,7 +82,7 @@ impl Mechanism {
 }
 
 impl Solver<'_> {
-    /// Where a contact comes to rest when the load is also heard where it does not push at the nominal pose: `before`
+    /// Where a contact comes to rest when the load counts where it does not push at the nominal pose: `before`
     /// tells what did not take part, `unforced` what still does not. `None` where it may rest in more than one place, or
     /// the closure is singular.
     pub(crate) fn rest(&self, from: &Contact, before: &[Unforced], unforced: &[Unforced]) -> Option<Rest> {
@@ -173,12 +173,12 @@ pub(crate) struct Left {
     pub open: Vec<f64>,
     /// Whether every source has one place.
     pub decided: Vec<bool>,
-    /// Whether the output feels it.
+    /// Whether it moves the output.
     pub observable: bool,
 }
 
 impl Mechanism {
-    /// What a rest leaves open; felt where the output moves to first order both at the nominal pose, by the map
+    /// What a rest leaves open; observable where the output moves to first order both at the nominal pose, by the map
     /// `first_order`, and at the rest, by `map`.
     pub(crate) fn left_open(
         &self,

@@ -56,7 +56,7 @@ impl Faces {
             let size = set.size();
             let mut displacement = m.offset(&m.sources[*s], &at.state.inputs);
             let mut rows = vec![0.0; ties.rows.nrows() * size];
-            let mut listened = 0;
+            let mut counted = 0;
             let mut moving = false;
             for (i, (_, way)) in bend.ways.iter().enumerate().filter(|(_, (owner, _))| owner == s) {
                 displacement.iter_mut().zip(way.along).for_each(|(d, along)| *d += step[i] * along);
@@ -64,9 +64,9 @@ impl Faces {
                     row.iter_mut().zip(way.dual).for_each(|(r, dual)| *r += part * dual);
                 }
                 moving |= 1.0 - ties.rows.column(i).norm_squared() > SAME;
-                listened += 1;
+                counted += 1;
             }
-            moves.push(moving || listened < face.directions(&set).len());
+            moves.push(moving || counted < face.directions(&set).len());
             blocks.push(Block { kind: Kind::Clearance(set), map: rows, force: vec![0.0; size] });
             displacements.push(displacement);
         }

@@ -32,7 +32,7 @@ pub(crate) struct Ties {
 }
 
 impl Mechanism {
-    /// The directions in which faces are open, those left out that are not listened to.
+    /// The directions in which faces are open, without those that are left out.
     fn ways(&self, faces: &[(usize, Face)], unforced: &[Unforced]) -> Vec<(usize, Direction)> {
         let of = |(s, face): &(usize, Face)| {
             let (s, set) = (*s, self.sources[*s].set);

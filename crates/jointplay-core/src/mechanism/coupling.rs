@@ -303,6 +303,7 @@ impl Coupling {
         let radian = S::from_f64(self.radian);
         let (phase, mut rate) = self.phase(pair, reference);
         let (mut slope, mut gap, mut taken) = (S::from_f64(1.0), S::from_f64(1.0), play);
+        let mut opening_rate = Rate::zero();
         if let (Some(between), Some(opening)) = (between, &self.opening) {
             let (centre, part) = (S::from_f64(between.centre), S::from_f64(1.0 / between.half));
             let (opened, of_opening) = opening.at(pair);
@@ -312,9 +313,10 @@ impl Coupling {
             slope = slope + inside * opened * part;
             taken = play + side * opened;
             rate = rate.plus(-side, of_opening);
+            opening_rate = of_opening;
         }
         let (sine, cosine) = turn_back(phase, (shifted(taken) / radian).wide_sin_cos());
-        Coupled { residual: radian * S::wide_angle(sine, cosine), rate, slope, gap }
+        Coupled { residual: radian * S::wide_angle(sine, cosine), rate, opening_rate, slope, gap }
     }
 }
 
@@ -323,6 +325,8 @@ pub(crate) struct Coupled<S> {
     pub residual: S,
     /// Its rate at the flank where the play is.
     pub rate: Rate<S>,
+    /// The rate at which each flank moves away from the other.
+    pub opening_rate: Rate<S>,
     /// What its own parameter counts.
     pub slope: S,
     /// The play as a part of what it is between wheels in their places; below zero they cannot be there.

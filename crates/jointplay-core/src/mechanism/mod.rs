@@ -16,6 +16,8 @@ mod scattered_gap;
 pub(crate) mod scores;
 mod spec;
 pub(crate) mod status;
+#[cfg(test)]
+pub(crate) mod testing;
 
 pub use answer::{Answer, Column, Values};
 pub use build::SpecError;

@@ -3,25 +3,13 @@
 use serde_json::{Value, json};
 
 use crate::mechanism::dim::Keep;
+use crate::mechanism::testing::{disc, pin, point};
 use crate::mechanism::{Case, Mechanism, Spec};
 use crate::questions::columns::Worst;
 
 fn build(spec: &Value) -> Mechanism {
     let spec: Spec = serde_json::from_value(spec.clone()).expect("a specification");
     Mechanism::new(&spec).expect("a mechanism")
-}
-
-/// A pin between two points, as the specification has it.
-fn pin(first: usize, second: usize) -> Value {
-    json!({"kind": "revolute", "first": first, "second": second, "axis_first": [1, 0, 0], "axis_second": [1, 0, 0]})
-}
-
-fn point(body: i64, x: f64, y: f64) -> Value {
-    json!({"body": body, "at": [x, y, 0.0]})
-}
-
-fn disc(joint: usize, radius: f64) -> Value {
-    json!({"kind": "clearance", "joint": joint, "set": {"disc": {"radius": radius}}, "centre": [0, 0], "law": "uniform"})
 }
 
 /// Crank and rocker with a coupler, play in every joint, a coupler made too long, two loads.

@@ -87,7 +87,12 @@ impl Deref for Compatibility {
 impl Ties {
     /// Those at a state of the basis; `None` where the basis is singular.
     pub fn at(basis: &Basis, solver: &Solver<'_>, state: &State) -> Option<Self> {
-        Some(tie(basis, &solver.linearise(state)?, state).0)
+        Some(Self::of(basis, &solver.linearise(state)?, state))
+    }
+
+    /// Those of a linearisation at a state.
+    pub fn of(basis: &Basis, linearised: &Linearised<'_>, state: &State) -> Self {
+        tie(basis, linearised, state).0
     }
 
     /// Those at one lane of a block that is closed and whose multipliers are solved.

@@ -225,7 +225,7 @@ impl System<'_> {
         let (mut blocks, mut springs) = (Vec::new(), Vec::new());
         for (element, at) in self.elements.iter().zip(at) {
             let (size, first) = (element.columns.len(), right.len() - n);
-            let mut map = Self::map(element, c);
+            let mut map = Self::map(element, &c.equations);
             map.resize(size * (n + ties), 0.0);
             if element.source.is_some() {
                 // Offset minus elongation of its spring: where it is.

@@ -143,14 +143,14 @@ impl System<'_> {
                 }
             }
         }
-        // Mostly every equation is felt by itself.
+        // Mostly every equation is observable by itself.
         if (&observable * observable.transpose()).cholesky().is_some_and(|factors| is_clear(factors.l_dirty())) {
             return unknown;
         }
         let Some(svd) = singular_values(observable, true, false) else { return unknown };
         let Some(directions) = svd.u else { return unknown };
         let smallest = UNDECIDED * svd.singular_values.max();
-        // The left null space: what is orthogonal to every direction that is felt.
+        // The left null space: what is orthogonal to every direction that is observable.
         let mut null = DMatrix::<f64>::identity(s, s);
         for (k, value) in svd.singular_values.iter().enumerate() {
             if *value > smallest {

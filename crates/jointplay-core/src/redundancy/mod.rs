@@ -11,6 +11,7 @@ pub(crate) mod compatibility;
 pub(crate) mod equilibrium;
 mod indeterminacy;
 mod observable;
+pub(crate) mod openings;
 mod parts;
 pub(crate) mod placed;
 pub(crate) mod sequence;

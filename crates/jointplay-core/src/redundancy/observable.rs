@@ -1,4 +1,4 @@
-//! Whether the output feels what the load leaves open: a yes or no for one of many units.
+//! Whether what the load leaves open moves the output: a yes or no for one of many units.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -20,7 +20,7 @@ struct Open<'a> {
 
 impl System<'_> {
     /// Whether any component of the output moves by more than its limit; `output` is what displacements do to it.
-    pub fn is_felt(
+    pub fn is_observable(
         &self,
         c: &Ties,
         output: &DMatrix<f64>,

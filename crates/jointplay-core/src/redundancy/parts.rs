@@ -85,7 +85,7 @@ impl<'a> Sharing<'a> {
         }
         let (held, left) = split(&observable);
         if !hold && held.ncols() > 0 {
-            // The least rest of what is moved, beside what is felt in the directions that are held.
+            // The least rest of what is moved, beside what is observable in the directions that are held.
             let factors = observable.tr_mul(&held).qr();
             let mut parts = factors.q().tr_mul(&moved.transpose());
             if factors.r().solve_upper_triangular_mut(&mut parts) {

@@ -72,7 +72,7 @@ impl System<'_> {
     ) -> Option<Balance> {
         let block = |element: &Element| Block {
             kind: element.kind.clone(),
-            map: Self::map(element, c),
+            map: Self::map(element, &c.equations),
             force: Self::along(element, forces),
         };
         let mut program = match drawn {

@@ -1,6 +1,6 @@
 //! What can give way in an over-constrained or elastic mechanism, and the programs that decide where it goes.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::Set;
 use crate::clearance::face::Face;
@@ -73,10 +73,9 @@ impl<'m> System<'m> {
         self.elements.iter().all(|element| element.source.is_some())
     }
 
-    /// Coefficients of an element in the equations, row-major.
-    pub fn map(element: &Element, c: &Ties) -> Vec<f64> {
-        let equations = 0..c.equations.nrows();
-        equations.flat_map(|k| element.columns.iter().map(move |&row| c.equations[(k, row)])).collect()
+    /// Coefficients of an element in equations, row-major.
+    pub fn map(element: &Element, equations: &DMatrix<f64>) -> Vec<f64> {
+        equations.row_iter().flat_map(|row| element.columns.iter().map(move |&column| row[column])).collect()
     }
 
     /// Whether an equation asks for it.
@@ -88,7 +87,7 @@ impl<'m> System<'m> {
     pub(crate) fn program(&self, c: &Ties, right: &DVector<f64>, forces: &DVector<f64>) -> Program {
         let block = |element: &Element| Block {
             kind: element.kind.clone(),
-            map: Self::map(element, c),
+            map: Self::map(element, &c.equations),
             force: Self::along(element, forces),
         };
         let tied = self.elements.iter().filter(|element| Self::is_tied(element, c));

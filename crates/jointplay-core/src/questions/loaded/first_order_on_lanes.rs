@@ -174,8 +174,8 @@ impl<'m> FirstOrder<'m> {
             let mut observable = Block::splat(0.0);
             for k in 0..size {
                 for i in 0..LANES {
-                    let feels = opening.open.0[i] != 0.0 && opening.widths[k].0[i] > UNOBSERVABLE * reaches[k].0[i];
-                    observable.0[i] += if feels { 1.0 } else { 0.0 };
+                    let moves = opening.open.0[i] != 0.0 && opening.widths[k].0[i] > UNOBSERVABLE * reaches[k].0[i];
+                    observable.0[i] += if moves { 1.0 } else { 0.0 };
                 }
             }
             for i in 0..n {

@@ -4,7 +4,7 @@
 //! error is `E = A u` with u those support points; on the exact closure contact and reactions are brought to
 //! agree by [`crate::contact`]. Where a reaction vanishes, or two corners of a guide compete, the load
 //! does not decide: the offset is put in the middle of the exposed face, and the half-width of the
-//! output's error over all exposed faces that it feels is given beside it.
+//! output's error over all exposed faces that move it is given beside it.
 
 mod first_order_on_lanes;
 mod on_lanes;
@@ -283,16 +283,16 @@ impl Mechanism {
         observable |= leave_open(&contact.gradient, &map, &mut open, &mut decided);
         let mut around = None;
         if observable {
-            // What the output feels is listened to: the closure may decide it.
-            let unheard = |(unforced, open): (&Unforced, &[f64])| {
+            // What moves the output counts: the closure may decide it.
+            let left_out = |(unforced, open): (&Unforced, &[f64])| {
                 if open.iter().any(|o| *o > 0.0) { Unforced::default() } else { *unforced }
             };
-            let listened: Vec<Unforced> = unforced.iter().zip(open.chunks_exact(size)).map(unheard).collect();
-            let rest = solver.rest(&contact, &unforced, &listened);
+            let counted: Vec<Unforced> = unforced.iter().zip(open.chunks_exact(size)).map(left_out).collect();
+            let rest = solver.rest(&contact, &unforced, &counted);
             let rest = rest.and_then(|rest| Some((solver.linearise(&rest.contact.state)?, rest)));
             if let Some((at, rest)) = rest {
                 let map = self.output_sensitivity(&at, &rest.contact.state);
-                let left = self.left_open(&rest, &listened, &first_order.parameters, &map.parameters);
+                let left = self.left_open(&rest, &counted, &first_order.parameters, &map.parameters);
                 (open, decided, observable) = (left.open, left.decided, left.observable);
                 (contact, displaced) = (rest.contact.clone(), at);
                 around = observable.then_some(rest);
@@ -324,9 +324,9 @@ impl Mechanism {
     }
 
     /// Widens what every source leaves open in the output, tells which sources the load does not decide, and
-    /// whether the output feels it.
+    /// whether the output is moved by it.
     ///
-    /// What is left open is felt where it moves the output to first order, both at the nominal pose, by the
+    /// What is left open is observable where it moves the output to first order, both at the nominal pose, by the
     /// map `first_order`, and at the pose in question, by `map`, which tells the half-width; where one of
     /// them is zero the output moves in proportion to the square of the play. The maps take a component of
     /// the output and a parameter.

@@ -25,7 +25,7 @@ use crate::redundancy::placed::Placed;
 use crate::redundancy::sequence::{Failure, Rest, is_apart};
 use crate::redundancy::system::{System, UNDECIDED_TOGETHER};
 
-/// What is left open is felt by the output when it moves it by more than this part of what all play together
+/// What is left open is observable when it moves the output by more than this part of what all play together
 /// could. Below is rounding: cone programs give offsets in round sets to about 1e-7 of the clearance.
 const OBSERVABLE: f64 = 1e-6;
 /// What is known at the nominal pose to first order.
@@ -141,7 +141,7 @@ impl Mechanism {
             strain.force = self.known(&balance.forces, &unknown);
             strain.deformation = self.deformation(system, balance);
             strain.gap = balance.gap;
-            settled_all = balance.solved && (rest.still || self.rests_unfelt(at, &rest, &known));
+            settled_all = balance.solved && (rest.still || self.rests_unobservably(at, &rest, &known));
             if let Some(stress) = stress {
                 strain.prestress = self.bearable(basis, &stress.state, &stress.balance.forces, &unknown);
             }
@@ -236,15 +236,15 @@ impl Mechanism {
     }
 
     /// Whether what has not settled moves the output no more: a shaft that floats finds no place of its own.
-    fn rests_unfelt(&self, at: &Placed<'_>, rest: &Rest, known: &[f64]) -> bool {
+    fn rests_unobservably(&self, at: &Placed<'_>, rest: &Rest, known: &[f64]) -> bool {
         let Some(c) = Compatibility::at(at.system.basis, at.solver, &rest.state) else { return false };
         let own = DVector::from_column_slice(&rest.state.inputs.parameters);
         let next = DVector::from_column_slice(known) + DVector::from_vec(at.system.displacements(&rest.balance));
         let moved = &c.output.parameters * (next - own);
-        moved.iter().zip(self.feels(&c)).all(|(moved, feels)| moved.abs() <= feels)
+        moved.iter().zip(self.least_observable(&c)).all(|(moved, least)| moved.abs() <= least)
     }
 
-    /// The half-widths of what the load leaves open, zero where the output does not feel them.
+    /// The half-widths of what the load leaves open, zero where they do not move the output.
     fn observable(&self, c: &Compatibility, mut widths: Vec<f64>) -> Vec<f64> {
         for (i, width) in widths.iter_mut().enumerate() {
             if !(*width > OBSERVABLE * self.play(c, i)) {
@@ -254,8 +254,8 @@ impl Mechanism {
         widths
     }
 
-    /// What is felt of what is left open, component by component.
-    pub(crate) fn feels(&self, c: &Compatibility) -> Vec<f64> {
+    /// How far what is left open moves the output at least where that is observable, component by component.
+    pub(crate) fn least_observable(&self, c: &Compatibility) -> Vec<f64> {
         (0..self.size()).map(|component| OBSERVABLE * self.play(c, component)).collect()
     }
 

@@ -80,11 +80,11 @@ impl Mechanism {
             Err(status) => return self.no_specimen(status, f64::NAN),
         };
         let settled = together.settle(rounds, system, &known, &Ask::Load).await;
-        let found = settled.and_then(|settled| self.told_of(together, system, centre, factor, &settled));
+        let found = settled.and_then(|settled| self.reported_of(together, system, centre, factor, &settled));
         found.unwrap_or_else(|status| self.no_specimen(status, factor))
     }
 
-    fn told_of(
+    fn reported_of(
         &self,
         at: &Together<'_>,
         system: &System<'_>,

@@ -6,6 +6,7 @@
 
 mod ascent;
 mod first_order;
+mod flanks;
 mod on_lanes;
 mod over_constrained;
 mod prepared;
@@ -16,9 +17,9 @@ mod worker;
 
 use rayon::prelude::*;
 
+use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::closure::sensitivity::Output;
-use crate::contact::flanks::FLANKS;
 use crate::interrupt;
 use crate::math::space::Component;
 use crate::math::vector::Vec3;
@@ -31,6 +32,7 @@ use crate::mechanism::status::Status;
 use crate::questions::columns::{Region, Worst};
 use crate::questions::form::Form;
 use crate::questions::worst::ascent::Measure;
+use crate::questions::worst::flanks::Flanks;
 use crate::questions::worst::on_lanes::{Climb, Site};
 use crate::questions::worst::prepared::Prepared;
 use crate::questions::worst::search::{Found, Search};
@@ -40,8 +42,8 @@ use crate::questions::worst::worker::Height;
 /// Configurations at most that one task climbs.
 const RUN: usize = 16;
 
-/// One extreme as it is told. Their order in a result: position, rotation, then lowest and highest of every component.
-pub(crate) struct Told {
+/// One extreme as it is reported. Their order in a result: position, rotation, then lowest and highest of every component.
+pub(crate) struct Reported {
     pub measure: Measure,
     pub first_order: f64,
     pub bound: f64,
@@ -52,7 +54,7 @@ pub(crate) struct Told {
 
 /// What has been found of one configuration: its extremes in the order of the measures.
 pub(crate) struct Summits {
-    pub extremes: Vec<Told>,
+    pub extremes: Vec<Reported>,
     pub fallbacks: u64,
     /// Extremes whose climb was ended by its budget.
     pub unsettled: u64,
@@ -79,7 +81,7 @@ impl Mechanism {
         let wanted = Wanted { directions: directions.len(), ..Wanted::all(self) };
         let row = |found: Result<Summits, Status>| match found {
             Ok(found) => {
-                let of = |value: &dyn Fn(&Told) -> f64| found.extremes.iter().map(value).collect();
+                let of = |value: &dyn Fn(&Reported) -> f64| found.extremes.iter().map(value).collect();
                 Region {
                     extent: of(&|told| told.height.value),
                     extent_first_order: of(&|told| told.first_order),
@@ -173,8 +175,7 @@ impl Mechanism {
     }
 
     /// An extreme of the linearised mechanism by the map that belongs to the flanks which it closes itself; by the
-    /// given one where no coupling has play. That one is as large the opposite way, where the opposite flanks are
-    /// closed: the larger counts.
+    /// given one where no coupling has play.
     fn at_its_flanks(
         &self,
         solver: &Solver<'_>,
@@ -182,47 +183,16 @@ impl Mechanism {
         map: &Output,
         extreme: impl Fn(&Output, Option<&[f64]>) -> Extreme,
     ) -> Result<Extreme, Status> {
-        let middle = extreme(map, None);
-        if self.plays().next().is_none() {
-            return Ok(middle);
-        }
-        let settled = self.settle_flanks(solver, nominal, &middle, false, &extreme)?;
-        let opposite = match middle.measure {
-            Measure::Component { .. } | Measure::Along(_) => None,
-            Measure::Position | Measure::Rotation => self.settle_flanks(solver, nominal, &middle, true, &extreme)?,
+        let flanks = Flanks {
+            nominal,
+            plays: self.rows.iter().filter_map(|row| row.parameter.zip(row.play)).collect(),
+            stay: |before: &Inputs<f64>, now: &Inputs<f64>| before == now,
+            extreme: |_, flanks: &State| {
+                let linearised = solver.linearise(flanks).ok_or(Status::Singular)?;
+                Ok(extreme(&self.output_sensitivity(&linearised, flanks), Some(&flanks.inputs.parameters)))
+            },
         };
-        let bound =
-            [&settled, &opposite].into_iter().flatten().fold(middle.bound, |bound, found| bound.max(found.bound));
-        let higher = |a: Extreme, b: Extreme| if b.linear.value > a.linear.value { b } else { a };
-        let found = settled.into_iter().chain(opposite).reduce(higher).unwrap_or(middle);
-        Ok(Extreme { bound, ..found })
-    }
-
-    /// The same, from the flanks that an extreme closes or the opposite ones.
-    fn settle_flanks(
-        &self,
-        solver: &Solver<'_>,
-        nominal: &State,
-        middle: &Extreme,
-        mirrored: bool,
-        extreme: &impl Fn(&Output, Option<&[f64]>) -> Extreme,
-    ) -> Result<Option<Extreme>, Status> {
-        let mut flanks = nominal.clone();
-        let mut found: Option<Extreme> = None;
-        for _ in 0..FLANKS {
-            let before = flanks.inputs.clone();
-            let at = &found.as_ref().unwrap_or(middle).linear.parameters;
-            for (p, play) in self.rows.iter().filter_map(|row| row.parameter.zip(row.play)) {
-                let turned = mirrored && found.is_none();
-                flanks.inputs.parameters[p] = if turned { play.mirrored(at[p]) } else { at[p] };
-            }
-            if before == flanks.inputs {
-                break;
-            }
-            let linearised = solver.linearise(&flanks).ok_or(Status::Singular)?;
-            found = Some(extreme(&self.output_sensitivity(&linearised, &flanks), Some(&flanks.inputs.parameters)));
-        }
-        Ok(found)
+        flanks.own(extreme(map, None))
     }
 
     /// The extremes of a few configurations.
@@ -251,7 +221,7 @@ impl Mechanism {
     fn told(&self, prepared: Prepared<'_>, found: Found) -> Summits {
         let heights = found.best.into_iter().map(|best| best.unwrap_or_else(|| self.no_height()));
         let extremes = prepared.extremes.into_iter().zip(heights);
-        let extremes = extremes.map(|(extreme, height)| Told {
+        let extremes = extremes.map(|(extreme, height)| Reported {
             measure: extreme.measure,
             first_order: extreme.linear.value,
             bound: extreme.bound,
@@ -274,13 +244,13 @@ impl Mechanism {
         };
         let (size, translations) = (self.size(), self.n_translations());
         if !self.turns_freely() {
-            let larger = |of: &dyn Fn(&Told) -> f64| {
+            let larger = |of: &dyn Fn(&Reported) -> f64| {
                 let (low, high) = (&extremes[2 * size - 1], &extremes[2 * size]);
                 if of(high).abs() >= of(low).abs() { 2 * size } else { 2 * size - 1 }
             };
-            let (exact, linear) = (larger(&|told| told.height.value), larger(&|told| told.first_order));
+            let (exact, linear) = (larger(&|one| one.height.value), larger(&|one| one.first_order));
             let (height, linear) = (extremes[exact].height.clone(), &extremes[linear]);
-            extremes.push(Told {
+            extremes.push(Reported {
                 measure: Measure::Rotation,
                 first_order: linear.first_order,
                 bound: linear.first_order,
@@ -293,14 +263,14 @@ impl Mechanism {
         let order = || [0, rotation].into_iter().chain(1..=2 * size);
         let sign =
             |k: usize| if matches!(extremes[k].measure, Measure::Component { lowest: true, .. }) { -1.0 } else { 1.0 };
-        let ends = |of: &dyn Fn(&Told) -> f64| -> Vec<f64> {
+        let ends = |of: &dyn Fn(&Reported) -> f64| -> Vec<f64> {
             (0..size).flat_map(|i| [2 * i + 1, 2 * i + 2].map(|k| sign(k) * of(&extremes[k]))).collect()
         };
         let along = |k: usize, range: std::ops::Range<usize>| -> Vec<f64> {
             let height = &extremes[k].height;
             height.error[range].iter().map(|e| e / height.value).collect()
         };
-        let parts = |of: fn(&Told) -> &Vec<f64>| -> Vec<f64> {
+        let parts = |of: fn(&Reported) -> &Vec<f64>| -> Vec<f64> {
             order().flat_map(|k| of(&extremes[k]).iter().map(move |c| sign(k) * c)).collect()
         };
         Worst {
@@ -310,8 +280,8 @@ impl Mechanism {
             rotation: extremes[rotation].height.value,
             rotation_first_order: extremes[rotation].first_order,
             rotation_bound: extremes[rotation].bound,
-            component: ends(&|told| told.height.value),
-            component_first_order: ends(&|told| told.first_order),
+            component: ends(&|one| one.height.value),
+            component_first_order: ends(&|one| one.first_order),
             direction: along(0, 0..translations),
             rotation_direction: if self.turns_freely() { along(rotation, translations..size) } else { Vec::new() },
             offset: order().flat_map(|k| extremes[k].height.parameters.clone()).collect(),

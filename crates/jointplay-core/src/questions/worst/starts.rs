@@ -24,10 +24,27 @@ pub(crate) struct Linear {
     undecided: Vec<usize>,
 }
 
+/// The linearised mechanism at an extreme.
+pub(super) trait AtExtreme {
+    fn value(&self) -> f64;
+    /// The offsets, in the order of the inputs.
+    fn offsets(&self) -> &[f64];
+}
+
+impl AtExtreme for Linear {
+    fn value(&self) -> f64 {
+        self.value
+    }
+
+    fn offsets(&self) -> &[f64] {
+        &self.parameters
+    }
+}
+
 /// One extreme: what is climbed, its first order, and where to start.
-pub(crate) struct Extreme {
+pub(crate) struct Extreme<L = Linear> {
     pub measure: Measure,
-    pub linear: Linear,
+    pub linear: L,
     pub bound: f64,
     pub starts: Vec<Vec<f64>>,
 }

@@ -9,10 +9,9 @@ use crate::questions::random::over_constrained::section::Section;
 const STEPS_PER_DIMENSION: usize = 40;
 
 impl Section {
-    /// A chain of hit-and-run steps from offsets within the section.
-    pub(crate) fn walk(&self, start: &[Vec<f64>], dice: &mut Dice) -> Option<Vec<f64>> {
-        let own: Vec<_> = self.members.iter().zip(start).map(|(member, d)| member.set.to_unit(d)).collect();
-        let mut u: Vec<f64> = self.places.iter().map(|place| own[place.member][place.k]).collect();
+    /// A chain of hit-and-run steps from coordinates within the section.
+    pub(crate) fn walk(&self, start: Vec<f64>, gaps: &[f64], dice: &mut Dice) -> Option<Vec<f64>> {
+        let mut u = start;
         let dimensions = self.directions.ncols();
         for _ in 0..STEPS_PER_DIMENSION * dimensions {
             let mut along = vec![0.0; u.len()];
@@ -20,8 +19,11 @@ impl Section {
                 let part = dice.next_normal();
                 along.iter_mut().zip(column.iter()).for_each(|(a, d)| *a += part * d);
             }
-            let mut chord = [f64::NEG_INFINITY, f64::INFINITY];
+            let mut chord = self.opened.chord(gaps, &u, &along);
             for ((m, at), (_, by)) in self.each_member(&u).zip(self.each_member(&along)) {
+                if self.members[m].is_flank {
+                    continue;
+                }
                 let set = &self.members[m].set;
                 let [low, high] = set.chord(&at[..set.size()], &by[..set.size()]);
                 chord = [chord[0].max(low), chord[1].min(high)];
@@ -32,15 +34,28 @@ impl Section {
                 return None;
             }
             let step = self.along_chord(&u, &along, low, high, dice);
-            u.iter_mut().zip(&along).for_each(|(u, a)| *u += step * a);
+            let moved: Vec<f64> = u.iter().zip(&along).map(|(u, a)| u + step * a).collect();
+            if self.opened.is_empty() || self.goes(gaps, &u, &moved, dice) {
+                u = moved;
+            }
         }
         Some(u)
     }
 
-    /// How far a step goes: the law's density along the line is normal, or uniform.
+    /// Whether a step is taken (Metropolis): the density along the line is that of [`Self::along_chord`] times that of
+    /// the flanks.
+    fn goes(&self, gaps: &[f64], from: &[f64], to: &[f64], dice: &mut Dice) -> bool {
+        let gain = self.opened.log_density(gaps, to) - self.opened.log_density(gaps, from);
+        dice.next_uniform() < gain.exp()
+    }
+
+    /// How far a step goes: the law's density along the line is normal, or uniform; that of the flanks is left out.
     fn along_chord(&self, u: &[f64], along: &[f64], low: f64, high: f64, dice: &mut Dice) -> f64 {
         let (mut curve, mut slope) = (0.0, 0.0);
         for ((place, u), a) in self.places.iter().zip(u).zip(along) {
+            if self.members[place.member].is_flank {
+                continue;
+            }
             curve += place.precision * a * a;
             slope += place.precision * a * u;
         }

@@ -10,7 +10,8 @@ use crate::math::vector::norm;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::questions::columns::Sample;
-use crate::questions::random::over_constrained::specimen::{Job, Specimen, least_displacements};
+use crate::questions::random::over_constrained::room::least_displacements;
+use crate::questions::random::over_constrained::specimen::{Job, Specimen};
 use crate::questions::random::parts::{CHUNK, Part};
 use crate::questions::random::tally::{Ranges, Sums, Tally};
 use crate::redundancy::compatibility::Compatibility;
@@ -78,7 +79,7 @@ impl<'a> Linear<'a> {
             compatibility: c,
             constant: shift.iter().zip(misfit.iter()).map(|(d, m)| d - m).collect(),
             right: &job.nominal.right,
-            correction: least_displacements(&job.system, c, &job.tied),
+            correction: least_displacements(&job.system, &c.equations, &job.tied),
             loose: job.system.derivatives_loose(c, |element| job.spread(element)),
             places: (0..m.n_parameters()).map(|p| m.place_of(p)).collect(),
         }

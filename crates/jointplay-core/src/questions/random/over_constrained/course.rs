@@ -1,12 +1,12 @@
 //! The course of a specimen: from what has been drawn for it to what becomes of it.
 
-use nalgebra::DMatrix;
-
 use crate::cone::scheduler::Rounds;
 use crate::mechanism::status::Status;
+use crate::questions::random::over_constrained::room::Room;
 use crate::questions::random::over_constrained::specimen::{Fit, Job, Specimen};
 use crate::redundancy::compatibility::FITS;
 use crate::redundancy::equilibrium::Ask;
+use crate::redundancy::sequence::is_apart;
 use crate::redundancy::specimen_batch::Together;
 
 /// Corrections that make linearly compatible displacements exactly so: each leaves a part of the misfit that is
@@ -16,6 +16,9 @@ const CORRECTIONS: usize = 12;
 /// A factor that differs from one by less may be on the other side on the exact closure: it changes by the order of the
 /// displacements over the dimensions.
 const NEAR: f64 = 0.05;
+
+/// Times that offsets are drawn which the exact closure may take outside their sets.
+const DRAWS: usize = 8;
 
 impl Job<'_> {
     /// Solves specimens with what has been drawn for them, of which the first has the given number.
@@ -38,35 +41,69 @@ impl Job<'_> {
         let mut loosest = self.factor(rounds, &closed.misfit).await;
         // Near one, where it decides, the factor is that of the exact closure. What few specimens go through is boxed:
         // a course is as large as the largest it waits for.
-        if (loosest.factor - 1.0).abs() < NEAR
+        if (loosest.factor - 1.0).abs() < NEAR + self.opens(specimen)
             && let Ok(exactly) =
                 Box::pin(together.settle(rounds, &self.system, &specimen.displacements, &Ask::Factor)).await
         {
-            loosest.settle_at(exactly.balance.factor);
+            self.settle_at(&mut loosest, &exactly.balance);
         }
-        match self.fit(&closed.misfit, loosest, specimen) {
+        match self.fit(&loosest, specimen) {
             Fit::Apart => Err(Status::NotAssemblable),
-            Fit::Loose => self.correct(together, specimen, &self.correction).await,
+            Fit::Loose => {
+                let room = self.room(&closed.misfit, loosest, specimen);
+                if self.scatter(together, &room, specimen).await? {
+                    return Ok(());
+                }
+                Box::pin(self.use_the_least(rounds, together, &room, specimen)).await
+            }
             // Where load or misfit strain what is elastic, or push rigid bodies.
             Fit::Forced => {
                 let settled =
                     Box::pin(together.settle(rounds, &self.system, &specimen.displacements, &self.ask())).await?;
-                match self.take(settled, specimen) {
-                    Some(correction) => self.correct(together, specimen, &correction).await,
+                match self.take(together, settled, specimen) {
+                    Some(room) => self.scatter(together, &room, specimen).await.map(|_| ()),
                     None => Ok(()),
                 }
             }
         }
     }
 
-    /// Closes the mechanism for displacements that are compatible to first order, changing them by what is left;
-    /// `correction` changes a misfit with the least displacements.
-    async fn correct(
+    /// Draws offsets that have room in a specimen by their laws; whether there are any. Those that the exact closure takes
+    /// outside their sets are drawn again.
+    async fn scatter(&self, together: &Together<'_>, room: &Room<'_>, specimen: &mut Specimen) -> Result<bool, Status> {
+        let before = specimen.placed();
+        let mut dice = self.dice(specimen);
+        for _ in 0..DRAWS {
+            if !self.draw(room, &mut dice, specimen) {
+                break;
+            }
+            let corrected = self.correct(together, specimen, room).await;
+            if !room.has_flanks() || corrected.is_ok() && self.is_within(room, specimen) {
+                return corrected.map(|()| true);
+            }
+            specimen.put_back(&before);
+        }
+        Ok(false)
+    }
+
+    /// Puts a specimen where it can be assembled with the least clearance.
+    async fn use_the_least(
         &self,
+        rounds: &Rounds,
         together: &Together<'_>,
+        room: &Room<'_>,
         specimen: &mut Specimen,
-        correction: &DMatrix<f64>,
     ) -> Result<(), Status> {
+        let settled = together.settle(rounds, &self.system, &specimen.displacements, &Ask::Factor).await?;
+        if is_apart(settled.balance.factor) {
+            return Err(Status::NotAssemblable);
+        }
+        self.put_all(room, &self.offsets_of_tied(&settled.balance), specimen);
+        self.correct(together, specimen, room).await
+    }
+
+    /// Closes the mechanism for displacements that are compatible to first order, changing them by what is left.
+    async fn correct(&self, together: &Together<'_>, specimen: &mut Specimen, room: &Room<'_>) -> Result<(), Status> {
         specimen.before = Some(specimen.parameters.clone());
         let mut displacements = specimen.displacements.clone();
         for _ in 0..CORRECTIONS {
@@ -76,7 +113,7 @@ impl Job<'_> {
                 specimen.error = Some(closed.error);
                 return Ok(());
             }
-            let change = correction * closed.misfit;
+            let change = room.correct(closed.misfit, &displacements);
             displacements.iter_mut().zip(change.iter()).for_each(|(d, c)| *d += c);
             self.move_offsets(specimen, &change);
         }

@@ -9,7 +9,10 @@ mod chain;
 mod chunk;
 mod course;
 mod dice;
+mod opened;
 mod ranges;
+mod room;
+mod scatter;
 mod section;
 mod specimen;
 
@@ -84,7 +87,7 @@ impl Mechanism {
         let at_built = Compatibility::at(system.basis, solver, &built).ok_or(Status::Singular)?;
         let right = self.first_order_right(&at_nominal, &vec![0.0; at_nominal.load.len()], case, nominal);
         let nominal = Nominal { state: nominal, compatibility: &at_nominal, right };
-        let job = Job::new(system, request, &nominal, &at_built);
+        let job = Job::new(system, request, &nominal, (solver, &built), &at_built);
         let linear = Linear::new(&job, case);
         let beside = SelfStress { all: &system.basis.all, redundant: &system.basis.redundant, statics: true };
         let newton = Newton::record_beside(solver, self.largest_angle(), Some(&beside));

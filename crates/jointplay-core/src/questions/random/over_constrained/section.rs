@@ -4,7 +4,8 @@
 //! the sets the equations `M u = b` are solved for as many of the coordinates as they have rank, the ones
 //! that reach farthest; the others are drawn, and the whole is accepted when every offset is in its set
 //! (von Neumann's rejection). Where hardly anything is accepted, a chain of hit-and-run steps does it
-//! ([`chain`](super::chain)), started where the clearances are used the least.
+//! ([`chain`](super::chain)), started where the clearances are used the least. What is different about flanks of
+//! couplings is in [`opened`](super::opened).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,6 +14,7 @@ use crate::clearance::law::Law;
 use crate::clearance::offset::MAX_SIZE;
 use crate::math::lanes::block::{Block, LANES};
 use crate::questions::random::over_constrained::dice::Dice;
+use crate::questions::random::over_constrained::opened::{Opened, Proposals};
 
 /// Blocks of proposals before a chain is started.
 const BLOCKS: usize = 8;
@@ -26,6 +28,19 @@ pub struct Member {
     pub law: Law,
     /// Its coefficients in the equations, row-major.
     pub map: Vec<f64>,
+    /// What it does to the gaps of the flanks among the members, row-major.
+    pub opens: Vec<f64>,
+    /// Whether it is a flank itself; gaps are in the order of these.
+    pub is_flank: bool,
+}
+
+/// Where a chain may start.
+#[derive(Clone, Debug)]
+pub enum Interior {
+    /// Offsets that are compatible by the linearisation at the middle of all flanks.
+    Linear(Vec<Vec<f64>>),
+    /// Offsets that are so exactly.
+    Exact(Vec<Vec<f64>>),
 }
 
 /// One own coordinate that moves.
@@ -36,6 +51,15 @@ pub(crate) struct Place {
     pub precision: f64,
 }
 
+impl Interior {
+    /// The same for a part of what the offsets add up to.
+    pub fn scaled(mut self, part: f64) -> Self {
+        let (Self::Linear(offsets) | Self::Exact(offsets)) = &mut self;
+        offsets.iter_mut().flatten().for_each(|d| *d *= part);
+        self
+    }
+}
+
 /// The section, for any right side.
 #[derive(Clone, Debug)]
 pub struct Section {
@@ -43,8 +67,10 @@ pub struct Section {
     pub(crate) places: Vec<Place>,
     /// Coefficients of the coordinates, one column each.
     matrix: DMatrix<f64>,
-    /// What the middles of the sets are in the equations.
+    /// What the middles of the sets are in the equations, and those of the flanks one by one.
     middle: DVector<f64>,
+    flank_middles: DMatrix<f64>,
+    pub(crate) opened: Opened,
     /// Places that the equations are solved for, and the others.
     bound: Vec<usize>,
     free: Vec<usize>,
@@ -62,32 +88,48 @@ impl Section {
         let mut places = Vec::new();
         let mut columns: Vec<DVector<f64>> = Vec::new();
         let mut middle = DVector::zeros(equations);
-        for (member, Member { set, law, map }) in members.iter().enumerate() {
+        let (mut flanks, mut flank_middles, mut opening) = (Vec::new(), Vec::new(), Vec::new());
+        for (member, Member { set, law, map, opens, is_flank }) in members.iter().enumerate() {
             let size = set.size();
-            let image = |offset: &[f64]| {
+            let image = |map: &[f64], offset: &[f64]| {
+                let equations = map.len() / size;
                 let of = |e: usize| map[e * size..(e + 1) * size].iter().zip(offset).map(|(a, d)| a * d).sum();
                 DVector::from_iterator(equations, (0..equations).map(of))
             };
             let precisions = set.precisions(*law);
             let zero = set.of_unit(&[0.0; MAX_SIZE]);
-            middle += image(&zero);
+            middle += image(map, &zero);
+            if *is_flank {
+                flanks.push((places.len(), precisions[0]));
+                flank_middles.push(image(map, &zero));
+            }
             for (k, precision) in precisions.into_iter().enumerate().take(size) {
                 let mut at = [0.0; MAX_SIZE];
                 at[k] = 1.0;
                 let offset: Vec<f64> = set.of_unit(&at).iter().zip(&zero).map(|(a, b)| a - b).collect();
                 if offset.iter().any(|d| *d != 0.0) {
                     places.push(Place { member, k, precision });
-                    columns.push(image(&offset));
+                    columns.push(image(map, &offset));
+                    opening.push(image(opens, &offset));
                 }
             }
         }
         let n = places.len();
         let matrix = DMatrix::from_fn(equations, n, |i, j| columns[j][i]);
+        let rates = (0..flanks.len()).map(|f| opening.iter().map(|opens| opens[f]).collect()).collect();
+        let beside = || members.iter().filter(|member| !member.is_flank);
+        let reach = |member: &Member, f: usize| {
+            let size = member.set.size();
+            member.set.support(&member.opens[f * size..(f + 1) * size])
+        };
+        let reach = (0..flanks.len()).map(|f| beside().map(|member| reach(member, f)).sum()).collect();
         let mut section = Self {
             is_bound: vec![false; members.len()],
             members,
             places,
             middle,
+            flank_middles: DMatrix::from_fn(equations, flanks.len(), |i, f| flank_middles[f][i]),
+            opened: Opened::default(),
             bound: Vec::new(),
             free: (0..n).collect(),
             from_right: DMatrix::zeros(0, equations),
@@ -96,6 +138,7 @@ impl Section {
             matrix,
         };
         section.eliminate();
+        section.opened = Opened::new(flanks, rates, reach, &section.bound, &section.free, &section.from_free);
         section
     }
 
@@ -151,25 +194,54 @@ impl Section {
         self.directions = if self.free.is_empty() { span } else { span.qr().q() };
     }
 
-    /// Offsets of the members with the conditional law, for what they have to add up to; `interior` gives
-    /// offsets well within the sets that do.
+    /// Offsets of the members with the conditional law, for what they have to add up to and the gaps of the flanks where
+    /// all are in the middle of their sets; `interior` gives offsets well within the sets that do.
     pub fn draw(
         &self,
         right: &DVector<f64>,
+        gaps: &[f64],
         dice: &mut Dice,
-        interior: impl FnOnce() -> Option<Vec<Vec<f64>>>,
+        interior: impl FnOnce() -> Option<Interior>,
     ) -> Option<Vec<Vec<f64>>> {
-        let constant = &self.from_right * (right - &self.middle);
-        for _ in 0..BLOCKS {
-            if let Some(u) = self.reject(&constant, dice) {
-                return Some(self.offsets(&u));
+        let constant = &self.from_right * self.beside_the_middle(right, gaps);
+        if let Some(proposals) = self.opened.proposals(gaps, &constant) {
+            for _ in 0..BLOCKS {
+                if let Some(u) = self.reject(&constant, gaps, &proposals, dice) {
+                    return Some(self.offsets(&u));
+                }
             }
         }
-        self.walk(&interior()?, dice).map(|u| self.offsets(&u))
+        let start = match interior()? {
+            Interior::Linear(offsets) => self.own(&offsets),
+            Interior::Exact(offsets) => self.opened.opened(gaps, &self.own(&offsets))?,
+        };
+        self.walk(start, gaps, dice).map(|y| self.offsets(&self.opened.closed(gaps, &y)))
     }
 
-    /// A block of proposals; the first that is accepted.
-    pub(crate) fn reject(&self, constant: &DVector<f64>, dice: &mut Dice) -> Option<Vec<f64>> {
+    /// What offsets add up to that are compatible exactly.
+    pub fn adds_up_to(&self, offsets: &[Vec<f64>], gaps: &[f64]) -> Option<DVector<f64>> {
+        let y = DVector::from_vec(self.opened.opened(gaps, &self.own(offsets))?);
+        let zero = DVector::zeros(self.middle.len());
+        Some(&self.matrix * y - self.beside_the_middle(&zero, gaps))
+    }
+
+    /// What the coordinates have to add up to. A flank in the middle of its play is not displaced by it, whatever its gap.
+    fn beside_the_middle(&self, right: &DVector<f64>, gaps: &[f64]) -> DVector<f64> {
+        let mut beside = right - &self.middle;
+        for (column, gap) in self.flank_middles.column_iter().zip(gaps) {
+            beside -= column * (gap - 1.0);
+        }
+        beside
+    }
+
+    /// A block of proposals, by what they have in common; the first that is accepted.
+    pub(crate) fn reject(
+        &self,
+        constant: &DVector<f64>,
+        gaps: &[f64],
+        proposals: &Proposals,
+        dice: &mut Dice,
+    ) -> Option<Vec<f64>> {
         let mut own = vec![Block::splat(0.0); self.places.len()];
         let mut drawn = [Block::splat(0.0); MAX_SIZE];
         let mut next = 0;
@@ -194,16 +266,31 @@ impl Section {
         let mut u = vec![0.0; self.places.len()];
         for lane in 0..LANES {
             u.iter_mut().zip(&own).for_each(|(u, block)| *u = block.0[lane]);
-            for (r, &j) in self.bound.iter().enumerate() {
-                let moved: f64 = self.free.iter().enumerate().map(|(c, &i)| self.from_free[(r, c)] * u[i]).sum();
-                u[j] = constant[r] - moved;
-            }
+            let Some(weight) = self.complete(constant, gaps, proposals, &mut u) else { continue };
             let near = |j: &usize| u[*j].abs() <= 1.0;
-            if self.bound.iter().all(near) && self.is_inside(&u) && luck.0[lane] < self.density(&u) {
+            if self.bound.iter().all(near)
+                && self.is_inside(&u)
+                && luck.0[lane] * proposals.largest < weight * self.density(&u)
+            {
                 return Some(u);
             }
         }
         None
+    }
+
+    /// Computes the bound coordinates of a proposal; gives its weight beside its density.
+    fn complete(&self, constant: &DVector<f64>, gaps: &[f64], proposals: &Proposals, u: &mut [f64]) -> Option<f64> {
+        let follow = |u: &mut [f64]| {
+            for (r, &j) in self.bound.iter().enumerate() {
+                let moved: f64 = self.free.iter().enumerate().map(|(c, &i)| self.from_free[(r, c)] * u[i]).sum();
+                u[j] = constant[r] - moved;
+            }
+        };
+        if self.opened.is_empty() {
+            follow(u);
+            return Some(1.0);
+        }
+        self.opened.complete(proposals, gaps, u, follow)
     }
 
     /// Whether the members with bound coordinates are in their sets.
@@ -231,6 +318,12 @@ impl Section {
         })
     }
 
+    /// Offsets of the members in the coordinates that move.
+    fn own(&self, offsets: &[Vec<f64>]) -> Vec<f64> {
+        let own: Vec<_> = self.members.iter().zip(offsets).map(|(member, d)| member.set.to_unit(d)).collect();
+        self.places.iter().map(|place| own[place.member][place.k]).collect()
+    }
+
     fn offsets(&self, u: &[f64]) -> Vec<Vec<f64>> {
         let offset = |(m, at): (usize, [f64; MAX_SIZE])| {
             let set = &self.members[m].set;
@@ -241,92 +334,4 @@ impl Section {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::clearance::samples::KINDS;
-
-    /// Coefficients without a pattern.
-    fn map(set: &Set, equations: usize, seed: usize) -> Vec<f64> {
-        (0..equations * set.size()).map(|k| ((k + 7 * seed) as f64 * 0.618_034 + 0.3).fract() - 0.5).collect()
-    }
-
-    fn section(set: Set, law: Law, equations: usize) -> Section {
-        let member = |(seed, set): (usize, Set)| Member { map: map(&set, equations, seed), set, law };
-        Section::new([set, Set::Disc { radius: 0.6 }].into_iter().enumerate().map(member).collect(), equations)
-    }
-
-    /// Mean and variance of a direction of no meaning, and of the squared length.
-    fn moments(samples: &[Vec<f64>]) -> [f64; 4] {
-        let numbers: Vec<[f64; 2]> = samples
-            .iter()
-            .map(|u| {
-                let along = u.iter().enumerate().map(|(k, u)| u * (k as f64 * 0.9).cos()).sum();
-                [along, u.iter().map(|u| u * u).sum()]
-            })
-            .collect();
-        let n = numbers.len() as f64;
-        let mean = |q: usize| numbers.iter().map(|x| x[q]).sum::<f64>() / n;
-        let spread = |q: usize| (numbers.iter().map(|x| (x[q] - mean(q)).powi(2)).sum::<f64>() / n).sqrt();
-        [mean(0), spread(0), mean(1), spread(1)]
-    }
-
-    #[test]
-    fn a_chain_has_the_law_of_rejection() {
-        let count = 1500;
-        for set in KINDS {
-            for (law, equations) in [(Law::Uniform, 1), (Law::Normal, 1), (Law::Uniform, 2)] {
-                let section = section(set, law, equations);
-                let inside: Vec<f64> = section.places.iter().map(|p| 0.25 * (p.k as f64 + 1.3).sin()).collect();
-                let right = &section.matrix * DVector::from_vec(inside.clone()) + &section.middle;
-                let constant = &section.from_right * (&right - &section.middle);
-                let start = section.offsets(&inside);
-                let (mut rejected, mut walked) = (Vec::new(), Vec::new());
-                for specimen in 0..count {
-                    let mut dice = Dice::new(1, specimen);
-                    rejected.push(
-                        std::iter::repeat_with(|| section.reject(&constant, &mut dice)).flatten().next().unwrap(),
-                    );
-                    walked.push(section.walk(&start, &mut Dice::new(2, specimen)).unwrap());
-                }
-                for u in rejected.iter().chain(&walked) {
-                    let left = &section.matrix * DVector::from_vec(u.clone()) + &section.middle - &right;
-                    assert!(left.amax() < 1e-12, "{set:?}");
-                    for (m, at) in section.each_member(u) {
-                        let set = &section.members[m].set;
-                        assert!(set.contains(&set.of_unit(&at)[..set.size()], 1e-9), "{set:?} {law:?}");
-                    }
-                }
-                let (a, b) = (moments(&rejected), moments(&walked));
-                for q in [0, 2] {
-                    // Five standard errors of the difference of two means; spreads have about half of that.
-                    let error = 5.0 * a[q + 1] * (2.0 / count as f64).sqrt();
-                    assert!((a[q] - b[q]).abs() < error, "{set:?} {law:?} {equations} {a:?} {b:?}");
-                    assert!((a[q + 1] - b[q + 1]).abs() < error, "{set:?} {law:?} {equations} {a:?} {b:?}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn offsets_between_two_discs_are_uniform_in_the_lens() {
-        // Two pins and a bar along x that is b too long: x_2 - x_1 = b. For x_1 the two heights are free.
-        let member = |sign: f64| Member { set: Set::Disc { radius: 1.0 }, law: Law::Uniform, map: vec![sign, 0.0] };
-        let section = Section::new(vec![member(-1.0), member(1.0)], 1);
-        let b = 0.8;
-        let right = DVector::from_element(1, b);
-        // The density of x_1 is proportional to the product of both chords.
-        let density = |x: f64| ((1.0 - x * x).max(0.0) * (1.0 - (x + b).powi(2)).max(0.0)).sqrt();
-        let at = |k: i32| -1.0 + f64::from(k) / 10_000.0;
-        let all: f64 = (0..20_000).map(|k| density(at(k))).sum();
-        let mean: f64 = (0..20_000).map(|k| at(k) * density(at(k))).sum::<f64>() / all;
-        let square: f64 = (0..20_000).map(|k| at(k).powi(2) * density(at(k))).sum::<f64>() / all;
-        let count = 20_000;
-        let drawn: Vec<f64> = (0..count)
-            .map(|specimen| section.draw(&right, &mut Dice::new(5, specimen), || None).unwrap()[0][0])
-            .collect();
-        let n = count as f64;
-        let error = 5.0 * (square - mean * mean).sqrt() / n.sqrt();
-        assert!((drawn.iter().sum::<f64>() / n - mean).abs() < error);
-        assert!((drawn.iter().map(|x| x * x).sum::<f64>() / n - square).abs() < error);
-    }
-}
+mod tests;

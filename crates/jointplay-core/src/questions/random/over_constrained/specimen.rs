@@ -3,30 +3,27 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::offset::MAX_SIZE;
+use crate::closure::newton::{Solver, State};
 use crate::cone::answer::Outcome;
 use crate::cone::bodies::Form;
 use crate::cone::lanes::layout::Question;
 use crate::cone::scheduler::Rounds;
 use crate::cone::{Block, Kind, Program};
 use crate::interrupt;
-use crate::math::decomposition::pseudo_inverse;
 use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
 use crate::questions::random::over_constrained::dice::Dice;
-use crate::questions::random::over_constrained::section::{Member, Section};
+use crate::questions::random::over_constrained::room::{LOOSE, Room, least_displacements, section};
+use crate::questions::random::over_constrained::section::{Interior, Section};
 use crate::questions::random::request::Request;
 use crate::redundancy::balance::Balance;
-use crate::redundancy::compatibility::{Compatibility, FITS, Ties};
+use crate::redundancy::compatibility::{Compatibility, FITS};
 use crate::redundancy::equilibrium::Ask;
+use crate::redundancy::openings::Openings;
 use crate::redundancy::sequence::is_apart;
-use crate::redundancy::specimen_batch::Nominal;
 use crate::redundancy::specimen_batch::sequence::SpecimenSolution;
+use crate::redundancy::specimen_batch::{Nominal, Together};
 use crate::redundancy::system::{Element, System, UNDECIDED_TOGETHER};
-
-/// A clearance is loose when its force does less than this part of the largest one.
-const LOOSE: f64 = 1e-7;
-/// What is elastic takes part in a correction by the square of this, beside clearances.
-const DEFORMS: f64 = 1e-3;
 
 /// What all specimens of one configuration share.
 pub struct Job<'a> {
@@ -34,8 +31,11 @@ pub struct Job<'a> {
     pub system: System<'a>,
     pub request: &'a Request,
     pub nominal: &'a Nominal<'a>,
-    /// How far the output moves where that is felt.
-    feels: Vec<f64>,
+    /// Where the basis is closed for the known deviations.
+    pub solver: &'a Solver<'a>,
+    built: &'a State,
+    /// How far the output moves at least where that is observable.
+    observable: Vec<f64>,
     /// The linearisation where the basis is closed for the known deviations.
     pub compatibility: &'a Compatibility,
     /// What changes a misfit with the least displacements: length-scaled, of everything that gives way.
@@ -43,6 +43,8 @@ pub struct Job<'a> {
     /// The clearances that compatibility ties, by the numbers of their elements.
     pub tied: Vec<usize>,
     pub section: Section,
+    /// What opens the flanks among them.
+    pub openings: Option<Openings>,
     /// How these take up a misfit, without the misfit.
     rigid_program: Program,
     /// Whether nothing is elastic.
@@ -50,26 +52,20 @@ pub struct Job<'a> {
 }
 
 /// With how little clearance a specimen can be assembled rigidly.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Loosest {
     /// The smallest factor on all clearances.
     pub factor: f64,
     /// Offsets of the tied clearances at it, where they are known.
-    offsets: Option<Vec<Vec<f64>>>,
+    pub interior: Option<Interior>,
     /// The factor as a part of the linearised one.
-    part: f64,
+    pub part: f64,
 }
 
 impl Loosest {
     /// By the linearisation.
-    pub const fn new(factor: f64, offsets: Option<Vec<Vec<f64>>>) -> Self {
-        Self { factor, offsets, part: 1.0 }
-    }
-
-    /// On the exact closure.
-    pub fn settle_at(&mut self, factor: f64) {
-        self.part = factor / self.factor;
-        self.factor = factor;
+    pub fn new(factor: f64, offsets: Option<Vec<Vec<f64>>>) -> Self {
+        Self { factor, interior: offsets.map(Interior::Linear), part: 1.0 }
     }
 }
 
@@ -107,28 +103,46 @@ pub struct Specimen {
     pub held: Option<DMatrix<f64>>,
 }
 
+impl Specimen {
+    /// Where it is put, to be [put back](Self::put_back).
+    pub fn placed(&self) -> (Vec<f64>, Vec<f64>, Option<Vec<f64>>) {
+        (self.parameters.clone(), self.displacements.clone(), self.error.clone())
+    }
+
+    pub fn put_back(&mut self, (parameters, displacements, error): &(Vec<f64>, Vec<f64>, Option<Vec<f64>>)) {
+        self.parameters.clone_from(parameters);
+        self.displacements.clone_from(displacements);
+        self.error.clone_from(error);
+        self.before = None;
+    }
+}
+
 impl<'a> Job<'a> {
     pub fn new(
         whole: &System<'a>,
         request: &'a Request,
         nominal: &'a Nominal<'a>,
+        built: (&'a Solver<'a>, &'a State),
         compatibility: &'a Compatibility,
     ) -> Self {
-        Self::of(whole, request, nominal, compatibility, whole.mechanism.feels(nominal.compatibility))
+        let observable = whole.mechanism.least_observable(nominal.compatibility);
+        Self::of(whole, request, nominal, built, compatibility, observable)
     }
 
     /// That of a specimen, whose sizes are drawn with all other parameters, where it differs from that of others.
     pub fn of_specimen(&self, drawn: &[f64]) -> Option<Box<Self>> {
         let whole = self.system.of_specimen(drawn)?;
-        Some(Box::new(Self::of(&whole, self.request, self.nominal, self.compatibility, self.feels.clone())))
+        let (built, observable) = ((self.solver, self.built), self.observable.clone());
+        Some(Box::new(Self::of(&whole, self.request, self.nominal, built, self.compatibility, observable)))
     }
 
     fn of(
         whole: &System<'a>,
         request: &'a Request,
         nominal: &'a Nominal<'a>,
+        (solver, built): (&'a Solver<'a>, &'a State),
         compatibility: &'a Compatibility,
-        feels: Vec<f64>,
+        observable: Vec<f64>,
     ) -> Self {
         let takes_part =
             |element: &&Element| request.loaded || element.source.is_none() || System::is_tied(element, compatibility);
@@ -137,19 +151,35 @@ impl<'a> Job<'a> {
         let is_tied =
             |g: &usize| system.elements[*g].source.is_some() && System::is_tied(&system.elements[*g], compatibility);
         let tied: Vec<usize> = (0..system.elements.len()).filter(is_tied).collect();
-        let section = section(&system, compatibility, &tied, request);
-        let correction = least_displacements(&system, compatibility, &tied);
+        let openings = Openings::at(&system, solver, built, &tied);
+        let equations = openings.as_ref().map_or(&compatibility.equations, |openings| &openings.equations);
+        let section = section(&system, equations, openings.as_ref(), &tied, request);
+        let correction = least_displacements(&system, equations, &tied);
         let block = |&g: &usize| {
             let element = &system.elements[g];
-            let map = System::map(element, compatibility);
+            let map = System::map(element, &compatibility.equations);
             Block { kind: element.kind.clone(), map, force: vec![0.0; element.columns.len()] }
         };
         let rigid_program = Program { right: Vec::new(), blocks: tied.iter().map(block).collect() };
         let rigid = system.elements.iter().all(|element| element.source.is_some());
-        Self { system, request, nominal, feels, compatibility, correction, tied, section, rigid_program, rigid }
+        Self {
+            system,
+            request,
+            nominal,
+            solver,
+            built,
+            observable,
+            compatibility,
+            correction,
+            tied,
+            section,
+            openings,
+            rigid_program,
+            rigid,
+        }
     }
 
-    const fn mechanism(&self) -> &Mechanism {
+    pub const fn mechanism(&self) -> &Mechanism {
         self.system.mechanism
     }
 
@@ -175,7 +205,7 @@ impl<'a> Job<'a> {
     }
 
     /// What a specimen draws from. It draws once, whatever becomes of it.
-    fn dice(&self, specimen: &Specimen) -> Dice {
+    pub fn dice(&self, specimen: &Specimen) -> Dice {
         Dice::new(self.request.seed, specimen.number)
     }
 
@@ -188,7 +218,7 @@ impl<'a> Job<'a> {
     }
 
     /// Notes the offset of a clearance.
-    fn put(&self, element: usize, offset: &[f64], specimen: &mut Specimen) {
+    pub fn put(&self, element: usize, offset: &[f64], specimen: &mut Specimen) {
         let m = self.mechanism();
         let Some(source) = self.system.elements[element].source else { return };
         m.sources[source].range().zip(offset).for_each(|(p, d)| specimen.parameters[p] = m.centre[p] + d);
@@ -223,37 +253,46 @@ impl<'a> Job<'a> {
     }
 
     /// The factor by a program, with the offsets at it.
-    fn loosest(&self, misfit: &DVector<f64>) -> Loosest {
+    pub fn loosest(&self, misfit: &DVector<f64>) -> Loosest {
         let balance = self.system.balance(self.compatibility, misfit, &Ask::Factor);
         balance.map_or(Loosest::new(f64::INFINITY, None), |balance| {
-            Loosest::new(balance.factor, Some(self.tied.iter().map(|&g| balance.given[g].clone()).collect()))
+            Loosest::new(balance.factor, Some(self.offsets_of_tied(&balance)))
         })
     }
 
-    /// How the specimen fits; where the clearances take up the misfit, offsets are drawn that do.
-    pub fn fit(&self, misfit: &DVector<f64>, loosest: Loosest, specimen: &mut Specimen) -> Fit {
+    /// Takes the factor on the exact closure; where flanks open, its offsets, too.
+    pub fn settle_at(&self, loosest: &mut Loosest, exactly: &Balance) {
+        match self.openings {
+            None => loosest.part = exactly.factor / loosest.factor,
+            Some(_) => loosest.interior = Some(Interior::Exact(self.offsets_of_tied(exactly))),
+        }
+        loosest.factor = exactly.factor;
+    }
+
+    /// By what part of their play the flanks of a specimen may open or close.
+    pub fn opens(&self, specimen: &Specimen) -> f64 {
+        let Some(openings) = &self.openings else { return 0.0 };
+        let opened = |most: f64, gap: f64| most.max((gap - 1.0).abs());
+        openings.gaps(&specimen.displacements).into_iter().fold(0.0, opened) + self.section.opened.reach()
+    }
+
+    /// The offsets of the tied clearances.
+    pub fn offsets_of_tied(&self, balance: &Balance) -> Vec<Vec<f64>> {
+        self.tied.iter().map(|&g| balance.given[g].clone()).collect()
+    }
+
+    /// How the specimen fits.
+    pub fn fit(&self, loosest: &Loosest, specimen: &mut Specimen) -> Fit {
         interrupt::check();
         specimen.factor = loosest.factor;
         let apart = is_apart(loosest.factor);
         if apart && self.rigid {
-            return Fit::Apart;
+            Fit::Apart
+        } else if apart || self.request.loaded {
+            Fit::Forced
+        } else {
+            Fit::Loose
         }
-        if apart || self.request.loaded {
-            return Fit::Forced;
-        }
-        // With the part of the misfit that leaves as much room as there is on the exact closure.
-        let misfit = misfit * loosest.part;
-        let interior = || {
-            let Some(mut offsets) = loosest.offsets else { return self.loosest(&misfit).offsets };
-            offsets.iter_mut().flatten().for_each(|d| *d *= loosest.part);
-            Some(offsets)
-        };
-        let Some(offsets) = self.section.draw(&misfit, &mut self.dice(specimen), interior) else { return Fit::Apart };
-        for (&g, offset) in self.tied.iter().zip(&offsets) {
-            self.put(g, offset, specimen);
-            self.system.elements[g].columns.iter().zip(offset).for_each(|(&row, d)| specimen.displacements[row] += d);
-        }
-        Fit::Loose
     }
 
     /// What decides where specimens are that cannot be assembled by themselves.
@@ -261,9 +300,9 @@ impl<'a> Job<'a> {
         if self.request.loaded { Ask::Load } else { Ask::Stress }
     }
 
-    /// Notes where a specimen has settled. Clearances that carry nothing are drawn where they scatter, which leaves a
-    /// misfit of the second order: then gives what corrects it.
-    pub fn take(&self, rested: SpecimenSolution, specimen: &mut Specimen) -> Option<DMatrix<f64>> {
+    /// Notes where a specimen has settled. Clearances that carry nothing are drawn where they scatter: then gives the room
+    /// that they have.
+    pub fn take(&self, together: &Together<'_>, rested: SpecimenSolution, specimen: &mut Specimen) -> Option<Room<'_>> {
         let known = std::mem::take(&mut specimen.displacements);
         let SpecimenSolution { displacements, error, first, balance, ties, output, still, plainly } = rested;
         specimen.plainly |= plainly;
@@ -280,8 +319,8 @@ impl<'a> Job<'a> {
             Status::Strained
         } else if self.request.loaded
             && (!still
-                || first.is_some_and(|first| self.is_felt_first(&known, &first))
-                || self.system.is_felt(&ties, &output, &right, &balance, &self.feels))
+                || first.is_some_and(|first| self.is_observable_first(&known, &first))
+                || self.system.is_observable(&ties, &output, &right, &balance, &self.observable))
         {
             Status::Undetermined
         } else {
@@ -297,24 +336,14 @@ impl<'a> Job<'a> {
                 element.columns.iter().zip(given).for_each(|(&row, d)| rest -= ties.equations.column(row) * *d);
             }
         }
-        let section = section(&self.system, &ties, &loose, self.request);
-        let interior = || Some(loose.iter().map(|&g| balance.given[g].clone()).collect());
-        let offsets = section.draw(&rest, &mut self.dice(specimen), interior)?;
-        for (&g, offset) in loose.iter().zip(&offsets) {
-            let element = &self.system.elements[g];
-            self.put(g, offset, specimen);
-            for ((&row, d), before) in element.columns.iter().zip(offset).zip(&balance.given[g]) {
-                specimen.displacements[row] += d - before;
-            }
-        }
-        Some(least_displacements(&self.system, &ties, &loose))
+        Some(self.room_of_loose(together, &ties, rest, (loose, &balance), specimen))
     }
 
-    /// Whether the output feels what the load leaves open at the nominal pose: that is so at any size of the
+    /// Whether what the load leaves open moves the output at the nominal pose: that is so at any size of the
     /// play, even where the exact pose then falls to one side.
-    fn is_felt_first(&self, known: &[f64], first: &Balance) -> bool {
+    fn is_observable_first(&self, known: &[f64], first: &Balance) -> bool {
         let c = self.nominal.compatibility;
-        self.system.is_felt(c, &c.output.parameters, &self.nominal.right_beside(known), first, &self.feels)
+        self.system.is_observable(c, &c.output.parameters, &self.nominal.right_beside(known), first, &self.observable)
     }
 
     /// The tied clearances that no force holds and that scatter, therefore.
@@ -339,45 +368,4 @@ impl<'a> Job<'a> {
             places.for_each(|(p, &row)| specimen.parameters[p] += change[row]);
         }
     }
-}
-
-/// The section of some clearances.
-fn section(system: &System<'_>, c: &Ties, numbers: &[usize], request: &Request) -> Section {
-    let member = |&g: &usize| {
-        let element = &system.elements[g];
-        let (Kind::Clearance(set), Some(source)) = (&element.kind, element.source) else { return None };
-        let law = Mechanism::law(&system.mechanism.sources[source], request);
-        Some(Member { set: *set, law, map: System::map(element, c) })
-    };
-    Section::new(numbers.iter().filter_map(member).collect(), c.equations.nrows())
-}
-
-/// Displacements of all rows, of least length-scaled size, that make up for a misfit: offsets of the given
-/// clearances, and deformations where these cannot.
-pub fn least_displacements(system: &System<'_>, c: &Ties, clearances: &[usize]) -> DMatrix<f64> {
-    let rows = system.mechanism.n_rows();
-    if c.equations.nrows() == 0 {
-        return DMatrix::zeros(rows, 0);
-    }
-    let mut weights = vec![0.0; rows];
-    for (g, element) in system.elements.iter().enumerate() {
-        for (k, &row) in element.columns.iter().enumerate() {
-            let (moves, weight) = match &element.kind {
-                Kind::Clearance(set) | Kind::Fixed(set) => (clearances.contains(&g) && set.half_width(k) > 0.0, 1.0),
-                Kind::Spring(compliance) => (compliance[k * (element.columns.len() + 1)] > 0.0, DEFORMS),
-            };
-            if moves {
-                weights[row] = weight * system.basis.unit(row);
-            }
-        }
-    }
-    let mut scaled = c.equations.columns(0, rows).into_owned();
-    for (row, weight) in weights.iter().enumerate() {
-        scaled.column_mut(row).scale_mut(*weight);
-    }
-    let mut inverse = pseudo_inverse(&scaled, LOOSE * scaled.norm()).unwrap_or_else(|| scaled.transpose());
-    for row in 0..rows {
-        inverse.row_mut(row).scale_mut(weights[row]);
-    }
-    inverse
 }

@@ -8,14 +8,16 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::cone::scheduler::{CHUNK, Rounds};
-use crate::contact::flanks::FLANKS;
 use crate::math::mesh::{cosine_of_radius, mesh, spread};
 use crate::math::vector::{Vec3, dot, norm, scale};
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 use crate::questions::worst::ascent::Measure;
+use crate::questions::worst::flanks::Flanks;
+use crate::questions::worst::starts::{self, AtExtreme};
 use crate::redundancy::balance::Balance;
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::equilibrium::Ask;
@@ -38,13 +40,18 @@ pub(super) struct Farthest {
     pub contribution: Vec<f64>,
 }
 
-/// An extreme: first order, what that certainly does not exceed, and where to start from.
-pub(super) struct Extreme {
-    pub measure: Measure,
-    pub linear: Farthest,
-    pub bound: f64,
-    pub starts: Vec<Vec<f64>>,
+impl AtExtreme for Farthest {
+    fn value(&self) -> f64 {
+        self.value
+    }
+
+    fn offsets(&self) -> &[f64] {
+        &self.displacements
+    }
 }
+
+/// An extreme with displacements to start from.
+pub(super) type Extreme = starts::Extreme<Farthest>;
 
 /// A configuration with everything known about its linearisation.
 pub(super) struct Site<'a> {
@@ -181,53 +188,26 @@ impl Site<'_> {
         }
     }
 
-    /// An extreme by the linearisation that belongs to the flanks of couplings which it closes itself. That one is as
-    /// large the opposite way, where the opposite flanks are closed: the larger counts.
+    /// An extreme by the linearisation that belongs to the flanks of couplings which it closes itself.
     pub fn at_its_flanks(&self, solver: &Solver<'_>, middle: Extreme, starts: usize) -> Result<Extreme, Status> {
-        if self.system.mechanism.plays().next().is_none() {
-            return Ok(middle);
-        }
-        let settled = self.settle_flanks(solver, &middle, false, starts)?;
-        let opposite = match middle.measure {
-            Measure::Component { .. } | Measure::Along(_) => None,
-            Measure::Position | Measure::Rotation => self.settle_flanks(solver, &middle, true, starts)?,
-        };
-        let bound =
-            [&settled, &opposite].into_iter().flatten().fold(middle.bound, |bound, found| bound.max(found.bound));
-        let higher = |a: Extreme, b: Extreme| if b.linear.value > a.linear.value { b } else { a };
-        let found = settled.into_iter().chain(opposite).reduce(higher).unwrap_or(middle);
-        Ok(Extreme { bound, ..found })
-    }
-
-    /// The same, from the flanks that an extreme closes or the opposite ones.
-    fn settle_flanks(
-        &self,
-        solver: &Solver<'_>,
-        middle: &Extreme,
-        mirrored: bool,
-        starts: usize,
-    ) -> Result<Option<Extreme>, Status> {
         let m = self.system.mechanism;
-        let mut flanks = self.nominal.clone();
-        let mut found: Option<Extreme> = None;
-        for _ in 0..FLANKS {
-            let before = flanks.inputs.parameters.clone();
-            let at = &found.as_ref().unwrap_or(middle).linear.displacements;
-            for (k, play) in m.rows.iter().enumerate().filter_map(|(k, row)| Some((k, row.play?))) {
-                let turned = mirrored && found.is_none();
-                flanks.inputs.parameters[k] = if turned { play.mirrored(at[k]) } else { at[k] };
-            }
-            if self.system.difference(&before, &flanks.inputs.parameters) <= m.still() {
-                break;
-            }
-            let compatibility = self.compatibility.at_flanks(self.system.basis, solver, &flanks);
-            let compatibility = compatibility.ok_or(Status::Singular)?;
-            let right = m.first_order_right(&compatibility, &self.known, self.case, self.nominal);
-            let site = Site { compatibility, right, known: self.known.clone(), ..*self };
-            let settled = site.extreme(middle.measure, starts, Some(&flanks.inputs.parameters));
-            found = Some(settled.ok_or(Status::NotAssemblable)?);
-        }
-        Ok(found)
+        let by_row = m.rows.iter().enumerate();
+        let flanks = Flanks {
+            nominal: self.nominal,
+            plays: by_row.filter_map(|(k, row)| Some((k, row.play?))).collect(),
+            stay: |before: &Inputs<f64>, now: &Inputs<f64>| {
+                self.system.difference(&before.parameters, &now.parameters) <= m.still()
+            },
+            extreme: |measure, flanks: &State| {
+                let compatibility = self.compatibility.at_flanks(self.system.basis, solver, flanks);
+                let compatibility = compatibility.ok_or(Status::Singular)?;
+                let right = m.first_order_right(&compatibility, &self.known, self.case, self.nominal);
+                let site = Site { compatibility, right, known: self.known.clone(), ..*self };
+                let settled = site.extreme(measure, starts, Some(&flanks.inputs.parameters));
+                settled.ok_or(Status::NotAssemblable)
+            },
+        };
+        flanks.own(middle)
     }
 }
 

@@ -25,7 +25,7 @@ use crate::questions::worst::over_constrained::deviations::Deviations;
 use crate::questions::worst::over_constrained::linear::{Extreme, Site};
 use crate::questions::worst::over_constrained::strained::{Elastic, Found};
 use crate::questions::worst::worker::Height;
-use crate::questions::worst::{Summits, Told};
+use crate::questions::worst::{Reported, Summits};
 use crate::redundancy::compatibility::Compatibility;
 use crate::redundancy::system::{Element, System};
 
@@ -73,13 +73,15 @@ impl Mechanism {
         let extremes = match (rigid, strained) {
             (None, None) => return Err(Status::NotAssemblable),
             (Some(rigid), None) => rigid,
-            (None, Some(found)) => found.into_iter().zip(measures).map(|(f, &m)| self.told_strained(f, m)).collect(),
+            (None, Some(found)) => {
+                found.into_iter().zip(measures).map(|(f, &m)| self.strained_reported(f, m)).collect()
+            }
             (Some(rigid), Some(found)) => {
-                let found = found.into_iter().zip(measures).map(|(f, &m)| self.told_strained(f, m));
+                let found = found.into_iter().zip(measures).map(|(f, &m)| self.strained_reported(f, m));
                 rigid.into_iter().zip(found).map(|(rigid, strained)| farther(rigid, strained)).collect()
             }
         };
-        let blocked = !reached || extremes.iter().any(|told: &Told| told.height.value.is_nan());
+        let blocked = !reached || extremes.iter().any(|told: &Reported| told.height.value.is_nan());
         let status = match self.nominal_status(nominal) {
             Status::Ok if blocked => Status::Singular,
             Status::Ok if is_strained => Status::Strained,
@@ -93,7 +95,7 @@ impl Mechanism {
         Height { value: f64::NAN, error: nan(self.size()), parameters: nan(self.n_parameters()) }
     }
 
-    fn told_strained(&self, found: Option<Found>, measure: Measure) -> Told {
+    fn strained_reported(&self, found: Option<Found>, measure: Measure) -> Reported {
         let nan = |n: usize| vec![f64::NAN; n];
         let nothing = || Found {
             value: f64::NAN,
@@ -104,7 +106,7 @@ impl Mechanism {
         };
         let Found { value, bound, contribution, elastic, height } = found.unwrap_or_else(nothing);
         let height = height.unwrap_or_else(|| self.no_height());
-        Told { measure, first_order: value, bound, contribution, elastic, height }
+        Reported { measure, first_order: value, bound, contribution, elastic, height }
     }
 
     /// The extremes of all specimens that can be assembled without strain, and whether every corner could; `None` where
@@ -117,7 +119,7 @@ impl Mechanism {
         nominal: &State,
         measures: &[Measure],
         climbs: usize,
-    ) -> Result<Option<(Vec<Told>, bool)>, Status> {
+    ) -> Result<Option<(Vec<Reported>, bool)>, Status> {
         let elements = self.sources.iter().enumerate().filter(|(_, source)| !source.set.is_zero());
         let element = |(number, source): (usize, &Source)| Element {
             kind: Kind::Fixed(source.set),
@@ -135,7 +137,7 @@ impl Mechanism {
         let built = Inputs { drives: case.drives.to_vec(), parameters: site.known.clone() };
         let built = solver.follow(nominal, &built)?;
         let (summits, reached) = site.summits(solver, &built, &extremes);
-        let told = extremes.into_iter().zip(summits).map(|(extreme, height)| Told {
+        let reported = extremes.into_iter().zip(summits).map(|(extreme, height)| Reported {
             measure: extreme.measure,
             first_order: extreme.linear.value,
             bound: extreme.bound,
@@ -143,19 +145,19 @@ impl Mechanism {
             elastic: vec![0.0; self.n_joints()],
             height: height.unwrap_or_else(|| self.no_height()),
         });
-        Ok(Some((told.collect(), reached)))
+        Ok(Some((reported.collect(), reached)))
     }
 }
 
 /// The farther one of two extremes, to first order and exactly; the bound of the second holds for both.
-fn farther(a: Told, b: Told) -> Told {
+fn farther(a: Reported, b: Reported) -> Reported {
     let bound = b.bound;
     let is_higher = b.height.value.is_finite() && !(a.height.value >= b.height.value);
     let height = if is_higher { b.height } else { a.height };
-    let Told { measure, first_order, contribution, elastic, .. } = if b.first_order > a.first_order {
-        Told { height: height.clone(), ..b }
+    let Reported { measure, first_order, contribution, elastic, .. } = if b.first_order > a.first_order {
+        Reported { height: height.clone(), ..b }
     } else {
-        Told { height: height.clone(), ..a }
+        Reported { height: height.clone(), ..a }
     };
-    Told { measure, first_order, bound, contribution, elastic, height }
+    Reported { measure, first_order, bound, contribution, elastic, height }
 }

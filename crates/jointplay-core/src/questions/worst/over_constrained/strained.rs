@@ -19,7 +19,7 @@ use crate::redundancy::system::{Element, System};
 
 /// What part the load of a direction is, where it is solved for by itself.
 const SMALL: f64 = 1e-6;
-/// The same for a figure that is told.
+/// The same for a figure that is reported.
 const TINY: f64 = 1e-8;
 /// A force below this part of the largest one is rounding, not the load of a direction.
 const NOTHING: f64 = 1e-12;

@@ -1,0 +1,263 @@
+//! Flanks of couplings in a section, whose play opens and closes with what the other clearances take.
+//!
+//! In own coordinates an offset x of a flank displaces its row by `y = x g`, with `g = g_0 + B y` linear in the
+//! coordinates y of all clearances ([`crate::redundancy::openings`]; y is x for those that are no flanks). The
+//! compatibility of the y is linear, and where the offsets are compatible the law p of the x has in y the density
+//!
+//! ```text
+//! p(x(y)) |det dx/dy|,   |det dx/dy| = |det(1 - X B_f)| / product of all g
+//! ```
+//!
+//! with the columns `B_f` of the flanks and X the diagonal of their x.
+//!
+//! A proposal takes the x of the flanks that are free by their law and solves for all y. In the coordinates that are free
+//! its density is `p(x_free) |det dx_free/dy_free|` along the section; what remains of the density above is its weight.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Times that coordinates are solved for: each leaves what the flanks open of one another.
+const PASSES: usize = 60;
+/// Coordinates that change by less have been solved for.
+const SOLVED: f64 = 1e-15;
+/// No coordinate of a flank that opens flanks is above this in proposals.
+const WIDEST: f64 = 2.0;
+/// Proposals are not made where a flank that they are solved for may close to less than this part.
+const NARROWEST: f64 = 0.1;
+/// Nor where the gaps of flanks change one another by more than the rest of this part, which a pass leaves of an error.
+const CONTRACTS: f64 = 0.5;
+
+/// The flanks of a section.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Opened {
+    /// Their coordinates.
+    places: Vec<usize>,
+    precisions: Vec<f64>,
+    /// By gap, what all coordinates do to it, what those of the flanks do to it, and how much all of them do at most.
+    rates: Vec<Vec<f64>>,
+    together: Vec<Vec<f64>>,
+    reach: Vec<f64>,
+    /// The numbers of those that are free, and of those that the equations are solved for.
+    free: Vec<usize>,
+    bound: Vec<usize>,
+    /// By gap of a free flank, what free coordinates do to it along the section: those beside flanks, and those of flanks.
+    beside: Vec<Vec<f64>>,
+    along: Vec<Vec<f64>>,
+    /// What the equations are solved for.
+    solved: Vec<usize>,
+    free_places: Vec<usize>,
+}
+
+/// What the proposals of a specimen have in common.
+pub(crate) struct Proposals {
+    /// The gaps of the free flanks where all free coordinates are zero.
+    gaps: Vec<f64>,
+    /// A weight that none is above.
+    pub largest: f64,
+}
+
+fn dot<'a>(rates: &[f64], y: impl IntoIterator<Item = &'a f64>) -> f64 {
+    rates.iter().zip(y).map(|(b, y)| b * y).sum()
+}
+
+fn size(rates: &[f64]) -> f64 {
+    rates.iter().map(|b| b.abs()).sum()
+}
+
+impl Opened {
+    /// From the places and precisions of the flanks, from what all coordinates do to the gaps, and the clearances beside
+    /// flanks at most; the bound coordinates follow from the free ones by `-from_free`.
+    pub fn new(
+        flanks: Vec<(usize, f64)>,
+        rates: Vec<Vec<f64>>,
+        mut reach: Vec<f64>,
+        bound: &[usize],
+        free: &[usize],
+        from_free: &DMatrix<f64>,
+    ) -> Self {
+        let (places, precisions): (Vec<usize>, Vec<f64>) = flanks.into_iter().unzip();
+        let numbers = |among: &[usize]| (0..places.len()).filter(|&f| among.contains(&places[f])).collect();
+        let (own_free, own_bound): (Vec<usize>, Vec<usize>) = (numbers(free), numbers(bound));
+        let along_section = |f: &usize| -> Vec<f64> {
+            let follows =
+                |c: usize| -> f64 { bound.iter().enumerate().map(|(r, &j)| rates[*f][j] * from_free[(r, c)]).sum() };
+            free.iter().enumerate().map(|(c, &j)| rates[*f][j] - follows(c)).collect()
+        };
+        let all: Vec<Vec<f64>> = own_free.iter().map(along_section).collect();
+        let column = |f: &usize| free.iter().position(|&j| j == places[*f]).unwrap_or_default();
+        let columns: Vec<usize> = own_free.iter().map(column).collect();
+        let without = |row: &Vec<f64>| {
+            let mut row = row.clone();
+            for &c in &columns {
+                row[c] = 0.0;
+            }
+            row
+        };
+        let beside = all.iter().map(without).collect();
+        let along = all.iter().map(|row| columns.iter().map(|&c| row[c]).collect()).collect();
+        let together: Vec<Vec<f64>> = rates.iter().map(|row| places.iter().map(|&j| row[j]).collect()).collect();
+        reach.iter_mut().zip(&together).for_each(|(reach, row)| *reach += WIDEST * size(row));
+        Self {
+            places,
+            precisions,
+            rates,
+            together,
+            reach,
+            free: own_free,
+            bound: own_bound,
+            beside,
+            along,
+            solved: bound.to_vec(),
+            free_places: free.to_vec(),
+        }
+    }
+
+    pub const fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// By how much coordinates may change a gap at most.
+    pub fn reach(&self) -> f64 {
+        self.reach.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The gaps that coordinates leave.
+    fn gaps(&self, at_rest: &[f64], y: &[f64]) -> Vec<f64> {
+        at_rest.iter().zip(&self.rates).map(|(rest, rates)| rest + dot(rates, y)).collect()
+    }
+
+    /// Coordinates with those of the flanks as parts of their gaps.
+    pub fn closed(&self, at_rest: &[f64], y: &[f64]) -> Vec<f64> {
+        let mut x = y.to_vec();
+        self.places.iter().zip(self.gaps(at_rest, y)).for_each(|(&j, gap)| x[j] /= gap);
+        x
+    }
+
+    /// The other way about.
+    pub fn opened(&self, at_rest: &[f64], x: &[f64]) -> Option<Vec<f64>> {
+        let mut rest = x.to_vec();
+        self.places.iter().for_each(|&j| rest[j] = 0.0);
+        let own: Vec<f64> = self.places.iter().map(|&j| x[j]).collect();
+        let mut y = x.to_vec();
+        let solved = solve(&own, &self.gaps(at_rest, &rest), &self.together)?;
+        self.places.iter().zip(solved).for_each(|(&j, own)| y[j] = own);
+        Some(y)
+    }
+
+    /// What is common to all proposals where the bound coordinates are the constant and what follows from the free ones;
+    /// `None` where proposals are of no use.
+    pub fn proposals(&self, at_rest: &[f64], constant: &DVector<f64>) -> Option<Proposals> {
+        let mut largest = 1.0;
+        for (f, (gap, row)) in at_rest.iter().zip(&self.together).enumerate() {
+            if gap + self.reach[f] > WIDEST && self.together.iter().any(|row| row[f] != 0.0) {
+                return None;
+            }
+            // Hadamard's bound of the determinant.
+            largest *= 1.0 + size(row);
+        }
+        for &f in &self.bound {
+            let narrowest = at_rest[f] - self.reach[f];
+            if narrowest < NARROWEST {
+                return None;
+            }
+            largest /= narrowest;
+        }
+        // A determinant whose diagonal outweighs the rest of its rows is at least the product of what is left.
+        for row in &self.along {
+            let left = 1.0 - size(row);
+            if left < CONTRACTS {
+                return None;
+            }
+            largest /= left;
+        }
+        let gap = |&f: &usize| -> f64 {
+            at_rest[f] + self.solved.iter().zip(constant.iter()).map(|(&j, b)| self.rates[f][j] * b).sum::<f64>()
+        };
+        Some(Proposals { gaps: self.free.iter().map(gap).collect(), largest })
+    }
+
+    /// Solves for the coordinates of a proposal from those of the free ones, of which `follow` makes the others; gives its
+    /// weight. Flanks are offsets before and after.
+    pub fn complete(
+        &self,
+        proposals: &Proposals,
+        at_rest: &[f64],
+        u: &mut [f64],
+        follow: impl Fn(&mut [f64]),
+    ) -> Option<f64> {
+        let x: Vec<f64> = self.free.iter().map(|&f| u[self.places[f]]).collect();
+        let beside = |(gap, row): (&f64, &Vec<f64>)| gap + dot(row, self.free_places.iter().map(|&j| &u[j]));
+        let gaps: Vec<f64> = proposals.gaps.iter().zip(&self.beside).map(beside).collect();
+        let y = solve(&x, &gaps, &self.along)?;
+        self.free.iter().zip(&y).for_each(|(&f, y)| u[self.places[f]] = *y);
+        follow(u);
+        // Most proposals end here.
+        let gap = |f: usize, u: &[f64]| at_rest[f] + dot(&self.rates[f], u);
+        if self.bound.iter().any(|&f| u[self.places[f]].abs() > gap(f, u)) {
+            return None;
+        }
+        let gaps = self.gaps(at_rest, u);
+        if gaps.iter().any(|gap| *gap <= 0.0) {
+            return None;
+        }
+        self.places.iter().zip(&gaps).for_each(|(&j, gap)| u[j] /= gap);
+        let opened: f64 = self.bound.iter().map(|&f| gaps[f]).product();
+        Some(self.bend(u) / (opened * bend(&self.along, &x)))
+    }
+
+    /// What flanks do to the gaps of one another, as a determinant.
+    fn bend(&self, x: &[f64]) -> f64 {
+        let own: Vec<f64> = self.places.iter().map(|&j| x[j]).collect();
+        bend(&self.together, &own)
+    }
+
+    /// The logarithm of the density that the flanks add.
+    pub fn log_density(&self, at_rest: &[f64], y: &[f64]) -> f64 {
+        let gaps = self.gaps(at_rest, y);
+        let x = self.closed(at_rest, y);
+        let law = self.places.iter().zip(&self.precisions).map(|(&j, precision)| -0.5 * precision * x[j] * x[j]);
+        law.sum::<f64>() + (self.bend(&x) / gaps.iter().product::<f64>()).abs().ln()
+    }
+
+    /// What the flanks leave of the line `y + t along`.
+    pub fn chord(&self, at_rest: &[f64], y: &[f64], along: &[f64]) -> [f64; 2] {
+        let mut chord = [f64::NEG_INFINITY, f64::INFINITY];
+        for (f, &j) in self.places.iter().enumerate() {
+            let (gap, opening) = (at_rest[f] + dot(&self.rates[f], y), dot(&self.rates[f], along));
+            for side in [1.0, -1.0] {
+                let (left, rate) = (gap - side * y[j], side * along[j] - opening);
+                if rate > 0.0 {
+                    chord[1] = chord[1].min(left / rate);
+                } else if rate < 0.0 {
+                    chord[0] = chord[0].max(left / rate);
+                }
+            }
+        }
+        chord
+    }
+}
+
+/// The y with `y = X (gaps + rates y)`.
+fn solve(x: &[f64], gaps: &[f64], rates: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let mut y: Vec<f64> = x.iter().zip(gaps).map(|(x, gap)| x * gap).collect();
+    for _ in 0..PASSES {
+        let mut change: f64 = 0.0;
+        for f in 0..x.len() {
+            let own = x[f] * (gaps[f] + dot(&rates[f], &y));
+            change = change.max((own - y[f]).abs());
+            y[f] = own;
+        }
+        if change <= SOLVED {
+            return Some(y);
+        }
+    }
+    None
+}
+
+/// `|det(1 - X B)|`
+fn bend(rates: &[Vec<f64>], x: &[f64]) -> f64 {
+    if rates.iter().flatten().all(|b| *b == 0.0) {
+        return 1.0;
+    }
+    let entry = |f: usize, k: usize| f64::from(u8::from(f == k)) - x[f] * rates[f][k];
+    DMatrix::<f64>::from_fn(x.len(), x.len(), entry).determinant().abs()
+}
