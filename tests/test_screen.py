@@ -343,10 +343,9 @@ def test_dir_shows_what_the_manual_has() -> None:
 
 def test_configurations_are_selected_by_the_only_drive_and_by_number() -> None:
     worst = jp.worst(example("four-bar"))
-    assert {"theta1", "configuration"} <= {*worst.indexes}
     at = worst.sel(theta1=40, method="nearest")
     assert at.configuration.item() == int(abs(worst.theta1.values - 40).argmin())
     assert worst.sel(configuration=3).theta1.item() == worst.theta1.values[3]
-    twice = jp.solve(example("four-bar").with_({"drives.theta1.values": [30, 40, 30]}))
-    assert "theta1" not in twice.indexes
-    assert not {"left", "right"} & {*jp.solve(example("five-bar")).indexes}
+    # Results at other drive values, such as corrected ones, can still be compared.
+    corrected = jp.worst(example("four-bar").with_({"drives.theta1.values": (worst.theta1.values + 0.3).tolist()}))
+    assert (corrected.worst_position - worst.worst_position).sizes == {"configuration": 11}

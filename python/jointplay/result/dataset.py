@@ -28,21 +28,10 @@ def to_dataset(result: Result) -> xr.Dataset:
     coords = {name: entry(v) for name, v in result.coords.items()}
     # Given with the coordinates, indexes are not made by the dataset, which takes most of its time otherwise.
     indexes = {name: _index(name, v.values) for name, v in coords.items() if v.dims == (name,)}
-    indexes |= {name: _new_index(name, v.values, "configuration") for name, v in _single_drive(result).items()}
     for name, index in indexes.items():
         coords.update(index.create_variables({name: coords[name]}))
     data = {name: entry(v) for name, v in result.data.items()}
     return xr.Dataset(data, xr.Coordinates(coords, indexes), dict(result.attrs))
-
-
-def _single_drive(result: Result) -> dict[str, Variable]:
-    """The only drive, by whose values configurations can be selected, too, where these are distinct."""
-    drives = result.drives
-    if len(drives) != 1:
-        return {}
-    (values,) = (drive.values for drive in drives.values())
-    is_index = values.ndim == 1 and np.isfinite(values).all() and len(np.unique(values)) == len(values)
-    return drives if is_index else {}
 
 
 def _index(dim: str, labels: Array) -> PandasIndex:
@@ -52,11 +41,11 @@ def _index(dim: str, labels: Array) -> PandasIndex:
     return _small_index(dim, labels.dtype.str, labels.tobytes())
 
 
-def _new_index(name: str, labels: Array, dim: str = "") -> PandasIndex:
+def _new_index(dim: str, labels: Array) -> PandasIndex:
     import xarray as xr
     from xarray.indexes import PandasIndex
 
-    return PandasIndex.from_variables({name: xr.Variable(dim or name, labels)}, options={})
+    return PandasIndex.from_variables({dim: xr.Variable(dim, labels)}, options={})
 
 
 @functools.lru_cache(256)
