@@ -42,7 +42,10 @@ def animate(
     load_case: LoadCase = None,
     settings: Settings = None,
 ) -> int:
-    """Show the mechanism in motion, loaded, with its errors magnified and the region in which its output can be."""
+    """Show the mechanism in motion, its errors magnified.
+
+    It is drawn under its loads, with the region in which its output can be.
+    """
     m = answer.mechanism(file, settings, output_point, load_case)
     if output is None:
         raise InputError("say where the animation goes: -o NAME.html, .gif or .mp4", key="--output")

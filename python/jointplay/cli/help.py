@@ -36,6 +36,7 @@ LINES: dict[str, dict[str, str]] = {
     },
     "compare": {"jointplay compare four-bar.toml p3r.toml": ""},
     "assemble": {"jointplay assemble antenna-support.toml": ""},
+    "animate": {"jointplay animate four-bar.toml -o four-bar.html --frames 12": ""},
     "report": {"jointplay report four-bar.toml --samples 1024 -o four-bar.html": ""},
     "schema": {"jointplay schema -o jointplay.schema.json": ""},
 }
