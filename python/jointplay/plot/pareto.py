@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from jointplay.errors import InputError
 from jointplay.result import Result, blame
@@ -98,6 +99,8 @@ def reactions(result: Result | xr.Dataset, *, axes: Axes | None = None, style: S
             axes.plot(x, size[:, k], label=str(joints[k]), **series(number))
         axes.set(xlabel=words, ylabel=labelled("force in the joint", part.unit("reaction", wrench=forces[0])))
         axes.set_ylim(bottom=0.0)
+        if words == "configuration":
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         if len(joints) > MOST_JOINTS:
             title(axes, f"the {MOST_JOINTS} largest of {len(joints)}")
         legend(axes)

@@ -78,10 +78,14 @@ def worst_place(chapter: Chapter) -> int:
 
 def _verdict(chapter: Chapter) -> str:
     items = []
+    # What holds for all questions is said once.
+    already: set[str] = set()
     for question, words in WORDS.items():
         for heading, part in chapter.parts(question):
             found = verdict(part)
-            said = found.sentences or tuple(sentence.text for sentence in conclude(part).sentences)
+            sentences = found.sentences or tuple(sentence.text for sentence in conclude(part).sentences)
+            said = [text for text in sentences if text not in already]
+            already.update(said)
             label = ", ".join(filter(None, (words, heading)))
             mark = '<strong class="missed">missed</strong>' if found.missed else ""
             if said:
@@ -100,8 +104,6 @@ def _summary(chapter: Chapter) -> list[str]:
         found = cause(part, "position", "high", at)
         whose = f"; to blame first: {in_words(*found)}" if found else ""
         said.append(f"The largest possible position error is {value:.4g} {unit}, at {place(part, at)}{whose}.")
-    if not np.isfinite(chapter.m.limits.bounds(chapter.m.quantities)).any():
-        said.append("The file has no limits, so the errors are not judged.")
     return said
 
 
@@ -222,7 +224,8 @@ def _singularities(chapter: Chapter) -> str:
     result = chapter.results["singularities"]
     found = tables(result)
     lead = paragraphs([sentence.text for sentence in conclude(result).sentences])
-    return lead + "".join(map(table, found))
+    words = "The configuration that is nearest to a singularity, and how near all are to singularities of each kind."
+    return lead + picture(_sheet(chapter, "singularities"), words) + folded("Table", "".join(map(table, found)))
 
 
 def _sheet(chapter: Chapter, question: str) -> Figure:
