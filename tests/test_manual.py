@@ -169,7 +169,7 @@ def test_every_public_name_is_in_the_manual(name: str) -> None:
     "name",
     [
         "error", "blame", "sweep", "histogram", "correction", "nearness", "distance", "allow", "allocate", "cost_curve",
-        "map", "mechanism", "assembly",
+        "map", "mechanism", "assembly", "pareto", "reactions",
     ],
 )  # fmt: skip
 def test_every_figure_is_in_the_manual(name: str) -> None:

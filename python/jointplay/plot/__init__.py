@@ -53,4 +53,4 @@ __all__ = [
 
 def __dir__() -> list[str]:
     # What --plot calls is not for users.
-    return sorted({*__all__} - {"check_path", "draw", "draw_map"})
+    return sorted({*__all__} - {"Choice", "check_path", "draw", "draw_map"})
