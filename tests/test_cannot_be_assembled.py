@@ -261,13 +261,17 @@ def test_a_loop_that_closes_is_not_named() -> None:
     assert m.joints[what.found.joint] in ("E", "F", "G")
 
 
+#: of what stays open
+RED = "#d00000"
+
+
 @pytest.mark.parametrize("name", [*ONE_OPEN, SEVERAL])
 def test_the_gap_is_drawn_in_red(name: str, tmp_path: Path) -> None:
     from jointplay import plot
 
     m, what = FILES[name], found(name).found
     figure = plot.mechanism(m, what.configuration)
-    red = [line for line in figure.axes[0].get_lines() if mpl.colors.to_hex(line.get_color()) == "#ff0000"]
+    red = [line for line in figure.axes[0].get_lines() if mpl.colors.to_hex(line.get_color()) == RED]
     assert red
     if what.joint < 0:
         assert len(red) == len(what.open)

@@ -49,11 +49,14 @@ WRONG: dict[str, Any] = {
 #: one way to call each of the public functions right
 M = example("four-bar", assembly={"steps": [["crank"], ["coupler", "rocker"]]})
 PRESS = example("press")
+#: one configuration, no limits: quickly asked everything
+SHORT = example("slider-crank").with_({"drives": {"theta": {"joint": "main", "values": [30.0]}}, "limits": None})
 GRID = {"theta1": [30.0, 40.0]}
 
 
 def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     worst = jp.worst(M)
+    yield "animate", jp.animate, {"m": SHORT, "path": "moving.html", "frames": 2}
     yield "allocate", jp.allocate, {"m": PRESS, "question": "worst"}
     yield "allow", jp.allow, {"m": M, "tolerance": 0.1}
     yield "assemble", jp.assemble, {"m": M, "samples": 10}
@@ -68,10 +71,13 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "loaded", jp.loaded, {"m": M}
     yield "map", jp.map, {"m": M, "question": "solve", "grid": GRID}
     yield "random", jp.random, {"m": M, "samples": 10}
+    yield "region", jp.region, {"m": M, "directions": 3}
+    yield "report", jp.report, {"m": SHORT, "path": "page.html", "samples": 16}
     yield "save", jp.save, {"result": worst, "path": "here.csv"}
     yield "singularities", jp.singularities, {"m": M, "path": False}
     yield "solve", jp.solve, {"m": M}
     yield "sweep", jp.sweep, {"m": M, "key": "joints.J1.clearance.radial", "values": [0.1], "question": "solve"}
+    yield "view", jp.view, {"m": SHORT}
     yield "worst", jp.worst, {"m": M, "starts": 1}
     yield "Mechanism", jp.Mechanism, {"raw": dict(M.raw)}
     yield "Mechanism.value", M.value, {"key": "title"}

@@ -62,7 +62,7 @@ def save(result: Result | xr.Dataset, path: str | os.PathLike[str], *, csv_diale
     ...     jp.save(jp.solve(jp.loads(jp.examples.text("four-bar"))), path, csv_dialect="semicolon")
     ...     lines = path.read_text().splitlines()
     >>> lines[0]
-    'variable;configuration;theta1;component;body;value;text;unit'
+    'variable;configuration;theta1;component;body;joint;value;text;unit'
     """
     target = Path(path)
     check_path(target)

@@ -61,7 +61,7 @@ def region(m: Mechanism, *, directions: int | None = None) -> xr.Dataset:
     >>> import jointplay as jp
     >>> result = jp.region(jp.loads(jp.examples.text("four-bar")), directions=8)
     >>> result.extent[0, ::2].values.round(3)  # to the right, up, to the left, down
-    array([2.711, 1.876, 2.708, 1.888])
+    array([2.507, 3.048, 2.547, 3.103])
     """
     return to_dataset(compute(m, directions=directions))
 

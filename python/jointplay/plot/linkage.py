@@ -104,7 +104,7 @@ def mechanism(
         scene = drawing(m, at, configuration, axes, direction)
         draw(scene, exaggerate, None if result is None else single(result), found, path and len(at) > 1)
         # Of several poses no single one gives the title.
-        one = len(at) > 1 and not (behind or beside)
+        one = len(at) > 1 and not (len(behind) or len(beside))
         title(axes, f"{m.title}: {which(report(m, '', at).result(), configuration)}" if one else m.title)
         legend(axes)
         if names and isinstance(figure, Drawing):

@@ -40,6 +40,6 @@ def put(figure: Figure, path: Path) -> None:
     undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with warnings.catch_warnings():
         # A box for a letter says as much.
-        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        warnings.filterwarnings("ignore", message="(?s)Glyph .* missing from font")
         figure.savefig(content, format=kind, metadata=undated)
     files.put(content.getbuffer(), path)

@@ -51,7 +51,7 @@ def width_of(text: str, size: float) -> float:
     """How wide a text is with letters of a size, points."""
     with warnings.catch_warnings():
         # A box for a letter is as wide as one.
-        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        warnings.filterwarnings("ignore", message="(?s)Glyph .* missing from font")
         found = text_to_path.get_text_width_height_descent(text, FontProperties(size=size), False)
     return float(found[0])
 

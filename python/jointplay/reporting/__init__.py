@@ -9,6 +9,7 @@ import os
 from pathlib import Path
 
 from jointplay import files
+from jointplay.analyses import random
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.typed import typed
@@ -78,6 +79,7 @@ def write(
         Whether all configurations are ok and no limit is missed.
     """
     check_path(path)
+    random.checked(samples, seed, None, random.PROBABILITIES, "sobol")
     answers = ask(m, samples, seed, progress)
     text = page(answers, command)
     content = printing.pdf(text) if path.suffix.lower() == ".pdf" else text.encode()
