@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import warnings
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -13,7 +12,7 @@ from jointplay import files
 from jointplay.errors import InputError
 from jointplay.typed import typed
 
-from .style import escape_texts
+from .style import boxes_for_letters, escape_texts
 
 EXTENSIONS = (".png", ".svg", ".pdf")
 
@@ -38,8 +37,6 @@ def put(figure: Figure, path: Path) -> None:
     escape_texts(figure)
     # Without a date the same drawing is the same file.
     undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
-    with warnings.catch_warnings():
-        # A box for a letter says as much.
-        warnings.filterwarnings("ignore", message="(?s)Glyph .* missing from font")
+    with boxes_for_letters():
         figure.savefig(content, format=kind, metadata=undated)
     files.put(content.getbuffer(), path)

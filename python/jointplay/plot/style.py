@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -179,6 +180,14 @@ class Style:
         }
 
 
+@contextmanager
+def boxes_for_letters() -> Iterator[None]:
+    """Say nothing of letters that a font lacks: a box for a letter says as much, and is as wide as one."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="(?s)Glyph .* missing from font")
+        yield
+
+
 class Drawing(Figure):
     """A figure that is written and shown as its style says, whatever matplotlib is set to."""
 
@@ -192,13 +201,15 @@ class Drawing(Figure):
     def finish(self) -> None:
         """Lay out what is drawn, then draw what depends on where that is."""
         if self.late:
-            self.draw_without_rendering()
+            escape_texts(self)
+            with boxes_for_letters():
+                self.draw_without_rendering()
         while self.late:
             self.late.pop(0)()
 
     def savefig(self, *args: Any, **kwargs: Any) -> None:
         """Write the figure; as `matplotlib.figure.Figure.savefig`."""
-        with mpl.rc_context(self.style.rc):
+        with mpl.rc_context(self.style.rc), boxes_for_letters():
             super().savefig(*args, **kwargs)
 
     def _repr_png_(self) -> bytes:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import textwrap
-import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +17,8 @@ from numpy.typing import NDArray
 
 from jointplay.errors import InputError, listed, not_known, shown
 from jointplay.result import SEVERAL, Result, from_dataset
+
+from .style import boxes_for_letters
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,9 +50,7 @@ def room(axes: Axes) -> float:
 
 def width_of(text: str, size: float) -> float:
     """How wide a text is with letters of a size, points."""
-    with warnings.catch_warnings():
-        # A box for a letter is as wide as one.
-        warnings.filterwarnings("ignore", message="(?s)Glyph .* missing from font")
+    with boxes_for_letters():
         found = text_to_path.get_text_width_height_descent(text, FontProperties(size=size), False)
     return float(found[0])
 
