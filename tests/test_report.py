@@ -107,6 +107,17 @@ def test_what_moves_in_the_drawing_are_the_bodies() -> None:
                 np.testing.assert_allclose(sides, sides[:1].repeat(len(sides), axis=0), atol=3e-5 * drawn["extent"])
 
 
+def test_a_body_with_three_joints_on_one_line_is_a_line() -> None:
+    """It was a dot."""
+    from jointplay.analyses.nominal import nominal
+    from jointplay.viewer import scene
+
+    m = jp.loads(examples.text("four-bar")).with_({"output.body": "coupler", "output.at": [40.0, 0.0]})
+    (coupler,) = (s for s in scene(m, nominal(m))["shapes"] if s["kind"] == "body" and s["name"] == "coupler")
+    assert len(coupler["points"]) == 2
+    assert m.core_spec["output"]["point"] not in coupler["points"]
+
+
 def test_texts_of_a_file_stay_texts(tmp_path: Path) -> None:
     evil = "</script><script>document.title = 1</script><img src=x onerror=alert(1)>"
     text = examples.text("four-bar").replace("4R four-bar linkage, rotary drive (Jaiswal et al.)", evil)

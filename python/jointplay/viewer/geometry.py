@@ -115,7 +115,7 @@ class Geometry:
             # In space a plate has its joints as corners, and may carry the output anywhere.
             if self.spec["points"][output]["body"] == body and (self.planar or len(mine) < 3):
                 mine.append(output)
-            order = _outline(start[mine], self.extent, convex=self.planar)
+            order = _outline(start[mine], self.extent)
             if not order or (body == -1 and self.planar):
                 continue
             shape = {"kind": "body", "name": name if body == -1 else self.m.owners[body]}
@@ -308,21 +308,15 @@ def _whole(name: str) -> str:
     return name.rpartition(".")[0]
 
 
-def _outline(points: Floats, extent: float, *, convex: bool) -> list[int]:
-    """Numbers of different points in their order around their middle, as seen across the plane that suits them best.
-
-    Of those of a `convex` outline only its corners.
-    """
+def _outline(points: Floats, extent: float) -> list[int]:
+    """Numbers of the points that are corners of a body's outline, in turn; of a body on one line its ends."""
     if not len(points):
         return []
     _, first = np.unique(np.round(points / extent, 6), axis=0, return_index=True)
     kept = np.sort(first)
     if len(kept) < 3:
         return [int(k) for k in kept]
-    away = points[kept] - points[kept].mean(axis=0)
-    _, _, directions = np.linalg.svd(away, full_matrices=False)
-    if convex:
-        corners = outline(points[kept, :2], 0.0)[:-1]
-        return [int(kept[np.abs(points[kept, :2] - corner).sum(axis=1).argmin()]) for corner in corners]
-    order = np.argsort(np.arctan2(away @ directions[1], away @ directions[0]), kind="stable")
-    return [int(k) for k in kept[order]]
+    corners = outline(points[kept], 1e-6 * extent)
+    # That of an area ends where it began.
+    corners = corners[:-1] if len(corners) > 2 else corners
+    return [int(kept[np.abs(points[kept] - corner).sum(axis=1).argmin()]) for corner in corners]
