@@ -136,8 +136,8 @@ def _ask(chapter: Chapter, samples: int, seed: int, step: Callable[[], None]) ->
         "worst": lambda: worst.compute(m),
         "loaded": lambda: loaded.compute(m),
         "random": lambda: random.compute(m, samples, seed),
-        "compensate": lambda: compensate.compute(first),
-        "region": lambda: region.compute(first),
+        "compensate": lambda: compensate.compute(first, at=chapter.at),
+        "region": lambda: region.compute(first, at=chapter.at),
         "sizes": lambda: _sizes(first),
         "singularities": lambda: singularities.compute(first),
         "allow": lambda: allow.compute(first),
@@ -157,7 +157,7 @@ def _sizes(m: Mechanism) -> Result:
     base, sources = sizings(m)
     if not times(sources, 0.5):
         raise InputError("the file has no clearance and no tolerance whose size could be changed")
-    found = [worst.compute(base.with_(times(sources, factor)), at=None) for factor in FACTORS]
+    found = [worst.compute(base.with_(times(sources, factor))) for factor in FACTORS]
     along = Variable(("factor",), np.array(FACTORS), "", "factor of all clearances and tolerances")
     return stack(found, along, {**found[-1].attrs, "sweep": "factor"})
 

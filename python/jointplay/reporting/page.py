@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 import tomlkit
 
@@ -60,16 +59,8 @@ def source(m: Mechanism) -> str:
     path = Path(m.file)
     try:
         text = path.read_text(encoding="utf-8")
-        if tomllib.loads(text) == _plain(m.raw):
+        if tomllib.loads(text) == m.raw:
             return text
     except (OSError, ValueError):
         pass
-    return tomlkit.dumps(_plain(m.raw))
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _plain(part) for key, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
-    return value
+    return tomlkit.dumps(m.raw)
