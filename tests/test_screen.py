@@ -127,6 +127,65 @@ def test_error_asks_three_questions_and_given_with_an_offset(folder: Path, capsy
     assert "Given offsets" in say(capsys, "error four-bar.toml --samples 64 --offset J1=0.5,0")
 
 
+def answers_of(said: str) -> dict[str, str]:
+    """The answer to every question, in one line each, from what `error` prints first."""
+    found: dict[str, str] = {}
+    for line in said.split("\n\n")[1].splitlines():
+        label = line[2:8].strip()
+        if label:
+            found[label] = ""
+        found[[*found][-1]] += f"{line[8:].strip()} "
+    return found
+
+
+def test_questions_with_the_same_number_each_have_their_answer(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The load pushes the pin of the bar as far as it can be pushed: both errors are the clearance of 0.1 mm."""
+    found = answers_of(say(capsys, "error redundant-bar.toml --samples 64"))
+    assert found["loaded"].startswith("Largest position error: 0.1 mm; to blame: Q 100 %.")
+    assert found["worst"].startswith("Largest position error: 0.1 mm; to blame: Q 100 %.")
+    # What holds for all of them is said once.
+    assert [("strained" in text) for text in found.values()] == [True, False, False]
+    missed = answers_of(say(capsys, "error redundant-bar.toml --samples 64 -s 'limits={ position = 0.05 }'"))
+    assert missed["loaded"].startswith("Limit missed: position 0.1 mm")
+    assert missed["worst"].startswith("Limit missed: position 0.1 mm")
+
+
+def test_the_answer_of_random_has_a_size_and_a_place_with_limits_too(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = answers_of(say(capsys, "error four-bar.toml --samples 1024"))
+    result = jp.random(example("four-bar"), samples=1024)
+    quantiles = result.error_quantile.sel(quantity="position", probability=0.95)
+    k = int(quantiles.values.argmax())
+    said = f"95 % of the specimens have a position error below {quantiles[k].item():.4g} mm at configuration {k} "
+    assert found["random"].startswith("Outside the limits: none")
+    assert said in found["random"]
+    assert "to blame" in found["random"]
+
+
+def test_a_comparison_says_what_is_to_blame_in_both(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each has sources that the other one does not have."""
+    for question in ("worst", "loaded", "random"):
+        compared = jp.compare(
+            example("four-bar"), example("p3r"), question, **({"samples": 64} if question == "random" else {})
+        )
+        first = conclude(from_dataset(compared)).sentences[0].text
+        assert first.count("to blame") == 2
+
+
+def test_small_shares_are_written_without_an_exponent(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = say(capsys, "error four-bar.toml -q random --samples 4096")
+    assert "95 % confidence 0 to 900 ppm" in " ".join(said.split())
+
+
+def test_no_column_is_without_a_name(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = " ".join(say(capsys, "allocate press.toml --curve 0.5:1.5:2").split())
+    assert "in all rows: ." not in said
+    assert "infeasible" in say(capsys, "allocate press.toml --curve 0.25,1")
+
+
 # --- tables that fit -------------------------------------------------------------------------------------------------
 
 

@@ -73,7 +73,7 @@ def new(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="[NAME]", help="Which example; lists them if left out.", autocompletion=completing.examples
+            metavar="NAME", help="Which example; lists them if left out.", autocompletion=completing.examples
         ),
     ] = None,
     settings: Settings = None,

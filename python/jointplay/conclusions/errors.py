@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,9 +19,11 @@ WORDS = {"position": "position error", "rotation": "rotation"}
 def of_errors(result: Result) -> Conclusion:
     """The answer of `loaded`, `given`, `worst` or `random`, of one output in one load case."""
     found = verdict(result)
-    judged = [Sentence(text, is_alarm=k < found.alarms) for k, text in enumerate(found.sentences)]
+    judged = [Sentence(text, k < found.alarms, is_answer=k == 0) for k, text in enumerate(found.sentences)]
     sizes = list(_sizes(result, found))
-    limits = [] if found.sentences else [Sentence("The file has no [limits] to judge it by.")]
+    if sizes and not found.named:
+        sizes[0] = replace(sizes[0], is_answer=True)
+    limits = [] if found.sentences else [Sentence("The file has no [limits] to judge it by.", is_common=True)]
     # Without limits the largest error is the answer.
     first = 0 if judged else 1
     sentences = (*judged, *sizes[:first], *of_statuses(result), *sizes[first:], *limits)

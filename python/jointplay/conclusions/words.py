@@ -29,10 +29,16 @@ class Sentence:
     text : str
     is_alarm : bool
         Whether it says that a limit is missed, or that a configuration or a step is not ok.
+    is_answer : bool
+        Whether it stands in front where several questions are asked, as sentences of alarm do.
+    is_common : bool
+        Whether it holds whatever is asked, so that it is said once for all questions.
     """
 
     text: str
     is_alarm: bool = False
+    is_answer: bool = False
+    is_common: bool = False
 
 
 @dataclass(frozen=True)
@@ -92,7 +98,7 @@ def of_statuses(result: Result) -> Iterator[Sentence]:
         found.append(f"{len(places) if len(places) < total else 'all'} {outcome.replace('_', ' ')}{named}")
     of = plural(total, "configuration")
     text = f"Status of the configuration: {found[0][4:]}." if total == 1 else f"Not ok of {of}: {', '.join(found)}."
-    yield Sentence(text, is_alarm=True)
+    yield Sentence(text, is_alarm=True, is_common=True)
 
 
 def owners(result: Result) -> list[str]:

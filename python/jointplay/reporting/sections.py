@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jointplay import plot
-from jointplay.conclusions import conclude
+from jointplay.conclusions import Sentence, conclude
 from jointplay.plot.sheet import sheet
 from jointplay.plot.style import USUAL_STYLE
 from jointplay.result import Result, in_words, size, typical
@@ -78,18 +78,17 @@ def worst_place(chapter: Chapter) -> int:
 
 def _verdict(chapter: Chapter) -> str:
     items = []
-    # What holds for all questions is said once.
-    already: set[str] = set()
+    # What holds whatever is asked is said once.
+    already: set[Sentence] = set()
     for question, words in WORDS.items():
         for heading, part in chapter.parts(question):
-            found = verdict(part)
-            sentences = found.sentences or tuple(sentence.text for sentence in conclude(part).sentences)
-            said = [text for text in sentences if text not in already]
-            already.update(said)
+            sentences = [sentence for sentence in conclude(part).sentences if sentence not in already]
+            already.update(sentence for sentence in sentences if sentence.is_common)
             label = ", ".join(filter(None, (words, heading)))
-            mark = '<strong class="missed">missed</strong>' if found.missed else ""
-            if said:
-                items.append(f"<dt>{escape(label)} {mark}</dt><dd>{paragraphs(said)}</dd>")
+            mark = '<strong class="missed">missed</strong>' if verdict(part).missed else ""
+            if sentences:
+                said = paragraphs([sentence.text for sentence in sentences])
+                items.append(f"<dt>{escape(label)} {mark}</dt><dd>{said}</dd>")
     lead = _summary(chapter)
     return paragraphs(lead, "answer") + (f"<dl>{''.join(items)}</dl>" if items else "")
 

@@ -7,7 +7,7 @@ Causes are the sources and, where it bends something, the load.
     random           share_s = v_s / sum of all     the cause's part of the variance
 
 The shares of a configuration add up to one. With a load, a cause may have a negative share: it makes the error
-smaller.
+smaller. A cause that only the other mechanism of a comparison has is nan and adds nothing.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def blame(result: Result) -> Blame:
     chosen = (values[:, :, [components.index(c) for c in kind]] for kind in split(components))
     if str(result.attrs.get("question", "")) == "random":
         return Blame(causes, *(shares(part.sum(axis=2)) for part in chosen))
-    return Blame(causes, *(shares(np.einsum("nsc,nc->ns", part, part.sum(axis=1))) for part in chosen))
+    return Blame(causes, *(shares(np.einsum("nsc,nc->ns", part, np.nansum(part, axis=1))) for part in chosen))
 
 
 def parts_by_cause(result: Result) -> tuple[tuple[str, ...], Array]:
@@ -101,8 +101,8 @@ def _by_component(result: Result, name: str, dim: str) -> Array:
 
 def shares(values: Array) -> Array:
     """Parts over their sum, row by row; nan where they add up to nothing."""
-    total = values.sum(axis=1, keepdims=True)
-    size = np.abs(values).sum(axis=1, keepdims=True)
+    total = np.nansum(values, axis=1, keepdims=True)
+    size = np.nansum(np.abs(values), axis=1, keepdims=True)
     defined = np.abs(total) > 1e-12 * size
     found: Array = np.divide(values, total, out=np.full(values.shape, np.nan), where=defined)
     return found

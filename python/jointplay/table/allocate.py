@@ -25,12 +25,14 @@ def overview(result: Result) -> list[Table]:
     found = [Table(title, tuple(_columns(result)), tuple(_notes(result)))]
     found.append(Table("Limits", tuple(_limits(result)), tuple(_about_limits(result))))
     if "curve_cost" in result.data:
-        columns = (
+        columns = [
             numbers("limits times", "", result.labels("limit")),
             numbers("cost", "", result.get("curve_cost"), digits=5),
-            words("", ["" if s == "ok" else s for s in result.get("curve_status").tolist()]),
-        )
-        found.append(Table("Least cost by the limits", columns))
+        ]
+        status = result.get("curve_status").tolist()
+        if any(s != "ok" for s in status):
+            columns.append(words("status", status))
+        found.append(Table("Least cost by the limits", tuple(columns)))
     return found
 
 

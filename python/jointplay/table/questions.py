@@ -233,7 +233,7 @@ def _outside(result: Result) -> list[Column]:
     share, low, high = (result.get(name) for name in ("outside", "outside_low", "outside_high"))
     unit, factor = ("%", 1e2) if np.nanmax(high) >= RARE else ("ppm", 1e6)
     ends = zip((factor * low).tolist(), (factor * high).tolist(), strict=True)
-    intervals = [NOTHING if a != a else f"{a:.2g} to {b:.2g}" for a, b in ends]
+    intervals = [NOTHING if a != a else f"{_rough(a)} to {_rough(b)}" for a, b in ends]
     # Shares that are searched for have digits of their own, however far apart they are.
     searched = tuple(NOTHING if part != part else f"{part:.3g}" for part in (factor * share).tolist())
     columns = [
@@ -249,6 +249,11 @@ def _outside(result: Result) -> list[Column]:
         columns.append(replace(numbers("Cpk", "", least, digits=3), spare=2, legend="Cpk: the least of all limits."))
     words = f"Outside: share of the specimens beyond {limits_in_words(result)}, or without a pose."
     return [replace(column, legend=words) if column.name == "outside" else column for column in columns]
+
+
+def _rough(value: float) -> str:
+    """A number with two digits, and no exponent where it has few places."""
+    return f"{float(f'{value:.2g}'):g}"
 
 
 def _compensate(result: Result) -> list[Column]:

@@ -19,15 +19,15 @@ MOST = 3
 def screen(results: Mapping[str, Result]) -> tuple[list[Answer], list[Table]]:
     """The answers and the tables of the results, by question.
 
-    Of several questions each has its first sentence in front, with those that say that something is not ok; the other
-    sentences stand above its table.
+    Of several questions each has its answer in front, with what says that something is not ok; the other sentences
+    stand above its table. What holds whatever is asked is said once.
     """
     answers, shown, said = [], [], set[Sentence]()
     for name, result in results.items():
         sentences = [s for s in conclude(result).sentences if s not in said]
-        said.update(sentences)
+        said.update(s for s in sentences if s.is_common)
         if len(results) > 1:
-            top = [s for k, s in enumerate(sentences) if k == 0 or s.is_alarm][:MOST]
+            top = [s for s in sentences if s.is_answer or s.is_alarm][:MOST]
         else:
             top = sentences[:MOST]
         answers.append(Answer(name if len(results) > 1 else "", tuple(top)))

@@ -45,6 +45,6 @@ def remarks(result: Result) -> Iterable[str]:
             yield f"{what} at # {k} ({values[k] if values[k] > ROUNDING else 0.0:.3g}): {motion(result, name, k)}."
     if "singularity_distance" in result.data:
         distance = result.get("singularity_distance")
-        if len(distance) > 1 and np.isinf(distance).any():
-            every = "The" if np.isinf(distance[~np.isnan(distance)]).all() else "Where no distance is shown, the"
-            yield f"{every} path between the configurations meets no singularity of joints and drives."
+        # Where the whole path meets none, the answer says so.
+        if np.isfinite(distance).any() and np.isinf(distance).any():
+            yield "Where no distance is shown, the path between the configurations meets no singularity."
