@@ -20,7 +20,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patches import Polygon
 
 from jointplay import files, poses
-from jointplay.analyses import loaded, region
+from jointplay.analyses import region
+from jointplay.analyses.displaced import Displaced, shifts, under_load
 from jointplay.analyses.nominal import Nominal, Progress, at_drives, nominal, report
 from jointplay.errors import InputError, in_range
 from jointplay.model import Mechanism
@@ -139,8 +140,8 @@ class Motion:
         The frames' configurations.
     result : Result
         Their drive values.
-    moved : ndarray or None
-        Poses under the load.
+    moved : Displaced or None
+        The mechanism under the load.
     region : ndarray
         Errors of the output's position on the boundary of what is possible, (frame, direction, axis), file units.
     times : float
@@ -150,9 +151,15 @@ class Motion:
     m: Mechanism
     at: Nominal
     result: Result
-    moved: Floats | None
+    moved: Displaced | None
     region: Floats
     times: float
+
+    def moved_at(self, k: int) -> tuple[Floats, Floats] | None:
+        """Poses of the bodies of a frame under the load, and places on them; None where they are not known."""
+        if self.moved is None or not np.isfinite(self.moved.poses[k]).all():
+            return None
+        return self.moved.poses[k], self.moved.points[k]
 
 
 def motion_of(m: Mechanism, frames: int | None, exaggerate: float | None) -> Motion:
@@ -161,14 +168,8 @@ def motion_of(m: Mechanism, frames: int | None, exaggerate: float | None) -> Mot
     if not np.isfinite(at.poses).all(axis=(1, 2)).any():
         raise InputError("no configuration can be assembled, so there is nothing to show", file=m.file)
     moved = None
-    if m.has_loads and m.core.isostatic:
-        offsets = loaded.compute(m, at=at, details=False, offset=True).get("offset")
-        factors = report(m, "", at)
-        scale = np.array([factors.factor(kind) for kind in factors.axes["parameter"].kinds])
-        u = offsets * scale
-        known = np.isfinite(u).all(axis=1)
-        moved = np.array(m.core.given(at.drives, at.poses, np.where(known[:, None], u, m.centre))["poses"])
-        moved[~known] = np.nan
+    if m.has_loads:
+        moved = under_load(m, at)
     around = region.compute(m, at=at, directions=AROUND[len(m.components)]).get("region")
     if exaggerate is None:
         size = _largest(m, at, moved, around)
@@ -197,13 +198,11 @@ def _extent(m: Mechanism, at: Nominal) -> float:
     return float(np.ptp(np.vstack([own, path[np.isfinite(path).all(axis=1)]]), axis=0).max())
 
 
-def _largest(m: Mechanism, at: Nominal, moved: Floats | None, around: Floats) -> float:
+def _largest(m: Mechanism, at: Nominal, moved: Displaced | None, around: Floats) -> float:
     """The largest error of any frame, metres."""
     sizes = [m.units.length * float(np.nanmax(np.linalg.norm(around, axis=-1), initial=0.0))]
     if moved is not None:
-        point = m.core_spec["points"][m.core_spec["output"]["point"]]
-        gap = poses.place(moved[:, point["body"]], point["at"]) - poses.place(at.poses[:, point["body"]], point["at"])
-        sizes.append(float(np.nanmax(np.linalg.norm(gap, axis=-1), initial=0.0)))
+        sizes.append(m.units.length * float(np.nanmax(shifts(m, at, moved), initial=0.0)))
     return max(sizes)
 
 
@@ -228,7 +227,7 @@ def frame(motion: Motion, k: int, view: str | None = None) -> Any:
             axes.annotate("cannot be assembled", (0.5, 0.5), xycoords="axes fraction", ha="center", color=theme().alarm)
             axes.set_axis_off()
         else:
-            moved = None if motion.moved is None or not np.isfinite(motion.moved[k]).all() else motion.moved[k]
+            moved = motion.moved_at(k)
             scene = drawing(m, at, k, axes, direction, moved, motion.times)
             # Marks are as large in every frame.
             first = int(np.isfinite(at.poses).all(axis=(1, 2)).argmax())
@@ -290,8 +289,10 @@ def _limits(motion: Motion, view: View) -> tuple[Floats, Floats]:
         own = places(m, np.vstack([motion.at.poses[k], ground]))
         every.append(view.flat(own))
         every += [view.flat(own[point] + corner) for point, radius in wheels for corner in radius * CORNERS]
-        if motion.moved is not None and np.isfinite(motion.moved[k]).all():
-            every.append(view.flat(own + motion.times * (places(m, np.vstack([motion.moved[k], ground])) - own)))
+        moved = motion.moved_at(k)
+        if moved is not None:
+            there = places(m, np.vstack([moved[0], ground]), moved[1])
+            every.append(view.flat(own + motion.times * (there - own)))
     flat = np.vstack(every)
     # The region reaches as far around the output as the largest error is drawn.
     room = (MARGIN + VISIBLE * (motion.times > 0.0)) * float(np.ptp(flat, axis=0).max())

@@ -67,8 +67,9 @@ class Scene(ABC):
     configuration : int
     axes : matplotlib axes
     view : View
-    moved : ndarray, optional
-        Poses of the bodies to draw in place of the nominal ones, with `times` their difference from these.
+    moved : pair of ndarray, optional
+        Poses of the bodies, and places of the points on them, to draw in place of the nominal ones, with `times` their
+        difference from these.
     times : float
     """
 
@@ -79,7 +80,7 @@ class Scene(ABC):
         configuration: int,
         axes: Axes,
         view: View,
-        moved: Points | None = None,
+        moved: tuple[Points, Points] | None = None,
         times: float = 1.0,
     ) -> None:
         self.m, self.axes, self.configuration, self.view = m, axes, configuration, view
@@ -91,7 +92,8 @@ class Scene(ABC):
         every = np.vstack([self.places, self.path[np.isfinite(self.path).all(axis=1)]])
         self.extent = float(np.ptp(every, axis=0).max()) or 1.0
         if moved is not None:
-            self.places = self.places + times * (places(m, np.vstack([moved, ground])) - self.places)
+            there = places(m, np.vstack([moved[0], ground]), moved[1])
+            self.places = self.places + times * (there - self.places)
         inner = {member.joint for member in m.members}
         #: joints of the file; the pieces of elastic bodies hang together by others
         self.joints_drawn = [(k, joint) for k, joint in enumerate(self.spec["joints"]) if k not in inner]
@@ -256,7 +258,12 @@ def written(m: Mechanism, joint: int) -> str:
     return whole if part in ("first", "second") and whole and m.joint_kinds[joint] == "revolute" else name
 
 
-def places(m: Mechanism, at: Points) -> Points:
-    """All points of the specification, ground axes, file units; the poses end with that of the ground."""
-    found = [poses.place(at[point["body"]], point["at"]) for point in m.core_spec["points"]]
+def places(m: Mechanism, at: Points, on_bodies: Points | None = None) -> Points:
+    """All points of the specification, ground axes, file units; the poses end with that of the ground.
+
+    They may be elsewhere on their bodies, shape (point, 3), SI.
+    """
+    points = m.core_spec["points"]
+    own = on_bodies if on_bodies is not None else [point["at"] for point in points]
+    found = [poses.place(at[point["body"]], here) for point, here in zip(points, own, strict=True)]
     return np.asarray(found).reshape(-1, 3) / m.units.length

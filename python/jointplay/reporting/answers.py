@@ -8,19 +8,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import poses
 from jointplay.analyses import (
     allow,
     assemble,
     check,
     compensate,
-    given,
     loaded,
     random,
     region,
     singularities,
     worst,
 )
+from jointplay.analyses.displaced import Displaced, shifts
 from jointplay.analyses.nominal import Nominal, carried, nominal
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError
@@ -177,34 +176,13 @@ def _cloud(m: Mechanism, at: Nominal, seed: int) -> Floats | None:
     return found
 
 
-def displaced(m: Mechanism, at: Nominal, result: Result, offsets: Floats) -> Floats | None:
-    """Poses of all bodies at the offsets of a result; None where more than the offsets displaces them.
-
-    Parameters
-    ----------
-    result : Result
-        Of a question that says which errors the offsets lead to: `error`, or those of `worst`.
-    offsets : ndarray
-        Shape (configuration, parameter), in units of the file.
-
-    Returns
-    -------
-    ndarray or None
-        Shape (configuration, body, pose), SI.
-    """
-    found = given.compute(m, offsets, at=at)
-    own = size(found, "error", "position")
+def reproduces(m: Mechanism, at: Nominal, result: Result, moved: Displaced) -> bool:
+    """Whether a displaced mechanism has the errors of a result: `error`, or those of `worst`."""
+    own = shifts(m, at, moved)
     wanted = size(result, "error", "position") if "error" in result.data else result.get("worst_position")
     both = np.isfinite(own) & np.isfinite(wanted)
     # What is elastic gives way under a load, which offsets alone do not tell.
-    if not both.any() or not np.allclose(own[both], wanted[both], rtol=SAME, atol=SAME * float(wanted[both].max())):
-        return None
-    pose = found.get("pose")
-    lengths = [name in LENGTHS for name in m.components]
-    pose = pose * np.where(lengths, m.units.length, m.units.angle)
-    if m.pose_size != poses.SPATIAL:
-        return np.asarray(pose)
-    return np.concatenate([pose[..., :3], poses.quaternion(pose[..., 3:])], axis=-1)
+    return bool(both.any() and np.allclose(own[both], wanted[both], rtol=SAME, atol=SAME * float(wanted[both].max())))
 
 
 def shown(count: int) -> NDArray[np.intp]:

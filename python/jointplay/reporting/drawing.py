@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from jointplay import viewer
+from jointplay.analyses import displaced
 from jointplay.result import in_words, size
 from jointplay.verdict import cause, place, verdict
 from jointplay.viewer import Displaced, scene
 
-from .answers import Chapter, displaced, shown
+from .answers import Chapter, reproduces, shown
 
 #: what the questions are called in headings and sentences
 WORDS = {"worst": "worst case", "loaded": "under load", "random": "random specimens"}
@@ -32,15 +33,7 @@ def drawing(chapter: Chapter) -> dict[str, Any]:
     """The data of the viewer."""
     m, at = chapter.m.first, chapter.at
     kept = shown(len(at))
-    states = []
-    for label, question, name, chosen in (
-        ("under load", "loaded", "offset", {}),
-        ("at the largest position error", "worst", "worst_offset", {"extreme": "position"}),
-    ):
-        for heading, part in chapter.parts(question)[:1]:
-            moved = displaced(m, at, part, part.get(name, **chosen)) if name in part.data else None
-            if moved is not None:
-                states.append(Displaced(", ".join(filter(None, (label, heading))), moved[kept]))
+    states = [Displaced(label, moved.poses[kept], moved.points[kept]) for label, moved in _states(chapter)]
     own = replace(at, **{key: value[kept] for key, value in vars(at).items() if key != "units"})
     bounds = dict(zip(m.quantities, m.limits.bounds(m.quantities), strict=True))
     limit = float(bounds["position"][1]) / m.units.length
@@ -56,26 +49,39 @@ def drawing(chapter: Chapter) -> dict[str, Any]:
     )
 
 
+def _states(chapter: Chapter) -> Iterator[tuple[str, displaced.Displaced]]:
+    """What displaces the mechanism, in words, and where it is then."""
+    for heading, part in chapter.parts("loaded"):
+        case = chapter.m.only(None, str(part.coords["load_case"].values) if heading else None)
+        moved = displaced.under_load(case, chapter.at)
+        if reproduces(case, chapter.at, part, moved):
+            yield ", ".join(filter(None, ("under load", heading))), moved
+    for _, part in chapter.parts("worst"):
+        moved = displaced.at_offsets(chapter.m.first, chapter.at, part.get("worst_offset", extreme="position"))
+        if reproduces(chapter.m.first, chapter.at, part, moved):
+            yield "at the largest position error", moved
+
+
 def _text(chapter: Chapter, k: int) -> list[str]:
     """What is said beside a configuration."""
     lines: list[str] = []
-    for question, part in (
-        (name, chapter.parts(name)[0][1]) for name in ("worst", "loaded") if name in chapter.results
-    ):
-        if not lines:
-            where = place(part, k)
-            lines.append(f"{where[:1].upper()}{where[1:]}")
-        if question == "worst":
-            value, unit = float(part.get("worst_position")[k]), part.unit("worst_position")
-            found = cause(part, "position", "high", k)
-            whose = f", to blame first: {in_words(*found)}" if found else ""
-            lines.append(f"largest position error {value:.4g} {unit}{whose}")
-        else:
-            value = float(size(part, "error", "position")[k])
-            lines.append(f"under load {value:.4g} {part.unit('error', component='x')}")
-        mark = (verdict(part).marks or ("",) * (k + 1))[k]
-        if mark:
-            lines.append(f"{WORDS[question]}: beyond the limit of {mark}")
+    for question in ("worst", "loaded"):
+        for heading, part in chapter.parts(question):
+            if not lines:
+                where = place(part, k)
+                lines.append(f"{where[:1].upper()}{where[1:]}")
+            label = ", ".join(filter(None, (WORDS[question], heading)))
+            if question == "worst":
+                value, unit = float(part.get("worst_position")[k]), part.unit("worst_position")
+                found = cause(part, "position", "high", k)
+                whose = f", to blame first: {in_words(*found)}" if found else ""
+                lines.append(f"largest position error {value:.4g} {unit}{whose}")
+            else:
+                value = float(size(part, "error", "position")[k])
+                lines.append(f"{label} {value:.4g} {part.unit('error', component='x')}")
+            mark = (verdict(part).marks or ("",) * (k + 1))[k]
+            if mark:
+                lines.append(f"{label}: beyond the limit of {mark}")
     return lines
 
 

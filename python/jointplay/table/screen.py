@@ -26,10 +26,8 @@ def screen(results: Mapping[str, Result]) -> tuple[list[Answer], list[Table]]:
     for name, result in results.items():
         sentences = [s for s in conclude(result).sentences if s not in said]
         said.update(s for s in sentences if s.is_common)
-        if len(results) > 1:
-            top = [s for s in sentences if s.is_answer or s.is_alarm][:MOST]
-        else:
-            top = sentences[:MOST]
+        in_front = sentences if len(results) == 1 else [s for s in sentences if s.is_answer or s.is_alarm]
+        top = in_front[:MOST]
         answers.append(Answer(name if len(results) > 1 else "", tuple(top)))
         found = tables(result)
         if found and len(parts(result)) == 1:

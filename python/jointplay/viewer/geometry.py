@@ -7,7 +7,7 @@ a displaced mechanism is the same shapes at other places, and anything between i
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,17 @@ from jointplay.spec import AXIS_ON, SIDE_ON, End, JointSpec
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: a shape as the page reads it
 Shape = dict[str, Any]
-#: places of some points by the poses of all bodies, the ground last: (configuration, point, 3), in units of the file
-Places = Callable[[Floats], Floats]
+
+
+class Stand(NamedTuple):
+    """Poses of all bodies, the ground last, and where points are on their bodies, (configuration, point, 3), SI."""
+
+    poses: Floats
+    points: Floats
+
+
+#: places of some points by how all bodies stand: (configuration, point, 3), in units of the file
+Places = Callable[[Stand], Floats]
 
 #: points of a circle
 ROUND = 72
@@ -68,13 +77,16 @@ class Geometry:
         self.shapes.append({"kind": "output", "points": [output]})
         self._names(self.places(reference[None])[0])
 
-    def places(self, at: Floats) -> Floats:
+    def places(self, at: Floats, on_bodies: Floats | None = None) -> Floats:
         """Where all points are.
 
         Parameters
         ----------
         at : ndarray
             Poses of all bodies, shape (configuration, body, pose), SI.
+        on_bodies : ndarray, optional
+            Where the points of the specification are on their bodies, shape (configuration, point, 3), SI, body axes;
+            where the specification has them if left out.
 
         Returns
         -------
@@ -82,8 +94,11 @@ class Geometry:
             Shape (configuration, point, 3), in units of the file, ground axes.
         """
         ground = np.broadcast_to(poses.ground(self.m.pose_size), (len(at), 1, self.m.pose_size))
-        every = np.concatenate([at, ground], axis=1)
-        return np.concatenate([part(every) for part in self._parts], axis=1)
+        if on_bodies is None:
+            own = [point["at"] for point in self.spec["points"]]
+            on_bodies = np.broadcast_to(own, (len(at), len(own), 3))
+        stand = Stand(np.concatenate([at, ground], axis=1), on_bodies)
+        return np.concatenate([part(stand) for part in self._parts], axis=1)
 
     def _add(self, part: Places, count: int) -> list[int]:
         """Points that follow from the poses; gives their numbers."""
@@ -92,19 +107,20 @@ class Geometry:
         self._count += count
         return list(range(first, self._count))
 
-    def _of_points(self, at: Floats) -> Floats:
+    def _of_points(self, at: Stand) -> Floats:
         points = self.spec["points"]
         return np.stack([self._place(at, k) for k in range(len(points))], axis=1)
 
-    def _place(self, at: Floats, index: int) -> Floats:
-        point = self.spec["points"][index]
-        return poses.place(at[:, point["body"]], point["at"]) / self.m.units.length
+    def _place(self, at: Stand, index: int) -> Floats:
+        body = at.poses[:, self.spec["points"][index]["body"]]
+        turned = (poses.matrix(body) @ at.points[:, index, :, None])[..., 0]
+        return np.asarray(poses.position(body) + turned) / self.m.units.length
 
-    def _vector(self, at: Floats, joint: JointSpec, end: End, key: str) -> Floats:
+    def _vector(self, at: Stand, joint: JointSpec, end: End, key: str) -> Floats:
         """A direction that a body of a joint carries, ground axes."""
         body = self.spec["points"][joint[end]]["body"]
         vector: Any = joint[key]  # type: ignore[literal-required]
-        turned: Floats = poses.matrix(at[:, body]) @ np.asarray(vector, dtype=float)
+        turned: Floats = poses.matrix(at.poses[:, body]) @ np.asarray(vector, dtype=float)
         return turned
 
     def _bodies(self, start: Floats) -> None:
@@ -154,14 +170,14 @@ class Geometry:
     def _guide(self, joint: JointSpec, *, box: bool) -> None:
         size = SLIDER * self.extent
 
-        def line(at: Floats) -> Floats:
+        def line(at: Stand) -> Floats:
             along = self._vector(at, joint, "first", "axis_first")
             first, second = self._place(at, joint["first"]), self._place(at, joint["second"])
             reach = np.sum((second - first) * along, axis=1, keepdims=True)
             far = reach + np.where(reach < 0.0, -1.5, 1.5) * size
             return np.stack([first - np.where(reach < 0.0, -1.0, 1.0) * size * along, first + far * along], axis=1)
 
-        def corners(at: Floats) -> Floats:
+        def corners(at: Stand) -> Floats:
             along = self._vector(at, joint, "first", "axis_first")
             across = np.stack([-along[:, 1], along[:, 0], along[:, 2]], axis=1)
             middle = self._place(at, joint["second"])
@@ -179,7 +195,7 @@ class Geometry:
             self.shapes.append({"kind": kind, "points": [joint["second"]]})
             return
 
-        def ends(at: Floats) -> Floats:
+        def ends(at: Stand) -> Floats:
             along = AXIS * self.extent * self._vector(at, joint, "first", AXIS_ON["first"])
             middle = self._place(at, joint["second"])
             return np.stack([middle - along, middle + along], axis=1)
@@ -195,22 +211,22 @@ class Geometry:
         radii = [abs(radius) / self.m.units.length for radius in joint["coupling"]["radii"]]
         turns = 2.0 * np.pi * np.arange(ROUND + 1) / ROUND
 
-        def frame(at: Floats, end: End) -> tuple[Floats, Floats]:
+        def frame(at: Stand, end: End) -> tuple[Floats, Floats]:
             """Two directions in the plane of a wheel."""
             if self.planar:
-                side = poses.matrix(at[:, self.spec["points"][joint[end]]["body"]])[..., 0]
+                side = poses.matrix(at.poses[:, self.spec["points"][joint[end]]["body"]])[..., 0]
                 return side, np.stack([-side[:, 1], side[:, 0], side[:, 2]], axis=1)
             axis, side = (self._vector(at, joint, end, keys[end]) for keys in (AXIS_ON, SIDE_ON))
             return side, np.cross(axis, side)
 
-        def rim(at: Floats, end: End, radius: float) -> Floats:
+        def rim(at: Stand, end: End, radius: float) -> Floats:
             side, other = frame(at, end)
             ring = np.cos(turns)[:, None] * side[:, None] + np.sin(turns)[:, None] * other[:, None]
             middle = self._place(at, joint[end])[:, None]
             # The rim begins where the spoke ends, which shows how the wheel is turned.
             return np.concatenate([middle, middle + radius * ring], axis=1)
 
-        def pitch_line(at: Floats) -> Floats:
+        def pitch_line(at: Stand) -> Floats:
             along = frame(at, "first")[0]
             if self.planar:
                 along = self._vector(at, joint, "first", "axis_first")
@@ -232,21 +248,21 @@ class Geometry:
         """Where a coupling acts."""
         key = "axis_first" if self.planar else SIDE_ON["first"]
 
-        def point(at: Floats) -> Floats:
+        def point(at: Stand) -> Floats:
             ends = self._place(at, joint["first"]), self._place(at, joint["second"])
             along = self._vector(at, joint, "first", key)
             unit = self.m.units.length
-            found = [couplings.contact(joint, (ends[0][k], ends[1][k]), along[k], unit) for k in range(len(at))]
+            found = [couplings.contact(joint, (ends[0][k], ends[1][k]), along[k], unit) for k in range(len(at.poses))]
             return np.stack(found)[:, None]
 
         return point
 
     def _strands(self, joint: JointSpec, radii: tuple[float, float]) -> None:
-        def both(at: Floats) -> Floats:
+        def both(at: Stand) -> Floats:
             found = []
             first, second = self._place(at, joint["first"]), self._place(at, joint["second"])
             normal = None if self.planar else self._vector(at, joint, "first", AXIS_ON["first"])
-            for k in range(len(at)):
+            for k in range(len(at.poses)):
                 axis = np.array([0.0, 0.0, 1.0]) if normal is None else normal[k]
                 across = np.cross(axis, second[k] - first[k])
                 across = across / (float(np.linalg.norm(across)) or 1.0)
@@ -260,23 +276,23 @@ class Geometry:
 
     def _springs(self) -> None:
         def zigzag(first: int, second: int) -> Places:
-            def line(at: Floats) -> Floats:
+            def line(at: Stand) -> Floats:
                 a, b = self._place(at, first), self._place(at, second)
                 axes = 2 if self.planar else 3
-                lines = [springs.zigzag(a[k, :axes], b[k, :axes], self.extent) for k in range(len(at))]
+                lines = [springs.zigzag(a[k, :axes], b[k, :axes], self.extent) for k in range(len(at.poses))]
                 return np.stack([np.pad(points, ((0, 0), (0, 3 - axes))) for points in lines])
 
             return line
 
         def spiral(joint: JointSpec) -> Places:
-            def line(at: Floats) -> Floats:
+            def line(at: Stand) -> Floats:
                 middle = self._place(at, joint["second"])
                 if self.planar:
                     x, y = (np.broadcast_to(np.eye(3)[k], middle.shape) for k in (0, 1))
                 else:
                     axis, x = (self._vector(at, joint, "first", keys["first"]) for keys in (AXIS_ON, SIDE_ON))
                     y = np.cross(axis, x)
-                return np.stack([springs.spiral(middle[k], x[k], y[k], self.extent) for k in range(len(at))])
+                return np.stack([springs.spiral(middle[k], x[k], y[k], self.extent) for k in range(len(at.poses))])
 
             return line
 

@@ -38,10 +38,13 @@ class Displaced:
         What displaces it.
     poses : ndarray
         Of all bodies, shape (configuration, body, pose), SI; nan where it is not known.
+    points : ndarray, optional
+        Where the points of the specification are on their bodies, shape (configuration, point, 3), SI, body axes.
     """
 
     label: str
     poses: Floats
+    points: Floats | None = None
 
 
 def scene(
@@ -85,13 +88,13 @@ def scene(
     digits = _decimals(SMALL * geometry.extent)
     states = []
     for state in displaced:
-        moved = geometry.places(state.poses) - places
+        moved = geometry.places(state.poses, state.points) - places
         states.append({"label": state.label, "moves": _significant(moved[..., :axes])})
     sizes = [np.linalg.norm(array, axis=-1) for array in (region, cloud) if array is not None]
     largest = max((float(np.nanmax(size, initial=0.0)) for size in sizes), default=0.0)
     if not largest:
         output = m.core_spec["output"]["point"]
-        moves = [geometry.places(state.poses)[:, output] - places[:, output] for state in displaced]
+        moves = [geometry.places(state.poses, state.points)[:, output] - places[:, output] for state in displaced]
         largest = max((float(np.nanmax(np.linalg.norm(move, axis=-1), initial=0.0)) for move in moves), default=0.0)
     path = path_of_output(m, at)[:, :axes] / m.units.length
     return {

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import poses
+from jointplay.analyses.displaced import on_body
 from jointplay.result import STATUSES
-from jointplay.spec import ENDS, Spec
+from jointplay.spec import ENDS
 
 from .forces import Members
 from .part import GROUND, Floats, Part
@@ -146,34 +147,8 @@ def _moved(held: Held, point: int, placed: Floats, u: Floats) -> Floats:
     body, at = spec["points"][point]["body"], spec["points"][point]["at"]
     nominal = poses.place(_pose(part.poses, body), at)
     pose = _pose(placed.swapaxes(0, 1), body)
-    actual = poses.position(pose) + (poses.matrix(pose) @ _displaced(spec, point, u)[..., None])[..., 0]
+    actual = poses.position(pose) + (poses.matrix(pose) @ on_body(spec, point, u)[..., None])[..., 0]
     return np.asarray((actual - nominal)[:, : part.lengths])
-
-
-def _displaced(spec: Spec, point: int, u: Floats) -> Floats:
-    """Where a point is on its body, body axes; shape (specimen, axis)."""
-    at: Floats = np.tile(spec["points"][point]["at"], (len(u), 1))
-    first = np.cumsum([0, *(len(source["centre"]) for source in spec["sources"])])
-    for number, displacement in enumerate(spec["displacements"]):
-        if point not in displacement["points"]:
-            continue
-        along, about = np.zeros_like(at), np.zeros_like(at)
-        for source, begin in zip(spec["sources"], first, strict=False):
-            if source.get("displacement") == number:
-                ways = np.array(source["ways"])
-                values = u[:, begin : begin + len(ways)]
-                along += values @ ways[:, 0]
-                about += values @ ways[:, 1]
-        arm = at - displacement["about"]
-        at = at + along + (poses.turned_by(about) @ arm[..., None])[..., 0] - arm
-    for source, begin in zip(spec["sources"], first, strict=False):
-        if source["kind"] == "dimension" and point in (source["to"], *source.get("together", ())):
-            way = np.subtract(spec["points"][source["to"]]["at"], spec["points"][source["from"]]["at"])
-            at = at + u[:, [begin]] * way / np.linalg.norm(way)
-        for move in source.get("moves", ()):
-            if move["point"] == point:
-                at = at + u[:, [begin]] * np.array(move["rate"])
-    return at
 
 
 def _pose(of: Floats, body: int) -> Floats:

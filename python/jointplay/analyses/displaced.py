@@ -1,0 +1,118 @@
+"""Where a mechanism is when offsets, or a load, displace it: what drawings show beside the nominal poses.
+
+Deviations of lengths and of places move points within their bodies, too.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from jointplay import poses
+from jointplay.analyses import loaded
+from jointplay.analyses.nominal import Nominal, report
+from jointplay.gaps import centre, core_with
+from jointplay.model import Mechanism
+from jointplay.spec import Spec
+
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+class Displaced(NamedTuple):
+    """A mechanism that is not at its nominal poses.
+
+    Attributes
+    ----------
+    poses : ndarray
+        Of all bodies, shape (configuration, body, pose), SI; nan where there is none.
+    points : ndarray
+        Where the points of the specification are on their bodies, shape (configuration, point, 3), SI, body axes.
+    """
+
+    poses: Floats
+    points: Floats
+
+
+def at_offsets(m: Mechanism, at: Nominal, offsets: Floats) -> Displaced:
+    """The mechanism at given offsets.
+
+    Parameters
+    ----------
+    m : Mechanism
+    at : Nominal
+    offsets : ndarray
+        Shape (configuration, parameter), in units of the file; nan where they are not known.
+    """
+    builder = report(m, "", at)
+    u = offsets * np.array([builder.factor(kind) for kind in builder.axes["parameter"].kinds])
+    known = np.isfinite(u).all(axis=1)
+    u = np.where(known[:, None], u, m.centre)
+    found = np.array(m.core.given(at.drives, at.poses, u)["poses"])
+    found[~known] = np.nan
+    return Displaced(found, on_bodies(m, u))
+
+
+def under_load(m: Mechanism, at: Nominal) -> Displaced:
+    """The mechanism under the loads of the file; what they leave open is in its middle.
+
+    Parameters
+    ----------
+    m : Mechanism
+        In one load case.
+    at : Nominal
+    """
+    if m.core.isostatic:
+        return at_offsets(m, at, loaded.compute(m, at=at, details=False, offset=True).get("offset"))
+    found = np.full(at.poses.shape, np.nan)
+    own = centre(m, "middle")
+    u = np.tile(own, (len(at), 1))
+    for k in np.flatnonzero(np.isfinite(at.poses).all(axis=(1, 2))).tolist():
+        # Elastic members give way, too: the mechanism itself is a specimen.
+        core = core_with(m.under_loads_of(k), "middle")
+        (found[k],), (u[k],) = (
+            core.loaded_specimens(at.drives[k : k + 1], at.poses[k : k + 1], own[None])[name]
+            for name in ("poses", "offset")
+        )
+    return Displaced(found, on_bodies(m, u))
+
+
+def shifts(m: Mechanism, at: Nominal, displaced: Displaced) -> Floats:
+    """How far the output point of a displaced mechanism is from its nominal place, in units of the file."""
+    output = m.core_spec["output"]["point"]
+    point = m.core_spec["points"][output]
+    nominal = poses.place(at.poses[:, point["body"]], point["at"])
+    own = displaced.poses[:, point["body"]]
+    there = poses.position(own) + (poses.matrix(own) @ displaced.points[:, output, :, None])[..., 0]
+    return np.asarray(np.linalg.norm(there - nominal, axis=-1)) / m.units.length
+
+
+def on_bodies(m: Mechanism, u: Floats) -> Floats:
+    """Where all points are on their bodies, shape (configuration, point, 3), SI, body axes."""
+    return np.stack([on_body(m.core_spec, point, u) for point in range(len(m.core_spec["points"]))], axis=1)
+
+
+def on_body(spec: Spec, point: int, u: Floats) -> Floats:
+    """Where a point is on its body, body axes; shape (specimen, axis)."""
+    at: Floats = np.tile(spec["points"][point]["at"], (len(u), 1))
+    first = np.cumsum([0, *(len(source["centre"]) for source in spec["sources"])])
+    for number, displacement in enumerate(spec["displacements"]):
+        if point not in displacement["points"]:
+            continue
+        along, about = np.zeros_like(at), np.zeros_like(at)
+        for source, begin in zip(spec["sources"], first, strict=False):
+            if source.get("displacement") == number:
+                ways = np.array(source["ways"])
+                values = u[:, begin : begin + len(ways)]
+                along += values @ ways[:, 0]
+                about += values @ ways[:, 1]
+        arm = at - displacement["about"]
+        at = at + along + (poses.turned_by(about) @ arm[..., None])[..., 0] - arm
+    for source, begin in zip(spec["sources"], first, strict=False):
+        if source["kind"] == "dimension" and point in (source["to"], *source.get("together", ())):
+            way = np.subtract(spec["points"][source["to"]]["at"], spec["points"][source["from"]]["at"])
+            at = at + u[:, [begin]] * way / np.linalg.norm(way)
+        for move in source.get("moves", ()):
+            if move["point"] == point:
+                at = at + u[:, [begin]] * np.array(move["rate"])
+    return at
