@@ -125,3 +125,17 @@ class TestCompensate:
         with pytest.raises(jp.InputError) as refusal:
             jp.compensate(example("four-bar"), **arguments)
         assert part in str(refusal.value)
+
+
+def test_at_a_dead_centre_the_drive_goes_to_the_nearest_best_place():
+    """The output hardly follows there, so that a step of Newton's method is many turns; compared with a fine search."""
+    m = jp.loads(jp.examples.text("slider-crank")).with_({"drives.theta.values": [180.0]})
+    found = jp.compensate(m)
+    drives = np.linspace(170.0, 190.0, 4001)
+    loaded = jp.loaded(m.with_({"drives.theta.values": drives.tolist()}))
+    there = (loaded.nominal + loaded.error).sel(component=["x", "y"])
+    aim = found.nominal.sel(component=["x", "y"]).isel(configuration=0)
+    apart = np.hypot(*(there - aim).values.T)
+    assert found.residual_position.item() == pytest.approx(apart.min(), abs=1e-6)
+    best = drives[apart < apart.min() + 1e-6] - 180.0
+    assert np.abs(best - found.correction.item()).min() < 0.01

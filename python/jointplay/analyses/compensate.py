@@ -36,6 +36,8 @@ STEPS = 40
 SHORTEST = 2.0**-10
 #: a step (radians, characteristic lengths) below this is none
 STILL = 1e-11
+#: the longest step (radians, characteristic lengths)
+FARTHEST = 0.5
 #: half the distance of the drive values whose errors give J; its square is the error of J
 PROBE = 1e-5
 
@@ -155,6 +157,8 @@ def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: F
         step = np.zeros_like(drives)
         for k, slope in zip(active.tolist(), slopes, strict=True):
             outward = _step(slope, weight, error[k] - wanted[k], unit, drives[k], ranges)
+            # Where the output hardly follows, the way to its target is long: as far as errors are linear, and no turns.
+            outward *= min(1.0, FARTHEST / max(float(np.abs(outward / unit).max()), FARTHEST))
             step[k] = np.clip(drives[k] + outward, low, high) - drives[k]
         length = np.abs(step / unit).max(axis=1)
         settled[active] = length[active] <= STILL

@@ -25,7 +25,8 @@ COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F
 LIGHTER = ("#4BA3DB", "#F0B23A", "#2FC39B", "#F0803C", "#9AD4F7", "#E3A3C6", "#F5EC7A", "#F2F2F2")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 DASHES = ("-", "--", "-.", ":", "-", "--", "-.", ":")
-HATCHES = ("", "///", "...", "\\\\\\", "xxx", "++", "ooo", "---")
+#: of lines: dots and rings are a hundred times as much in a file of vectors
+HATCHES = ("", "///", "|||", "\\\\\\", "xxx", "---", "++", "//")
 #: millimetres per inch, and per unit in which a size can be given
 INCH = 25.4
 UNITS = {"mm": 1.0, "cm": 10.0, "in": INCH, "pt": INCH / 72.0}

@@ -28,6 +28,8 @@ from jointplay.result import Result, Variable, parts, size, stack
 from jointplay.sizing import sizings, times
 from jointplay.verdict import misses
 
+from . import maps
+
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 #: called with how many steps are done and how many there are
 Progress = Callable[[int, int], None]
@@ -86,6 +88,7 @@ class Answers:
     check: Result
     chapters: list[Chapter]
     assembly: Result | None = None
+    map: Result | None = None
 
     @property
     def is_good(self) -> bool:
@@ -106,7 +109,7 @@ def ask(m: Mechanism, samples: int, seed: int, progress: Progress | None = None)
     if not np.isfinite(at.poses).all(axis=(1, 2)).any():
         raise InputError("no configuration can be assembled; `jointplay solve` says where it stays open", file=m.file)
     outputs = m.outputs or ("",)
-    steps = len(outputs) * len(NAMES) + 1
+    steps = len(outputs) * len(NAMES) + 2
     done = 0
 
     def step() -> None:
@@ -126,6 +129,12 @@ def ask(m: Mechanism, samples: int, seed: int, progress: Progress | None = None)
     if m.assembly is not None:
         answers.assembly = assemble.compute(m.first)
     step()
+    if m.data.grid is not None:
+        try:
+            answers.map = maps.compute(m)
+        except InputError as problem:
+            chapters[0].reasons["map"] = str(problem.problem)
+    step()
     return answers
 
 
@@ -135,7 +144,7 @@ def _ask(chapter: Chapter, samples: int, seed: int, step: Callable[[], None]) ->
         "worst": lambda: worst.compute(m),
         "loaded": lambda: loaded.compute(m),
         "random": lambda: random.compute(m, samples, seed),
-        "compensate": lambda: compensate.compute(first, at=chapter.at),
+        "compensate": lambda: compensate.compute(m),
         "region": lambda: region.compute(first, at=chapter.at),
         "sizes": lambda: _sizes(first),
         "singularities": lambda: singularities.compute(first),

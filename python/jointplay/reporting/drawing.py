@@ -21,8 +21,9 @@ from .answers import Chapter, reproduces, shown
 WORDS = {"worst": "worst case", "loaded": "under load", "random": "random specimens"}
 #: nothing is fetched from anywhere, and nothing is sent
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
-#: draws every scene of the page
+#: draws every scene of the page; what is folded is printed, too
 START = """
+addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((part) => (part.open = true)));
 for (const place of document.querySelectorAll("[data-viewer]")) {
   view(place, JSON.parse(place.nextElementSibling.textContent));
 }

@@ -27,7 +27,7 @@ def page(answers: Answers, command: str) -> str:
     for chapter in answers.chapters:
         name = one_line(chapter.output)
         chapters.append((f"Output {name}" if name else "", list(sections.of_chapter(chapter))))
-    last = [section for section in (sections.assembly(answers),) if section is not None]
+    last = [section for section in (sections.assembly(answers), sections.map_(answers)) if section is not None]
     chapters.append(("", [*last, sections.inputs(answers, source(m), command)]))
     body, contents = _body(chapters)
     style = files(__package__).joinpath("page.css").read_text(encoding="utf-8")

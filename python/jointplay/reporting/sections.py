@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
+from platform import python_version
 from typing import Any
 
 import matplotlib as mpl
@@ -13,6 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jointplay import plot
+from jointplay.analyses.hints import hints
 from jointplay.conclusions import Sentence, conclude
 from jointplay.plot.sheet import sheet
 from jointplay.plot.style import USUAL_STYLE
@@ -20,6 +22,7 @@ from jointplay.result import Result, in_words, size, typical
 from jointplay.table import tables
 from jointplay.verdict import cause, place, verdict
 
+from . import maps
 from .answers import Answers, Chapter
 from .drawing import WORDS, drawing, embedded
 from .figures import folded, numbers, paragraphs, picture, table
@@ -160,7 +163,7 @@ def _blame(chapter: Chapter) -> str:
     found: list[str] = []
     at = worst_place(chapter)
     for question in ("worst", "loaded", "random"):
-        for heading, part in chapter.parts(question)[:1]:
+        for heading, part in chapter.parts(question):
             label = ", ".join(filter(None, (WORDS[question], heading)))
             figures = [_drawn(plot.pareto, part, "position", at)]
             along = ""
@@ -171,7 +174,7 @@ def _blame(chapter: Chapter) -> str:
             files = {f"contribution-{question}.csv": numbers(part, ("contribution",))}
             found.append(picture(figures, said, files))
     first, *others = found
-    return first + (folded("The same of other questions", "".join(others)) if others else "")
+    return first + (folded("The same of other questions and load cases", "".join(others)) if others else "")
 
 
 def _sizes(chapter: Chapter) -> str:
@@ -205,26 +208,43 @@ def _reactions(chapter: Chapter) -> str:
 
 def _allowed(chapter: Chapter) -> str:
     result = chapter.results["allow"]
-    found = tables(result)
-    lead = paragraphs([sentence.text for sentence in conclude(result).sentences])
     words = "Sizes in the file beside the largest ones with which the limits hold in the worst case, each alone."
-    return lead + picture(_sheet(chapter, "allow"), words) + folded("Table", "".join(map(table, found)))
+    return _concluded(result) + picture(_sheet(chapter, "allow"), words, _all(result, "allow.csv")) + _table(result)
 
 
 def _compensation(chapter: Chapter) -> str:
-    result = chapter.results["compensate"]
-    said = "Error under the loads of the file before and after the correction of the drives."
-    files = {"compensation.csv": numbers(result, [name for name in result.data if "contribution" not in name])}
-    blocks = "".join(table(found) for found in tables(result))
-    return picture(_sheet(chapter, "compensate"), said, files) + folded("Table of the corrected drives", blocks)
+    found = []
+    for heading, part in chapter.parts("compensate"):
+        figures = [_drawn(plot.error, part, quantity) for quantity in QUANTITIES]
+        units = dict.fromkeys(part.labels("drive_unit"))
+        figures += [_drawn(plot.correction, part, unit) for unit in units]
+        said = "Error under the loads of the file before and after the correction of the drives, and the correction."
+        words = ": ".join(filter(None, (heading, said)))
+        names = [name for name in part.data if "contribution" not in name]
+        shown = picture(figures, words, {"compensation.csv": numbers(part, names)})
+        found.append(_concluded(part) + shown + _table(part, "Table of the corrected drives"))
+    return "".join(found)
 
 
 def _singularities(chapter: Chapter) -> str:
     result = chapter.results["singularities"]
-    found = tables(result)
-    lead = paragraphs([sentence.text for sentence in conclude(result).sentences])
     words = "The configuration that is nearest to a singularity, and how near all are to singularities of each kind."
-    return lead + picture(_sheet(chapter, "singularities"), words) + folded("Table", "".join(map(table, found)))
+    shown = picture(_sheet(chapter, "singularities"), words, _all(result, "singularities.csv"))
+    return _concluded(result) + shown + _table(result)
+
+
+def _concluded(result: Result) -> str:
+    """The answer in sentences."""
+    return paragraphs([sentence.text for sentence in conclude(result).sentences])
+
+
+def _table(result: Result, words: str = "Table") -> str:
+    return folded(words, "".join(map(table, tables(result))))
+
+
+def _all(result: Result, name: str) -> dict[str, str]:
+    """All numbers of a result as a file."""
+    return {name: numbers(result, result.data)}
 
 
 def _sheet(chapter: Chapter, question: str) -> Figure:
@@ -244,7 +264,16 @@ def assembly(answers: Answers) -> Section | None:
         figure = sheet(answers.m.first, {"assemble": answers.assembly})
         blocks = "".join(table(found, title=True) for found in tables(answers.assembly))
     said = "Error and forces after every step of the assembly."
-    return Section("Assembly", picture(figure, said) + folded("Tables", blocks))
+    shown = picture(figure, said, _all(answers.assembly, "assembly.csv"))
+    return Section("Assembly", _concluded(answers.assembly) + shown + folded("Tables", blocks))
+
+
+def map_(answers: Answers) -> Section | None:
+    """The error over the grid of the file."""
+    if answers.map is None:
+        return None
+    with mpl.rc_context(USUAL_STYLE.rc):
+        return Section("Map", maps.content(answers.m, answers.map))
 
 
 def inputs(answers: Answers, source: str, command: str) -> Section:
@@ -255,7 +284,8 @@ def inputs(answers: Answers, source: str, command: str) -> Section:
         "file": Path(m.file).name,
         "configurations": known.attrs["configurations"],
         "random specimens": f"{answers.samples:,} per configuration, seed {answers.seed}",
-        "jointplay": known.attrs["jointplay"],
+        "warnings": " ".join(hints(m)) or "none",
+        "versions": f"jointplay {known.attrs['jointplay']}, Python {python_version()}, NumPy {np.__version__}",
         "made by": command or "jointplay.report(m, path)",
     }
     items = "".join(f"<dt>{escape(str(k))}</dt><dd>{escape(str(v))}</dd>" for k, v in rows.items())
