@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from jointplay.errors import InputError
 from jointplay.result import Result
 from jointplay.typed import typed
 
 from .style import Style, canvas, series, theme
-from .words import along, labelled, legend, of_unit, single, title
+from .words import along, labelled, legend, of_unit, single, title, whole_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,8 +56,7 @@ def correction(
                 axes.plot(np.asarray(x)[stays], values[stays], linestyle="", label=label, **look)
                 held = True
         axes.set(xlabel=words, ylabel=labelled("correction of the drive", unit))
-        if words == "configuration":
-            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        whole_numbers(axes.xaxis, words, len(x))
         title(axes, f"corrects: {part.attrs.get('corrects', '')}")
         legend(axes)
     return figure

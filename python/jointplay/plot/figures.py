@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from jointplay.errors import InputError, in_range, not_known
 from jointplay.result import Result, parts, size, split, typical, unit_of
@@ -17,7 +16,7 @@ from jointplay.result import blame as shares_of
 from jointplay.typed import typed
 
 from .style import HATCHES, Style, canvas, limit_line, series, theme
-from .words import along, labelled, legend, light, room, single, title, which, width_of
+from .words import along, labelled, legend, light, room, single, title, which, whole_numbers, width_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,8 +77,7 @@ def error(
             axes.plot(x, curve.values, label=text, **series(k))
         bounds = draw_limits(axes.axhline, [part for _, part in every], quantity)
         axes.set(xlabel=axis, ylabel=labelled(words_of(quantity), found[0][2].unit))
-        if axis == "configuration":
-            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        whole_numbers(axes.xaxis, axis, max(len(curve.values) for *_, curve in found))
         if quantity in SIZES:
             ends = [end for *_, curve in found for end in (curve.values, curve.high) if end is not None]
             from_zero(axes, [*ends, np.array(bounds)])

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from jointplay.errors import InputError
 from jointplay.result import Result, blame
@@ -15,7 +14,7 @@ from jointplay.typed import typed
 
 from .figures import check_size, words_of
 from .style import Style, canvas, series, theme
-from .words import along, labelled, legend, single, title
+from .words import along, labelled, legend, single, title, whole_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -99,8 +98,7 @@ def reactions(result: Result | xr.Dataset, *, axes: Axes | None = None, style: S
             axes.plot(x, size[:, k], label=str(joints[k]), **series(number))
         axes.set(xlabel=words, ylabel=labelled("force in the joint", part.unit("reaction", wrench=forces[0])))
         axes.set_ylim(bottom=0.0)
-        if words == "configuration":
-            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        whole_numbers(axes.xaxis, words, len(x))
         if len(joints) > MOST_JOINTS:
             title(axes, f"the {MOST_JOINTS} largest of {len(joints)}")
         legend(axes)

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import FuncFormatter
 
 from jointplay.errors import InputError
 from jointplay.result import Result
 from jointplay.typed import typed
 
 from .style import Style, canvas, limit_line, series
-from .words import along, labelled, legend, single
+from .words import along, labelled, legend, single, whole_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +48,7 @@ def nearness(result: Result | xr.Dataset, *, axes: Axes | None = None, style: St
         axes.set_ylim(bottom=0.8 * least)
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.set(xlabel=words, ylabel="singular value")
-        _whole(axes, words)
+        whole_numbers(axes.xaxis, words, len(x))
         legend(axes)
     return figure
 
@@ -79,7 +79,7 @@ def distance(result: Result | xr.Dataset, *, axes: Axes | None = None, style: St
             axes.set_yticks([])
         unit = part.unit("singularity_distance")
         axes.set(xlabel=words, ylabel=labelled("travel to the nearest singularity", unit))
-        _whole(axes, words)
+        whole_numbers(axes.xaxis, words, len(x))
     return figure
 
 
@@ -88,9 +88,3 @@ def _singular(result: Result | xr.Dataset) -> Result:
     if "constraint_singular_value" not in part.data:
         raise InputError("is not the result of singularities", key="result")
     return part
-
-
-def _whole(axes: Axes, words: str) -> None:
-    """Numbers of configurations are whole."""
-    if words == "configuration":
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))

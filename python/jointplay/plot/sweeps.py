@@ -17,7 +17,7 @@ from jointplay.typed import typed
 
 from .figures import SIZES, check_size, curves, draw_limits, from_zero, limits_of, words_of
 from .style import Style, canvas, limit_line, series, theme
-from .words import along, labelled, legend, single, title
+from .words import along, labelled, legend, single, title, whole_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,4 +120,5 @@ def _surface(figure: Figure, axes: Axes, part: Result, x: Any, values: Any, word
     bar = figure.colorbar(mesh, ax=axes, label=words)
     bar.locator = mpl.ticker.MaxNLocator(6)
     bar.update_ticks()
+    whole_numbers(axes.yaxis, axis, len(where))
     axes.set_ylabel(axis)

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
+from matplotlib.ticker import FixedLocator, MaxNLocator
 from numpy.typing import NDArray
 
 from jointplay.errors import InputError, listed, not_known, shown
@@ -143,6 +145,12 @@ def along(result: Result) -> tuple[Any, str]:
         if drive.dims == ("configuration",):
             return drive.values, labelled(name, drive.units)
     return result.coords["configuration"].values, "configuration"
+
+
+def whole_numbers(axis: Axis, words: str, count: int) -> None:
+    """An axis along which configurations are counted has no marks between them."""
+    if words == "configuration":
+        axis.set_major_locator(FixedLocator([0]) if count == 1 else MaxNLocator(integer=True))
 
 
 def of_unit(units: Sequence[str], unit: str | None, what: str) -> tuple[NDArray[np.bool_], str]:

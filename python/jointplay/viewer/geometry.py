@@ -15,10 +15,10 @@ from jointplay import poses
 from jointplay.gaps import clearance_of
 from jointplay.model import Mechanism
 from jointplay.plot import couplings, springs
-from jointplay.plot.bodies import body_colour, outline, point_colour
+from jointplay.plot.bodies import body_colour, outline
 from jointplay.plot.plan import SLIDER
 from jointplay.plot.sketch import AXIS, SLIDING
-from jointplay.plot.style import USUAL_STYLE
+from jointplay.plot.style import using
 from jointplay.spec import AXIS_ON, SIDE_ON, End, JointSpec
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -136,7 +136,18 @@ class Geometry:
                 continue
             shape = {"kind": "body", "name": name if body == -1 else self.m.owners[body]}
             points = [mine[k] for k in order]
-            self.shapes.append({**shape, "points": points, "colour": body_colour(self.m, body), "ground": body == -1})
+            self.shapes.append({**shape, "points": points, **self._tint(body), "ground": body == -1})
+
+    def _tint(self, body: int) -> dict[str, str]:
+        """The colours of a body on a light and on a dark page."""
+        found = {}
+        for key, style in (("colour", "light"), ("dark", "dark")):
+            with using(style):
+                found[key] = body_colour(self.m, body)
+        return found
+
+    def _tint_of(self, point: int) -> dict[str, str]:
+        return self._tint(self.spec["points"][point]["body"])
 
     def _joints(self) -> None:
         inner = {member.joint for member in self.m.members}
@@ -184,10 +195,9 @@ class Geometry:
             signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
             return np.stack([middle + a * size * along + b * 0.5 * size * across for a, b in signs], axis=1)
 
-        colours = (point_colour(self.m, joint["first"]), point_colour(self.m, joint["second"]))
-        self.shapes.append({"kind": "guide", "points": self._add(line, 2), "colour": colours[0]})
+        self.shapes.append({"kind": "guide", "points": self._add(line, 2), **self._tint_of(joint["first"])})
         if box:
-            self.shapes.append({"kind": "box", "points": self._add(corners, 4), "colour": colours[1]})
+            self.shapes.append({"kind": "box", "points": self._add(corners, 4), **self._tint_of(joint["second"])})
 
     def _spatial(self, joint: JointSpec) -> None:
         if joint["kind"] in ("spherical", "fixed"):
@@ -204,7 +214,7 @@ class Geometry:
         if slides or joint["kind"] == "screw":
             points = [joint["first"], joint["second"]]
             end: End = "second" if slides else "first"
-            self.shapes.append({"kind": "strut", "points": points, "colour": point_colour(self.m, joint[end])})
+            self.shapes.append({"kind": "strut", "points": points, **self._tint_of(joint[end])})
         self.shapes.append({"kind": "axis", "points": self._add(ends, 2), "slides": slides})
 
     def _coupling(self, joint: JointSpec) -> None:
@@ -235,12 +245,12 @@ class Geometry:
             return np.stack([foot - 1.6 * radii[0] * along, foot + 1.6 * radii[0] * along], axis=1)
 
         for end, radius in zip(("first", "second"), radii, strict=True):
-            colour = point_colour(self.m, joint[end])  # type: ignore[literal-required]
+            tint = self._tint_of(joint[end])  # type: ignore[literal-required]
             if joint["kind"] == "rack" and end == "first":
-                self.shapes.append({"kind": "guide", "points": self._add(pitch_line, 2), "colour": colour})
+                self.shapes.append({"kind": "guide", "points": self._add(pitch_line, 2), **tint})
                 continue
             wheel = self._add(lambda at, end=end, radius=radius: rim(at, end, radius), ROUND + 2)  # type: ignore[misc]
-            self.shapes.append({"kind": "wheel", "points": wheel, "colour": colour})
+            self.shapes.append({"kind": "wheel", "points": wheel, **tint})
         if joint["kind"] == "belt":
             self._strands(joint, (radii[0], radii[1]))
 
@@ -272,7 +282,7 @@ class Geometry:
 
         points = self._add(both, 4)
         for strand in (points[:2], points[2:]):
-            self.shapes.append({"kind": "strand", "points": strand, "colour": USUAL_STYLE.of.grey})
+            self.shapes.append({"kind": "strand", "points": strand, **self._tint(-1)})
 
     def _springs(self) -> None:
         def zigzag(first: int, second: int) -> Places:

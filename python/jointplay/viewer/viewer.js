@@ -5,6 +5,8 @@ const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 800, HEIGHT = 520, MARGIN = 60;
 // Magnifications of the slider: from one to a million, logarithmic.
 const MOST_FACTOR = 6;
+// Size of letters in pixels of the drawing, and the least part of it that is left on a screen.
+const LETTERS = 13, LEGIBLE = 0.8;
 // Where a name may stand beside its point, best first, in pixels.
 const BESIDE = [[11, -11], [11, 21], [-11, -11], [-11, 21], [0, -16], [0, 28], [18, 5], [-18, 5]];
 
@@ -34,6 +36,7 @@ class Viewer {
     this.text = html("ul", { class: "jp-text", "aria-live": "polite" }, element);
     this.pointer();
     this.fit();
+    new ResizeObserver(() => this.draw()).observe(this.svg);
   }
 
   // Everything that is ever shown fits into the drawing as it is seen first.
@@ -204,11 +207,10 @@ class Viewer {
     const at = (d) => make("path", { d, class: `jp-${shape.kind}` });
     switch (shape.kind) {
       case "body": {
-        if (seen.length === 1) return shape.ground ? null : make("rect", { x: x - 4, y: y - 4, width: 8, height: 8, fill: shape.colour });
+        if (seen.length === 1) return shape.ground ? null : tinted(make("rect", { x: x - 4, y: y - 4, width: 8, height: 8 }), shape, true);
         const closed = seen.length > 2;
         const path = make("path", { d: way(seen, closed), class: shape.ground ? "jp-ground" : "jp-body" });
-        path.style.stroke = shape.colour;
-        if (closed && !shape.ground) path.style.fill = shape.colour;
+        tinted(path, shape, closed && !shape.ground);
         make("title", {}, path).textContent = shape.name;
         return path;
       }
@@ -219,8 +221,7 @@ class Viewer {
       case "spring":
       case "wheel": {
         const path = at(shape.kind === "wheel" ? way(seen.slice(1), true) + way(seen.slice(0, 2)) : way(seen, shape.kind === "box"));
-        if (shape.colour) path.style.stroke = shape.colour;
-        return path;
+        return shape.colour ? tinted(path, shape) : path;
       }
       case "axis":
         return make("path", { d: way(seen), class: shape.slides ? "jp-axis jp-slides" : "jp-axis" });
@@ -258,19 +259,24 @@ class Viewer {
 
   names(places) {
     const taken = this.covered(places);
+    // A drawing that is narrower than usual has letters that can still be read.
+    const k = Math.max(1, (LEGIBLE * WIDTH) / (this.svg.clientWidth || WIDTH));
     for (const shape of this.scene.shapes) {
       const place = places[shape.points[0]];
       if (shape.kind !== "name" || !known(place)) continue;
       const [x, y] = this.project(place);
-      const width = 7.2 * shape.text.length;
+      const width = 7.2 * k * shape.text.length;
       const box = ([dx, dy]) => {
-        const left = x + dx - (dx < 0 ? width : dx === 0 ? width / 2 : 0);
-        return [left, y + dy - 11, left + width, y + dy + 3];
+        const left = x + k * dx - (dx < 0 ? width : dx === 0 ? width / 2 : 0);
+        return [left, y + k * (dy - 11), left + width, y + k * (dy + 3)];
       };
-      const overlap = (b) => taken.reduce((sum, t) => sum + Math.max(0, Math.min(b[2], t[2]) - Math.max(b[0], t[0])) * Math.max(0, Math.min(b[3], t[3]) - Math.max(b[1], t[1])), 0);
+      const outside = (b) => (Math.max(0, -b[0]) + Math.max(0, b[2] - WIDTH)) * (b[3] - b[1]);
+      const overlap = (b) => outside(b) + taken.reduce((sum, t) => sum + Math.max(0, Math.min(b[2], t[2]) - Math.max(b[0], t[0])) * Math.max(0, Math.min(b[3], t[3]) - Math.max(b[1], t[1])), 0);
       const best = BESIDE.map(box).reduce((a, b) => (overlap(b) < overlap(a) ? b : a));
       taken.push(best);
-      make("text", { x: best[0], y: best[3] - 3 }, this.layers.names).textContent = shape.text;
+      const text = make("text", { x: best[0], y: best[3] - 3 * k }, this.layers.names);
+      text.style.fontSize = `${LETTERS * k}px`;
+      text.textContent = shape.text;
     }
   }
 
@@ -328,6 +334,14 @@ function make(name, attributes, parent) {
   const element = document.createElementNS(SVG, name);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
   parent?.append(element);
+  return element;
+}
+
+// In the colour of its body, on a light and on a dark page.
+function tinted(element, shape, filled = false) {
+  element.style.setProperty("--jp-light", shape.colour);
+  element.style.setProperty("--jp-dark", shape.dark);
+  element.classList.add("jp-tinted", ...(filled ? ["jp-filled"] : []));
   return element;
 }
 
