@@ -34,11 +34,15 @@ def kinds() -> dict[str, tuple[str, dict[str, Result]]]:
     """A sheet of every kind, by its name."""
     four, slider, robot = example("four-bar"), example("slider-crank"), example("3-upu")
     swept = jp.sweep(four, "joints.*.clearance.radial", [0.5, 1.0, 1.5])
+    pairs = jp.sweep(
+        four, "joints.J1.clearance.radial", [0.2, 0.9, 1.6], by={"joints.J3.clearance.radial": [0.2, 0.8, 1.4]}
+    )
     return {
         "error": ("four-bar", results(four, "loaded", "worst", "random")),
         "error in space": ("delta-by-hand", results(example("delta-by-hand"), "loaded", "worst")),
         "compensate": ("four-bar", results(four, "compensate")),
         "sweep": ("four-bar", {"sweep": from_dataset(swept)}),
+        "sweep over pairs": ("four-bar", {"sweep": from_dataset(pairs)}),
         "solve": ("excavator", results(example("excavator"), "solve")),
         "solve in space": ("3-upu", results(robot, "solve")),
         "singularities": ("slider-crank", results(slider, "singularities")),
@@ -49,7 +53,7 @@ def kinds() -> dict[str, tuple[str, dict[str, Result]]]:
 
 
 KINDS = (
-    "error", "error in space", "compensate", "sweep", "solve", "solve in space", "singularities", "assemble", "allow",
+    "error", "error in space", "compensate", "sweep", "sweep over pairs", "solve", "solve in space", "singularities", "assemble", "allow",
     "allocate",
 )  # fmt: skip
 

@@ -1,8 +1,8 @@
-"""`sweep`: a question asked again for every value of something in the file."""
+"""`sweep`: a question asked again for every value of something in the file, or of two things."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -41,9 +41,10 @@ def sweep(
     question: str = "worst",
     *,
     name: str | None = None,
+    by: Mapping[str, Iterable[float | str]] | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Ask a question for every value of something in the file.
+    """Ask a question for every value of something in the file, or for every pair of values of two things.
 
     Parameters
     ----------
@@ -56,14 +57,17 @@ def sweep(
     question : {"worst", "loaded", "random", "given", "solve"}
     name : str, optional
         Of the new dimension; the last word of the key if left out, or the whole key where the results have that word.
+    by : mapping, optional
+        A second key with its values, ``{"dimensions.l2.tolerance": [0.01, 0.02]}``: the question is asked for each of
+        them with each of the values of `key`.
     **options
         Of the question, such as ``samples`` or ``offsets``.
 
     Returns
     -------
     xarray.Dataset
-        The variables of the question with a new leading dimension, its coordinate the values. The attribute
-        ``reached`` says of every key with a ``*`` what it reached.
+        The variables of the question with a new leading dimension, its coordinate the values; with `by` two, that of
+        the second key first. The attribute ``reached`` says of every key with a ``*`` what it reached.
 
     Raises
     ------
@@ -77,8 +81,13 @@ def sweep(
     >>> result = jp.sweep(m, "joints.*.clearance.radial", [0.2, 1.0])
     >>> result.worst_position[:, 0].values.round(3)
     array([0.646, 3.245])
+    >>> both = jp.sweep(m, "joints.J1.clearance.radial", [0.2, 1.0], by={"joints.J3.clearance.radial": [0.1, 0.2, 0.3]})
+    >>> both.worst_position.isel(configuration=0).round(3).values
+    array([[1.7  , 2.399],
+           [1.782, 2.491],
+           [1.867, 2.583]])
     """
-    return to_dataset(compute(m, key, values, question, name=name, **options))
+    return to_dataset(compute(m, key, values, question, name=name, by=by, **options))
 
 
 def compute(
@@ -88,10 +97,13 @@ def compute(
     question: str = "worst",
     *,
     name: str | None = None,
+    by: Mapping[str, Iterable[float | str]] | None = None,
     progress: Progress | None = None,
     **options: Any,
 ) -> Result:
     """The light form of `sweep`."""
+    if by is not None:
+        return _over_pairs(m, key, list(values), question, name, by, progress, options)
     ask = computation(question, QUESTIONS)
     check_options(question, options, "sweep")
     keys = (key,) if isinstance(key, str) else tuple(key)
@@ -115,6 +127,47 @@ def compute(
     swept = _stacked(m, keys, labels[: len(results)], name, results, reached)
     if len(results) < len(steps):
         incomplete = f"interrupted after {len(results)} of {len(steps)} values"
+        raise Interrupted(Result(swept.coords, swept.data, {**swept.attrs, "incomplete": incomplete}))
+    return swept
+
+
+def _over_pairs(
+    m: Mechanism,
+    key: str | Sequence[str],
+    values: list[float | str],
+    question: str,
+    name: str | None,
+    by: Mapping[str, Iterable[float | str]],
+    progress: Progress | None,
+    options: Mapping[str, Any],
+) -> Result:
+    """A sweep for every value of a second key."""
+    if len(by) != 1:
+        raise InputError("takes one key with its values", file=m.file, key="by")
+    ((second, others),) = by.items()
+    steps = _checked(m, (second,), others)
+    labels = _labels(m, second, steps)
+    rows: list[Result] = []
+    reached: list[str] = []
+    try:
+        for value in steps:
+            copy, reached = changed(m, {second: value})
+            begun = len(rows) * len(values)
+
+            def told(done: int, _: int, begun: int = begun) -> None:
+                if progress is not None:
+                    progress(begun + done, len(steps) * len(values))
+
+            row = compute(copy, key, values, question, name=name, progress=told, **options)
+            if rows:
+                _check_shape(m, second, value, rows[0], row)
+            rows.append(row)
+    except KeyboardInterrupt:
+        if not rows:
+            raise KeyboardInterrupt from None
+    swept = _stacked(m, (second,), labels[: len(rows)], None, rows, reached, "sweep_by")
+    if len(rows) < len(steps):
+        incomplete = f"interrupted after {len(rows)} of {len(steps)} values of {second}"
         raise Interrupted(Result(swept.coords, swept.data, {**swept.attrs, "incomplete": incomplete}))
     return swept
 
@@ -165,6 +218,7 @@ def _stacked(
     name: str | None,
     results: list[Result],
     reached: list[str],
+    attribute: str = "sweep",
 ) -> Result:
     first = results[0]
     taken = {*first.coords, *first.data, *first.sizes}
@@ -176,7 +230,8 @@ def _stacked(
             word = keys[0].replace(".*", "").replace(".", "_")
         (dim,) = coordinate_names([word], taken, "sweep_")
     along = Variable((dim,), np.array(steps), _unit(m, keys[0]), ", ".join(keys))
-    attrs = {"sweep": dim} | ({"reached": "\n".join(reached)} if reached else {})
+    every = [*filter(None, str(first.attrs.get("reached", "")).split("\n")), *reached]
+    attrs = {attribute: dim} | ({"reached": "\n".join(every)} if every else {})
     return stack(results, along, {**first.attrs, **attrs})
 
 

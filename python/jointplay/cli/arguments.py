@@ -115,7 +115,7 @@ def only_set(settings: dict[str, str]) -> dict[str, str]:
     return {key: text for key, text in settings.items() if not _is_swept(text)}
 
 
-def swept(settings: dict[str, str], read: Read = float) -> tuple[list[str], list[float | str]]:
+def swept(settings: dict[str, str], read: Read = float, option: str = "--set") -> tuple[list[str], list[float | str]]:
     """Which keys are swept, and over which values.
 
     ``KEY=0:1:11`` and ``KEY=1,2,5`` sweep; several swept keys need the same values.
@@ -125,14 +125,15 @@ def swept(settings: dict[str, str], read: Read = float) -> tuple[list[str], list
     >>> swept({"joints.*.clearance.radial": "0:1:3", "drives.theta1.error": "0.1"})
     (['joints.*.clearance.radial'], [0.0, 0.5, 1.0])
     """
-    ranges = {key: _steps(text, f"--set {key}", read) for key, text in settings.items() if _is_swept(text)}
+    ranges = {key: _steps(text, f"{option} {key}", read) for key, text in settings.items() if _is_swept(text)}
     if not ranges:
-        raise InputError("say what is swept: --set KEY=from:to:count, or KEY=1,2,5", key="--set")
+        raise InputError(f"say what is swept: {option} KEY=from:to:count, or KEY=1,2,5", key=option)
     values = next(iter(ranges.values()))
     for key, steps in ranges.items():
         if steps != values:
             raise InputError(
-                f"{key} has other values than {next(iter(ranges))}; keys that are swept together share them",
+                f"{key} has other values than {next(iter(ranges))}; keys that are swept together share them, and --by "
+                "sweeps a second one",
                 key="--set",
             )
     return list(ranges), values

@@ -6,12 +6,29 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from jointplay.errors import InputError
 
-from . import DONE, INTERRUPTED, NOT_OK
-from .answer import show
+from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
+from .drawing import NO_FIGURE, Figure, with_figure
+from .options import (
+    Contact,
+    File,
+    LoadCase,
+    Mapped,
+    Offset,
+    Point,
+    Points,
+    Samples,
+    Sampling,
+    Scatter,
+    Seed,
+    Settings,
+    Touching,
+)
 from .progress import bar
 
 if TYPE_CHECKING:
@@ -19,8 +36,6 @@ if TYPE_CHECKING:
 
     from jointplay.model import Mechanism
     from jointplay.result import Result
-
-    from .drawing import Figure
 
 
 #: layers that are read at a time where the file does not say
@@ -46,7 +61,68 @@ class Kept:
     chunk: int | None
 
 
-def answer(
+@with_figure(draws="Draw it: .png, .svg, .pdf, or .html for an interactive page.")
+def map_(
+    file: File,
+    grid: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--grid",
+            "-g",
+            metavar="NAME=A:B:N",
+            help="Axis of the map, a drive or x, y, angle of the output; NAME=VALUE holds it. In place of the file's.",
+        ),
+    ] = None,
+    question: Annotated[Mapped, typer.Option("--question", "-q", help="What is asked at every node.")] = Mapped.loaded,
+    offset: Offset = None,
+    first_order: Annotated[
+        bool, typer.Option("--first-order", help="loaded: to first order only, several times faster.")
+    ] = False,
+    details: Annotated[
+        bool,
+        typer.Option(
+            "--details/--no-details", help="loaded: reactions, offsets and shares of the sources at every node, too."
+        ),
+    ] = True,
+    samples: Samples = 1_024,
+    seed: Seed = 0,
+    law: Scatter = None,
+    sampling: Points = Sampling.sobol,
+    contact: Touching = Contact.scattered,
+    output_point: Point = None,
+    load_case: LoadCase = None,
+    settings: Settings = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="PATH", help="Write it in chunks, to .zarr or .nc; run again, it continues."
+        ),
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace something else at the path.")] = False,
+    chunk: Annotated[
+        int | None, typer.Option("--chunk", metavar="N", help="Nodes that are computed at a time.")
+    ] = None,
+    plot: Figure = NO_FIGURE,
+    variable: Annotated[
+        str | None,
+        typer.Option("--variable", metavar="NAME", help="What is drawn: position, rotation, or such as undetermined.x"),
+    ] = None,
+) -> int:
+    """Compute the error over a grid of drives or of positions."""
+    m = answer.mechanism(file, settings, output_point, load_case)
+    options: dict[str, Any] = {}
+    if question is Mapped.loaded:
+        options = {"exact": not first_order, "details": details}
+    if question is Mapped.random:
+        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+    if question is Mapped.given:
+        options = {"offsets": answer.offsets(m, offset)}
+    ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
+    kept = Kept(output, overwrite, chunk)
+    return _answered(m, question.value, ranges, options, kept, plot, variable)
+
+
+def _answered(
     m: Mechanism,
     question: str,
     grid: Mapping[str, Any] | None,
@@ -95,7 +171,7 @@ def answer(
         try:
             _draw(made, plot, variable)
         finally:
-            show({"map": made})
+            answer.show({"map": made})
         return INTERRUPTED if interrupted else code
     from jointplay.analyses.map import open_map
 

@@ -13,6 +13,7 @@ from jointplay.result import Result, parts
 from .building import FITS, VERDICTS, of_assemble, of_check
 from .errors import figure, figures, of_errors, quantile
 from .motion import KINDS, motion, of_compensate, of_singularities, of_solve
+from .pairs import Tops, missed, of_pairs, tops
 from .series import beyond, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import MOST_NAMES, first_missed, of_allocate, of_allow, share_of
 from .words import READABLE, Conclusion, Sentence, owners, plural, rounding, which
@@ -25,11 +26,13 @@ __all__ = [
     "VERDICTS",
     "Conclusion",
     "Sentence",
+    "Tops",
     "beyond",
     "conclude",
     "figure",
     "figures",
     "first_missed",
+    "missed",
     "motion",
     "owners",
     "plural",
@@ -37,6 +40,7 @@ __all__ = [
     "rounding",
     "share_of",
     "shares_over_nodes",
+    "tops",
     "which",
 ]
 
@@ -73,6 +77,8 @@ def conclude(result: Result) -> Conclusion:
 def _of_one(result: Result) -> Conclusion:
     if "mechanism" in result.sizes:
         return of_compare(result)
+    if "sweep_by" in result.attrs:
+        return of_pairs(result)
     if "sweep" in result.attrs:
         return of_sweep(result)
     if "grid" in result.attrs:

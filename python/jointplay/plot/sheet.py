@@ -217,7 +217,7 @@ def _sweep(result: Result, choice: Choice) -> dict[str, Panel]:
     for quantity in _quantities(choice):
         found[quantity] = Panel(partial(_swept, result, quantity, False), 4.0)
         # A surface over a single configuration has no width.
-        if result.sizes["configuration"] > 1:
+        if result.sizes["configuration"] > 1 and "sweep_by" not in result.attrs:
             found[f"{quantity}-surface"] = Panel(partial(_swept, result, quantity, True), 4.0)
     return found
 

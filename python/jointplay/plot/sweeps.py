@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
+from jointplay.conclusions import tops
 from jointplay.errors import InputError
 from jointplay.result import Result, typical
 from jointplay.typed import typed
@@ -39,7 +40,8 @@ def sweep(
 ) -> Figure:
     """Draw the error against the swept value: a curve for some configurations, or a surface over both.
 
-    On a surface, lines of equal error have their value beside them, and the limit is dashed.
+    On a surface, lines of equal error have their value beside them, and the limit is dashed. A sweep over two keys is a
+    surface over both of them, of the largest error over the configurations.
 
     Parameters
     ----------
@@ -56,6 +58,8 @@ def sweep(
     dim = str(part.attrs.get("sweep", ""))
     if not dim:
         raise InputError("is not the result of a sweep", key="result")
+    if "sweep_by" in part.attrs:
+        return _pairs(part, quantity, axes, style)
     numeric = part.coords[dim].values.dtype.kind in "fiu"
     steps = part.sizes[dim]
     x: Any = part.coords[dim].values if numeric else np.arange(steps)
@@ -65,7 +69,10 @@ def sweep(
     with canvas(axes, style) as (figure, axes):
         title(axes, asked(part))
         if surface:
-            _surface(figure, axes, part.isel(dim, 0), (x if numeric else None), values, words, quantity)
+            where, axis = along(part)
+            _surface(figure, axes, part, (x if numeric else None), where, values, words, quantity)
+            whole_numbers(axes.yaxis, axis, len(where))
+            axes.set_ylabel(axis)
         else:
             _lines(axes, part.isel(dim, 0), x, values, words, quantity)
         if not surface:
@@ -73,6 +80,24 @@ def sweep(
         axes.set_xlabel(labelled(dim, part.coords[dim].units))
         if not numeric:
             axes.set_xticks(x, [str(v) for v in part.coords[dim].values.tolist()])
+    return figure
+
+
+def _pairs(part: Result, quantity: str, axes: Axes | None, style: Style | str | None) -> Figure:
+    """A sweep over two keys."""
+    top = next(one for one in tops(part) if one.name == quantity)
+    words = f"largest {words_of(quantity)}" if part.sizes["configuration"] > 1 else words_of(quantity)
+    dims = [str(part.attrs[name]) for name in ("sweep", "sweep_by")]
+    x, y = (part.coords[dim].values if part.coords[dim].values.dtype.kind in "fiu" else None for dim in dims)
+    with canvas(axes, style) as (figure, axes):
+        title(axes, asked(part))
+        _surface(figure, axes, part, x, y, top.values.T, labelled(words, top.unit), quantity)
+        axes.set(
+            xlabel=labelled(dims[0], part.coords[dims[0]].units), ylabel=labelled(dims[1], part.coords[dims[1]].units)
+        )
+        for axis, values, dim in ((axes.xaxis, x, dims[0]), (axes.yaxis, y, dims[1])):
+            if values is None:
+                axis.set_ticks(np.arange(part.sizes[dim]), [str(value) for value in part.labels(dim)])
     return figure
 
 
@@ -96,29 +121,27 @@ def _lines(axes: Axes, part: Result, x: Any, values: Any, words: str, quantity: 
         from_zero(axes, [values, np.array(bounds)])
 
 
-def _surface(figure: Figure, axes: Axes, part: Result, x: Any, values: Any, words: str, quantity: str) -> None:
-    where, axis = along(part)
+def _surface(figure: Figure, axes: Axes, part: Result, x: Any, y: Any, values: Any, words: str, quantity: str) -> None:
+    """Colours of values over x and y, shape (x, y), with lines of equal value; x or y is None where it is of words."""
     small = max(5.0, float(mpl.rcParams["legend.fontsize"]) - 1.0)
     # Between texts, such as fits, there are no values.
-    if x is None or min(values.shape) < 2:
-        at = np.arange(values.shape[0]) if x is None else x
-        mesh: Any = axes.pcolormesh(at, where, values.T, cmap=COLOUR_MAP, shading="nearest", rasterized=True)
+    if x is None or y is None or min(values.shape) < 2:
+        at, up = (np.arange(n) if one is None else one for one, n in zip((x, y), values.shape, strict=True))
+        mesh: Any = axes.pcolormesh(at, up, values.T, cmap=COLOUR_MAP, shading="nearest", rasterized=True)
     else:
-        mesh = axes.pcolormesh(x, where, values.T, cmap=COLOUR_MAP, shading="gouraud", rasterized=True)
+        mesh = axes.pcolormesh(x, y, values.T, cmap=COLOUR_MAP, shading="gouraud", rasterized=True)
         # White with a dark edge is seen on every colour.
         edge: Any = [withStroke(linewidth=1.8, foreground="#00000090")]
-        lines = axes.contour(x, where, values.T, 6, colors="white", linewidths=0.8)
+        lines = axes.contour(x, y, values.T, 6, colors="white", linewidths=0.8)
         lines.set_path_effects(edge)
         for text in axes.clabel(lines, fontsize=small):
             text.set_path_effects([withStroke(linewidth=1.2, foreground="#000000a0")])
         bounds = [b for b in limits_of([part], quantity) if np.nanmin(values) < b < np.nanmax(values)]
         if bounds:
-            axes.contour(x, where, values.T, bounds, colors=theme().alarm, linewidths=1.6, linestyles=[(0, (6, 2))])
+            axes.contour(x, y, values.T, bounds, colors=theme().alarm, linewidths=1.6, linestyles=[(0, (6, 2))])
             handle = Line2D([], [], **{**limit_line(), "color": theme().alarm})
             legend(axes, ([handle], ["limit"]))
     axes.grid(visible=False)
     bar = figure.colorbar(mesh, ax=axes, label=words)
     bar.locator = mpl.ticker.MaxNLocator(6)
     bar.update_ticks()
-    whole_numbers(axes.yaxis, axis, len(where))
-    axes.set_ylabel(axis)

@@ -30,7 +30,7 @@ HIDING = frozenset(
     """.split()  # noqa: SIM905 (quoted one by one they fill three times the lines)
 )
 #: attributes that a result gets after its drives are named
-LATER = ("coordinates", "drives", "fingerprint", "grid", "incomplete", "sweep")
+LATER = ("coordinates", "drives", "fingerprint", "grid", "incomplete", "sweep", "sweep_by")
 
 
 def coordinate_names(own: Iterable[str], taken: Iterable[str], prefix: str = "drive_") -> list[str]:

@@ -20,6 +20,7 @@ from .indices import largest
 from .layout import NOTHING, Column, Table, commands, missed, numbers, statuses, words
 from .map import overview as map_overview
 from .notes import notes
+from .pairs import overview as pairs_overview
 from .singularities import columns as singularities
 
 #: shares below which all of a column are shown in ppm
@@ -38,6 +39,8 @@ def tables(result: Result) -> list[Table]:
     if "mechanism" in result.sizes:
         sizes = [values for name, at, _ in figures(question) for values in figure(result, name, at)[0]]
         return [Table(TITLES[question], _compare(result), notes(result), rows=_rows(result, *sizes))]
+    if "sweep_by" in result.attrs:
+        return pairs_overview(result, TITLES[question])
     if "sweep" in result.attrs:
         return _sweep(result)
     if "grid" in result.attrs:

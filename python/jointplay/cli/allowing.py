@@ -1,0 +1,85 @@
+"""The subcommand that finds the largest sizes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from . import DONE, NOT_OK, answer
+from .drawing import NO_FIGURE, Figure, with_figure
+from .options import (
+    Allowed,
+    Contact,
+    File,
+    LoadCase,
+    Output,
+    Point,
+    Points,
+    Samples,
+    Sampling,
+    Scatter,
+    Seed,
+    Settings,
+    Sized,
+    Sizes,
+    Touching,
+)
+
+if TYPE_CHECKING:
+    from jointplay.model import Mechanism
+    from jointplay.result import Result
+
+
+@with_figure("panel")
+def allow(
+    file: File,
+    question: Annotated[
+        Allowed, typer.Option("--question", "-q", help="In which question the limits have to hold.")
+    ] = Allowed.worst,
+    probability: Annotated[
+        float | None,
+        typer.Option(
+            "--probability",
+            metavar="P",
+            help="random: share of the specimens that keeps to the limits. [default: that of the file, or 0.9973]",
+        ),
+    ] = None,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", metavar="T", help="Relative tolerance of the sizes.")
+    ] = 1e-4,
+    samples: Samples = 20_000,
+    seed: Seed = 0,
+    law: Scatter = None,
+    sampling: Points = Sampling.sobol,
+    contact: Touching = Contact.scattered,
+    sizes: Sizes = Sized.middle,
+    output_point: Point = None,
+    load_case: LoadCase = None,
+    settings: Settings = None,
+    output: Output = None,
+    plot: Figure = NO_FIGURE,
+) -> int:
+    """Find how large every source may be, and the fits to order.
+
+    The limits of the file hold with the largest size of every source, as it is for itself.
+    """
+    from jointplay.analyses.allow import compute, keeps
+
+    options: dict[str, Any] = {}
+    if question is Allowed.random:
+        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+    if question is Allowed.loaded:
+        options = {"sizes": sizes.value}
+    found: list[Result] = []
+
+    def ask(m: Mechanism, progress: Any) -> Result:
+        found.append(
+            compute(m, question.value, probability=probability, tolerance=tolerance, progress=progress, **options)
+        )
+        return found[0]
+
+    m = answer.mechanism(file, settings, output_point, load_case)
+    code = answer.answer({"allow": ask}, m, output, plot)
+    # What a source alone may be says nothing of the limits as they are.
+    return code if not found else DONE if keeps(found[0]) else NOT_OK

@@ -1,0 +1,150 @@
+"""The subcommands that say how far off the output is, and correct the drives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from . import answer, arguments
+from .drawing import NO_FIGURE, Figure, with_figure
+from .options import (
+    Contact,
+    Correctable,
+    File,
+    LoadCase,
+    Offset,
+    Output,
+    Point,
+    Points,
+    Question,
+    Samples,
+    Sampling,
+    Scatter,
+    Seed,
+    Settings,
+    Shares,
+    Sized,
+    Sizes,
+    Touching,
+)
+
+if TYPE_CHECKING:
+    from jointplay.model import Mechanism
+    from jointplay.result import Result
+
+
+@with_figure("panel", "configuration", "quantity")
+def error(
+    file: File,
+    question: Annotated[
+        list[Question] | None,
+        typer.Option("--question", "-q", help="Which question; if left out: loaded, worst and random."),
+    ] = None,
+    offset: Offset = None,
+    samples: Samples = 131_072,
+    seed: Seed = 0,
+    law: Scatter = None,
+    sampling: Points = Sampling.sobol,
+    contact: Touching = Contact.scattered,
+    indices: Shares = False,
+    rare: Annotated[
+        bool, typer.Option("--rare", help="random: search for specimens outside the limits where hardly any are.")
+    ] = False,
+    sizes: Sizes = Sized.middle,
+    output_point: Point = None,
+    load_case: LoadCase = None,
+    settings: Settings = None,
+    output: Output = None,
+    plot: Figure = NO_FIGURE,
+) -> int:
+    """Say how far off the output is, and which joint is to blame.
+
+    loaded: where the load pushes it. worst: the largest error that the clearances and tolerances allow. random: how it
+    scatters from specimen to specimen. given: the error for given offsets (--offset), else for those of the largest
+    position error; asked only where it is named, or with --offset.
+
+    Exit code 1: some configuration is not ok, or a limit of the file is missed (by random only where
+    limits.probability asks for a yield).
+    """
+    from jointplay.analyses import given, loaded, random, worst
+
+    m = answer.mechanism(file, settings, output_point, load_case)
+    put = answer.offsets(m, offset)
+    asked = set(question or [Question.all])
+    if Question.all in asked:
+        asked |= {Question.worst, Question.random} | ({Question.loaded} if m.has_loads else set())
+    if put:
+        asked.add(Question.given)
+    found: dict[str, Result] = {}
+
+    def ask_worst(m: Mechanism, progress: Any) -> Result:
+        found["worst"] = worst.compute(m, progress=progress)
+        return found["worst"]
+
+    def ask_random(m: Mechanism, progress: Any) -> Result:
+        options = answer.scatter(samples, seed, law, sampling) | {
+            "contact": contact.value,
+            "indices": indices,
+            "rare": rare,
+        }
+        return random.compute(m, **options, progress=progress)
+
+    def ask_given(m: Mechanism, progress: Any) -> Result:
+        if put:
+            return given.compute(m, put, sizes=sizes.value)
+        return given.at_worst(m, found.get("worst") or ask_worst(m, progress))
+
+    def ask_loaded(m: Mechanism) -> Result:
+        return loaded.compute(m, sizes=sizes.value)
+
+    asks: dict[Question, Callable[..., Result]] = {
+        Question.loaded: ask_loaded,
+        Question.worst: ask_worst,
+        Question.random: ask_random,
+        Question.given: ask_given,
+    }
+    return answer.answer({which.value: ask for which, ask in asks.items() if which in asked}, m, output, plot)
+
+
+@with_figure("panel", "quantity")
+def compensate(
+    file: File,
+    question: Annotated[
+        Correctable | None,
+        typer.Option("--question", "-q", help="Which error is corrected. [default: given with --offset]"),
+    ] = None,
+    offset: Offset = None,
+    weights: Annotated[
+        str | None,
+        typer.Option("--weights", metavar="P,R", help="Weights of position and of rotation; R is a length per radian."),
+    ] = None,
+    target: Annotated[
+        str | None,
+        typer.Option(
+            "--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero; in space X,Y,Z[,RX,RY,RZ]."
+        ),
+    ] = None,
+    output_point: Point = None,
+    load_case: LoadCase = None,
+    settings: Settings = None,
+    output: Output = None,
+    plot: Figure = NO_FIGURE,
+) -> int:
+    """Correct the drives so that the output returns to its place.
+
+    It comes as near as possible to its nominal pose; what no drive can remove is left.
+    """
+    from jointplay.analyses.compensate import compute
+
+    m = answer.mechanism(file, settings, output_point, load_case)
+    put = answer.offsets(m, offset)
+    which = (question or (Correctable.given if put else Correctable.loaded)).value
+    pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,), answer.reader(m))
+    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3, 6), answer.reader(m))
+
+    def correct(m: Mechanism) -> Result:
+        return compute(m, which, put or None, weights=pair, target=aim)
+
+    return answer.answer({"compensate": correct}, m, output, plot)

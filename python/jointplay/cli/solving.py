@@ -1,0 +1,61 @@
+"""The subcommands about the nominal mechanism: its motion, and how near it is to a singularity."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from . import answer, arguments
+from .drawing import NO_FIGURE, Figure, with_figure
+from .options import File, Output, Point, Settings
+
+if TYPE_CHECKING:
+    from jointplay.model import Mechanism
+    from jointplay.result import Result
+
+
+@with_figure("panel", "configuration")
+def solve(
+    file: File, output_point: Point = None, settings: Settings = None, output: Output = None, plot: Figure = NO_FIGURE
+) -> int:
+    """Solve the nominal mechanism along its path.
+
+    Says where the output is, which drives a path needs, and how near every configuration is to a singular one.
+    """
+    from jointplay.analyses.solve import compute
+
+    return answer.answer({"solve": compute}, answer.mechanism(file, settings, output_point), output, plot)
+
+
+@with_figure("panel", "configuration")
+def singularities(
+    file: File,
+    length: Annotated[
+        float | None,
+        typer.Option("--length", metavar="L", help="Length that counts as a radian. [default: size of the mechanism]"),
+    ] = None,
+    components: Annotated[
+        str | None,
+        typer.Option("--components", metavar="x,y,...", help="What of the output has to move; see the manual."),
+    ] = None,
+    path: Annotated[
+        bool, typer.Option("--path/--no-path", help="Look for singularities between the configurations, too.")
+    ] = True,
+    output_point: Point = None,
+    settings: Settings = None,
+    output: Output = None,
+    plot: Figure = NO_FIGURE,
+) -> int:
+    """Find how near to a singularity it is, and what moves there.
+
+    Says of which kind the nearest one is, and how far away along the path.
+    """
+    from jointplay.analyses.singularities import compute
+
+    counted = arguments.words(components)
+
+    def ask(m: Mechanism, progress: Any) -> Result:
+        return compute(m, length=length, components=counted, path=path, progress=progress)
+
+    return answer.answer({"singularities": ask}, answer.mechanism(file, settings, output_point), output, plot)
