@@ -9,13 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import jointplay as jp
 from answers import example
 from jointplay.cli import run
 from jointplay.errors import InputError
 from jointplay.plot.assembly import assembly, outline
+from jointplay.plot.solid import OBLIQUE
 
+LEGS = [["lower1"], ["lower2"], ["lower3"], ["upper1"], ["upper2"], ["upper3", "platform"]]
 ORDER = 'assembly.steps=[["crank"],["coupler","rocker"]]'
 
 
@@ -81,6 +84,55 @@ def test_a_mechanism_in_space_is_drawn(folder: Path) -> None:
     steps = f"assembly.steps={[[name] for name in bodies]}".replace("'", '"')
     assert run(["assemble", "3-upu.toml", "-s", steps, "--plot", "upu.png"]) == 1
     assert Path("upu.png").stat().st_size > 10_000
+
+
+def test_panels_in_space_are_solid_drawings_whose_names_keep_apart(folder: Path) -> None:
+    m = example("four-legged-platform")
+    m = m.with_(
+        {"assembly": {"base": "ground", "steps": [["mast"], ["leg1"], ["leg2", "leg3"], ["platform"], ["leg4"]]}}
+    )
+    figure = assembly(m, jp.assemble(m))
+    FigureCanvasAgg(figure).draw()
+    known, seen = {name.split("/")[0].partition(".")[0] for name in m.joints}, set()
+    for axes in figure.axes:
+        assert axes.name == "rectilinear"
+        names = [text for text in axes.texts if text.get_text() in known]
+        seen |= {text.get_text() for text in names}
+        boxes = [text.get_window_extent() for text in names]
+        assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+        assert all(figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1 for box in boxes)
+    assert {"foot1", "foot2", "foot3", "foot4", "slide", "top1", "top4"} <= seen
+    # Every step shows more surfaces than the one before.
+    counts = [len(axes.collections[0].get_paths()) for axes in figure.axes]
+    assert counts == sorted(counts)
+    assert counts[0] < counts[-1]
+
+
+def test_a_half_of_a_telescope_is_seen_before_the_other_half_is_there() -> None:
+    m = example("3-upu").with_({"assembly": {"base": "ground", "steps": LEGS}})
+    figure = assembly(m, jp.assemble(m))
+    counts = [len(axes.collections[0].get_paths()) for axes in figure.axes]
+    assert all(a < b for a, b in itertools.pairwise(counts))
+
+
+def test_what_is_open_in_space_is_the_outline_of_its_ellipsoid() -> None:
+    """Compared with the hull of points all over it."""
+    m = example("3-upu").with_({"assembly": {"base": "ground", "steps": LEGS}})
+    result = jp.assemble(m)
+    axes = assembly(m, result, step="6", exaggerate=20.0).axes[0]
+    joint = m.joints.index("top1.first")
+    error, half = (
+        np.array([result[f"{name}_shaft"].sel(step=6, component=c).values[joint] for c in "xyz"])
+        for name in ("error", "undetermined")
+    )
+    rng = np.random.default_rng(0)
+    ball = rng.normal(size=(200_000, 3))
+    ball /= np.linalg.norm(ball, axis=1, keepdims=True)
+    around = OBLIQUE.flat(20.0 * half * ball)
+    widths = sorted((np.ptp(around[:, 0]), np.ptp(around[:, 1])))
+    found = [sorted(np.ptp(patch.get_xy(), axis=0)) for patch in axes.patches]
+    assert any(np.allclose(one, widths, rtol=5e-3) for one in found)
+    assert np.isfinite(error).all()
 
 
 @pytest.mark.parametrize(

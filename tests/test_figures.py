@@ -53,8 +53,8 @@ def kinds() -> dict[str, tuple[str, dict[str, Result]]]:
 
 
 KINDS = (
-    "error", "error in space", "compensate", "sweep", "sweep over pairs", "solve", "solve in space", "singularities", "assemble", "allow",
-    "allocate",
+    "error", "error in space", "compensate", "sweep", "sweep over pairs", "solve", "solve in space", "singularities",
+    "assemble", "allow", "allocate",
 )  # fmt: skip
 
 

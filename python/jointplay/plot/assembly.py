@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Ellipse
+from matplotlib.patches import Polygon
 
 from jointplay import poses
-from jointplay.analyses.assemble.report import place
+from jointplay.analyses.nominal import Nominal, nominal
 from jointplay.errors import InputError, not_known
 from jointplay.model import Mechanism
 from jointplay.result import Result
@@ -21,7 +22,10 @@ from jointplay.typed import typed
 
 from .bodies import outline
 from .layout import columns_of
-from .style import INCH, Style, current, theme, using
+from .names import write as write_names
+from .scene import PLAN, places, written
+from .solid import OBLIQUE, Solid
+from .style import INCH, Drawing, Style, current, theme, using
 from .words import check_exaggeration, headline, light, round_factor, title
 
 if TYPE_CHECKING:
@@ -40,10 +44,8 @@ TITLE = 0.35
 MARGIN = 0.15
 #: places for a force along its member, in turn, off the middle, where members cross; and how far apart two of them are
 ALONG, APART = (0.36, 0.64, 0.5, 0.22, 0.78), 0.12
-#: ticks along an axis in space, where they are short
-TICKS = 4
-#: how far beside a joint its name is, as a share of the mechanism
-NAME_ASIDE = 0.02
+#: corners of what is drawn round
+ROUND = 49
 #: points nearer to a line than this share of the mechanism are on it
 STRAIGHT = 1e-6
 #: which colours new members, tension, compression and what is open have
@@ -103,10 +105,10 @@ def assembly(
         whole = (width * columns, TITLE + (LABELS + (drawing.height - LABELS) * width / WIDTH) * rows)
         figure = replace(chosen, width=None).figure(*whole) if chosen.height is None else chosen.figure(*whole)
         for place_, k in enumerate(shown):
-            axes = figure.add_subplot(rows, columns, place_ + 1, projection="3d" if drawing.size == 3 else None)
-            drawing.step(k, axes)
+            drawing.step(k, figure.add_subplot(rows, columns, place_ + 1), figure)
         note = f"errors {drawing.exaggerate:g} times as large" if drawing.exaggerate else "no errors"
         headline(figure, f"{part.attrs['title'] or part.attrs['file']} ({note})")
+        figure.finish()
     return figure
 
 
@@ -116,17 +118,32 @@ def colour_of(which: int) -> str:
     return colours[which % len(colours)]
 
 
+class _Parts(Solid):
+    """The parts of a step in space, in the colours of what is there and what is new."""
+
+    def __init__(self, m: Mechanism, at: Nominal, axes: Axes, colours: Mapping[int, str]) -> None:
+        super().__init__(m, at, 0, axes, OBLIQUE)
+        self.tints = {-1: theme().grey, **colours}
+
+    def is_there(self, body: int) -> bool:
+        """Whether a body is assembled."""
+        return body in self.tints
+
+    def tint(self, body: int) -> str:
+        """The colour of a body."""
+        return self.tints[body]
+
+
 class _Drawing:
     """The panels, in file units."""
 
     def __init__(self, m: Mechanism, result: Result, exaggerate: float | None) -> None:
         self.m, self.result, self.spec = m, result, m.core_spec
         self.size = 3 if m.pose_size == poses.SPATIAL else 2
-        at = place(m, int(result.attrs["at_configuration"]))
-        everything = np.vstack([at.poses, poses.ground(m.pose_size)])  # the ground has index -1
-        points = self.spec["points"]
-        self.places = np.array([poses.place(everything[p["body"]], p["at"])[: self.size] for p in points])
-        self.places /= m.units.length
+        at, number = nominal(m), int(result.attrs["at_configuration"])
+        self.at = replace(at, **{key: value[[number]] for key, value in vars(at).items() if key != "units"})
+        self.view = OBLIQUE if self.size == 3 else PLAN
+        self.places = places(m, np.vstack([at.poses[number], poses.ground(m.pose_size)]))
         self.extent = float(np.ptp(self.places, axis=0).max()) or 1.0
         self.members = [str(cell).split(", ") for cell in result.get("members").tolist()]
         largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in self._errors()), default=0.0)
@@ -136,9 +153,7 @@ class _Drawing:
     @property
     def height(self) -> float:
         """Height of a panel that has no empty space beside the mechanism."""
-        if self.size == 3:
-            return WIDTH
-        width, height = np.ptp(self.places, axis=0) + 2.0 * MARGIN * self.extent
+        width, height = np.ptp(self.view.flat(self.places), axis=0) + 2.0 * MARGIN * self.extent
         return LABELS + (WIDTH - LABELS) * float(height / width)
 
     def _errors(self) -> list[Floats]:
@@ -149,15 +164,17 @@ class _Drawing:
         names = [f"{name}_{end}" for name in ("error", "undetermined") for end in ("shaft", "bearing")]
         return [self.result.get(name, component=c) for name in names for c in axes]
 
-    def step(self, k: int, axes: Axes) -> None:
+    def step(self, k: int, axes: Axes, figure: Drawing) -> None:
         """The panel of a step."""
         before = {str(self.result.attrs["base"]), *(name for step in self.members[:k] for name in step)}
         new = set(self.members[k])
-        for body, name in [(-1, "ground"), *enumerate(self.m.owners)]:
-            if name in before | new:
-                self._body(axes, body, name in new)
+        if self.size == 3:
+            self._solid(axes, before, new)
+        else:
+            for body, name in [(-1, "ground"), *enumerate(self.m.owners)]:
+                if name in before | new:
+                    self._body(axes, body, name in new)
         self._forces(axes, k)
-        self._names(axes, new)
         for joint in range(len(self.m.joints)):
             self._centre(axes, k, joint)
         verdict = VERDICTS[str(self.result.get("status")[k])]
@@ -165,48 +182,55 @@ class _Drawing:
             verdict = f"{100.0 * float(self.result.get('probability_of_fit')[k]):.3g} % fit without strain"
         # What is locked together is written as one, as it is handled.
         title(axes, f"{self.result.labels('step')[k]}: {self.result.get('links')[k]}: {verdict}")
-        self._frame(axes)
-        unit = self.m.units.length_name
-        axes.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
+        # Names keep clear of what is around them when that has its place.
+        figure.late.append(lambda: self._names(axes, new))
 
-    def _frame(self, axes: Axes) -> None:
-        """The same place in every panel, with equal scales."""
-        low, high = self.places.min(axis=0), self.places.max(axis=0)
-        for name, a, b in zip("xyz", low, high, strict=False):
-            getattr(axes, f"set_{name}lim")(a - MARGIN * self.extent, b + MARGIN * self.extent)
-        axes.set_aspect("equal")
-        if self.size == 3:
-            axes.locator_params(nbins=TICKS)
+    def _limits(self) -> tuple[Floats, Floats]:
+        """The same place in every panel."""
+        flat = self.view.flat(self.places)
+        return flat.min(axis=0) - MARGIN * self.extent, flat.max(axis=0) + MARGIN * self.extent
+
+    def _solid(self, axes: Axes, before: set[str], new: set[str]) -> None:
+        """The parts of a mechanism in space."""
+        owners = enumerate(self.m.owners)
+        colours = {
+            body: colour_of(NEW) if name in new else theme().grey for body, name in owners if name in before | new
+        }
+        parts = _Parts(self.m, self.at, axes, colours)
+        parts.bodies()
+        parts.joints()
+        parts.frame(self._limits())
 
     def _body(self, axes: Axes, body: int, new: bool) -> None:
+        """A body in the plane, in axes with equal scales."""
+        (left, low), (right, high) = self._limits()
+        unit = self.m.units.length_name
+        axes.set(xlim=(left, right), ylim=(low, high), xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
+        axes.set_aspect("equal")
         used = {joint[end] for joint in self.spec["joints"] for end in ENDS}
         used.add(self.spec["output"]["point"])
         corners = self.places[[k for k in sorted(used) if self.spec["points"][k]["body"] == body]]
+        around = self.view.flat(outline(corners, STRAIGHT * self.extent))
         if body == -1:
-            axes.plot(*corners.T, marker="s", markersize=6, linestyle="none", color=theme().grey)
-            axes.plot(*outline(corners, STRAIGHT * self.extent).T, linestyle=":", color=theme().grey)
+            axes.plot(*self.view.flat(corners).T, marker="s", markersize=6, linestyle="none", color=theme().grey)
+            axes.plot(*around.T, linestyle=":", color=theme().grey)
             return
         colour, width = (colour_of(NEW), 3.0) if new else (theme().grey, 1.6)
-        axes.plot(
-            *outline(corners, STRAIGHT * self.extent).T,
-            color=colour,
-            linewidth=width,
-            solid_capstyle="round",
-            zorder=2,
-        )
+        axes.plot(*around.T, color=colour, linewidth=width, solid_capstyle="round", zorder=2)
 
-    def _names(self, axes: Any, new: set[str]) -> None:
+    def _names(self, axes: Axes, new: set[str]) -> None:
         """The names of the joints that new members bring, a pin by its own."""
         inner = {member.joint for member in self.m.members}
-        names: dict[str, Floats] = {}
+        found: dict[tuple[float, ...], dict[str, None]] = {}
         for k, joint in enumerate(self.spec["joints"]):
             bodies = [self.spec["points"][joint[end]]["body"] for end in ENDS]
             owners = {self.m.owners[body] if body >= 0 else "ground" for body in bodies}
             if k not in inner and owners & new:
-                names.setdefault(self.m.joints[k].split("/")[0], self.places[joint["first"]])
-        aside = NAME_ASIDE * self.extent
-        for name, at in names.items():
-            axes.text(*(at + aside), name, fontsize=current().font_size_used - 2.0, color=theme().grey, zorder=7)
+                x, y = np.round(self.view.flat(self.places[joint["first"]]) / self.extent, 3) * self.extent
+                found.setdefault((float(x), float(y)), {})[written(self.m, k)] = None
+        axes.apply_aspect()
+        joined = {place: ", ".join(names) for place, names in found.items()}
+        write_names(axes, joined, np.array(list(found)).reshape(-1, 2))
 
     def _forces(self, axes: Any, k: int) -> None:
         """The members that carry force, over their bodies."""
@@ -225,18 +249,19 @@ class _Drawing:
                 if force > 0
                 else {"color": colour_of(COMPRESSION), "linestyle": "--"}
             )
-            axes.plot(*ends.T, linewidth=2.2, zorder=3, **style)
+            axes.plot(*self.view.flat(ends).T, linewidth=2.2, zorder=3 if self.size == 2 else 5, **style)
             box = {"facecolor": theme().paper, "edgecolor": "none", "alpha": 0.7, "pad": 0.5}
             places = [ends[0] + share * (ends[1] - ends[0]) for share in ALONG]
             free = (at for at in places if all(np.linalg.norm(at - other) > APART * self.extent for other in taken))
             taken.append(next(free, places[0]))
             axes.text(
-                *taken[-1],
+                *self.view.flat(taken[-1]),
                 f"{float(f'{force:.3g}'):g} {unit}",
                 color=style["color"],
                 fontsize=current().font_size_used - 2.0,
                 ha="center",
                 bbox=box,
+                zorder=7,
             )
 
     def _ends(self, member: str) -> Floats | None:
@@ -277,23 +302,23 @@ class _Drawing:
                 break
         else:
             return
-        moved = at + self.exaggerate * error
-        axes.plot(*np.transpose([at, moved]), color=theme().ink, linewidth=1.0, zorder=5)
-        axes.plot(*moved[:, None], marker="o", markersize=3, color=theme().ink, zorder=6)
+        moved = at + self.exaggerate * np.pad(error, (0, 3 - self.size))
+        axes.plot(*self.view.flat(np.stack([at, moved])).T, color=theme().ink, linewidth=1.0, zorder=8)
+        axes.plot(*self.view.flat(moved[None]).T, marker="o", markersize=3, color=theme().ink, zorder=9)
         self._around(axes, moved, half)
 
     def _around(self, axes: Axes, at: Floats, half: Floats) -> None:
-        """What is open about a place: its half-widths along the axes."""
-        wide = self.exaggerate * np.maximum(half, 0.0)
+        """What is open about a place: an ellipse or ellipsoid with these half-widths along the axes, as it is seen."""
+        wide = self.exaggerate * np.maximum(np.pad(half, (0, 3 - self.size)), 0.0)
         if wide.max() <= 1e-3 * self.extent:
             return
-        if self.size == 2:
-            axes.add_patch(Ellipse(tuple(at), *(2.0 * wide), facecolor=colour_of(OPEN), alpha=0.25, zorder=1))
-            axes.add_patch(
-                Ellipse(tuple(at), *(2.0 * wide), fill=False, edgecolor=colour_of(OPEN), linewidth=0.8, zorder=4)
-            )
-            return
-        for axis in range(3):
-            bar = np.stack([at, at])
-            bar[:, axis] += wide[axis] * np.array([-1.0, 1.0])
-            axes.plot(*bar.T, color=colour_of(OPEN), linewidth=0.8)
+        # Seen along a direction, an ellipsoid with these axes ends where |A^T u| is, with A the axes on the drawing.
+        axes_seen = self.view.flat(np.diag(wide)).T
+        turns = np.linspace(0.0, 2.0 * np.pi, ROUND)
+        rim = np.column_stack([np.cos(turns), np.sin(turns)])
+        reach = rim @ axes_seen @ axes_seen.T / np.maximum(np.linalg.norm(rim @ axes_seen, axis=1), 1e-300)[:, None]
+        corners = self.view.flat(at) + reach
+        below, above = (1, 4) if self.size == 2 else (6, 6)
+        axes.add_patch(Polygon(corners, closed=True, facecolor=colour_of(OPEN), alpha=0.25, zorder=below))
+        look = {"fill": False, "edgecolor": colour_of(OPEN), "linewidth": 0.8}
+        axes.add_patch(Polygon(corners, closed=True, zorder=above, **look))

@@ -29,11 +29,6 @@ def body_colour(m: Mechanism, body: int) -> str:
     return mixed(colours[colour], theme().paper, PALER**turn)
 
 
-def point_colour(m: Mechanism, point: int) -> str:
-    """The colour of the body that carries a point of the core's specification."""
-    return body_colour(m, m.core_spec["points"][point]["body"])
-
-
 def on_ground(m: Mechanism, at: Points, error: Points) -> Points:
     """An error of the output's position in ground axes; `at` are the poses of all bodies."""
     other = m.core_spec["output"].get("relative_to")

@@ -19,7 +19,7 @@ from jointplay.result import Result
 from jointplay.spec import AXIS_ON, ENDS, SIDE_ON, End, JointSpec
 
 from . import springs
-from .bodies import body_colour, on_ground, outline, path_of_output, point_colour
+from .bodies import body_colour, on_ground, outline, path_of_output
 from .clearances import Shape, shapes
 from .names import write as write_names
 from .style import alarm, scaled, theme
@@ -118,9 +118,13 @@ class Scene(ABC):
         """The body that carries a point, by its index."""
         return self.spec["points"][point]["body"]
 
+    def tint(self, body: int) -> str:
+        """The colour of a body."""
+        return body_colour(self.m, body)
+
     def colour_of(self, point: int) -> str:
         """The colour of the body that carries a point."""
-        return point_colour(self.m, point)
+        return self.tint(self.body_of(point))
 
     def outline(self, body: int) -> Points:
         """The corners of a body, in turn and closed; two points of one that is a line, one of a mere point."""

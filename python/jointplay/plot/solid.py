@@ -14,7 +14,6 @@ from matplotlib.colors import to_rgb
 
 from jointplay.spec import ENDS, End, JointSpec
 
-from .bodies import body_colour
 from .couplings import strands
 from .scene import Limits, Points, View
 from .sketch import SLIDING, WHEELS, Sketch
@@ -49,9 +48,9 @@ class Solid(Sketch):
         self.colours: list[Points] = []
         for body in range(-1, len(self.m.bodies)):
             corners = self.outline(body)
-            if len(corners) < 2:
+            if len(corners) < 2 or not self.is_there(body):
                 continue
-            colour = body_colour(self.m, body)
+            colour = self.tint(body)
             if body == -1:
                 self.line(corners, color=colour, linewidth=1.2, linestyle="--", label=self.label(body), zorder=1)
                 continue
@@ -61,10 +60,19 @@ class Solid(Sketch):
             if len(corners) > 2:
                 self._add(plate(corners, self.view.towards), colour)
 
+    def is_there(self, body: int) -> bool:
+        """Whether a body, or the ground, is drawn."""
+        return -1 <= body < len(self.m.bodies)
+
     def joints(self) -> None:
         """Pins as cylinders, sliders as boxes, balls, wheels as rims."""
         size = self.extent
         for _, joint in self.joints_drawn:
+            there = [self.is_there(self.body_of(joint[end])) for end in ENDS]
+            if joint["kind"] in (*SLIDING, "screw") and any(there):
+                self._telescope(joint)
+            if not all(there):
+                continue
             place, (axis, side) = self.places[joint["second"]], self.frame_of(joint)
             metal = theme().grey
             if joint["kind"] in WHEELS:
@@ -72,13 +80,10 @@ class Solid(Sketch):
             elif joint["kind"] in ("spherical", "universal"):
                 self._add(ball(place, BALL * size), metal)
             elif joint["kind"] == "prismatic":
-                self._telescope(joint)
                 self._add(box(place, axis, side, np.array([HALF, BOX, BOX]) * size), metal)
             elif joint["kind"] in ("fixed", "planar"):
                 self._add(box(place, axis, side, np.array([0.4 * BOX, BOX, BOX]) * size), metal)
             else:
-                if joint["kind"] in (*SLIDING, "screw"):
-                    self._telescope(joint)
                 half = HALF * size * axis
                 self._add(tube(place - half, place + half, PIN * size, 1), metal)
         self._paint()
@@ -92,6 +97,8 @@ class Solid(Sketch):
             ("second", middle, end, 0.6),
         )
         for which, tail, head, share in parts:
+            if not self.is_there(self.body_of(joint[which])):
+                continue
             colour = self.colour_of(joint[which])
             self._add(tube(tail, head, share * TUBE * self.extent), colour)
             self.axes.plot([], [], color=colour, linewidth=3.0, label=self.label_of_slider(joint, which))
