@@ -6,7 +6,9 @@ import base64
 import io
 import os
 import re
+import shutil
 import stat
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +74,8 @@ class TestFiles:
         m = example("four-bar").with_({"title": "<script>alert(1)</script> {x}"})
         done: list[tuple[int, int]] = []
         jp.animate(m, path, frames=4, style=SMALL, progress=lambda *step: done.append(step))
-        assert done == [(1, 4), (2, 4), (3, 4), (4, 4)]
+        # The region of every frame, then its picture.
+        assert done == [(k, 8) for k in range(1, 9)]
         text = path.read_text(encoding="utf-8")
         assert not re.search(r"(src|href)\s*=\s*[\"']?http", text)
         assert "<script>alert" not in text
@@ -130,6 +133,23 @@ class TestFiles:
         width, height = map(int, re.search(r"-s (\d+)x(\d+) -r 7 ", command).groups())
         assert (width % 2, height % 2) == (0, 0)
         assert int(count) == 3 * 3 * width * height
+
+    @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="needs ffmpeg")
+    def test_a_film_shows_the_frames(self, tmp_path: Path) -> None:
+        """Read back, every frame is the picture that was handed over, but for what the coding loses."""
+        m, path = example("four-bar"), tmp_path / "a.mp4"
+        jp.animate(m, path, frames=3, fps=5, style=SMALL)
+        subprocess.run(
+            ["ffmpeg", "-v", "error", "-i", path, tmp_path / "%d.png"], check=True, timeout=60, capture_output=True
+        )
+        motion = animation.motion_of(m, 3, None)
+        assert len([*tmp_path.glob("*.png")]) == 3
+        for k in range(3):
+            with using(SMALL):
+                drawn = animation._picture(motion, k, None).astype(float)
+            found = np.asarray(Image.open(tmp_path / f"{k + 1}.png").convert("RGB"), dtype=float)
+            height, width = found.shape[:2]
+            assert np.abs(found - drawn[:height, :width]).mean() < 3.0
 
     def test_what_ffmpeg_refuses_is_said(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         tool = tmp_path / "bin" / "ffmpeg"

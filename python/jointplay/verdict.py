@@ -22,6 +22,7 @@ from jointplay.result import (
     Result,
     Variable,
     blame,
+    commanded,
     in_words,
     largest,
     parts,
@@ -324,7 +325,7 @@ def place(result: Result, at: int) -> str:
     drives = result.drives
     if not 0 < len(drives) <= FEW:
         return f"configuration {at}"
-    told = (f"{name} = {drive.values[at]:g} {drive.units}".rstrip() for name, drive in drives.items())
+    told = (f"{name} = {commanded(drive, at):g} {drive.units}".rstrip() for name, drive in drives.items())
     return f"configuration {at} ({', '.join(told)})"
 
 

@@ -25,7 +25,7 @@ from jointplay.analyses.displaced import Displaced, shifts, under_load
 from jointplay.analyses.nominal import Nominal, Progress, at_drives, nominal, report
 from jointplay.errors import InputError, in_range
 from jointplay.model import Mechanism
-from jointplay.result import Result
+from jointplay.result import Result, commanded
 from jointplay.spec import ENDS
 from jointplay.typed import typed
 
@@ -86,7 +86,7 @@ def animate(
         Of a mechanism in space.
     style : Style or {"light", "dark", "print"}, optional
     progress : callable, optional
-        Called with the frames done and all frames.
+        Called with the steps done and all steps: two for every frame, its region and its picture.
 
     Raises
     ------
@@ -102,7 +102,12 @@ def animate(
     part = m.only(*(next(iter(names), None) for names in (m.outputs, m.load_cases)))
     kind_of(part, view)
     look = Style(dpi=DPI) if style is None else as_style(style)
-    motion = motion_of(part, frames, exaggerate)
+
+    def found(done: int, count: int) -> None:
+        if progress is not None:
+            progress(done, 2 * count)
+
+    motion = motion_of(part, frames, exaggerate, found)
     count = len(motion.at)
 
     def pictures() -> Iterator[Picture]:
@@ -110,7 +115,7 @@ def animate(
             with using(look):
                 yield _picture(motion, k, view)
             if progress is not None:
-                progress(k + 1, count)
+                progress(count + k + 1, 2 * count)
 
     with files.replacing(files.require_writable(place)) as new:
         MOVIES[place.suffix.lower()](pictures(), fps, new, m.title)
@@ -162,15 +167,18 @@ class Motion:
         return self.moved.poses[k], self.moved.points[k]
 
 
-def motion_of(m: Mechanism, frames: int | None, exaggerate: float | None) -> Motion:
-    """The frames' configurations, the poses under the load, and the factor on the errors."""
+def motion_of(m: Mechanism, frames: int | None, exaggerate: float | None, progress: Progress | None = None) -> Motion:
+    """The frames' configurations, the poses under the load, and the factor on the errors.
+
+    Of the region of every frame `progress` is told.
+    """
     at = _refined(m, frames)
     if not np.isfinite(at.poses).all(axis=(1, 2)).any():
         raise InputError("no configuration can be assembled, so there is nothing to show", file=m.file)
     moved = None
     if m.has_loads:
         moved = under_load(m, at)
-    around = region.compute(m, at=at, directions=AROUND[len(m.components)]).get("region")
+    around = region.compute(m, at=at, directions=AROUND[len(m.components)], progress=progress).get("region")
     if exaggerate is None:
         size = _largest(m, at, moved, around)
         exaggerate = round_factor(VISIBLE * _extent(m, at) / size) if size > 0.0 else 0.0
@@ -251,7 +259,7 @@ def frame(motion: Motion, k: int, view: str | None = None) -> Any:
 def _drives(result: Result, k: int) -> str:
     """The drives of a frame in words, the first few of many."""
     named = list(result.drives.items())[:FEW]
-    return ", ".join(f"{name} = {drive.values[k]:.4g} {drive.units}".rstrip() for name, drive in named)
+    return ", ".join(f"{name} = {commanded(drive, k):.4g} {drive.units}".rstrip() for name, drive in named)
 
 
 def _region(motion: Motion, k: int, scene: Scene, view: View) -> None:

@@ -18,7 +18,7 @@ from matplotlib.ticker import FixedLocator, MaxNLocator
 from numpy.typing import NDArray
 
 from jointplay.errors import InputError, listed, not_known, shown
-from jointplay.result import SEVERAL, Result, from_dataset
+from jointplay.result import SEVERAL, Result, commanded, from_dataset
 
 from .style import boxes_for_letters
 
@@ -169,12 +169,11 @@ def of_unit(units: Sequence[str], unit: str | None, what: str) -> tuple[NDArray[
 
 def which(result: Result, configuration: int) -> str:
     """A configuration in words: its number, and the value of the only drive."""
-    values, words = along(result)
     said = f"configuration {configuration}"
-    if words == "configuration":
+    if along(result)[1] == "configuration":
         return said
-    name, _, unit = words.partition(" [")
-    return f"{said}, {name} = {values[configuration]:.6g} {unit.rstrip(']')}".rstrip()
+    ((name, drive),) = result.drives.items()
+    return f"{said}, {name} = {commanded(drive, configuration):.6g} {drive.units}".rstrip()
 
 
 def labelled(name: str, unit: str) -> str:

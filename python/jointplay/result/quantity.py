@@ -27,6 +27,8 @@ BEHIND = {
     "random": {"position": "error_quantile", "rotation": "error_quantile"},
     "solve": {"singular_value": "singular_value"},
 }
+#: part of the largest drive value, or of one, that is rounding
+ROUNDING = 1e-9
 #: share of the specimens below the value that stands for the scatter
 TYPICAL = 0.95
 WORDS = {"position": "position error", "rotation": "rotation", "singular_value": "smallest singular value"}
@@ -56,6 +58,19 @@ def size(result: Result, name: str, quantity: str, **at: Any) -> Array:
     """
     parts = [result.get(name, component=component, **at) for component in _chosen(result, quantity)]
     return np.asarray(np.linalg.norm(np.stack(parts), axis=0))
+
+
+def commanded(drive: Variable, configuration: int) -> float:
+    """The value of a drive to be read: without what rounding leaves of zero.
+
+    Examples
+    --------
+    >>> angle = Variable(("configuration",), np.array([5.3e-15, 30.0]), "deg")
+    >>> commanded(angle, 0), commanded(angle, 1)
+    (0.0, 30.0)
+    """
+    value = float(drive.values[configuration])
+    return 0.0 if abs(value) <= ROUNDING * max(1.0, float(np.nanmax(np.abs(drive.values)))) else value
 
 
 def unit_of(result: Result, quantity: str, name: str = "nominal") -> str:
