@@ -80,6 +80,7 @@ test-machines: $(STAMPS)/build $(STAMPS)/develop  ## the Python tests as on othe
 verify: $(STAMPS)/build $(STAMPS)/develop  ## long measurements against independent solutions; docs/checks.md has their tables
 	$(BIN)/python tests/verify_worst.py
 	$(BIN)/python tests/verify_loaded.py
+	$(BIN)/python tests/verify_reports.py
 
 bench: $(BENCH)/stamp bench-core  ## jointplay side by side with other programs; rewrites the tables of docs/benchmarks.md
 	$(BENCH)/bin/python benchmarks/run.py $(OPTIONS)

@@ -381,3 +381,36 @@ class TestCommand:
         text = Path("a.svg").read_text(encoding="utf-8")
         assert float(re.search(r'width="([\d.]+)pt"', text)[1]) * 25.4 / 72 == pytest.approx(85, abs=1e-3)
         assert "#14171c" in text
+
+
+def test_numbers_of_configurations_are_whole() -> None:
+    """A single one had marks from -0.04 to 0.04 beside it, two had halves between them."""
+    single, pair = example("redundant-bar"), example("3-upu")
+    figures = [
+        jp.plot.error(jp.worst(single)),
+        jp.plot.reactions(jp.loaded(single)),
+        jp.plot.nearness(jp.singularities(pair)),
+        jp.plot.correction(jp.compensate(pair)),
+        jp.plot.error(jp.worst(pair)),
+    ]
+    for figure in figures:
+        low, high = figure.axes[0].get_xlim()
+        ticks = figure.axes[0].get_xticks()
+        inside = ticks[(ticks >= low) & (ticks <= high)]
+        assert len(inside) > 0
+        assert (inside == inside.round()).all()
+    swept = jp.plot.sweep(jp.sweep(pair, "joints.base1.clearance.radial", [0.01, 0.02]), surface=True)
+    ticks = swept.axes[0].get_yticks()
+    assert (ticks == ticks.round()).all()
+
+
+def test_the_cost_of_the_limits_as_they_are_lies_on_the_curve() -> None:
+    found = jp.allocate(example("press"), curve=[0.6, 1.4])
+    curve, own = jp.plot.cost_curve(found).axes[0].lines
+    assert curve.get_xdata().tolist() == [0.6, 1.0, 1.4]
+    assert curve.get_ydata()[1] == own.get_ydata()[0] == found.total_cost.item()
+
+
+def test_shares_are_hatched_with_lines() -> None:
+    """Dots and rings are outlines of thousands of circles in a file of vectors."""
+    assert not {"o", ".", "O", "*"} & {*"".join(style.HATCHES)}

@@ -161,6 +161,17 @@ class TestCsv:
         assert (tmp_path / "r.csv").read_text() == (tmp_path / "same.csv").read_text()
         assert ";22,7;" in (tmp_path / "r.csv").read_text()
 
+    @pytest.mark.parametrize("output", [[], ["-o", "r.json"]])
+    def test_a_dialect_of_nothing_is_refused(
+        self, tmp_path: Path, capsys: pytest.CaptureFixture[str], output: list[str]
+    ) -> None:
+        (tmp_path / "m.toml").write_text(jp.examples.text("four-bar"), encoding="utf-8")
+        for command in ("check", "solve", "error"):
+            assert run([command, str(tmp_path / "m.toml"), *output, "--csv-dialect", "semicolon"]) == 2
+            assert capsys.readouterr().err == (
+                "error: --csv-dialect: says how a .csv is written; -o NAME.csv says where it goes\n"
+            )
+
 
 class TestWriting:
     def test_an_existing_file_is_replaced_at_once(self, tmp_path: Path) -> None:

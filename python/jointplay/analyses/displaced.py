@@ -78,13 +78,25 @@ def under_load(m: Mechanism, at: Nominal) -> Displaced:
 
 
 def shifts(m: Mechanism, at: Nominal, displaced: Displaced) -> Floats:
-    """How far the output point of a displaced mechanism is from its nominal place, in units of the file."""
+    """How far the output point of a displaced mechanism is from its nominal place, in units of the file.
+
+    Of an output that is seen from another body it is how far the point is off as that body sees it.
+    """
     output = m.core_spec["output"]["point"]
-    point = m.core_spec["points"][output]
-    nominal = poses.place(at.poses[:, point["body"]], point["at"])
-    own = displaced.poses[:, point["body"]]
-    there = poses.position(own) + (poses.matrix(own) @ displaced.points[:, output, :, None])[..., 0]
+    nominal = _seen(m, at.poses, np.asarray(m.core_spec["points"][output]["at"]))
+    there = _seen(m, displaced.poses, displaced.points[:, output])
     return np.asarray(np.linalg.norm(there - nominal, axis=-1)) / m.units.length
+
+
+def _seen(m: Mechanism, every: Floats, on_body: Floats) -> Floats:
+    """Where the output point is, in the axes of the body from which it is seen; shape (configuration, 3)."""
+    output = m.core_spec["output"]
+    own = every[:, m.core_spec["points"][output["point"]]["body"]]
+    place: Floats = poses.position(own) + (poses.matrix(own) @ on_body[..., None])[..., 0]
+    other = output.get("relative_to")
+    if other is None:
+        return place
+    return poses.seen_from(every[:, other], place - poses.position(every[:, other]))
 
 
 def on_bodies(m: Mechanism, u: Floats) -> Floats:

@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from jointplay.errors import one_line
+from jointplay.errors import InputError, one_line
 
 from . import DONE, INTERRUPTED, NOT_OK
 from .arguments import assignments, numbers, value
-from .printing import printed
+from .printing import Printing, printed
 from .progress import bar
 
 if TYPE_CHECKING:
@@ -88,6 +88,8 @@ def scatter(samples: int, seed: int, law: Law | None, sampling: Sampling) -> dic
 
 def check_paths(output: Path | None) -> None:
     """Refuse what cannot be written before the work, not after it."""
+    if printed().csv_dialect != Printing.csv_dialect and (output is None or output.suffix.lower() != ".csv"):
+        raise InputError("says how a .csv is written; -o NAME.csv says where it goes", key="--csv-dialect")
     if output is not None:
         from jointplay import write
 

@@ -61,12 +61,16 @@ def cost_curve(result: Result | xr.Dataset, *, axes: Axes | None = None, style: 
     part = _allocated(result)
     if "curve_cost" not in part.data:
         raise InputError("has no curve: allocate(m, curve=[0.5, 1, 2])", key="result")
-    factors, costs = np.array(part.labels("limit")), part.get("curve_cost")
+    factors, costs = np.array(part.labels("limit"), dtype=float), part.get("curve_cost")
+    own = float(part.get("total_cost"))
+    if 1.0 not in factors:
+        # What the limits as they are cost is a point of the curve, too.
+        factors, costs = np.append(factors, 1.0), np.append(costs, own)
     order = np.argsort(factors)
     with canvas(axes, style) as (figure, axes):
         axes.plot(factors[order], costs[order], label="least cost", **series(0))
         here = series(3) | {"linestyle": "none"}
-        axes.plot(1.0, float(part.get("total_cost")), label="these limits", **here)
+        axes.plot(1.0, own, label="these limits", **here)
         axes.set(xlabel="limits times", ylabel="total cost")
         legend(axes)
     return figure

@@ -103,6 +103,7 @@ def scene(
         "extent": geometry.extent,
         "shapes": geometry.shapes,
         "output": m.core_spec["output"]["point"],
+        "relative": "relative_to" in m.core_spec["output"],
         "places": _rounded(places[..., :axes], digits),
         "path": _rounded(path, digits),
         "states": states,

@@ -254,7 +254,8 @@ class Viewer {
     if (cloud.length) make("path", { d: cloud.map(([x, y]) => `M${x.toFixed(1)} ${y.toFixed(1)}h0`).join(""), class: "jp-cloud" }, layers.cloud);
     const [x, y] = this.project(centre);
     if (scene.limit) make("circle", { cx: x, cy: y, r: scene.limit * this.factor * this.scale * this.camera.zoom, class: "jp-limit" }, layers.region);
-    if (displaced && known(displaced[scene.output])) make("path", { d: way([[x, y], this.project(displaced[scene.output])]), class: "jp-error" }, layers.error);
+    // What another body sees of it is no line from the one place to the other.
+    if (!scene.relative && displaced && known(displaced[scene.output])) make("path", { d: way([[x, y], this.project(displaced[scene.output])]), class: "jp-error" }, layers.error);
   }
 
   names(places) {
