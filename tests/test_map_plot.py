@@ -297,3 +297,19 @@ class TestIsosurface:
         points, _ = isosurface(self.AXES, values, 0.1)
         np.testing.assert_allclose(points @ [0.3, -0.7, 0.2], 0.1, rtol=0, atol=1e-12)
         assert points[:, 0].min() >= 0.0
+
+
+def test_a_page_says_where_its_colours_end() -> None:
+    """Near a singularity errors grow without bound, and a few nodes would take all colours."""
+    from jointplay.plot.interactive import figure_of
+    from jointplay.plot.map import layers, limits
+
+    m = example("five-bar")
+    far = jp.map(m, grid={"x": {"from": -160, "to": 160, "count": 41}, "y": {"from": 20, "to": 260, "count": 31}})
+    shown = layers(far)
+    span = limits(shown.value.values)
+    assert np.nanmax(shown.value.values) > span[1]
+    figure = figure_of(shown, span)
+    assert figure.data[0].colorbar.title.text == f"position error [mm]<br>{span[1]:.3g} and more"
+    near = layers(jp.map(m, grid={"x": [-20, 0, 20], "y": [150, 180]}))
+    assert "more" not in figure_of(near, limits(near.value.values)).data[0].colorbar.title.text

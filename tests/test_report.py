@@ -220,7 +220,8 @@ def test_the_command_writes_it_and_says_how_to_do_it_again(
     arguments = ["report", "four-bar.toml", "--samples", "256", "--set", "limits.position=1"]
     monkeypatch.setattr("sys.argv", ["jointplay", *arguments])
     assert cli.run(arguments) == 1  # the limit is missed
-    assert capsys.readouterr().out == "wrote four-bar.html\n"
+    said = "wrote four-bar.html; a limit is missed or a configuration is not ok, as its verdict says\n"
+    assert capsys.readouterr().out == said
     text = Path("four-bar.html").read_text(encoding="utf-8")
     assert "jointplay report four-bar.toml --samples 256 --set limits.position=1" in html.unescape(text)
     assert cli.run(["report", "four-bar.toml", "-o", "page.md"]) == 2

@@ -41,5 +41,6 @@ def report(
     command = shlex.join(["jointplay", *sys.argv[1:]])
     with bar("report") as progress:
         is_good = write(m, path, samples=samples, seed=seed, command=command, progress=progress)
-    typer.echo(f"wrote {path}")
+    rest = "" if is_good else "; a limit is missed or a configuration is not ok, as its verdict says"
+    typer.echo(f"wrote {path}{rest}")
     return DONE if is_good else NOT_OK

@@ -195,6 +195,9 @@ def _plane(shown: Shown, label: str, *, bar: float | None) -> list[Any]:
     across, up = (value[dim] for dim in value.dims)
     names = [str(across.name), str(up.name)]
     low, high = shown.span
+    if bool((value.values > high).any()):
+        # As the arrow at the end of the colours does on paper.
+        label = f"{label}<br>{high:.3g} and more" if label else f"{high:.3g} and more"
     traces: list[Any] = [
         go.Heatmap(
             x=across.values, y=up.values, z=value.values.T, customdata=shown.words.T, zmin=low, zmax=high,
