@@ -42,7 +42,7 @@ def kinds() -> dict[str, tuple[str, dict[str, Result]]]:
         "error in space": ("delta-by-hand", results(example("delta-by-hand"), "loaded", "worst")),
         "compensate": ("four-bar", results(four, "compensate")),
         "sweep": ("four-bar", {"sweep": from_dataset(swept)}),
-        "sweep over pairs": ("four-bar", {"sweep": from_dataset(pairs)}),
+        "sweep over pairs": ("four-bar", {"pairs": from_dataset(pairs)}),
         "solve": ("excavator", results(example("excavator"), "solve")),
         "solve in space": ("3-upu", results(robot, "solve")),
         "singularities": ("slider-crank", results(slider, "singularities")),

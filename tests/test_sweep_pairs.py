@@ -107,6 +107,8 @@ def test_the_command_draws_and_refuses(tmp_path, monkeypatch, capsys):
         (f"{SECOND}=0.2", "--by: say what is swept: --by KEY=from:to:count"),
         ("joints.J9.clearance.radial=0.2,1", "'J9' is not a joint"),
         (SECOND, "--by"),
+        (f"{SECOND}=0.2,1 --plot q.png --panel position-surface", "--panel: 'position-surface' is not a panel"),
+        (f"{SECOND}=0.2,1 --plot q.png --quantity x", "--quantity: 'x' is not a quantity"),
     ):
         capsys.readouterr()
         assert run(shlex.split(f"sweep m.toml -s {FIRST}=0.2:1:2 --by {option}")) == 2

@@ -84,4 +84,5 @@ def sweep(
     def ask(m: Mechanism, progress: Any) -> Result:
         return compute(m, keys, values, question.value, progress=progress, **options)
 
-    return answer.answer({"sweep": ask}, m, output, plot)
+    # Of pairs of values there are other figures.
+    return answer.answer({"sweep" if by is None else "pairs": ask}, m, output, plot)

@@ -73,7 +73,7 @@ class Choice:
         """
         asked = list(asked)
         # A sweep compares sizes.
-        known = SIZES if "sweep" in asked else (*SIZES, *m.components)
+        known = SIZES if {"sweep", "pairs"} & {*asked} else (*SIZES, *m.components)
         if self.quantity is not None and self.quantity not in known:
             raise InputError(not_known(self.quantity, "a quantity", known), key="quantity")
         names = panel_names(m, asked)
@@ -91,6 +91,8 @@ def panel_names(m: Mechanism, asked: list[str]) -> tuple[str, ...]:
         return tuple(_drawings(m)) if m.pose_size == poses.SPATIAL else ("mechanism",)
     if "sweep" in asked:
         return ("position", "position-surface", "rotation", "rotation-surface")
+    if "pairs" in asked:
+        return SIZES
     if "compensate" in asked:
         return ("position", "rotation", "correction", "correction-length", "correction-angle")
     if "compare" in asked:
