@@ -45,6 +45,7 @@ LAYERS = (
     "write",
     "table",
     "plot",
+    "display",
     "viewer",
     "reporting",
     "examples",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import importlib
 import json
 import os
 from collections.abc import Mapping
@@ -39,6 +40,10 @@ PUBLIC = (
     *("bodies", "drives", "joints", "load_cases", "outputs", "parameters", "raw", "sources", "units"),
     *("only", "title", "value", "with_"),
 )
+
+
+#: what notebooks show of a mechanism stands far above this layer; it is found by its name when it is asked for
+DISPLAY = "jointplay.display"
 
 
 class Mechanism(Compiled):
@@ -293,6 +298,10 @@ class Mechanism(Compiled):
 
     def __reduce__(self) -> tuple[object, ...]:
         return (_made, (dict(self.raw), self.file, *self.chosen))
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows where the mechanism is the value of a cell."""
+        return str(importlib.import_module(DISPLAY).html(self))
 
     def __repr__(self) -> str:
         # Pieces of an elastic body are that body.
