@@ -87,6 +87,12 @@ class TestGallery:
         assert hook("gallery").plain("a_b *c* <d> $e$") == r"a\_b \*c\* \<d\> \$e\$"
 
 
+def test_the_glossary_is_in_order() -> None:
+    words = re.findall(r"^## (.*)$", (DOCS / "glossary.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert len(words) > 40
+    assert words == sorted(words, key=str.casefold)
+
+
 class TestFormulas:
     def test_they_become_mathml(self) -> None:
         page: Any = None
