@@ -22,7 +22,7 @@ from mkdocs.structure.files import File, Files
 FIGURES = {
     "img/home.png": (
         "new four-bar",
-        "error four-bar.toml --panel mechanism --configuration 0 --size 130x105mm --dpi 220",
+        "error four-bar.toml --panel mechanism --configuration 0 --size 100x90mm --dpi 250",
     ),
     "img/four-bar.png": ("new four-bar", "error four-bar.toml"),
     "img/map.png": ("new 3-rrr", "map 3-rrr.toml -g x=-150:150:151 -g y=-150:150:151 -g angle=0"),
@@ -30,7 +30,7 @@ FIGURES = {
 STYLES = ("light", "dark")
 #: exit codes of a drawing that was made: also of one that shows what is not ok
 DRAWN = (0, 1)
-IMAGE = re.compile(r"(?P<start>!\[[^\]]*\]\([^)\s]*)\.png\)")
+IMAGE = re.compile(r"(?P<start>!\[[^\]]*\]\([^)\s]*)\.png\)(?P<attributes>\{[^}]*\})?")
 
 
 @cache
@@ -62,6 +62,7 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
         name = found["start"].rpartition("(")[2] + ".png"
         if name not in FIGURES:
             return found[0]
-        return "".join(f"{found['start']}-{style}.png#only-{style})" for style in STYLES)
+        attributes = found["attributes"] or ""
+        return "".join(f"{found['start']}-{style}.png#only-{style}){attributes}" for style in STYLES)
 
     return IMAGE.sub(both, markdown)
