@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ast
 import doctest
+import json
 import os
 import re
 import subprocess
@@ -163,6 +164,9 @@ def texts() -> Iterator[tuple[str, str]]:
     """What users read, with where it is: pages, changes to come, comments of examples, docstrings and messages."""
     for page in [*PAGES, *sorted((DOCS / "papers").glob("*.md"))]:
         yield page.name, page.read_text(encoding="utf-8")
+    for path in sorted(DOCS.glob("*.ipynb")):
+        for number, cell in enumerate(json.loads(path.read_text(encoding="utf-8"))["cells"]):
+            yield f"{path.name}, cell {number}", "".join(cell["source"])
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     yield "CHANGELOG.md", changes.partition("## [Unreleased]")[2].partition("\n## [")[0]
     package = ROOT / "python" / "jointplay"

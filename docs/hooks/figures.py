@@ -24,7 +24,7 @@ FIGURES = {
         "new four-bar",
         "error four-bar.toml --panel mechanism --configuration 0 --size 100x90mm --dpi 250",
     ),
-    "img/four-bar.png": ("new four-bar", "error four-bar.toml"),
+    "img/four-bar.png": ("new four-bar", "error four-bar.toml --size 200mm --dpi 220"),
     "img/map.png": ("new 3-rrr", "map 3-rrr.toml -g x=-150:150:151 -g y=-150:150:151 -g angle=0"),
 }
 STYLES = ("light", "dark")
