@@ -68,7 +68,7 @@ class TestGallery:
         card, page = gallery.card(row), gallery.page(row)
         assert re.search(r"(Limits hold|Limit missed|Largest position error|Output .*):? .* mm", card)
         assert f"`jointplay error {name}.toml -q worst`" in card
-        assert f"(examples/{name}.md)" in card
+        assert f"(examples/{name}.md#the-file)" in card
         assert examples.text(name).rstrip() in page
         assert "export function view" in gallery.view(name)
 

@@ -99,7 +99,7 @@ def card(row: Row) -> str:
 
     {plain(answer(row.name, "worst"))}
 
-    `jointplay error {row.name}.toml -q worst`
+    `jointplay error {row.name}.toml -q worst` ([the file]({page}#the-file))
 
     *Shows {row.shows}*
 """
