@@ -194,13 +194,13 @@ class _Every:
         """The sizes of one source."""
         if source.fixed:
             nothing = Found("fixed", math.nan, Use(math.nan, "", -1), Use(math.nan, "", -1))
-            return _One(source, nothing, math.nan, "", math.nan)
+            return _One(source, nothing, math.nan, loosest(self.asked, source), math.nan)
         largest = self._largest(source.kind)
         found = self._search(source.resized, source.size, largest, 1e-3 * largest)
         smallest = math.nan
         if self.needed is not None and source.key.endswith("clearance"):
             smallest = self.needed.of(source, largest, self.tolerance)
-        return _One(source, found, smallest, loosest(self.asked, source, found), self._error(source, found))
+        return _One(source, found, smallest, loosest(self.asked, source), self._error(source, found))
 
     def _search(self, changes: Any, size: float, largest: float, guess: float) -> Found:
         def use(new: float, near: Any) -> Use:
