@@ -157,7 +157,7 @@ class Search:
         return found
 
     def _between(self) -> tuple[float, float] | None:
-        """A size that holds, between one that is too small to be assembled and one that misses a limit, and the latter."""
+        """A size that holds, above one that is too small to be assembled, and the one above it that misses a limit."""
         missed = (s for s, use in self.known.items() if not use.holds and use.quantity not in (ASSEMBLY, REFUSED))
         high = min(missed, default=0.0)
         low = max((s for s, use in self.known.items() if s < high and use.quantity == ASSEMBLY), default=high)
