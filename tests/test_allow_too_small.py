@@ -1,4 +1,4 @@
-"""`allow` where a size can be too small as well: jammed teeth, bars that do not fit, strained members; and no effect."""
+"""`allow` where a size can be too small as well: jammed teeth, bars that do not fit, strained members; or no effect."""
 
 from __future__ import annotations
 
