@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from . import DONE, NOT_OK, allocating, animating, answer, arguments, assembling, completing, reporting
+from . import DONE, NOT_OK, allocating, animating, answer, arguments, assembling, completing, reporting, serving
 from .drawing import NO_FIGURE, Figure, with_figure
 from .help import examples
 from .options import (
@@ -501,6 +501,7 @@ app.command(epilog=examples("assemble"))(prints()(assembling.assemble))
 app.command(epilog=examples("allocate"))(prints()(allocating.allocate))
 app.command(epilog=examples("animate"))(animating.animate)
 app.command(epilog=examples("report"))(reporting.report)
+app.command(epilog=examples("studio"))(serving.studio)
 
 
 @app.command(epilog=examples("schema"))
