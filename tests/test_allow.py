@@ -385,6 +385,7 @@ def test_no_size_is_small_enough_where_the_others_miss_the_limit() -> None:
         ({}, {"question": "given"}, "worst, loaded, random"),
         ({}, {"probability": 0.9}, "random"),
         ({}, {"question": "random", "probability": 1.5}, "between 0 and 1"),
+        ({}, {"question": "random", "samples": 370}, "at least 371 are needed"),
         ({}, {"tolerance": 0.0}, "tolerance"),
         ({}, {"question": "loaded"}, "nothing loads"),
         ({"joints.*.clearance": None, "dimensions": None}, {}, "nothing is off"),

@@ -327,7 +327,12 @@ def test_summaries_of_the_commands_are_whole(folder: Path, capsys: pytest.Captur
 
 
 @pytest.mark.parametrize("command", LINES)
-def test_examples_in_the_help_of_a_command_work(command: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_examples_in_the_help_of_a_command_work(
+    command: str, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A server would go on until Ctrl-C.
+    monkeypatch.setattr("jointplay.serving.server.Server.serve_forever", lambda _: None)
+    monkeypatch.setattr("webbrowser.open", lambda _: True)
     text = say(capsys, f"{command} --help").partition("Examples:")[2]
     assert max(map(len, text.splitlines())) <= 80
     for line in LINES[command]:

@@ -52,8 +52,8 @@ def test_plain_samples_are_those_of_earlier_versions() -> None:
 @pytest.mark.parametrize("sampling", ["sobol", "plain"])
 @pytest.mark.parametrize("samples", [2000, 8192])
 def test_standard_errors_are_how_far_results_of_other_seeds_lie_apart(sampling: str, samples: int) -> None:
-    """Over 40 seeds the spread of every figure is what the standard errors say."""
-    runs = [one(samples, seed, sampling) for seed in range(40)]
+    """Over 160 seeds the spread of every figure is what the standard errors say."""
+    runs = [one(samples, seed, sampling) for seed in range(160)]
     for name in ("error_mean", "error_std", "error_quantile"):
         values = np.stack([run[name].values for run in runs])
         said = np.sqrt(np.mean([run[f"{name}_standard_error"].values ** 2 for run in runs], axis=0))
@@ -61,8 +61,9 @@ def test_standard_errors_are_how_far_results_of_other_seeds_lie_apart(sampling: 
         if name == "error_quantile":
             # Beyond the quantiles of 99 % and 99.9 % are so few samples that their spread does not describe them.
             ratio = ratio[:3]
-        # The spread over 40 seeds is known within 11 %, standard errors of 16 replicates together within 3 %.
-        assert ((ratio > 0.6) & (ratio < 1.4)).all(), (name, ratio)
+        # The spread over 160 seeds is known within 6 %, standard errors of 16 replicates together within 2 %. Quantiles
+        # of few samples are known better than said: what lies between two samples is counted as unknown.
+        assert ((ratio > 0.65) & (ratio < 1.25)).all(), (name, ratio)
 
 
 def test_sobol_points_know_the_scatter_much_better_than_as_many_plain_samples() -> None:
@@ -148,3 +149,27 @@ def test_over_constrained_mechanisms_take_sobol_points_for_their_deviations() ->
         error = np.sqrt(share["plain"] * (1 - share["plain"]) / 4096) + 1 / 4096
         assert abs(share["sobol"] - share["plain"]) < 5 * error
     assert found["sobol"].attrs["sampling"].startswith("scrambled Sobol points")
+
+
+@pytest.mark.parametrize("name", ["four-bar", "six-bar", "rssr", "serial-6r"])
+def test_quantiles_with_the_first_order_as_a_control_are_those_of_many_plain_samples(name: str) -> None:
+    """Without bias, and several times nearer to the truth than those of as many plain samples."""
+    m = jp.loads(jp.examples.text(name))
+    at = nominal(m).first(1)
+    levels = np.array([0.1, 0.5, 0.9, 0.95])
+
+    def quantiles(samples: int, seed: int, sampling: str) -> tuple[Any, Any, Any]:
+        found = m.core.random(at.drives, at.poses, samples, seed, levels, sampling=sampling)
+        names = ("quantile", "quantile_standard_error", "quantile_resolution")
+        return tuple(found[name][0] for name in names)  # type: ignore[literal-required]
+
+    truth, truth_error, resolution = quantiles(1 << 22, 12_345, "plain")
+    runs = {sampling: [quantiles(16_384, seed, sampling)[0] for seed in range(24)] for sampling in ("plain", "sobol")}
+    spread = {sampling: np.std(values, axis=0, ddof=1) for sampling, values in runs.items()}
+    # Quantiles are interpolated within bins, of which a tenth is more than what that misses.
+    error = np.sqrt(spread["sobol"] ** 2 / 24 + truth_error**2 + (0.1 * resolution) ** 2)
+    far = np.abs(np.mean(runs["sobol"], axis=0) - truth)
+    # Largest of twenty: 4.5 standard errors.
+    assert (far <= 4.5 * error).all(), far / error
+    varies = spread["plain"] > resolution
+    assert np.median((spread["plain"] / np.maximum(spread["sobol"], 1e-300))[varies]) > 3

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import copy
+import importlib
 import json
 import os
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import cached_property
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
 
-from jointplay import _core, measured, toml
+from jointplay import _core, document, files, measured, toml
 from jointplay.compile import Compiled, Loads, compile_file
+from jointplay.document import Source
 from jointplay.errors import InputError, not_known
 from jointplay.patterns import written_out
 from jointplay.schema import MechanismFile, validate
@@ -37,8 +40,14 @@ def in_core(spec: Spec) -> _core.Mechanism:
 #: what users find in a mechanism; the rest is for the analyses
 PUBLIC = (
     *("bodies", "drives", "joints", "load_cases", "outputs", "parameters", "raw", "sources", "units"),
-    *("only", "title", "value", "with_"),
+    *("only", "title", "value", "with_", "write"),
 )
+#: what has the order of the file
+ORDERED = ("bodies", "joints", "sources", "drives", "parameters", "outputs", "load_cases", "core_spec")
+
+
+#: what notebooks show of a mechanism stands far above this layer; it is found by its name when it is asked for
+DISPLAY = "jointplay.display"
 
 
 class Mechanism(Compiled):
@@ -81,9 +90,15 @@ class Mechanism(Compiled):
     _whole: MechanismFile
     #: what was chosen of the same file before
     _parts: dict[object, Mechanism]
+    #: the text that it was read from, if it was
+    _source: Source | None
 
     @typed
     def __init__(self, raw: Mapping[str, Any], file: str = "<data>") -> None:
+        self._of(raw, file, None)
+
+    def _of(self, raw: Mapping[str, Any], file: str, source: Source | None) -> None:
+        vars(self).update(_source=source)
         toml.check_depth(raw, file=file)
         plain: dict[str, Any] = _plain(raw)
         written = written_out(plain, file)
@@ -179,6 +194,7 @@ class Mechanism(Compiled):
             return self
         if key not in self._parts:
             part = object.__new__(Mechanism)
+            vars(part).update(_source=self._source)
             part._make(self.raw, self._whole, self.file, of, outputs, load_cases, self._parts)
             if load_cases:
                 vars(part)["has_loads"] = self.has_loads
@@ -282,6 +298,59 @@ class Mechanism(Compiled):
         """
         return changed(self, {**(changes or {}), **more})[0]
 
+    @typed
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write the mechanism as a file, as a whole or not at all.
+
+        What has not changed since the file was read stays as it was typed, with comments and order. A changed value
+        stands in the place of the old one, also of an expression; one that is repeated stands in its pattern. What the
+        file takes from others (``include``, columns of measured values) stays there as long as it is found from the new
+        place and has not changed; else it is written out, so that the file is complete by itself. Of what `only` has
+        chosen the whole file is written.
+
+        Parameters
+        ----------
+        path : path-like
+            A file, which is replaced if it is there.
+
+        Raises
+        ------
+        InputError
+            When it cannot be written.
+
+        Examples
+        --------
+        >>> import pathlib, tempfile
+        >>> from jointplay import examples
+        >>> better = loads(examples.text("four-bar")).with_({"joints.J3.clearance.radial": 0.2})
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = pathlib.Path(folder, "better.toml")
+        ...     better.write(path)
+        ...     load(path) == better
+        True
+        """
+        files.put(self.text(path).encode(), Path(path))
+
+    def text(self, path: str | os.PathLike[str]) -> str:
+        """What `write` writes.
+
+        Parameters
+        ----------
+        path : path-like
+            Where it would stand: what the file takes from others is looked for there.
+        """
+        place = os.fspath(path)
+        return next(text for text in document.texts(self._source, self.raw) if self._is(text, place))
+
+    def _is(self, text: str, path: str) -> bool:
+        """Whether a text at a place is read as this mechanism."""
+        try:
+            read = _read(text, path, self.file).only(*self.chosen)
+        except InputError:
+            return False
+        # What is equal may have another order.
+        return read == self and all(getattr(read, name) == getattr(self, name) for name in ORDERED)
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Mechanism) and self._identity() == other._identity()
 
@@ -289,10 +358,14 @@ class Mechanism(Compiled):
         return hash(self._identity())
 
     def _identity(self) -> tuple[object, ...]:
-        return (json.dumps(self.raw, sort_keys=True, default=str), *self.chosen)
+        return (_hashable(self.raw), *self.chosen)
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (_made, (dict(self.raw), self.file, *self.chosen))
+        return (_made, (dict(self.raw), self.file, self._source, *self.chosen))
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows where the mechanism is the value of a cell."""
+        return str(importlib.import_module(DISPLAY).html(self))
 
     def __repr__(self) -> str:
         # Pieces of an elastic body are that body.
@@ -321,7 +394,7 @@ def changed(m: Mechanism, changes: Mapping[str, object]) -> tuple[Mechanism, lis
     for key, value in changes.items():
         toml.check_depth(value, file=m.file, key=key)
     reached = change(raw, {key: _plain(value) for key, value in changes.items()}, m.file)
-    return Mechanism(raw, m.file).only(*m.chosen), reached
+    return _mechanism(raw, m.file, m._source).only(*m.chosen), reached
 
 
 @typed
@@ -339,14 +412,27 @@ def load(path: str | os.PathLike[str]) -> Mechanism:
         When it cannot be read or is not a valid mechanism; the message names file, key, value and what would be valid.
     """
     name, content = toml.read(path)
+    return _read(content, os.fspath(path), name)
+
+
+def _read(content: str, path: str, name: str) -> Mechanism:
+    """The mechanism of a text that stands at a path, and has this name in messages."""
     raw = _tables(content, name)
     if "include" not in raw:
-        return Mechanism(measured.filled_in(raw, os.fspath(path), name), name)
-    joined = toml.joined(raw, os.fspath(path), name)
+        raw = measured.filled_in(raw, path, name)
+        return _mechanism(raw, name, Source(content, raw))
+    joined = toml.joined(raw, path, name)
     try:
-        return Mechanism(measured.filled_in(joined.tables, os.fspath(path), name), name)
+        raw = measured.filled_in(joined.tables, path, name)
+        return _mechanism(raw, name, Source(content, raw, joined.texts))
     except InputError as error:
         raise joined.in_its_part(error) from None
+
+
+def _mechanism(raw: Mapping[str, Any], file: str, source: Source | None) -> Mechanism:
+    m = object.__new__(Mechanism)
+    m._of(raw, file, source)
+    return m
 
 
 @typed
@@ -365,7 +451,8 @@ def loads(text: str, name: str = "<text>") -> Mechanism:
     InputError
         As for `load`.
     """
-    return Mechanism(_tables(text, name), name)
+    raw = _tables(text, name)
+    return _mechanism(raw, name, Source(text, raw))
 
 
 def _tables(text: str, name: str) -> dict[str, Any]:
@@ -385,8 +472,17 @@ def _plain(value: object) -> Any:
     return value
 
 
-def _made(raw: Mapping[str, Any], file: str, output: str | None, load_case: str | None) -> Mechanism:
-    return Mechanism(raw, file).only(output, load_case)
+def _hashable(value: object) -> object:
+    """Values that are equal where those of files are: 1 and 1.0, tables whatever their order."""
+    if isinstance(value, Mapping):
+        return frozenset((key, _hashable(one)) for key, one in value.items())
+    return tuple(map(_hashable, value)) if isinstance(value, list) else value
+
+
+def _made(
+    raw: Mapping[str, Any], file: str, source: Source | None, output: str | None, load_case: str | None
+) -> Mechanism:
+    return _mechanism(raw, file, source).only(output, load_case)
 
 
 def _absent(raw: Mapping[str, Any], key: str) -> str:

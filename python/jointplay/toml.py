@@ -83,11 +83,14 @@ class Joined:
         Name of the file in messages.
     came_from : dict
         Part, and place in it, of what does not stand in the file itself, by place.
+    texts : dict
+        Texts of the parts, by name.
     """
 
     tables: dict[str, Any]
     file: str
     came_from: dict[tuple[str, ...], tuple[str, tuple[str, ...]]]
+    texts: dict[str, str]
 
     def in_its_part(self, error: InputError) -> InputError:
         """The error with the file and the key where the mistake was written."""
@@ -126,7 +129,7 @@ def joined(tables: Mapping[str, Any], path: str, file: str) -> Joined:
         raise InputError(
             f'names of files are needed, such as ["leg.toml"], not {shown(names)}', file=file, key="include"
         )
-    joined = Joined(whole, file, {})
+    joined = Joined(whole, file, {}, {})
     total = 0
     for number, name in enumerate(names):
         key = f"include.{number}"
@@ -140,6 +143,7 @@ def joined(tables: Mapping[str, Any], path: str, file: str) -> Joined:
         if not place.is_file():
             raise InputError(f"{shown(name)} is no file", file=file, key=key)
         part, text = read(place)
+        joined.texts[name] = text
         total += len(text)
         if total > LARGEST_FILE:
             raise InputError(f"the parts are longer than {LARGEST_FILE // 1_000_000} MB together", file=file, key=key)

@@ -21,6 +21,7 @@ from . import (
     completing,
     mapping,
     reporting,
+    serving,
     solving,
     sweeping,
 )
@@ -112,6 +113,7 @@ for question in QUESTIONS:
     app.command(name, epilog=examples(name))(prints(csv=question is not mapping.map_)(question))
 app.command(epilog=examples("animate"))(animating.animate)
 app.command(epilog=examples("report"))(reporting.report)
+app.command(epilog=examples("studio"))(serving.studio)
 
 
 @app.command(epilog=examples("schema"))

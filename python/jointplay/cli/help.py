@@ -38,6 +38,10 @@ LINES: dict[str, dict[str, str]] = {
     "assemble": {"jointplay assemble antenna-support.toml": ""},
     "animate": {"jointplay animate four-bar.toml -o four-bar.html --frames 12": ""},
     "report": {"jointplay report four-bar.toml --samples 1024 -o four-bar.html": ""},
+    "studio": {
+        "jointplay studio four-bar.toml": "",
+        "jointplay studio --port 8080 --no-browser": "a choice of examples",
+    },
     "schema": {"jointplay schema -o jointplay.schema.json": ""},
 }
 

@@ -43,7 +43,9 @@ def _factor(result: Result) -> str:
     status, factor = str(result.get("factor_status")), float(result.get("allowed_factor"))
     if status == "not_enough":
         return "All sizes together: the limits are missed however small they are made."
-    if status == "unlimited":
+    if status == "needs_play":
+        return "All sizes together: the limits hold as they are, and are missed with sizes of zero."
+    if status in ("unlimited", "no_effect"):
         return f"All sizes together: the limits hold up to {factor:.4g} times the sizes; no larger factor was tried."
     verb = "may be" if factor >= 1.0 else "have to be"
     return (

@@ -157,7 +157,7 @@ def _ask(chapter: Chapter, samples: int, seed: int, step: Callable[[], None]) ->
             chapter.reasons[name] = str(problem.problem)
         step()
     if "random" in chapter.results:
-        chapter.cloud = _cloud(first, chapter.at, seed)
+        chapter.cloud = specimens(first, chapter.at, seed)
 
 
 def _sizes(m: Mechanism) -> Result:
@@ -170,17 +170,17 @@ def _sizes(m: Mechanism) -> Result:
     return stack(found, along, {**found[-1].attrs, "sweep": "factor"})
 
 
-def _cloud(m: Mechanism, at: Nominal, seed: int) -> Floats | None:
+def specimens(m: Mechanism, at: Nominal, seed: int = 0) -> Floats | None:
     """Position errors of some specimens, the same ones in every configuration, in units of the file."""
     if not m.core.isostatic:
         return None
     axes = sum(name in LENGTHS for name in m.components)
-    specimens = m.core.specimens(CLOUD, seed)
+    drawn = m.core.specimens(CLOUD, seed)
     found = np.full((len(at), CLOUD, axes), np.nan)
     for k, (drives, placed) in enumerate(zip(at.drives, at.poses, strict=True)):
         if np.isfinite(placed).all():
             every = np.tile(placed, (CLOUD, 1, 1))
-            errors = m.core.given(np.tile(drives, (CLOUD, 1)), every, specimens)["error"]
+            errors = m.core.given(np.tile(drives, (CLOUD, 1)), every, drawn)["error"]
             found[k] = errors[:, :axes] / m.units.length
     return found
 

@@ -1,4 +1,4 @@
-"""Figures and tables of a page as HTML, each with its numbers to take along."""
+"""Figures of a page as HTML, each with its numbers to take along."""
 
 from __future__ import annotations
 
@@ -13,10 +13,7 @@ from matplotlib.figure import Figure
 from jointplay.plot.style import USUAL_STYLE, escape_texts
 from jointplay.result import Result
 from jointplay.spreadsheets import frame
-from jointplay.table import Table
 
-#: rows of a table that the page has; files have all
-MOST_ROWS = 400
 #: rows of a file of numbers that is within the page
 MOST_NUMBERS = 20_000
 
@@ -55,34 +52,3 @@ def numbers(result: Result, names: Iterable[str]) -> str:
     kept = {name: result.data[name] for name in names if name in result.data}
     table = frame(Result(result.coords, kept, result.attrs))
     return str(table.head(MOST_NUMBERS).dropna(axis="columns", how="all").to_csv(index=False))
-
-
-def table(found: Table, *, title: bool = False) -> str:
-    """A table as on the screen, with its notes."""
-    head = "".join(
-        f"<th{_side(column.left)}>{escape(column.name)}<br><small>{escape(column.unit)}</small></th>"
-        for column in found.columns
-    )
-    count = max((len(column.cells) for column in found.columns), default=0)
-    rows = [
-        "<tr>" + "".join(f"<td{_side(c.left)}>{escape(c.cells[k])}</td>" for c in found.columns) + "</tr>"
-        for k in range(min(count, MOST_ROWS))
-    ]
-    caption = f"<caption>{escape(found.title)}</caption>" if title else ""
-    body = f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>" if rows else ""
-    return f'<div class="wide">{body}</div>{paragraphs(found.notes, "note")}'
-
-
-def _side(left: bool) -> str:
-    return ' class="left"' if left else ""
-
-
-def folded(words: str, content: str) -> str:
-    """Something that is there when it is opened."""
-    return f"<details><summary>{escape(words)}</summary>{content}</details>"
-
-
-def paragraphs(lines: Sequence[str], kind: str = "") -> str:
-    """Sentences, a paragraph each."""
-    mark = f' class="{kind}"' if kind else ""
-    return "".join(f"<p{mark}>{escape(line)}</p>" for line in lines)

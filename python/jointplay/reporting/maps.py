@@ -14,8 +14,9 @@ from jointplay.conclusions import conclude
 from jointplay.model import Mechanism
 from jointplay.result import Result, parts, quantity
 from jointplay.table import tables
+from jointplay.table.html import folded, paragraphs, table
 
-from .figures import folded, numbers, paragraphs, picture, table
+from .figures import numbers, picture
 
 #: nodes of a map that a reader waits for, and the most where each of them is a search
 MOST_NODES, MOST_SEARCHED = 1500, 200

@@ -15,6 +15,11 @@ from .drawing import drawing, embedded, head, program
 
 #: of the frame that a notebook gives the drawing
 HEIGHT = 640
+#: colours as the page around it, or the system, has them
+STYLE = (
+    ":root { color-scheme: light dark; } "
+    "body { margin: 0.5rem; font: 15px/1.5 system-ui, sans-serif; color: CanvasText; background: Canvas; }"
+)
 
 
 class View:
@@ -72,5 +77,5 @@ def view(m: Mechanism) -> View:
     if m.has_loads:
         chapter.results["loaded"] = loaded.compute(m, at=at)
     title = m.title or m.file
-    text = f"{head('')}<title>{escape(title)}</title></head><body>{embedded(drawing(chapter))}{program()}"
+    text = f"{head(STYLE)}<title>{escape(title)}</title></head><body>{embedded(drawing(chapter))}{program()}"
     return View(text, title)

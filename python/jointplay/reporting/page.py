@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable
 from html import escape
 from importlib.resources import files
 from pathlib import Path
 
-import tomlkit
-
 from jointplay.errors import one_line
-from jointplay.model import Mechanism
 
 from . import sections
 from .answers import Answers
@@ -28,7 +24,7 @@ def page(answers: Answers, command: str) -> str:
         name = one_line(chapter.output)
         chapters.append((f"Output {name}" if name else "", list(sections.of_chapter(chapter))))
     last = [section for section in (sections.assembly(answers), sections.map_(answers)) if section is not None]
-    chapters.append(("", [*last, sections.inputs(answers, source(m), command)]))
+    chapters.append(("", [*last, sections.inputs(answers, m.text(m.file), command)]))
     body, contents = _body(chapters)
     style = files(__package__).joinpath("page.css").read_text(encoding="utf-8")
     return (
@@ -52,15 +48,3 @@ def _body(chapters: Iterable[tuple[str, list[Section]]]) -> tuple[str, str]:
             parts.append(f'<section id="s{count}"><{level}>{words}</{level}>{section.content}</section>')
             links.append(f'<a href="#s{count}">{words}</a>')
     return "".join(parts), " ".join(links)
-
-
-def source(m: Mechanism) -> str:
-    """The file as it was written, or, where the mechanism has been changed since, what it says now."""
-    path = Path(m.file)
-    try:
-        text = path.read_text(encoding="utf-8")
-        if tomllib.loads(text) == m.raw:
-            return text
-    except (OSError, ValueError):
-        pass
-    return tomlkit.dumps(m.raw)

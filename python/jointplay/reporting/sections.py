@@ -20,12 +20,13 @@ from jointplay.plot.sheet import sheet
 from jointplay.plot.style import USUAL_STYLE
 from jointplay.result import Result, in_words, size, typical
 from jointplay.table import tables
+from jointplay.table.html import folded, paragraphs, table
 from jointplay.verdict import cause, place, verdict
 
 from . import maps
 from .answers import Answers, Chapter
 from .drawing import WORDS, drawing, embedded
-from .figures import folded, numbers, paragraphs, picture, table
+from .figures import numbers, picture
 
 QUANTITIES = ("position", "rotation")
 #: variables that stand behind a figure of errors

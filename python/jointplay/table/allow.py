@@ -24,6 +24,7 @@ MEANINGS = {
     "no_effect": "its size changes nothing of what is limited",
     "unlimited": "the limits hold up to the largest size that was tried",
     "not_enough": "the limits are missed with a size of zero as well",
+    "needs_play": "the limits hold with the size as it is, and are missed with a size of zero",
     "fixed": "its size cannot be changed here",
 }
 #: relative rounding of a number
@@ -55,7 +56,7 @@ def _columns(result: Result) -> Iterator[Column]:
     if "needed" in result.data and np.isfinite(result.get("needed")).any():
         told.append("needed")
     status = result.get("status").tolist()
-    found = np.isin(status, ["ok", "not_enough"])
+    found = np.isin(status, ["ok", "not_enough", "needs_play"])
     # Where no size was found to be too large, what was tried does not decide the decimals.
     held = {name: np.where(found | (name in ("size", "needed")), result.get(name), np.nan) for name in told}
     cells = dict(zip(told, _by_unit(units, held), strict=True))
@@ -132,7 +133,7 @@ def _notes(result: Result) -> Iterator[str]:
         for name, measure, fit in zip(names, result.labels("source_measure"), result.get("fit"), strict=True)
         if measure in ROUND and not fit
     ]
-    if plain and (status != "not_enough").any():
+    if plain and not np.isin(status, ["not_enough", "needs_play"]).all():
         example = "{ radial = 0.02, diameter = 12 }"
         yield f"No fit is named for {_some(plain)}: it needs the diameter, such as clearance = {example}."
     if "samples" in result.attrs:

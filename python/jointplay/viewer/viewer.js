@@ -10,16 +10,20 @@ const LETTERS = 13, LEGIBLE = 0.8;
 // Where a name may stand beside its point, best first, in pixels.
 const BESIDE = [[11, -11], [11, 21], [-11, -11], [-11, 21], [0, -16], [0, 28], [18, 5], [-18, 5]];
 
-/** Draws a scene into an element and gives what it can be asked: `show(configuration)`. */
-export function view(element, scene) {
-  const viewer = new Viewer(element, scene);
+/**
+ * Draws a scene into an element and gives what it can be asked: `show(configuration)`, and `update(scene)`. A home that
+ * chooses configurations and states itself says `{ chosen: true }`.
+ */
+export function view(element, scene, { chosen = false } = {}) {
+  const viewer = new Viewer(element, scene, chosen);
   viewer.draw();
   return viewer;
 }
 
 class Viewer {
-  constructor(element, scene) {
+  constructor(element, scene, chosen) {
     this.scene = scene;
+    this.chosen = chosen;
     this.spatial = scene.axes === 3;
     this.camera = { turn: -0.9, tilt: 0.5, zoom: 1, x: 0, y: 0 };
     this.at = Math.max(0, scene.places.findIndex((places) => known(places[0])));
@@ -30,7 +34,7 @@ class Viewer {
     this.svg = make("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", tabindex: 0 }, element);
     this.svg.setAttribute("aria-label", "drawing of the mechanism");
     this.layers = Object.fromEntries(
-      ["path", "ghost", "solid", "cloud", "region", "error", "names"].map((name) => [name, make("g", { class: name }, this.svg)]),
+      ["path", "ghost", "solid", "cloud", "region", "error", "blamed", "names"].map((name) => [name, make("g", { class: name }, this.svg)]),
     );
     this.controls(element);
     this.text = html("ul", { class: "jp-text", "aria-live": "polite" }, element);
@@ -72,7 +76,7 @@ class Viewer {
     const { scene } = this;
     const bar = html("div", { class: "jp-controls" }, element);
     const count = scene.places.length;
-    if (count > 1) {
+    if (count > 1 && !this.chosen) {
       this.play = html("button", { type: "button", title: "play or stop" }, bar);
       this.play.textContent = "▶";
       this.play.addEventListener("click", () => this.toggle());
@@ -86,7 +90,7 @@ class Viewer {
       this.factor = rounded(10 ** Number(this.power.value));
       this.draw();
     });
-    if (scene.states.length) {
+    if (scene.states.length && !this.chosen) {
       this.choice = labelled(bar, "drawn", "select", {});
       [...scene.states.map((state) => state.label), "nominal"].forEach((label, k) => {
         html("option", { value: k === scene.states.length ? -1 : k }, this.choice).textContent = label;
@@ -98,7 +102,7 @@ class Viewer {
     }
     const words = { region: "region of error", cloud: "specimens", names: "names" };
     for (const [name, label] of Object.entries(words)) {
-      if (name !== "names" && !scene[name]) continue;
+      if (name !== "names" && !scene[name] && !this.chosen) continue;
       const box = labelled(bar, label, "input", { type: "checkbox", checked: "" });
       box.addEventListener("input", () => {
         this.shown[name] = box.checked;
@@ -158,6 +162,22 @@ class Viewer {
     this.play.textContent = this.timer ? "■" : "▶";
   }
 
+  // How many times errors are as large as they are.
+  magnify(factor) {
+    this.factor = factor;
+    this.power.max = Math.max(this.power.max, Math.log10(factor));
+    this.power.value = Math.log10(factor);
+    this.draw();
+  }
+
+  // Another position or state of the same mechanism, seen from where this one is.
+  update(scene) {
+    this.scene = { ...scene, path: this.scene.path };
+    this.at = 0;
+    this.state = scene.states.length ? 0 : -1;
+    this.draw();
+  }
+
   show(configuration) {
     this.at = Math.min(this.scene.places.length - 1, Math.max(0, configuration));
     if (this.slider) this.slider.value = this.at;
@@ -177,6 +197,10 @@ class Viewer {
       this.shapes(layers.solid, displaced);
     } else this.shapes(layers.solid, nominal);
     this.errors(nominal, displaced);
+    for (const place of (scene.blamed ?? []).map((k) => (displaced ?? nominal)[k]).filter(known)) {
+      const [cx, cy] = this.project(place);
+      make("circle", { cx, cy, r: 13, class: "jp-blamed" }, layers.blamed);
+    }
     if (this.shown.names) this.names(displaced ?? nominal);
     const lines = known(nominal[0]) ? scene.texts[this.at] ?? [] : [...(scene.texts[this.at] ?? []), "not assembled"];
     this.text.replaceChildren(...lines.map((line) => Object.assign(document.createElement("li"), { textContent: line })));

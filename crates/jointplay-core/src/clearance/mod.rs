@@ -15,6 +15,7 @@
 //! of spatial joints are the linearised conditions of contact at the ends of the pin and at the corners
 //! of the guide (Parenti-Castelli and Venanzi, Mech. Mach. Theory 40, 2005, 1282).
 
+pub(crate) mod characteristic;
 mod check;
 mod chord;
 mod convex;

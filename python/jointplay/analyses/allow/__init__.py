@@ -81,9 +81,10 @@ def allow(
         `fit` (the loosest preferred fit, or group of ball bearings, with which the limits hold), `binding_quantity` and
         `binding_configuration` (what misses its limit first beyond `allowed`), `status`: ``ok``; ``unlimited``, where
         the limits hold up to `allowed`, the largest size that was tried; ``no_effect``, where that size changes nothing
-        of what is limited; ``not_enough``, where they are missed at size zero as well; ``fixed``, where the size cannot
-        be changed. Of an over-constrained mechanism `needed`: the smallest size with which all specimens within the
-        tolerances can be assembled without strain. With `random` `allowed_standard_error`, from the number of samples.
+        of what is limited; ``not_enough``, where they are missed at size zero as well; ``needs_play``, where they hold
+        with the size as it is and are missed at size zero; ``fixed``, where the size cannot be changed. Of an
+        over-constrained mechanism `needed`: the smallest size with which all specimens within the tolerances can be
+        assembled without strain. With `random` `allowed_standard_error`, from the number of samples.
 
         And `allowed_factor`, by which all sizes may be multiplied, with `factor_status`, `factor_binding_quantity` and
         `factor_binding_configuration`; `used`, the largest part of a limit that is used as it is (of `random` of the
@@ -92,13 +93,15 @@ def allow(
     Raises
     ------
     InputError
-        When the file has no limits of the error, nothing is off, or the question has no such option.
+        When the file has no limits of the error, nothing is off, the question has no such option, or so few samples
+        are asked for that one of them is more than may be outside.
 
     Notes
     -----
     In the worst case of rigid bodies more play never makes the error smaller, so that the limits hold at every size up
     to `allowed`. For the other questions, and where members are elastic, sizes are tried in equal steps, so that a
-    smaller size at which limits are missed is found unless it lies between two of them.
+    smaller size at which limits are missed is found unless it lies between two of them. Smaller sizes that are too
+    small to be assembled do not count: teeth that jam, parts of an over-constrained mechanism that do not fit together.
 
     Examples
     --------
@@ -130,6 +133,8 @@ def compute(
     share = _probability(m, question, probability)
     if question == "random":
         options = {"samples": SAMPLES, **options}
+        if not options.get("rare"):
+            _require_enough(options["samples"], share)
     base, sources = sizings(m)
     if not sources:
         raise InputError("nothing is off: give a joint a clearance, or a dimension a tolerance", file=m.file)
@@ -170,6 +175,15 @@ def _probability(m: Mechanism, question: str, given: float | None) -> float:
     return given
 
 
+def _require_enough(samples: int, share: float) -> None:
+    """Refuse so few samples that one of them is more than the share that may be outside."""
+    # The difference from 1 is rounded.
+    least = math.ceil((1.0 - 1e-12) / (1.0 - share))
+    if samples < least:
+        problem = f"{shown(samples)} are too few to tell that {share:g} of the specimens keep to the limits; at least"
+        raise InputError(f"{problem} {least:,} are needed", key="samples")
+
+
 class _One:
     """What was found of one source."""
 
@@ -194,13 +208,13 @@ class _Every:
         """The sizes of one source."""
         if source.fixed:
             nothing = Found("fixed", math.nan, Use(math.nan, "", -1), Use(math.nan, "", -1))
-            return _One(source, nothing, math.nan, "", math.nan)
+            return _One(source, nothing, math.nan, loosest(self.asked, source), math.nan)
         largest = self._largest(source.kind)
         found = self._search(source.resized, source.size, largest, 1e-3 * largest)
         smallest = math.nan
         if self.needed is not None and source.key.endswith("clearance"):
             smallest = self.needed.of(source, largest, self.tolerance)
-        return _One(source, found, smallest, loosest(self.asked, source, found), self._error(source, found))
+        return _One(source, found, smallest, loosest(self.asked, source), self._error(source, found))
 
     def _search(self, changes: Any, size: float, largest: float, guess: float) -> Found:
         def use(new: float, near: Any) -> Use:

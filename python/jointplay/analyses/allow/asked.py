@@ -34,6 +34,8 @@ COMPUTE: Mapping[str, Callable[..., Result]] = {
     "loaded": loaded.compute,
     "random": random.compute,
 }
+#: what is not asked for: it decides nothing, and takes most of the time
+LESS: Mapping[str, Mapping[str, Any]] = {"loaded": {"details": False}, "random": {"path": False, "probabilities": ()}}
 #: outcomes with an error
 WITH_ERROR = ("ok", "undetermined", "strained")
 #: what binds where not an error does: no pose, and a size that the file cannot have
@@ -88,7 +90,7 @@ class Asked:
 
     def __init__(self, m: Mechanism, question: str, probability: float, options: Mapping[str, Any]) -> None:
         self.m, self.question, self.probability = m, question, probability
-        self.options = {"details": False, **options} if question == "loaded" else dict(options)
+        self.options = {**LESS.get(question, {}), **options}
         # A strained specimen takes up its clearances as its energy is least.
         self.is_monotone = question == "worst" and not m.core.deformations
         self.by_load = question == "loaded" or options.get("contact") == "loaded"

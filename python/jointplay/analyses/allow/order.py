@@ -6,25 +6,26 @@ from collections.abc import Callable, Sequence
 
 from jointplay.sizing import GROUPS, Sizing
 
-from .asked import REFUSED, Asked
-from .search import Found
+from .asked import ASSEMBLY, REFUSED, Asked
 
 
-def loosest(asked: Asked, source: Sizing, found: Found) -> str:
+def loosest(asked: Asked, source: Sizing) -> str:
     """The loosest of the fits or groups for the diameter of a source; none where no one holds, or has no diameter."""
-    if found.status not in ("ok", "unlimited"):
-        return ""
     if source.bearing:
         return _last(asked, GROUPS, source.of_bearing)
     return _last(asked, source.fits(asked.m), source.of_fit)
 
 
 def _last(asked: Asked, names: Sequence[str], changes: Callable[[str], dict[str, object]]) -> str:
-    """The last name up to which the limits hold with all of them, from tight to loose."""
+    """The last name up to which the limits hold with all of them, from tight to loose.
+
+    Those that are too tight to be assembled are passed over.
+    """
     best = ""
     for name in names:
         use = asked.use(changes(name))
-        if not use.holds and use.quantity != REFUSED:
+        if use.holds:
+            best = name
+        elif use.quantity not in (ASSEMBLY, REFUSED):
             break
-        best = name if use.holds else best
     return best

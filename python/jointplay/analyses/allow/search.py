@@ -6,6 +6,9 @@ In the worst case of rigid bodies a larger size never uses less of the limits, b
 Otherwise, and where members are strained into place, sizes below hi are scanned for one at which limits are missed
 already. The first points are the size that is there and zero; to first order the worst case is linear in between, so
 that few more are needed.
+
+A size may be too small as well: teeth jam where runout takes all of their backlash, and parts of an over-constrained
+mechanism do not fit together. Such sizes have no error; the limits have to hold at those above them.
 """
 
 from __future__ import annotations
@@ -40,7 +43,8 @@ class Found:
     status : str
         ``ok``; ``unlimited``: limits hold up to the largest size that was tried, or that the file can have;
         ``no_effect``: they do, and that size changes nothing of what is limited;
-        ``not_enough``: they are missed with a size of zero as well, or with the smallest one that can be assembled.
+        ``not_enough``: they are missed with a size of zero as well, or with the smallest one that can be assembled;
+        ``needs_play``: they hold with the size that is there, and are missed with a size of zero.
     allowed : float
         The largest size up to which limits hold; nan where there is none.
     use : Use
@@ -89,6 +93,7 @@ class Search:
     ) -> None:
         self.use, self.tolerance, self.is_monotone = use, tolerance, is_monotone
         self.largest = max(largest, GROWTH * size)
+        self.now = now
         self.known: dict[float, Use] = {size: now}
         self.near = now.near
         self.start = size or min(guess, self.largest)
@@ -121,27 +126,49 @@ class Search:
     def _bracketed(self, without: Use) -> Found:
         low = self._smallest(without)
         if low is None:
-            return Found("not_enough", np.nan, without, without)
+            return Found("needs_play" if self.now.holds else "not_enough", np.nan, without, without)
         high = self._missed(low)
         if not self.is_monotone:
             low, high = self._scanned(low, high)
         if high is None:
-            beyond = self.at(low)
+            low = max(size for size, use in self.known.items() if use.holds)
             used = [use.used for use in self.known.values()]
-            same = max(used) - min(used) <= SAME * max(used)
-            return Found("no_effect" if same else "unlimited", low, beyond, without)
+            same = np.isfinite(used).all() and max(used) - min(used) <= SAME * max(used)
+            return Found("no_effect" if same else "unlimited", low, self.at(low), without)
         low, high = self._narrowed(low, high)
-        beyond = self.at(high)
-        return Found("unlimited" if beyond.quantity == REFUSED else "ok", low, beyond, without)
+        if self.at(high).quantity == ASSEMBLY and (beyond := self._between()) is not None:
+            # What was found to be missed is too small, not too large.
+            low, high = self._narrowed(*beyond)
+        last = self.at(high)
+        return Found("unlimited" if last.quantity == REFUSED else "ok", low, last, without)
 
     def _smallest(self, without: Use) -> float | None:
-        """A size with which limits hold: zero, or where that cannot be assembled one that can."""
-        if without.holds:
+        """A size with which limits hold: zero, or where that or the size that is there is too small, a larger one."""
+        if without.holds and self.at(self.start).quantity != ASSEMBLY:
             return 0.0
-        if without.quantity not in (ASSEMBLY, REFUSED):
+        if without.quantity not in (ASSEMBLY, REFUSED) and not without.holds:
             return None
         tried = [self.start, *(self.start * 2.0**k for n in range(1, 13) for k in (-n, n))]
-        return next((s for s in tried if s <= self.largest and self.at(s).holds), None)
+        found = next((s for s in tried if s <= self.largest and self.at(s).holds), None)
+        if found is None and (between := self._between()) is not None:
+            found, _ = between
+        if without.holds and (found is None or found < self.start):
+            return 0.0
+        return found
+
+    def _between(self) -> tuple[float, float] | None:
+        """A size that holds, above one that is too small to be assembled, and the one above it that misses a limit."""
+        missed = (s for s, use in self.known.items() if not use.holds and use.quantity not in (ASSEMBLY, REFUSED))
+        high = min(missed, default=0.0)
+        low = max((s for s, use in self.known.items() if s < high and use.quantity == ASSEMBLY), default=high)
+        for _ in range(MOST_STEPS):
+            if high - low <= self.tolerance * high:
+                return None
+            middle = (low + high) / 2.0
+            if self.at(middle).holds:
+                return middle, high
+            low, high = (middle, high) if self.at(middle).quantity == ASSEMBLY else (low, middle)
+        return None
 
     def _missed(self, low: float) -> float | None:
         """A size with which limits are missed; None where they hold up to the largest."""
@@ -170,11 +197,13 @@ class Search:
 
     def _scanned(self, low: float, high: float | None) -> tuple[float, float | None]:
         """The first of equal steps from a size that holds within which limits are missed."""
-        top = max((s for s, use in self.known.items() if use.holds), default=low) if high is None else high
-        below = low
+        held = max((s for s, use in self.known.items() if use.holds), default=low)
+        top, below = held if high is None else high, low
         for k in range(1, SCANNED + 1):
             size = low + (top - low) * k / SCANNED
-            if size > below and not self.at(size).holds:
+            if size <= below or (size < held and self.at(size).quantity == ASSEMBLY):
+                continue
+            if not self.at(size).holds:
                 return below, size
             below = size
         return below, high

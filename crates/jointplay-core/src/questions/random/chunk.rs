@@ -10,6 +10,7 @@ use crate::math::vector::norm;
 use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
 use crate::questions::columns::Sample;
+use crate::questions::random::control::Control;
 use crate::questions::random::parts::Part;
 use crate::questions::random::request::Request;
 use crate::questions::random::tally::{Ranges, Tally};
@@ -23,6 +24,8 @@ pub struct Job<'a> {
     pub nominal: &'a State,
     pub request: &'a Request,
     pub ranges: &'a Ranges,
+    /// First-order errors of which shares are known.
+    pub control: &'a Control,
     /// A value near the mean, about which products are summed.
     pub shift: &'a [f64],
 }
@@ -82,6 +85,8 @@ impl Kernel for Chunk<'_, '_> {
         let translations = m.n_translations();
         let mut tally = Tally::new(n, m.sources().len(), job.ranges);
         tally.kept = job.request.keep.then(Vec::new);
+        tally.below = vec![0; job.control.len()];
+        let mut first_order = job.control.scratch();
         let mut sums = crate::questions::random::tally::Sums::new(n, n + 2);
         let mut numbers = self.part.numbers(job.request);
         let mut bound = job.bound.clone();
@@ -126,6 +131,8 @@ impl Kernel for Chunk<'_, '_> {
                     kept.push(Sample { kept_parameters, kept_errors, kept_status });
                 }
             }
+            job.control.count(parameters, lanes, &mut first_order, &mut tally.below);
+            tally.compared += lanes as u64;
             sums.add(&quantities, &good, job.shift);
             tally.count_block(job.ranges, &quantities, &good);
             tally.statuses[Status::Ok as usize] += used;

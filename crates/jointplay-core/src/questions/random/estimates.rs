@@ -9,21 +9,28 @@
 //!
 //! is an unbiased estimate of its variance, whatever points the replicates consist of. The covariance is estimated without bias by
 //! `mean of (x - m)(x - m)' + Cov(m)`. Plain samples are their own replicates: `SE(m)^2 = s^2/n`, and that of a variance is
-//! `(m_4 - s^4)/n`. A quantile is as uncertain as the share p of the samples below it: from `Q(p - SE(p))` to `Q(p + SE(p))`.
+//! `(m_4 - s^4)/n`. A quantile is as uncertain as the share p of the samples below it: from `Q(p - SE(p))` to `Q(p + SE(p))`. Where a
+//! first-order error is a [`Control`] and the replicates differ less with it, p is corrected by what the samples miss of its share.
 
 use crate::questions::columns::Scatter;
+use crate::questions::random::control::Control;
 use crate::questions::random::request::Request;
 use crate::questions::random::tally::{Ranges, Tally};
+
+/// So many times less the replicates have to differ with a control. How much they differ is known within a fifth: to take what is less
+/// by chance would make standard errors too small.
+const CLEARLY: f64 = 1.5;
 
 /// All samples, and the independent sets that they come from.
 pub(crate) struct Replicates<'r> {
     pub total: Tally,
     each: Vec<Tally>,
     ranges: &'r Ranges,
+    control: &'r Control,
 }
 
 impl<'r> Replicates<'r> {
-    pub fn new(mut each: Vec<Tally>, ranges: &'r Ranges) -> Self {
+    pub fn new(mut each: Vec<Tally>, ranges: &'r Ranges, control: &'r Control) -> Self {
         let mut rest = each.iter_mut();
         let mut total = rest.next().expect("there is a replicate").clone();
         for more in rest {
@@ -33,7 +40,7 @@ impl<'r> Replicates<'r> {
         for tally in &mut each {
             tally.kept = None;
         }
-        Self { total, each, ranges }
+        Self { total, each, ranges, control }
     }
 
     /// What is found on the exact closure, beside the rest.
@@ -43,16 +50,14 @@ impl<'r> Replicates<'r> {
         let covariance = self.covariance();
         let std: Vec<f64> = (0..n).map(|i| covariance[i * (n + 1)].sqrt()).collect();
         let (outside_quantity, outside) = total.outside(&request.limits);
-        let probabilities = &request.probabilities;
-        let quantile: Vec<Vec<f64>> = probabilities.iter().map(|&p| total.quantiles(ranges, p)).collect();
-        let errors = probabilities.iter().zip(&quantile).flat_map(|(&p, values)| self.of_quantiles(p, values));
+        let (quantile, quantile_standard_error) = self.quantiles(&request.probabilities);
         Scatter {
             mean: total.mean.clone(),
             mean_standard_error: (0..n).map(|i| self.of_mean(i)).collect(),
             std_standard_error: (0..n).map(|i| self.of_std(i, std[i])).collect(),
             covariance,
-            quantile_standard_error: errors.collect(),
-            quantile: quantile.concat(),
+            quantile_standard_error,
+            quantile,
             quantile_resolution: ranges.resolution(),
             histogram: total.histogram(),
             edges: ranges.edges(),
@@ -122,25 +127,56 @@ impl<'r> Replicates<'r> {
         if std > 0.0 { variance.sqrt() / (2.0 * std) } else { 0.0 * std }
     }
 
-    fn of_quantiles(&self, probability: f64, quantiles: &[f64]) -> Vec<f64> {
-        let shares: Vec<f64> = (0..quantiles.len())
-            .map(|q| {
-                let below = |tally: &Tally| tally.below(self.ranges, q, quantiles[q]);
-                self.of_share(probability, |tally| tally.count, below)
-            })
-            .collect();
-        // At the ends of the law one side is all that there is.
-        let at = |q: usize, p: f64| self.total.quantile(self.ranges, q, p);
-        let half = |q: usize, part: f64| {
-            let (below, above) = (probability - part, probability + part);
-            match (below > 0.0, above < 1.0) {
-                (true, true) => 0.5 * (at(q, above) - at(q, below)),
-                (true, false) => quantiles[q] - at(q, below),
-                (false, true) => at(q, above) - quantiles[q],
-                (false, false) => f64::NAN,
+    /// Quantiles of all quantities, probability by probability, and their standard errors.
+    fn quantiles(&self, probabilities: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let quantities = self.total.largest.len();
+        let mut found = vec![[f64::NAN; 2]; probabilities.len() * quantities];
+        let mut rising: Vec<usize> = (0..probabilities.len()).collect();
+        rising.sort_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]));
+        for q in 0..quantities {
+            // Corrections are not to turn the order of quantiles.
+            let mut least = f64::NEG_INFINITY;
+            for &k in &rising {
+                let (rank, part) = self.rank(q, k, probabilities[k]);
+                let value = self.total.quantile(self.ranges, q, rank);
+                let value = if value < least { least } else { value };
+                least = value;
+                found[k * quantities + q] = [value, self.of_quantile(q, rank, part)];
             }
-        };
-        shares.iter().enumerate().map(|(q, &part)| half(q, part)).collect()
+        }
+        found.into_iter().map(<[f64; 2]>::into).unzip()
+    }
+
+    /// The share of the samples below a quantile, and what it misses: with or without the control, as the replicates differ less.
+    fn rank(&self, q: usize, k: usize, probability: f64) -> (f64, f64) {
+        let plainly = self.total.quantile(self.ranges, q, probability);
+        let below = |tally: &Tally, value: f64| tally.below(self.ranges, q, value);
+        let part = self.of_share(probability, |tally| tally.count, |tally| below(tally, plainly));
+        let Some(share) = self.control.share(q, k).filter(|_| self.are_several()) else { return (probability, part) };
+        let place = q * self.control.probabilities() + k;
+        let missed = |tally: &Tally| tally.below[place] as f64 / tally.compared as f64 - share;
+        let rank = probability + missed(&self.total);
+        if !(rank > 0.0 && rank < 1.0) {
+            return (probability, part);
+        }
+        let value = self.total.quantile(self.ranges, q, rank);
+        let with = self.of_share(probability, |tally| tally.count, |tally| below(tally, value) - missed(tally));
+        // Between two samples nothing is known of the law.
+        let with = with.hypot(1.0 / self.total.count as f64);
+        if with * CLEARLY < part { (rank, with) } else { (probability, part) }
+    }
+
+    /// Half of the way between the quantiles of a share less and more what it misses.
+    fn of_quantile(&self, q: usize, share: f64, part: f64) -> f64 {
+        let at = |p: f64| self.total.quantile(self.ranges, q, p);
+        let (below, above) = (share - part, share + part);
+        // At the ends of the law one side is all that there is.
+        match (below > 0.0, above < 1.0) {
+            (true, true) => 0.5 * (at(above) - at(below)),
+            (true, false) => at(share) - at(below),
+            (false, true) => at(above) - at(share),
+            (false, false) => f64::NAN,
+        }
     }
 
     /// That of a share of all samples that were drawn, solved or not.

@@ -4,6 +4,8 @@
 //! the result does not depend on the number of threads, and memory does not grow with the samples.
 
 mod chunk;
+mod control;
+mod distribution;
 mod draws;
 mod estimates;
 mod over_constrained;
@@ -30,6 +32,7 @@ use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
 use crate::questions::columns::{Sample, Scatter};
 use crate::questions::form::Form;
+use crate::questions::random::control::Control;
 use crate::questions::random::estimates::Replicates;
 use crate::questions::random::parts::each_part;
 use crate::questions::random::tally::{Ranges, Tally};
@@ -108,7 +111,8 @@ impl Mechanism {
             Ok(state) => state,
             Err(status) => return none(status),
         };
-        let mut mean_first_order = self.drive_shift(&map, case, nominal);
+        let drive_shift = self.drive_shift(&map, case, nominal);
+        let mut mean_first_order = drive_shift.clone();
         for (i, mean) in mean_first_order.iter_mut().enumerate() {
             *mean += self.centre.iter().enumerate().map(|(p, u)| map.parameters[(i, p)] * u).sum::<f64>();
         }
@@ -140,6 +144,7 @@ impl Mechanism {
 
         let ranges = self.ranges(&map, &mean_first_order, request);
         let shift = mean_first_order.clone();
+        let control = Control::of(self, &map.parameters, &drive_shift, &covariance, request);
         let job = crate::questions::random::chunk::Job {
             solver,
             bound: newton.map(|newton| newton.bind(self, nominal, case.drives)),
@@ -147,11 +152,12 @@ impl Mechanism {
             nominal,
             request,
             ranges: &ranges,
+            control: &control,
             shift: &shift,
         };
         let mut replicates = vec![Tally::new(n, self.sources.len(), &ranges); request.replicates()];
         each_part(request, |part| job.draw(part), |replicate, drawn| replicates[replicate].merge(drawn));
-        let found = Replicates::new(replicates, &ranges);
+        let found = Replicates::new(replicates, &ranges, &control);
         let tally = &found.total;
         if tally.statuses.iter().all(|n| *n == 0) {
             interrupt::check();

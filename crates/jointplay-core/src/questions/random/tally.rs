@@ -66,6 +66,9 @@ pub struct Tally {
     outside: Vec<u64>,
     /// Samples whose sizes leave an interference, by the clearance.
     pub interference: Vec<u64>,
+    /// Samples with first-order errors below thresholds, and those that were compared with them.
+    pub below: Vec<u64>,
+    pub compared: u64,
     /// Samples by status.
     pub statuses: [u64; Status::ALL.len()],
     /// Samples solved plainly.
@@ -151,6 +154,8 @@ impl Tally {
             largest: vec![0.0; ranges.len()],
             outside: vec![0; ranges.len() + 1],
             interference: vec![0; sources],
+            below: Vec::new(),
+            compared: 0,
             statuses: [0; Status::ALL.len()],
             fallbacks: 0,
             kept: None,
@@ -277,6 +282,9 @@ impl Tally {
             *a += b;
         }
         self.fallbacks += other.fallbacks;
+        self.compared += other.compared;
+        self.below.resize(other.below.len(), 0);
+        self.below.iter_mut().zip(&other.below).for_each(|(a, b)| *a += b);
         self.interference.iter_mut().zip(&other.interference).for_each(|(a, b)| *a += b);
         if let Some(more) = &other.kept {
             self.kept.get_or_insert_default().extend_from_slice(more);
@@ -326,11 +334,6 @@ impl Tally {
 
     fn bins(&self, q: usize) -> &[u64] {
         &self.bins[q * BINS * FINE..(q + 1) * BINS * FINE]
-    }
-
-    /// A quantile of every quantity.
-    pub fn quantiles(&self, ranges: &Ranges, probability: f64) -> Vec<f64> {
-        (0..ranges.len()).map(|q| self.quantile(ranges, q, probability)).collect()
     }
 
     /// A quantile of a quantity, interpolated within its fine bin; no further out than any sample.

@@ -26,6 +26,7 @@ use crate::mechanism::case::Case;
 use crate::mechanism::columns::Row;
 use crate::mechanism::status::Status;
 use crate::questions::columns::{Sample, Scatter, StrainScatter};
+use crate::questions::random::control::Control;
 use crate::questions::random::estimates::Replicates;
 use crate::questions::random::over_constrained::chunk::{Count, Linear};
 use crate::questions::random::over_constrained::ranges::Reach;
@@ -104,7 +105,8 @@ impl Mechanism {
         let mut count = replicates[0].clone();
         replicates[1..].iter().for_each(|more| count.merge(more));
         let tallies = replicates.into_iter().map(|count| count.tally).collect();
-        let found = Replicates::new(tallies, &ranges);
+        let control = Control::default();
+        let found = Replicates::new(tallies, &ranges, &control);
         if found.total.statuses.iter().all(|n| *n == 0) {
             interrupt::check();
         }

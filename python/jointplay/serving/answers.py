@@ -1,0 +1,331 @@
+"""What the page shows: answers at the position of the sliders, and along the path of the file.
+
+While sliders move, `worst` is to first order and `random` of few specimens. When they rest, `settled` finds both on the
+exact closure, with more and more specimens.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from jointplay.analyses import given, loaded, random, region, worst
+from jointplay.analyses.displaced import at_offsets, under_load
+from jointplay.analyses.linear_worst import is_linear, linear_region
+from jointplay.analyses.nominal import Floats, Nominal
+from jointplay.analyses.region import IN_PLANE, IN_SPACE, STARTS, around
+from jointplay.compile import ANGULAR, LENGTHS
+from jointplay.conclusions import conclude, rounding
+from jointplay.conclusions.errors import value_of
+from jointplay.errors import InputError
+from jointplay.model import Mechanism
+from jointplay.reporting.answers import reproduces, specimens
+from jointplay.result import Result, blame, in_words
+from jointplay.verdict import cause, place, verdict
+from jointplay.viewer import Displaced, scene
+
+from .knobs import drives, offsets
+from .session import Asked, Session, placed
+
+#: specimens while sliders move, and when they rest: as many as there is time for, one after the other
+FEW = 256
+STAGES = (1024, 16_384, 131_072)
+#: seconds that a stage may take
+PATIENCE = 5.0
+#: configurations of a path up to which it is answered while sliders move
+MOST_LIVE = 60
+#: directions of a region that is found on the exact closure while sliders move
+ROUGH = 16
+#: sources with the largest shares that are shown
+MOST_SHARES = 8
+#: what is drawn of every question
+DRAWN = {"loaded": "under load", "worst": "at the largest position error", "given": "at the given offsets"}
+QUANTITIES = ("position", "rotation")
+
+Json = dict[str, Any]
+Check = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Here:
+    """A mechanism at the position of the sliders, with one output, under the loads that act there."""
+
+    m: Mechanism
+    at: Nominal
+    answers: Mapping[str, Result]
+    region: Floats
+
+
+def now(session: Session, asked: Asked, check: Check) -> Json:
+    """What is shown while sliders move.
+
+    Parameters
+    ----------
+    session : Session
+    asked : Asked
+    check : callable
+        Raises when the page has asked something newer.
+
+    Returns
+    -------
+    dict
+        Fit for JSON: the drawing, numbers and sentences of every question at the position, and answers along the path.
+    """
+    begin = time.perf_counter()
+    m = session.mechanism(asked)
+    path = session.along(m)
+    at, nearest = placed(m, path, asked.drives)
+    m_here = m.under_loads_of(nearest)
+    told: Json = {"serial": asked.serial, "exact": False, "samples": FEW}
+    if np.isfinite(at.poses).all():
+        here = _here(m_here, at, asked)
+        told |= _drawing(here, asked) | _numbers(here.answers)
+    else:
+        told["problem"] = f"cannot be assembled at {_drives(m, asked.drives)}"
+    check(0, 0)
+    if len(path) <= MOST_LIVE:
+        key = ("path", m.of, tuple(sorted(asked.values.items())))
+        told["path"] = session.kept(key, lambda: _path(_questions(m, path)))
+    told["milliseconds"] = 1e3 * (time.perf_counter() - begin)
+    return told
+
+
+def settled(session: Session, asked: Asked, samples: int, check: Check) -> Json:
+    """What is shown when sliders rest: the same on the exact closure.
+
+    Parameters
+    ----------
+    samples : int
+        Random specimens per configuration; 0 for all other questions.
+    """
+    begin = time.perf_counter()
+    m = session.mechanism(asked)
+    path = session.along(m)
+    at, nearest = placed(m, path, asked.drives)
+    m_here = m.under_loads_of(nearest)
+    told: Json = {"serial": asked.serial, "exact": True, "samples": samples}
+    key = ("settled", m.of, samples, tuple(sorted(asked.values.items())))
+
+    def ask(own: Mechanism, where: Nominal) -> dict[str, Result]:
+        if samples:
+            return _random(own, where, samples, path=len(where) > 1, check=check)
+        return _loaded(own, where) | {"worst": worst.compute(own, at=where, progress=check)}
+
+    if np.isfinite(at.poses).all():
+        answers = ask(m_here, at)
+        check(0, 0)
+        if samples:
+            told |= _numbers(answers)
+        else:
+            answers |= _given(m_here, at, asked)
+            # Of random specimens the few are drawn; their numbers come with the next stage.
+            drawn = Here(m_here, at, _random(m_here, at, FEW, path=False) | answers, _region(m_here, at, check))
+            told |= _drawing(drawn, asked) | _numbers(answers)
+    told["path"] = session.kept(key, lambda: _path(ask(m, path)))
+    seconds = time.perf_counter() - begin
+    following = [stage for stage in STAGES if stage > samples]
+    # Time grows at most with the number of specimens.
+    soon = not samples or (following and seconds * following[0] / samples < PATIENCE)
+    told["next"] = following[0] if soon and told["path"] else 0
+    told["milliseconds"] = 1e3 * seconds
+    return told
+
+
+def _questions(m: Mechanism, at: Nominal) -> dict[str, Result]:
+    """All questions while sliders move."""
+    return _loaded(m, at) | {"worst": worst.compute(m, exact=False, at=at)} | _random(m, at, FEW, path=False)
+
+
+def _random(m: Mechanism, at: Nominal, samples: int, *, path: bool, check: Check | None = None) -> dict[str, Result]:
+    """Nothing where a law is not possible; the report says why."""
+    with suppress(InputError):
+        return {"random": random.compute(m, samples, at=at, path=path, progress=check)}
+    return {}
+
+
+def _loaded(m: Mechanism, at: Nominal) -> dict[str, Result]:
+    """Nothing where nothing loads it."""
+    return {"loaded": loaded.compute(m, at=at)} if m.has_loads or not m.core.isostatic else {}
+
+
+def _given(m: Mechanism, at: Nominal, asked: Asked) -> dict[str, Result]:
+    if asked.question != "given":
+        return {}
+    return {"given": given.compute(m, dict(asked.offsets), at=at)}
+
+
+def _here(m: Mechanism, at: Nominal, asked: Asked) -> Here:
+    answers = _questions(m, at) | _given(m, at, asked)
+    if is_linear(m):
+        towards = around(_axes(m), IN_PLANE if _axes(m) == 2 else IN_SPACE)
+        slopes = m.core.sensitivity(at.drives, at.poses)["source"][0]
+        return Here(m, at, answers, linear_region(m, slopes, towards) / m.units.length)
+    found = m.core.region(at.drives, at.poses, around(_axes(m), ROUGH), STARTS)["error"][0, :, : _axes(m)]
+    return Here(m, at, answers, found / m.units.length)
+
+
+def _region(m: Mechanism, at: Nominal, check: Check) -> Floats:
+    reached: Floats = region.compute(m, at=at, progress=check).get("region")[0]
+    return reached
+
+
+def _axes(m: Mechanism) -> int:
+    return sum(name in LENGTHS for name in m.components)
+
+
+def _drives(m: Mechanism, values: tuple[float, ...]) -> str:
+    told = []
+    for name, joint, value in zip(m.drives, m.drive_joints, values, strict=True):
+        unit = m.units.angle_name if m.joint_kinds[joint] in ANGULAR else m.units.length_name
+        told.append(f"{name} = {value:.4g} {unit}")
+    return ", ".join(told)
+
+
+def _drawing(here: Here, asked: Asked) -> Json:
+    """The drawing at a position."""
+    m, at = here.m, here.at
+    bounds = dict(zip(m.quantities, m.limits.bounds(m.quantities), strict=True))
+    limit = float(bounds["position"][1]) / m.units.length
+    cloud = specimens(m, at) if asked.question == "random" else None
+    drawn = scene(
+        m,
+        at,
+        displaced=_displaced(here, asked.question),
+        region=here.region[None],
+        cloud=cloud,
+        limit=limit if np.isfinite(limit) else None,
+    )
+    shown = here.answers.get(asked.question)
+    return {"scene": drawn | {"blamed": _blamed(m, shown, drawn["shapes"])}}
+
+
+def _displaced(here: Here, question: str) -> list[Displaced]:
+    """The mechanism where the answer to a question has it."""
+    m, at = here.m, here.at
+    if question not in DRAWN or question not in here.answers:
+        return []
+    result = here.answers[question]
+    if question == "given":
+        u = result.get("offset") * m.parameter_factors
+        return [Displaced(DRAWN[question], m.core.given(at.drives, at.poses, u)["poses"])]
+    at_extreme = {"extreme": "position"} if question == "worst" else {}
+    offset = result.get("worst_offset" if question == "worst" else "offset", **at_extreme)
+    if question == "worst" and m.core.isostatic:
+        return [Displaced(DRAWN[question], m.core.given(at.drives, at.poses, offset * m.parameter_factors)["poses"])]
+    is_elastic = question == "loaded" and not m.core.isostatic
+    moved = under_load(m, at) if is_elastic else at_offsets(m, at, offset)
+    return [Displaced(DRAWN[question], *moved)] if reproduces(m, at, result, moved) else []
+
+
+def _numbers(answers: Mapping[str, Result]) -> Json:
+    """Numbers, sentences and shares of every question at a position."""
+    return {"here": {question: _one(question, result) for question, result in answers.items()}}
+
+
+def _one(question: str, result: Result) -> Json:
+    said = conclude(result)
+    told: Json = {"status": str(result.get("status")[0])}
+    # The position need not be one of the file's.
+    where = f" at {place(result, 0)}"
+    told["sentences"] = [{"text": one.text.replace(where, ""), "alarm": one.is_alarm} for one in said.sentences]
+    for quantity in QUANTITIES:
+        values, unit = value_of(result, quantity)
+        blamed = cause(result, quantity, "high", 0)
+        told[quantity] = {
+            "value": _number(0.0 if abs(values[0]) <= rounding(result, unit) else values[0]),
+            "unit": unit,
+            "blame": in_words(*blamed) if blamed else "",
+            "shares": _shares(result, quantity),
+        }
+    told["missed"] = verdict(result).missed
+    if question == "worst":
+        found = result.get("worst_offset", extreme="position")[0]
+        told["offsets"] = dict(zip(result.labels("parameter"), map(_number, found), strict=True))
+    if question == "random":
+        told["samples"] = int(result.attrs["samples"])
+    return told
+
+
+def _shares(result: Result, quantity: str) -> list[tuple[str, float]]:
+    """The sources with the largest shares, and those shares."""
+    if "contribution" not in result.data:
+        return []
+    found = blame(result)
+    row = getattr(found, quantity)[0]
+    if not np.isfinite(row).all():
+        return []
+    order = np.argsort(-np.abs(row), kind="stable")[:MOST_SHARES]
+    return [(found.causes[k], float(row[k])) for k in order.tolist()]
+
+
+def _blamed(m: Mechanism, result: Result | None, shapes: list[Json]) -> list[int]:
+    """Numbers of the points that are marked: where the joints stand that are to blame for the position error."""
+    found = None if result is None else cause(result, "position", "high", 0)
+    joints: dict[int, None] = {}
+    for name in found[0] if found else ():
+        if name in m.data.dimensions:
+            ends = m.data.dimensions[name].between
+            joints |= {k: None for k, joint in enumerate(m.joints) if joint.split("/")[0] in ends}
+        elif name in m.sources:
+            source = m.core_spec["sources"][m.sources.index(name)]
+            if "joint" in source:
+                joints[source["joint"]] = None
+            elif "drive" in source:
+                joints[m.drive_joints[source["drive"]]] = None
+    named = {text: s["points"][0] for s in shapes if s["kind"] == "name" for text in s["text"].split(", ")}
+    points = []
+    for k in joints:
+        name = m.joints[k].split("/")[0]
+        # Both pins of a universal joint stand under its name.
+        at = named.get(name, named.get(name.rpartition(".")[0]))
+        points.append(m.core_spec["joints"][k]["second"] if at is None else at)
+    return points
+
+
+def _path(answers: Mapping[str, Result]) -> Json:
+    """Errors along the path, for plots, with sentences."""
+    told: Json = {}
+    for question, result in answers.items():
+        said = conclude(result)
+        curves = {}
+        for quantity in QUANTITIES:
+            values, unit = value_of(result, quantity)
+            limit = result.get("limit", quantity=quantity, side="high") if "limit" in result.data else np.nan
+            curves[quantity] = {"values": [_number(v) for v in values], "unit": unit, "limit": _number(limit)}
+        told[question] = curves | {
+            "sentences": [{"text": one.text, "alarm": one.is_alarm} for one in said.sentences],
+            "missed": verdict(result).missed,
+        }
+    return told
+
+
+def _number(value: Any) -> float | None:
+    """A number, None where JSON has none for it."""
+    return float(value) if np.isfinite(value) else None
+
+
+def opened(session: Session) -> Json:
+    """What a page needs to begin: the mechanism along its path, its sliders and its choices."""
+    m = session.m
+    first = m.first
+    path = session.path
+    factors = first.drive_factors
+    known = np.flatnonzero(np.isfinite(path.poses).all(axis=(1, 2)))
+    begin = path.drives[known[len(known) // 2]] if len(known) else path.drives[0]
+    return {
+        "title": m.title,
+        "scene": scene(first, path),
+        "outputs": list(m.outputs),
+        "cases": list(m.load_cases),
+        "loads": m.has_loads or not m.core.isostatic,
+        "knobs": [knob.told() for knob in session.knobs.values()],
+        "drives": drives(first, path),
+        "offsets": offsets(first),
+        "along": [[_number(v) for v in row] for row in path.drives / factors],
+        "begin": [float(v) for v in begin / factors],
+    }
