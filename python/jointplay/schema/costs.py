@@ -38,7 +38,7 @@ class Choice(Table):
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [way]} for way in WAYS]})
     example: ClassVar[str] = '{ fit = "H7/g6", cost = 4.2 } or { size = 0.02, cost = 3 }'
 
-    cost: Number = Field(description="its price, in any currency, the same everywhere in the file")
+    cost: NonNegative = Field(description="its price, in any currency, the same everywhere in the file")
     size: NonNegative | SkipJsonSchema[None] = Field(
         None, description="the size of the clearance in its measure, or the tolerance or error"
     )

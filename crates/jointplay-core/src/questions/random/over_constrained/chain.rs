@@ -13,8 +13,9 @@ impl Section {
     pub(crate) fn walk(&self, start: Vec<f64>, gaps: &[f64], dice: &mut Dice) -> Option<Vec<f64>> {
         let mut u = start;
         let dimensions = self.directions.ncols();
+        let (mut along, mut moved) = (vec![0.0; u.len()], vec![0.0; u.len()]);
         for _ in 0..STEPS_PER_DIMENSION * dimensions {
-            let mut along = vec![0.0; u.len()];
+            along.fill(0.0);
             for column in self.directions.column_iter() {
                 let part = dice.next_normal();
                 along.iter_mut().zip(column.iter()).for_each(|(a, d)| *a += part * d);
@@ -34,9 +35,11 @@ impl Section {
                 return None;
             }
             let step = self.along_chord(&u, &along, low, high, dice);
-            let moved: Vec<f64> = u.iter().zip(&along).map(|(u, a)| u + step * a).collect();
+            for ((moved, u), a) in moved.iter_mut().zip(&u).zip(&along) {
+                *moved = u + step * a;
+            }
             if self.opened.is_empty() || self.goes(gaps, &u, &moved, dice) {
-                u = moved;
+                std::mem::swap(&mut u, &mut moved);
             }
         }
         Some(u)

@@ -33,6 +33,24 @@ impl Kernel for Draw<'_> {
     }
 }
 
+/// A block of numbers, compiled for every width.
+enum Next<'a> {
+    Unit(&'a mut Stream),
+    Normal(&'a mut Stream),
+}
+
+impl Kernel for Next<'_> {
+    type Output = Block;
+
+    #[inline(always)]
+    fn run(self) -> Block {
+        match self {
+            Self::Unit(stream) => stream.unit(),
+            Self::Normal(stream) => stream.normal(),
+        }
+    }
+}
+
 impl Dice {
     pub fn new(seed: u64, specimen: u64) -> Self {
         let none = || (Block::splat(0.0), LANES);
@@ -46,7 +64,7 @@ impl Dice {
 
     /// Uniform from 0 to 1.
     pub fn uniform(&mut self) -> Block {
-        self.stream.unit()
+        dispatch(Next::Unit(&mut self.stream))
     }
 
     /// Uniform from -1 to 1.
@@ -57,7 +75,7 @@ impl Dice {
     /// One number, uniform from 0 to 1.
     pub fn next_uniform(&mut self) -> f64 {
         if self.uniform.1 == LANES {
-            self.uniform = (self.stream.unit(), 0);
+            self.uniform = (dispatch(Next::Unit(&mut self.stream)), 0);
         }
         self.uniform.1 += 1;
         self.uniform.0.0[self.uniform.1 - 1]
@@ -66,7 +84,7 @@ impl Dice {
     /// One standard normal number.
     pub fn next_normal(&mut self) -> f64 {
         if self.normal.1 == LANES {
-            self.normal = (self.stream.normal(), 0);
+            self.normal = (dispatch(Next::Normal(&mut self.stream)), 0);
         }
         self.normal.1 += 1;
         self.normal.0.0[self.normal.1 - 1]
