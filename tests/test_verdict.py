@@ -298,3 +298,10 @@ def test_sweeps_comparisons_and_maps_mark_what_is_missed() -> None:
     notes = tables(from_dataset(mapped))[0].notes
     assert "At 3 nodes the position is beyond its limit." in notes
     assert not misses(from_dataset(mapped))
+
+
+def test_what_is_rounding_is_nothing_in_sentences() -> None:
+    m = jp.loads(jp.examples.text("four-bar"))
+    [sentence, *_] = verdict(from_dataset(jp.given(m, {"J1.x": 1e-16}))).sentences
+    assert sentence.startswith("Limits hold: position 0 mm of 4 mm")
+    assert "blame" not in sentence

@@ -90,17 +90,24 @@ def judge(builder: Builder) -> None:
     below, above = (np.where(np.isfinite(end), end, sign * np.inf) for end, sign in ((low, -1.0), (high, 1.0)))
     room = np.minimum(above - highest, lowest - below)
     margin = np.where(limited & np.isfinite(room), room, np.nan)
-    met = ~limited | (margin >= -rounding(builder))
+    met = ~limited | (margin >= -roundings(builder))
     per = ("configuration", "quantity")
     builder.data["limit_met"] = Variable(per, met, "", "whether the quantity keeps to its limits")
     words = "how far the quantity is from its limits, negative where it is beyond one"
     builder.data["margin"] = Variable(per, margin, limit.units, words)
 
 
-def rounding(builder: Builder) -> Array:
+def roundings(builder: Builder) -> Array:
     """What of every quantity is rounding, in the units of the result."""
     sizes = {"length": builder.m.length / builder.units.length, "angle": 1.0 / builder.units.angle}
     return ROUNDING * np.array([sizes[kind] for kind in builder.axes["quantity"].kinds])
+
+
+def rounding(result: Result, unit: str) -> float:
+    """What of a length or an angle is rounding, in its unit."""
+    if unit == "rad":
+        return ROUNDING
+    return ROUNDING * (57.3 if unit == "deg" else float(result.attrs.get("length", 0.0)))
 
 
 def ends(result: Result) -> tuple[Array, Array]:
@@ -280,11 +287,14 @@ class _Extreme:
         """How near it comes."""
         near = f"{self.name} {self._shown(self.value)} of {self._shown(self.limit)}"
         margin = f"margin {self._shown(max(self.margin, 0.0))}"
-        blamed = self._cause(", to blame") if self.value else ""
+        blamed = self._cause(", to blame") if self._is_there(self.value) else ""
         return f"{near} at {place(self.result, self.at)}, {margin}{blamed}"
 
+    def _is_there(self, value: float) -> bool:
+        return abs(value) > rounding(self.result, self.unit)
+
     def _shown(self, value: float) -> str:
-        return f"{value:.{DIGITS}g} {self.unit}".rstrip()
+        return f"{value if self._is_there(value) else 0.0:.{DIGITS}g} {self.unit}".rstrip()
 
     def _cause(self, head: str) -> str:
         found = cause(self.result, self.name, self.side, self.at)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from jointplay.result import Result, parts
+from jointplay.verdict import rounding
 
 from .building import FITS, VERDICTS, of_assemble, of_check
 from .errors import figure, figures, of_errors, quantile
@@ -16,7 +17,7 @@ from .motion import KINDS, motion, of_compensate, of_singularities, of_solve
 from .pairs import Tops, missed, of_pairs, tops
 from .series import beyond, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import MOST_NAMES, first_missed, of_allocate, of_allow, share_of
-from .words import READABLE, Conclusion, Sentence, owners, plural, rounding, which
+from .words import READABLE, Conclusion, Sentence, owners, plural, which
 
 __all__ = [
     "FITS",

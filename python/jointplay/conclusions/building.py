@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.result import Result, size, typical
+from jointplay.verdict import rounding
 
-from .words import Conclusion, Sentence, plural, rounding, say
+from .words import Conclusion, Sentence, plural, say
 
 #: what comes of a step, in words
 VERDICTS = {

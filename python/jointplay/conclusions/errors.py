@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from jointplay.result import LOAD, TYPICAL, Array, Result, in_words, size, typical, unit_of
-from jointplay.verdict import Verdict, cause, verdict
+from jointplay.verdict import Verdict, cause, rounding, verdict
 
-from .words import Conclusion, Sentence, at, farthest, of_statuses, rounding, say
+from .words import Conclusion, Sentence, at, farthest, of_statuses, say
 
 #: what of the output is meant, in words
 WORDS = {"position": "position error", "rotation": "rotation"}

@@ -8,8 +8,9 @@ import numpy as np
 
 from jointplay.compile import LENGTHS
 from jointplay.result import Array, Result, size, unit_of
+from jointplay.verdict import rounding
 
-from .words import Conclusion, Sentence, at, farthest, of_statuses, owners, plural, rounding, say
+from .words import Conclusion, Sentence, at, farthest, of_statuses, owners, plural, say
 
 #: what is said of each kind of singularity
 KINDS = {

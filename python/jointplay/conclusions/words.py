@@ -14,8 +14,6 @@ from jointplay.verdict import place
 READABLE = ("ok", "undetermined", "strained")
 #: as many configurations are named one by one
 FEW = 8
-#: share of the mechanism's length, and radians, that are rounding
-ROUNDING = 1e-10
 #: relative difference of numbers of which none is the larger one
 ALIKE = 1e-9
 
@@ -77,13 +75,6 @@ def which(places: Sequence[int]) -> str:
     if len(places) > FEW:
         return f"{len(places)} configurations (the first is {places[0]})"
     return f"Configuration{'s' * (len(places) > 1)} {', '.join(map(str, places))}"
-
-
-def rounding(result: Result, unit: str) -> float:
-    """What of a length or an angle is rounding, in its unit."""
-    if unit == "rad":
-        return ROUNDING
-    return ROUNDING * (57.3 if unit == "deg" else float(result.attrs.get("length", 0.0)))
 
 
 def of_statuses(result: Result) -> Iterator[Sentence]:
