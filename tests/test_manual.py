@@ -126,7 +126,7 @@ RESULTS: dict[str, Callable[[jp.Mechanism], Any]] = {
     "compare": lambda m: jp.compare(m, jp.loads(examples.text("p3r"))),
     "sweep": lambda m: jp.sweep(m, "joints.*.clearance.radial", [0.1, 0.2]),
     "allow": jp.allow,
-    "allow random": lambda m: jp.allow(m, "random", samples=200),
+    "allow random": lambda m: jp.allow(m, "random", samples=400),
     "map": lambda m: jp.map(m, grid={"theta1": [30.0, 40.0]}),
     "assemble": jp.assemble,
     "assemble worst": lambda m: jp.assemble(m, "worst"),
