@@ -39,7 +39,7 @@ def overview(result: Result) -> list[Table]:
 def _columns(result: Result) -> Iterator[Column]:
     units = np.array(result.labels("source_unit"), dtype=str)
     yield words("source", result.labels("source"), is_key=True)
-    yield Column("size is", "", tuple(result.labels("source_measure")), left=True, spare=3)
+    yield Column("measure", "", tuple(result.labels("source_measure")), left=True, spare=3)
     yield words("unit", units.tolist())
     told = [name for name in ("size_before", "size") if name in result.data]
     cells = {name: np.empty(len(units), dtype=object) for name in told}

@@ -50,10 +50,10 @@ def overview(result: Result) -> list[Table]:
 def _columns(result: Result) -> Iterator[Column]:
     units = np.array(result.labels("source_unit"), dtype=str)
     yield words("source", result.labels("source"), is_key=True)
-    yield Column("size is", "", tuple(result.labels("source_measure")), left=True, spare=3)
+    yield Column("measure", "", tuple(result.labels("source_measure")), left=True, spare=3)
     yield words("unit", units.tolist())
     told = ["size", "allowed", "slack"]
-    if "needed" in result.data and np.isfinite(result.get("needed")).any():
+    if _has_needed(result):
         told.append("needed")
     status = result.get("status").tolist()
     found = np.isin(status, ["ok", "not_enough", "needs_play"])
@@ -78,6 +78,10 @@ def _columns(result: Result) -> Iterator[Column]:
     if any(one != "ok" for one in status):
         alarms = tuple(k for k, one in enumerate(status) if one == "not_enough")
         yield replace(words("status", [one.replace("_", " ") for one in status]), alarms=alarms)
+
+
+def _has_needed(result: Result) -> bool:
+    return "needed" in result.data and bool(np.isfinite(result.get("needed")).any())
 
 
 def _by_unit(units: Names, columns: Mapping[str, Floats], digits: int = DIGITS) -> list[tuple[str, ...]]:
@@ -121,8 +125,10 @@ def _notes(result: Result) -> Iterator[str]:
     for outcome, meaning in MEANINGS.items():
         if (status == outcome).any():
             yield f"{outcome.replace('_', ' ')}: {meaning} ({_some(names[status == outcome].tolist())})."
-    if "needed" in result.data:
+    if _has_needed(result):
         yield "needed: the smallest size with which all specimens can be assembled without strain."
+    elif "needed" in result.data:
+        yield "Whatever size one clearance has, some specimens cannot be assembled without strain."
     if "without_pose" in result.attrs:
         yield f"Configuration {result.attrs['without_pose']}: no pose as drawn; not counted."
     if "samples" in result.attrs:
