@@ -92,7 +92,8 @@ impl Control {
             let found = control.size(&mut laws, &forms, part, covariance, probabilities);
             control.quantities.push(found);
         }
-        control
+        // What nothing is known of is not to be computed for every sample.
+        if control.quantities.iter().all(Option::is_none) { Self::default() } else { control }
     }
 
     /// That of the size of some components.
@@ -169,6 +170,7 @@ impl Control {
         }
     }
 
+    /// Number of probabilities, each with a count for every quantity.
     pub const fn probabilities(&self) -> usize {
         self.probabilities
     }
