@@ -174,3 +174,18 @@ def test_a_place_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
 def test_numbers_of_other_libraries_are_numbers(tmp_path: Path) -> None:
     m = jp.loads(FOUR_BAR).with_({"loads.0.force": np.array([1.0, 2.0]), "joints.J1.clearance.radial": np.float32(0.5)})
     assert "force = [1.0, 2.0]" in written(m, tmp_path)
+
+
+def test_what_an_include_brings_is_written_out_in_its_order(tmp_path: Path) -> None:
+    """Joints and their bodies count in their order: in another one the text would say something else."""
+    head, *tables = re.split(r"(?m)^(?=\[joints\.)", FOUR_BAR)
+    last, rest = re.split(r"(?m)^(?=\[(?!joints))", tables[-1], maxsplit=1)
+    (tmp_path / "part.toml").write_text("".join([*tables[2:-1], last]))
+    main = tmp_path / "main.toml"
+    main.write_text('include = ["part.toml"]\n' + head + "".join(tables[:2]) + rest)
+    m = jp.load(main).with_({"joints.J3.clearance.radial": 0.3})
+    text = m.text(tmp_path / "elsewhere" / "x.toml")
+    names = re.findall(r"(?m)^\[joints\.(\w+)\]", text)
+    assert sorted(names) == ["J1", "J2", "J3", "J4"]
+    assert names.index("J3") < names.index("J4")
+    assert text.count("#") > 5

@@ -129,3 +129,18 @@ def test_what_is_done_when_it_is_interrupted_is_given():
     assert partial.sizes[DIM] == 1
     assert partial.attrs["incomplete"] == f"interrupted after 1 of 2 values of {SECOND}"
     assert tables(partial)
+
+
+def test_a_second_key_whose_values_are_replaced_is_refused():
+    m, every = example("four-bar"), "joints.*.clearance.radial"
+    for key, second in ((every, SECOND), (FIRST, FIRST)):
+        with pytest.raises(InputError, match="replaced by those of"):
+            jp.sweep(m, key, [0.1, 0.2], by={second: [0.1, 0.3]})
+    # The other way round each value is used.
+    swept = jp.sweep(m, SECOND, [0.1, 0.2], by={every: [0.1, 0.3]})
+    assert len(np.unique(tops(swept).values.round(9))) == 4
+
+
+def test_pairs_are_bounded_together():
+    with pytest.raises(InputError, match="more than 100000 pairs"):
+        jp.sweep(example("four-bar"), FIRST, [0.1] * 400, by={SECOND: [0.1] * 400})

@@ -305,3 +305,10 @@ def test_what_is_rounding_is_nothing_in_sentences() -> None:
     [sentence, *_] = verdict(from_dataset(jp.given(m, {"J1.x": 1e-16}))).sentences
     assert sentence.startswith("Limits hold: position 0 mm of 4 mm")
     assert "blame" not in sentence
+
+
+def test_what_a_load_leaves_open_is_not_called_nothing() -> None:
+    result = from_dataset(jp.loaded(jp.loads(jp.examples.text("press"))))
+    assert not result.get("error")[:, -1].any()
+    assert result.get("undetermined")[:, -1].any()
+    assert "No rotation" not in " ".join(sentence.text for sentence in conclude(result).sentences)

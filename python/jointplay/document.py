@@ -79,8 +79,10 @@ def _whole(source: Source, raw: Mapping[str, Any]) -> str:
             if here is None:
                 document[section] = value
             elif isinstance(value, Mapping):
-                for key in set(value) - set(here):
-                    here[key] = value[key]
+                # In their order, which for bodies has a meaning.
+                for key in value:
+                    if key not in here:
+                        here[key] = value[key]
             elif isinstance(here, list):
                 for entry in value:
                     here.append(entry)

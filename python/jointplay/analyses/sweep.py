@@ -146,6 +146,9 @@ def _over_pairs(
         raise InputError("takes one key with its values", file=m.file, key="by")
     ((second, others),) = by.items()
     steps = _checked(m, (second,), others)
+    if len(values) * len(steps) > MOST_VALUES:
+        raise InputError(f"more than {MOST_VALUES} pairs of values", file=m.file, key="by")
+    _require_both(m, (key,) if isinstance(key, str) else tuple(key), values, second, steps)
     labels = _labels(m, second, steps)
     rows: list[Result] = []
     reached: list[str] = []
@@ -170,6 +173,19 @@ def _over_pairs(
         incomplete = f"interrupted after {len(rows)} of {len(steps)} values of {second}"
         raise Interrupted(Result(swept.coords, swept.data, {**swept.attrs, "incomplete": incomplete}))
     return swept
+
+
+def _require_both(
+    m: Mechanism, keys: tuple[str, ...], values: list[float | str], second: str, others: list[float | str]
+) -> None:
+    """Refuse a second key whose values the swept one replaces."""
+    if not (keys and values):
+        return
+    before = [m, *(changed(m, {second: other})[0] for other in (others[0], others[-1]))]
+    after = [changed(copy, dict.fromkeys(keys, values[0]))[0] for copy in before]
+    if any(copy.raw != m.raw for copy in before) and all(copy.raw == after[0].raw for copy in after):
+        problem = f"its values are replaced by those of {keys[0]}; exchange the two keys"
+        raise InputError(problem, file=m.file, key=second)
 
 
 def _checked(m: Mechanism, keys: tuple[str, ...], values: Iterable[float | str]) -> list[float | str]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from jointplay.result import LOAD, TYPICAL, Array, Result, in_words, size, typical, unit_of
-from jointplay.verdict import Verdict, cause, rounding, verdict
+from jointplay.verdict import SIZES, Verdict, cause, ends, rounding, verdict
 
 from .words import Conclusion, Sentence, at, farthest, of_statuses, say
 
@@ -59,6 +59,8 @@ def _sizes(result: Result, judged: Verdict) -> Iterator[Sentence]:
             continue
         value, unit, configuration = found
         if value <= rounding(result, unit):
+            if _is_open(result, quantity, unit):
+                continue
             yield Sentence(f"No {words} at any configuration." if result.sizes["configuration"] > 1 else f"No {words}.")
             continue
         where = at(result, configuration)
@@ -67,6 +69,14 @@ def _sizes(result: Result, judged: Verdict) -> Iterator[Sentence]:
         else:
             text = f"Largest {words}: {say(value, unit)}{where}"
         yield Sentence(f"{text}{blamed(result, quantity, configuration)}.")
+
+
+def _is_open(result: Result, quantity: str, unit: str) -> bool:
+    """Whether a load leaves open how large a quantity is of which it makes nothing."""
+    if "undetermined" not in result.data:
+        return False
+    _, highest = ends(result)
+    return bool(np.nanmax(highest[:, SIZES.index(quantity) - len(SIZES)], initial=0.0) > rounding(result, unit))
 
 
 def blamed(result: Result, quantity: str, configuration: int) -> str:

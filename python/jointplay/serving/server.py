@@ -37,6 +37,8 @@ HOST = "127.0.0.1"
 NAMES = ("127.0.0.1", "localhost")
 #: bytes of a request; a mechanism file is not longer
 LARGEST = 8_500_000
+#: digits of the length of a request
+DIGITS = 9
 #: pages whose mechanisms are kept; of further ones the oldest has to be opened again
 MOST_PAGES = 64
 #: seconds without a word after which a connection is closed
@@ -238,7 +240,7 @@ class Handler(BaseHTTPRequestHandler):
         if name is None:
             return self._refuse()
         length = self.headers.get("Content-Length", "")
-        if not length.isascii() or not length.isdigit() or int(length) > LARGEST:
+        if not length.isascii() or not length.isdigit() or len(length) > DIGITS or int(length) > LARGEST:
             # What follows is not read, so that the connection cannot go on.
             self.close_connection = True
             return self._send(413, JSON, json.dumps({"error": "this is too long for a mechanism file"}))
@@ -256,7 +258,7 @@ class Handler(BaseHTTPRequestHandler):
             return 200, answer(told)
         except Cancelled:
             return 200, {"cancelled": True}
-        except (JointplayError, ValueError, RecursionError, MemoryError) as problem:
+        except (JointplayError, ValueError, ArithmeticError, RecursionError, MemoryError) as problem:
             message = str(problem) if isinstance(problem, JointplayError) else "this cannot be answered"
             return 400, {"error": message}
 

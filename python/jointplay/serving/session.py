@@ -22,6 +22,8 @@ from .knobs import Knob, knobs
 
 #: mechanisms of which a page's answers are kept
 KEPT = 4
+#: the largest number that a file may have, and a drive
+FARTHEST = 1e12
 T = TypeVar("T")
 
 
@@ -76,7 +78,7 @@ class Asked:
                 str(told["load_case"]) if told.get("load_case") else None,
                 {str(key): float(value) for key, value in dict(told.get("offsets", {})).items()},
             )
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise InputError("this is not what the page asks") from None
 
 
@@ -132,7 +134,9 @@ class Session:
         for key, value in values.items():
             if key not in self.knobs:
                 raise InputError("there is no slider for this", key=key)
-            changes |= self.knobs[key].changes(value)
+            # What a slider says that is back in its place is in the file already, in words of its own.
+            if value != self.knobs[key].value:
+                changes |= self.knobs[key].changes(value)
         return self.m.with_(changes) if changes else self.m
 
     def mechanism(self, asked: Asked) -> Mechanism:
@@ -173,6 +177,10 @@ def placed(m: Mechanism, path: Nominal, drives: tuple[float, ...]) -> tuple[Nomi
     """
     if len(drives) != len(m.drives):
         raise InputError(f"needs {len(m.drives)} values, not {len(drives)}", key="drives")
+    for value in drives:
+        # What is not a number is refused as well.
+        if not abs(value) <= FARTHEST:
+            raise InputError(f"drive values are at most {FARTHEST:g} in size, not {value:g}", key="drives")
     known = np.flatnonzero(np.isfinite(path.poses).all(axis=(1, 2)))
     if not len(m.drives):
         return path.first(1), 0
