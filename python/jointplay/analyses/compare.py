@@ -95,7 +95,9 @@ def compute(
     labels = _labels(a, b, names)
     require_determinate(b, over_constrained=True)
     first = nominal(a)
-    second = replace(follow(b, first.output, followed), units=a.units)
+    # With the same drives it is looked for beside their values: the output may be at a place more than once.
+    beside = first.drives if a.drives == b.drives else None
+    second = replace(follow(b, first.output, followed, beside), units=a.units)
     try:
         results = [_side(m, ask(m, at=at, **options), at, first) for m, at in ((a, first), (b, second))]
     except Interrupted:

@@ -9,6 +9,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay import poses
 from jointplay.answers import Solved
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError
@@ -19,6 +20,8 @@ from jointplay.units import Units
 
 Floats = NDArray[np.float64]
 Codes = NDArray[np.uint8]
+#: share of the mechanism's length within which a target is reached
+REACHED = 1e-9
 #: called with how many steps are done and how many there are
 Progress = Callable[[int, int], None]
 
@@ -123,14 +126,43 @@ def carried(at: Nominal, known: Mechanism, m: Mechanism) -> Nominal:
     )
 
 
-def follow(m: Mechanism, targets: Floats, components: tuple[str, ...]) -> Nominal:
+def follow(m: Mechanism, targets: Floats, components: tuple[str, ...], beside: Floats | None = None) -> Nominal:
     """Solve the drives for target poses of the output, least squares over some components.
 
-    An angle counts as the length of its arc at the characteristic length.
+    An angle counts as the length of its arc at the characteristic length. Each target is reached from the one before.
+    With drive values `beside` the targets, SI, the pose is taken that is nearest to the one at these.
     """
     weight = {c: 1.0 if c in LENGTHS else m.length for c in components}
     weights = np.array([weight.get(c, 0.0) for c in m.components])
-    return _of(m.core.inverse(targets, weights, m.start_drives))
+    found = _of(m.core.inverse(targets, weights, m.start_drives))
+    if beside is None:
+        return found
+    there = at_drives(m, beside)
+    missed = np.abs((there.output - targets) * weights).max(axis=1)
+    for k in np.flatnonzero(there.status == 0).tolist():
+        ways = [_at(there, k)]
+        if not missed[k] <= REACHED * m.length:
+            near = _of(m.core.inverse(targets[k : k + 1], weights, beside[k]))
+            ways = [way for way in (_at(found, k), near) if way.status[0] == 0]
+        if ways:
+            best = min(ways, key=lambda way: _apart(way.poses[0], there.poses[k], m.length))
+            for name, values in _arrays(found):
+                values[k] = getattr(best, name)[0]
+    return found
+
+
+def _apart(some: Floats, others: Floats, length: float) -> float:
+    """How far poses of bodies are from each other, as parts of a length and of a radian; turns are none."""
+    far = np.abs(poses.position(some) - poses.position(others)).max(initial=0.0) / length
+    return float(max(far, np.abs(poses.matrix(some) - poses.matrix(others)).max(initial=0.0)))
+
+
+def _arrays(at: Nominal) -> list[tuple[str, Any]]:
+    return [(name, values) for name, values in vars(at).items() if isinstance(values, np.ndarray)]
+
+
+def _at(at: Nominal, k: int) -> Nominal:
+    return replace(at, **{name: values[k : k + 1] for name, values in _arrays(at)})
 
 
 def _of(solved: Solved) -> Nominal:
