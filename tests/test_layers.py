@@ -50,6 +50,7 @@ LAYERS = (
     "viewer",
     "reporting",
     "examples",
+    "exchange",
     "serving",
     "cli",
     "__main__",
