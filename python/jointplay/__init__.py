@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from .analyses.sweep import sweep
     from .analyses.worst import worst
     from .errors import InputError, JointplayError
+    from .exchange.reading import read
     from .model import Mechanism, load, loads
     from .plot.animation import animate
     from .reporting import report, view
@@ -62,6 +63,7 @@ __all__ = [
     "map",
     "plot",
     "random",
+    "read",
     "region",
     "report",
     "save",
@@ -98,6 +100,7 @@ _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "frame": "spreadsheets",
     "load": "model",
     "loads": "model",
+    "read": "exchange.reading",
     "report": "reporting",
     "view": "reporting",
     "save": "write",

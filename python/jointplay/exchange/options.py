@@ -15,8 +15,8 @@ class Options:
     ----------
     output : str or None
         Link, body or site whose origin is the output.
-    drives : tuple of str
-        Driven joints: NAME, NAME=value or NAME=from:to:count.
+    drives : mapping or None
+        Driven joints, each with its value, its values, or None for a proposal.
     clearance : mapping
         Clearance tables of the mechanism file by joint or by kind of joint.
     planar : bool
@@ -28,7 +28,7 @@ class Options:
     """
 
     output: str | None = None
-    drives: tuple[str, ...] = ()
+    drives: Mapping[str, object] | None = None
     clearance: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     planar: bool = False
     loops: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)

@@ -8,13 +8,14 @@ from types import MappingProxyType
 
 from jointplay.errors import InputError, listed
 
+from . import urdf
 from .options import Options
 from .skeleton import Skeleton
 
 Reader = Callable[[Path, Options], Skeleton]
 
 #: by extension, in small letters
-READERS: Mapping[str, Reader] = MappingProxyType({})
+READERS: Mapping[str, Reader] = MappingProxyType({".urdf": urdf.read})
 
 
 def reader(path: Path) -> Reader:

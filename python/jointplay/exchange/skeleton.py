@@ -76,6 +76,10 @@ class Place:
     at: Vector
     axis: Vector | None = None
 
+    def within(self, frame: Frame) -> Place:
+        """The same, where a frame is given instead of its own axes."""
+        return Place(frame.point(self.at), None if self.axis is None else np.asarray(frame.axes @ self.axis))
+
 
 @dataclass(frozen=True)
 class Joint:
@@ -100,8 +104,8 @@ class Joint:
         Whether the format says that a motor moves it.
     follows : tuple or None
         ``(joint, factor, offset)``: its coordinate is factor times that of the other joint plus the offset.
-    more : mapping
-        Keys of the kind: numbers in file units and texts, such as the ``lead`` of a screw.
+    lead : float
+        Of a screw: m along the axis for one turn.
     """
 
     name: str
@@ -113,7 +117,7 @@ class Joint:
     limits: tuple[float, float] | None = None
     is_driven: bool = False
     follows: tuple[str, float, float] | None = None
-    more: Mapping[str, object] = field(default_factory=dict)
+    lead: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -124,12 +128,14 @@ class Skeleton:
     ----------
     title : str
     bodies : mapping
-        By name; "ground" is the fixed one and may be missing here.
+        By name, in the order of the format.
     joints : tuple of Joint
     space : str
         "spatial" or "planar".
+    ground : str
+        The body that is fixed. It gets the name "ground".
     frames : mapping
-        ``name: (body, frame)`` of everything that can be an output: links that are merged, tools, sites.
+        ``name: (body, frame)`` of what can be an output besides bodies: tools, sites, links that are merged.
     gravity : tuple
         m/s^2, axes of the drawing.
     path : mapping
@@ -142,6 +148,7 @@ class Skeleton:
     bodies: Mapping[str, Body]
     joints: tuple[Joint, ...]
     space: str = "spatial"
+    ground: str = GROUND
     frames: Mapping[str, tuple[str, Frame]] = field(default_factory=dict)
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
     path: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
