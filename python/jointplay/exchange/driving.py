@@ -1,9 +1,9 @@
 """Which joints are driven: as many as the mechanism has free motions, independent of one another.
 
 To first order in the drawing. The unknowns are the twists (v, w) of all bodies about the origin; every joint gives a
-row for each direction that it locks, and what is left, the null space N, are the free motions. A joint with a coordinate
-has a row c as well, whose product with the twists is the rate of the coordinate. Joints are taken in turn while their
-rows c N are independent.
+row for each direction that it locks, and what is left, the null space N, are the free motions. A joint with a
+coordinate has a row c as well, whose product with the twists is the rate of the coordinate. Joints are taken in turn
+while their rows c N are independent.
 """
 
 from __future__ import annotations

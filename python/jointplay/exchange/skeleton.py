@@ -18,6 +18,8 @@ Matrix = NDArray[np.float64]
 
 #: the fixed body of every mechanism
 GROUND = "ground"
+#: larger limits of a coordinate (rad, m) are none: formats write 1e16 for a joint that turns without end
+LARGEST_LIMIT = 1e4
 #: gravity where a format has no other
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
@@ -79,6 +81,11 @@ class Place:
     def within(self, frame: Frame) -> Place:
         """The same, where a frame is given instead of its own axes."""
         return Place(frame.point(self.at), None if self.axis is None else np.asarray(frame.axes @ self.axis))
+
+
+def limits(low: float, high: float) -> tuple[float, float] | None:
+    """Limits of a coordinate; None where there are none."""
+    return (low, high) if low < high and max(abs(low), abs(high)) < LARGEST_LIMIT else None
 
 
 @dataclass(frozen=True)

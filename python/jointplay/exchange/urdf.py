@@ -14,7 +14,7 @@ from jointplay.errors import listed, not_known
 
 from .options import Options
 from .rotations import from_rpy
-from .skeleton import Body, Frame, Joint, Place, Skeleton
+from .skeleton import Body, Frame, Joint, Place, Skeleton, limits
 from .xml import Reading, counts, parse, refuse_twice
 
 #: type of URDF: kind of the mechanism file
@@ -171,7 +171,7 @@ def _limits(reading: Reading, joint: Element, place: str) -> tuple[float, float]
     low = reading.number(limit.get("lower"), 0.0, place, "<limit>")
     high = reading.number(limit.get("upper"), 0.0, place, "<limit>")
     # Without either, both are zero by default: the file says efforts only.
-    return (low, high) if low < high else None
+    return limits(low, high)
 
 
 def _follows(reading: Reading, joint: Element, place: str) -> tuple[str, float, float] | None:
