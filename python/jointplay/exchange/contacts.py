@@ -1,7 +1,7 @@
 """A planar mechanism as a model of MuJoCo, with its clearances as gaps between solids: for a study of its dynamics.
 
-Every body slides along x and y and turns about z against the ground; joints are contacts. A hole with a pin is a ring of
-N boxes around a capsule. Their faces are the sides of a regular polygon, so that the centre of the pin stays in
+Every body slides along x and y and turns about z against the ground; joints are contacts. A hole with a pin is a ring
+of N boxes around a capsule. Their faces are the sides of a regular polygon, so that the centre of the pin stays in
 
     n_k . d <= c,    n_k = (cos 2 pi k / N, sin 2 pi k / N),
 
@@ -10,9 +10,9 @@ a corner within the angle pi / N. The radii of pin and hole have no influence, o
 boxes around two balls at the ends of the slider, which gives |d_n| + (length / 2) |sin tau| <= gap.
 
 Contact in MuJoCo is soft. With the stiffest one it has, the penetration at rest under a force F on a mass m is of the
-order 4e-4 (F / m) dt^2; the time step dt is a small part of the period in which a pin swings in its hole under the load,
-2 pi / w with w^2 = F / (m c), so that the penetration is some 1e-7 of c whatever the units. Drag proportional to mass with
-the rate 2 w lets the model come to rest; a study of dynamics takes it away (the attributes `damping`).
+order 4e-4 (F / m) dt^2; the time step dt is a small part of the period in which a pin swings in its hole under the
+load, 2 pi / w with w^2 = F / (m c), so that the penetration is some 1e-7 of c whatever the units. Drag proportional to
+mass with the rate 2 w lets the model come to rest; a study of dynamics takes it away (the attributes `damping`).
 """
 
 from __future__ import annotations
@@ -39,6 +39,8 @@ PIN, WALL = 0.03, 0.02
 LAYER = 5.0
 #: mass of a body without one: that of a steel bar of this section, m^2
 BAR = 1e-4 * 7850.0
+#: the same as a part of the largest mass: the solver loses digits with their ratio
+LEAST = 0.01
 #: time step as a part of 1 / w
 STEP = 0.02
 #: the stiffest contact
@@ -114,7 +116,8 @@ class _Model:
         self.radius, self.wall = PIN * self.size, WALL * self.size
         self.plays = {s["joint"]: s["set"] for s in self.spec["sources"] if s["kind"] == "clearance" and "joint" in s}
         self.given = [m.data.bodies[name].mass if name in m.data.bodies else 0.0 for name in m.bodies]
-        self.masses = [mass or BAR * self._length(k) for k, mass in enumerate(self.given)]
+        least = LEAST * max(self.given, default=0.0)
+        self.masses = [mass or max(least, BAR * self._length(k)) for k, mass in enumerate(self.given)]
         self.rate = self._rate()
         self.root = ET.Element("mujoco", model=m.title or "mechanism")
         self.world = self.equality = self.root
@@ -196,7 +199,7 @@ class _Model:
         yield "Every joint has a layer of its own. The damping lets it come to rest; take it away to study dynamics."
         light = [name for name, mass in zip(self.m.bodies, self.given, strict=True) if not mass]
         if light:
-            yield f"No mass is given for {listed(light)}: that of a steel bar of 10 mm x 10 mm, without weight."
+            yield f"No mass is given for {listed(light)}: that of a steel bar of 10 mm x 10 mm or more, without weight."
         if any(any(source["centre"]) for source in self.spec["sources"]):
             yield "Known deviations are left out."
 
@@ -280,7 +283,7 @@ class _Model:
         SubElement(self.equality, "joint", name=f"{name}-angle", polycoef=law, **joints)
 
     def _guide(self, name: str, number: int, height: float, is_held: bool) -> None:
-        """Boxes along the axis on the first body, and balls on the second. Where it is driven, boxes ahead and behind."""
+        """Boxes along the axis on the first body, balls on the second; where it is driven, boxes ahead and behind."""
         joint = self.spec["joints"][number]
         first, second = (self.spec["points"][joint[end]] for end in ENDS)
         gap, half = 0.0, 0.25 * self.size
@@ -288,17 +291,18 @@ class _Model:
             gap, half = sizes.get("gap", sizes.get("high", 0.0)), sizes.get("half_length", half)
         axis, at = np.array(joint["axis_first"][:2]), np.array(first["at"][:2])
         turn = math.atan2(axis[1], axis[0])
-        wide = [4 * self.size, self.wall / 2, self.radius]
+        travel = axis @ (self._in_axes_of(first["body"], second) - at)
+        middle = at + travel * axis
+        wide = [half + 2 * self.size, self.wall / 2, self.radius]
         for side in (1.0, -1.0):
             across = _turned(turn, np.array([0.0, side * (self.radius + gap + self.wall / 2)]))
-            self._box(first["body"], at + across, turn, wide, height)
+            self._box(first["body"], middle + across, turn, wide, height)
         own = np.array(joint["axis_second"][:2])
         ends = [0.0] if joint["kind"] == "pin_in_slot" else [half, -half]
         if is_held:
             ends = list(dict.fromkeys([*ends, 0.0]))
-            travel = axis @ (self._in_axes_of(first["body"], second) - at)
             for side in (1.0, -1.0):
-                ahead = at + axis * (travel + side * (self.radius + self.wall / 2))
+                ahead = middle + side * (self.radius + self.wall / 2) * axis
                 self._box(first["body"], ahead, turn, [self.wall / 2, 0.5 * self.radius, self.radius], height)
         for k, end in enumerate(ends):
             pos = _text([*(np.array(second["at"][:2]) + end * own), height])
