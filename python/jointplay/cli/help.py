@@ -44,7 +44,7 @@ LINES: dict[str, dict[str, str]] = {
     },
     "import": {
         "jointplay import arm.urdf": "write arm.toml",
-        "jointplay import arm.urdf -o b.toml --clearance revolute={radial=0.02,length=30}": "",
+        "jointplay import arm.urdf -o tool.toml --output-point tool0": "",
     },
     "export": {"jointplay export four-bar.toml -o four-bar.xml": ""},
     "schema": {"jointplay schema -o jointplay.schema.json": ""},
