@@ -31,6 +31,12 @@ Floats = NDArray[np.float64]
 ROUNDING = 1e-11
 
 
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder of its own: what MuJoCo warns of, it writes to a file where it is called."""
+    monkeypatch.chdir(tmp_path)
+
+
 def gymnasium_models() -> list[Path]:
     """MJCF models of the package gymnasium, which need not be imported for it."""
     spec = importlib.util.find_spec("gymnasium")
@@ -273,6 +279,19 @@ def test_includes_and_meshes_that_are_missing(tmp_path: Path) -> None:
     )
     found = imported(tmp_path / "a.xml", Options())
     assert "Files of meshes are missing: masses that follow from them are missing as well." in found.notes
+
+
+def test_what_mujoco_warns_of_is_a_remark_and_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By itself it writes MUJOCO_LOG.TXT where it is called."""
+    monkeypatch.chdir(tmp_path)
+    text = MECHANISM.format(more="").replace('size=".1" mass="2"', 'size=".1" mass="2" rgba="nan 0 0 1"')
+    try:
+        found = imported(written(tmp_path, text, "a.xml"), Options())
+    except jp.InputError as error:
+        assert "MuJoCo" in str(error)  # noqa: PT017
+    else:
+        assert any(note.startswith("MuJoCo: ") for note in found.notes)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.xml"]
 
 
 # --- SDF -------------------------------------------------------------------------------------------------------------
