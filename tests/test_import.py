@@ -452,9 +452,17 @@ def test_the_file_says_where_clearances_are_written(tmp_path: Path) -> None:
     assert jp.loads(text.replace("# clearance", "clearance")).sources == ("main", "big_end", "small_end", "guide")
 
 
-def test_drives_of_a_loop_are_the_joints_with_motors() -> None:
+def test_drives_of_a_loop_are_the_joints_with_motors(tmp_path: Path) -> None:
+    """Then those that are nearest to the ground; what is asked for comes first."""
+    text = (EXAMPLES / "five-bar.xml").read_text(encoding="utf-8")
     assert jp.read(EXAMPLES / "five-bar.xml").drives == ("left", "right")
+    moved = text.replace('<position joint="left"', '<position joint="right_elbow"')
+    assert jp.read(written(tmp_path, moved, "moved.xml")).drives == ("right", "right_elbow")
+    alone = text.replace('<position joint="left" kp="10"/>', "").replace('joint="right" kp', 'joint="left_elbow" kp')
+    assert jp.read(written(tmp_path, alone, "alone.xml")).drives == ("left", "left_elbow")
     assert jp.read(EXAMPLES / "five-bar.xml", drives=["left_elbow", "right"]).drives == ("left_elbow", "right")
+    with pytest.raises(jp.InputError, match="the drive of 'right' is redundant: it would move what left, left_elbow"):
+        jp.read(EXAMPLES / "five-bar.xml", drives=["left", "left_elbow", "right"])
 
 
 def test_robots_are_asked_all_questions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
