@@ -465,6 +465,16 @@ def test_drives_of_a_loop_are_the_joints_with_motors(tmp_path: Path) -> None:
         jp.read(EXAMPLES / "five-bar.xml", drives=["left", "left_elbow", "right"])
 
 
+def test_proposed_values_are_as_many_as_those_that_are_given() -> None:
+    m = jp.read(EXAMPLES / "arm.urdf", drives={"waist": [0, 10, 20], "elbow": 5, "roll": None})
+    assert m.drives == ("waist", "elbow", "roll")
+    assert m.drive_values is not None
+    assert m.drive_values.shape == (3, 3)
+    every = jp.read(EXAMPLES / "arm.urdf").drive_values
+    assert every is not None
+    assert every.shape == (6, 6)
+
+
 def test_robots_are_asked_all_questions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     play = "revolute={radial=0.02,axial=0.02,length=30}"
