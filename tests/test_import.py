@@ -487,6 +487,12 @@ def test_robots_are_asked_all_questions(tmp_path: Path, monkeypatch: pytest.Monk
     assert run(["error", "five-bar.toml", "-q", "given", "--offset", "top=0.01,0"]) == 0
 
 
+def long_chain(count: int) -> str:
+    pin = '<joint name="J{0}" type="continuous"><parent link="{0}"/><child link="{1}"/></joint>'
+    links = "".join(f'<link name="{k}"/>' for k in range(count + 1))
+    return f"<robot>{links}{''.join(pin.format(k, k + 1) for k in range(count))}</robot>"
+
+
 BAD: list[tuple[str, str, str, list[str], str]] = [
     ("a.urdf", "<robot", "", [], r"a\.urdf: line 1, column \d+: is not XML: "),
     ("a.urdf", "<model/>", "", [], r"a\.urdf: has the root element <model>; a URDF file has <robot>"),
@@ -516,6 +522,7 @@ BAD: list[tuple[str, str, str, list[str], str]] = [
         ['parent link="two"'],
         "links hang on one another in a circle: one, two, tip",
     ),
+    ("a.urdf", long_chain(1001), "", [], "1001 is not a number of joints that is read; 0 to 1000 are possible"),
     ("a.sdf", "<sdf/>", "", [], "has no <model>"),
     ("a.sdf", '<sdf version="x"/>', "", [], "version: 'x' is no version of SDF"),
 ]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analyses.check import compute
-from jointplay.errors import InputError, not_known, shown
+from jointplay.errors import InputError, in_range, not_known, shown
 from jointplay.model import Mechanism, loads
 from jointplay.schema.kinds import PLANAR, SPATIAL
 from jointplay.schema.values import is_number
@@ -25,6 +25,9 @@ from .registry import reader
 from .shaping import grounded, leading, legal, merged, renamed
 from .skeleton import GROUND, Skeleton, Vector
 from .writing import has_loops, text
+
+#: more joints than any robot has; the time to choose drives grows with their square
+MOST_JOINTS = 1000
 
 
 @dataclass(frozen=True)
@@ -132,6 +135,7 @@ def _imported(path: Path, options: Options) -> Imported:
     if options.ground is not None:
         skeleton = grounded(skeleton, options.ground)
     skeleton = leading(merged(with_loops(renamed(skeleton), options.loops)))
+    in_range(len(skeleton.joints), "", "a number of joints that is read", 0, MOST_JOINTS)
     if len(skeleton.bodies) < 2:
         raise InputError("has no joint that lets something move")
     if options.planar:
