@@ -498,6 +498,14 @@ def long_chain(count: int) -> str:
     return f"<robot>{links}{''.join(pin.format(k, k + 1) for k in range(count))}</robot>"
 
 
+def frames_in_frames(first: str, count: int) -> str:
+    frames = "".join(f'<frame name="f{k + 1}"><pose relative_to="f{k}"/></frame>' for k in range(count))
+    start = f'<pose relative_to="{first}"/>' if first != "f0" else ""
+    link = f'<link name="a"><pose relative_to="f{count}"/></link>'
+    pin = '<joint name="J" type="revolute"><parent>world</parent><child>a</child><axis/></joint>'
+    return f'<sdf version="1.9"><model name="m"><frame name="f0">{start}</frame>{frames}{link}{pin}</model></sdf>'
+
+
 BAD: list[tuple[str, str, str, list[str], str]] = [
     ("a.urdf", "<robot", "", [], r"a\.urdf: line 1, column \d+: is not XML: "),
     ("a.urdf", "<model/>", "", [], r"a\.urdf: has the root element <model>; a URDF file has <robot>"),
@@ -528,6 +536,10 @@ BAD: list[tuple[str, str, str, list[str], str]] = [
         "links hang on one another in a circle: one, two, tip",
     ),
     ("a.urdf", long_chain(1001), "", [], "1001 is not a number of joints that is read; 0 to 1000 are possible"),
+    ("a.urdf", FINGERS, 'joint="J1"', ['joint="J3"'], r"joint 'J\d' <mimic>: follows itself"),
+    ("a.sdf", frames_in_frames("f0", 300), "", [], "frames are given in one another more than 200 deep"),
+    ("a.sdf", frames_in_frames("f2", 3), "", [], r"f\d: frames are given in one another in a circle"),
+    ("a.sdf", frames_in_frames("no", 3), "", [], "'no' is not a frame; Known: world, "),
     ("a.sdf", "<sdf/>", "", [], "has no <model>"),
     ("a.sdf", '<sdf version="x"/>', "", [], "version: 'x' is no version of SDF"),
 ]
