@@ -173,7 +173,6 @@ REFUSED = [
     (
         "four-bar",
         {
-            "title": "a \x01 -- b",
             "dimensions": None,
             "joints.J2.on": {"crank": [75, 0], "world": [0, 0]},
             "joints.J3.on": {"world": [75, 0], "rocker": [150, 0]},
