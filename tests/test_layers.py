@@ -34,6 +34,7 @@ LAYERS = (
     "patterns",
     "document",
     "model",
+    "builder",
     "gaps",
     "sizing",
     "mobility",

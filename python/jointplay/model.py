@@ -100,16 +100,16 @@ class Mechanism(Compiled):
     def _of(self, raw: Mapping[str, Any], file: str, source: Source | None) -> None:
         vars(self).update(_source=source)
         toml.check_depth(raw, file=file)
-        plain: dict[str, Any] = _plain(raw)
-        written = written_out(plain, file)
+        tables: dict[str, Any] = plain(raw)
+        written = written_out(tables, file)
         try:
-            self._read(plain, validate(written.data, file), file)
+            self._read(tables, validate(written.data, file), file)
         except InputError as error:
             raise written.as_the_user_wrote(error) from None
 
-    def _read(self, plain: dict[str, Any], data: MechanismFile, file: str) -> None:
+    def _read(self, tables: dict[str, Any], data: MechanismFile, file: str) -> None:
         outputs, cases = tuple(data.outputs), tuple(data.load_cases)
-        self._make(plain, data, file, (next(iter(outputs), ""), ""), outputs, cases, {})
+        self._make(tables, data, file, (next(iter(outputs), ""), ""), outputs, cases, {})
         # What is wrong with any of them is said now.
         if cases:
             loaded = [self.only(load_case=name).has_loads for name in cases]
@@ -393,7 +393,7 @@ def changed(m: Mechanism, changes: Mapping[str, object]) -> tuple[Mechanism, lis
     raw = copy.deepcopy(dict(m.raw))
     for key, value in changes.items():
         toml.check_depth(value, file=m.file, key=key)
-    reached = change(raw, {key: _plain(value) for key, value in changes.items()}, m.file)
+    reached = change(raw, {key: plain(value) for key, value in changes.items()}, m.file)
     return _mechanism(raw, m.file, m._source).only(*m.chosen), reached
 
 
@@ -461,14 +461,14 @@ def _tables(text: str, name: str) -> dict[str, Any]:
     return toml.parse(text, file=name)
 
 
-def _plain(value: object) -> Any:
+def plain(value: object) -> Any:
     """A copy of a value as TOML would give it: numpy arrays and scalars, tuples and mappings become plain ones."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Mapping):
-        return {str(k): _plain(v) for k, v in value.items() if v is not None}
+        return {str(k): plain(v) for k, v in value.items() if v is not None}
     if isinstance(value, list | tuple | range):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
     return value
 
 
