@@ -80,6 +80,14 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "view", jp.view, {"m": SHORT}
     yield "worst", jp.worst, {"m": M, "starts": 1}
     yield "Mechanism", jp.Mechanism, {"raw": dict(M.raw)}
+    yield "Builder", jp.Builder, {"space": "planar", "units": {}}
+    # Their first parameter has no name for the caller, because a key of a clearance may have it.
+    yield "backlash", lambda size: jp.backlash(size), {}
+    yield "bearing", lambda group: jp.bearing(group), {}
+    yield "diametral", lambda size: jp.diametral(size), {}
+    yield "fit", lambda classes: jp.fit(classes), {}
+    yield "gap", lambda size: jp.gap(size), {}
+    yield "radial", lambda size: jp.radial(size), {}
     yield "Mechanism.value", M.value, {"key": "title"}
     yield "Mechanism.with_", M.with_, {"changes": {}}
     yield "examples.title", jp.examples.title, {"name": "four-bar"}

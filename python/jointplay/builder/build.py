@@ -44,7 +44,7 @@ class Builder(Whole):
         Plane or space.
     units : mapping
         Units of every number, such as ``{"length": "mm", "angle": "deg", "force": "N"}``.
-    title : str
+    title : str, optional
         One line that says what the mechanism is.
     gravity : array-like, optional
         Acceleration of gravity in m/s^2, in ground axes.
@@ -70,12 +70,12 @@ class Builder(Whole):
         *,
         space: Literal["planar", "spatial"],
         units: Units,
-        title: str = "",
+        title: str | None = None,
         gravity: Numbers | None = None,
         temperature: Number | Temperature | None = None,
         expansion: Number | None = None,
     ) -> None:
-        head = {"title": title or None, "gravity": gravity, "temperature": temperature, "expansion": expansion}
+        head = {"title": title, "gravity": gravity, "temperature": temperature, "expansion": expansion}
         given = {key: value for key, value in head.items() if value is not None}
         self._tables = Tables({"format": 1})
         self._above = ()
