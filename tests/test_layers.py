@@ -51,6 +51,7 @@ LAYERS = (
     "viewer",
     "reporting",
     "examples",
+    "exchange",
     "serving",
     "cli",
     "__main__",

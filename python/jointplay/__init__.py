@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from .builder.build import Builder
     from .builder.sizes import backlash, bearing, diametral, fit, gap, radial
     from .errors import InputError, JointplayError
+    from .exchange.reading import read
     from .model import Mechanism, load, loads
     from .plot.animation import animate
     from .reporting import report, view
@@ -71,6 +72,7 @@ __all__ = [
     "plot",
     "radial",
     "random",
+    "read",
     "region",
     "report",
     "save",
@@ -109,6 +111,7 @@ _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "frame": "spreadsheets",
     "load": "model",
     "loads": "model",
+    "read": "exchange.reading",
     "report": "reporting",
     "view": "reporting",
     "save": "write",
