@@ -19,7 +19,7 @@ from .rotations import across
 from .skeleton import GROUND, Joint, Matrix, Skeleton, Vector
 
 #: kinds with one coordinate
-ANGULAR, LINEAR = ("revolute", "screw"), ("prismatic", "cylindrical")
+ANGULAR, LINEAR = ("revolute", "screw"), ("prismatic", "cylindrical", "pin_in_slot")
 #: largest part of a motion, of length 1, that counts as none
 SMALL = 1e-6
 
@@ -126,7 +126,8 @@ def _locked(skeleton: Skeleton, joint: Joint) -> list[Vector]:
     """Rows of the directions that a joint locks."""
     zero = np.zeros(3)
     a = joint.place.axis if joint.place.axis is not None else np.array([0.0, 0.0, 1.0])
-    s = across(a)
+    # A pin turns in its slot about the normal of the plane.
+    s = np.array([0.0, 0.0, 1.0]) if joint.kind == "pin_in_slot" else across(a)
     n = np.cross(a, s)
     shifts, turns = _LOCKED[joint.kind]
     directions = {"a": a, "s": s, "n": n}
@@ -146,6 +147,7 @@ _LOCKED: Mapping[str, tuple[str, str]] = {
     "spherical": ("asn", ""),
     "planar": ("a", "sn"),
     "screw": ("sn", "sn"),
+    "pin_in_slot": ("sn", "an"),
 }
 
 

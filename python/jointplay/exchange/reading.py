@@ -23,6 +23,9 @@ from .shaping import grounded, leading, legal, merged, renamed
 from .skeleton import GROUND, Skeleton, Vector
 from .writing import has_loops, text
 
+#: the point that is the output where none is asked for
+OUTPUT = "output"
+
 
 @dataclass(frozen=True)
 class Imported:
@@ -161,6 +164,8 @@ def _output(skeleton: Skeleton, wanted: str | None) -> tuple[str, Vector]:
     """Body and point of the output, in the drawing."""
     frames = {name: (name, body.frame) for name, body in skeleton.bodies.items() if name != GROUND}
     frames |= skeleton.frames
+    if wanted is None and OUTPUT in skeleton.frames:
+        wanted = OUTPUT
     if wanted is None:
         far = distances(skeleton)
         body = max(frames, key=lambda name: far.get(frames[name][0], 0) if name in skeleton.bodies else -1)

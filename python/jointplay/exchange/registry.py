@@ -8,14 +8,14 @@ from types import MappingProxyType
 
 from jointplay.errors import InputError, listed
 
-from . import urdf
+from . import dxf, pylinkage, urdf
 from .options import Options
 from .skeleton import Skeleton
 
 Reader = Callable[[Path, Options], Skeleton]
 
 #: by extension, in small letters
-READERS: Mapping[str, Reader] = MappingProxyType({".urdf": urdf.read})
+READERS: Mapping[str, Reader] = MappingProxyType({".urdf": urdf.read, ".dxf": dxf.read, ".json": pylinkage.read})
 
 
 def reader(path: Path) -> Reader:

@@ -1,0 +1,214 @@
+"""Skeletons in DXF: one layer for each body, what coincides is joined.
+
+* A layer is a body; the layer ``ground`` is fixed.
+* Where ends of lines, corners of polylines, centres of circles or points of several layers coincide, there is a pin.
+* A construction line (XLINE, RAY) or a centre line is a guide of its layer. A pin of another layer on it slides along
+  it as in a slot; where two layers have guides along one another, one body slides in the other.
+* A POINT is a point that can be the output. A text at a pin or at a point is its name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from jointplay.errors import InputError, listed
+
+from .drawing import Drawing, Guide, drawing
+from .options import Options
+from .pins import connected, pins
+from .skeleton import GROUND, Body, Frame, Joint, Place, Skeleton, Vector
+
+#: what coincides, and what nearly does and is named, by the size of the drawing
+COINCIDENT, NEAR = 1e-4, 1e-3
+#: the name of the only point that is marked
+OUTPUT = "output"
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A place of the drawing where layers have a point."""
+
+    at: Vector
+    layers: tuple[str, ...]
+    is_mark: bool
+
+
+def read(path: Path, options: Options) -> Skeleton:
+    """A skeleton in DXF.
+
+    Raises
+    ------
+    InputError
+        When there is no ground, nothing is joined, or the output is not clear.
+    """
+    found = drawing(path)
+    layers = _ordered(found.layers, options.ground)
+    size = _size(found)
+    spots = [*_spots(found, layers, COINCIDENT * size)]
+    names = {layer: GROUND if layer.lower() == GROUND else layer for layer in layers}
+    used: set[str] = set()
+    joints = [*_joints(found, spots, layers, size, used)]
+    notes = [*found.notes, *_near(spots, size)]
+    inside = connected(layers[0], joints)
+    alone = [layer for layer in layers if layer not in inside]
+    apart = [layer for layer in alone if any(layer in joint.bodies for joint in joints)]
+    if not joints:
+        raise InputError("nothing is joined: bodies are joined where points of their layers coincide")
+    if apart:
+        raise InputError(f"nothing joins these layers with the ground: {listed(apart)}")
+    if alone:
+        notes.append(f"Layers that touch no other one are left out: {listed(alone)}.")
+    points = {
+        name: (body, at)
+        for name, (body, at) in _points(found, names, COINCIDENT * size, used).items()
+        if body in inside
+    }
+    if options.output is None and OUTPUT not in points:
+        raise InputError(_which_output(points))
+    unused = [text for text, _ in found.words if text not in used]
+    if unused:
+        notes.append(f"Texts that are at no pin and at no point are left out: {listed(unused)}.")
+    frames = {joint.name: (names[joint.bodies[1]], Frame(joint.place.at)) for joint in joints}
+    frames |= {name: (names[body], Frame(at)) for name, (body, at) in points.items()}
+    return Skeleton(
+        title=path.stem,
+        bodies={names[layer]: Body() for layer in layers if layer in inside},
+        joints=tuple(_renamed(joint, names) for joint in joints),
+        space="planar",
+        ground=names[layers[0]],
+        frames=frames,
+        gravity=(0.0, 0.0, 0.0),
+        notes=tuple(notes),
+    )
+
+
+def _renamed(joint: Joint, names: dict[str, str]) -> Joint:
+    first, second = joint.bodies
+    return Joint(joint.name, joint.kind, (names[first], names[second]), joint.place)
+
+
+def _ordered(layers: list[str], ground: str | None) -> list[str]:
+    """The layers, the fixed one first, which carries the pins that others turn on."""
+    wanted = (ground or GROUND).lower()
+    fixed = [layer for layer in layers if layer.lower() == wanted]
+    if not fixed:
+        known = f"; layers with lines or points: {listed(layers)}" if layers else ""
+        if ground is None:
+            raise InputError(f"has no layer '{GROUND}' for what is fixed, and --ground names no other{known}")
+        raise InputError(f"'{ground}' is no layer with lines or points{known}", key="--ground")
+    return [*fixed, *(layer for layer in layers if layer not in fixed)]
+
+
+def _size(found: Drawing) -> float:
+    points = np.array([at for _, at in (*found.ends, *found.marks)])
+    return float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+
+
+def _spots(found: Drawing, layers: list[str], tolerance: float) -> Iterator[Spot]:
+    """Points that coincide, each place once, with its layers in their order."""
+    every = [*((layer, at, False) for layer, at in found.ends), *((layer, at, True) for layer, at in found.marks)]
+    left = np.array([at for _, at, _ in every]).reshape(-1, 3)
+    taken = np.zeros(len(every), dtype=bool)
+    for k in range(len(every)):
+        if taken[k]:
+            continue
+        here = ~taken & (np.linalg.norm(left - left[k], axis=1) <= tolerance)
+        taken |= here
+        own = [every[j] for j in np.flatnonzero(here)]
+        has = {layer for layer, _, _ in own}
+        yield Spot(left[k], tuple(layer for layer in layers if layer in has), all(mark for _, _, mark in own))
+
+
+def _joints(found: Drawing, spots: list[Spot], layers: list[str], size: float, used: set[str]) -> Iterator[Joint]:
+    def name(at: Vector, *bodies: str) -> str:
+        return _word(found, at, COINCIDENT * size, used) or "-".join(bodies)
+
+    taken: set[str] = set()
+
+    def free(wanted: str) -> str:
+        own, number = wanted, 1
+        while own in taken:
+            number += 1
+            own = f"{wanted}_{number}"
+        taken.add(own)
+        return own
+
+    for spot in spots:
+        if len(spot.layers) > 1:
+            yield from pins(free(name(spot.at, *spot.layers)), spot.layers, spot.at)
+    sliding = []
+    for first, second, at in _slides(found.guides, layers, COINCIDENT * size):
+        sliding.append((first, second))
+        place = Place(at, first.along)
+        yield Joint(free(name(at, first.layer, second.layer)), "prismatic", (first.layer, second.layer), place)
+    for guide in found.guides:
+        for spot in spots:
+            # What slides along it is held already, and a guide that slides is no slot for others.
+            held = any((one is guide and other.layer in spot.layers) or other is guide for one, other in sliding)
+            if spot.is_mark or held or guide.layer in spot.layers or guide.distance(spot.at) > COINCIDENT * size:
+                continue
+            body = spot.layers[0]
+            place = Place(spot.at, guide.along)
+            yield Joint(free(name(spot.at, guide.layer, body)), "pin_in_slot", (guide.layer, body), place)
+
+
+def _slides(guides: list[Guide], layers: list[str], tolerance: float) -> Iterator[tuple[Guide, Guide, Vector]]:
+    """Guides of two layers that lie along one another, the carrier first, and the middle of the slider."""
+    ordered = sorted(guides, key=lambda guide: layers.index(guide.layer))
+    for k, first in enumerate(ordered):
+        for second in ordered[k + 1 :]:
+            if first.layer == second.layer:
+                continue
+            t = float((second.at - first.at) @ first.along)
+            off = np.linalg.norm(second.at - first.at - t * first.along)
+            parallel = np.linalg.norm(np.cross(first.along, second.along)) < COINCIDENT
+            sense = 1.0 if first.along @ second.along > 0 else -1.0
+            ends = sorted((t + sense * second.low, t + sense * second.high))
+            overlap = min(first.high, ends[1]) - max(first.low, ends[0])
+            if off <= tolerance and parallel and overlap > tolerance:
+                middle = (second.low + second.high) / 2 if np.isfinite([second.low, second.high]).all() else 0.0
+                yield first, second, second.at + middle * second.along
+
+
+def _word(found: Drawing, at: Vector, tolerance: float, used: set[str]) -> str:
+    """The text at a point, if there is one."""
+    for text, where in found.words:
+        if text and np.linalg.norm(where - at) <= tolerance:
+            used.add(text)
+            return text
+    return ""
+
+
+def _points(found: Drawing, names: dict[str, str], tolerance: float, used: set[str]) -> dict[str, tuple[str, Vector]]:
+    """The marked points by name: that of their text, or of their layer."""
+    points: dict[str, tuple[str, Vector]] = {}
+    for layer, at in found.marks:
+        only = len(found.marks) == 1
+        wanted = _word(found, at, tolerance, used) or (OUTPUT if only else f"{names[layer]}-point")
+        number, name = 1, wanted
+        while name in points:
+            number += 1
+            name = f"{wanted}_{number}"
+        points[name] = (layer, at)
+    return points
+
+
+def _which_output(points: dict[str, tuple[str, Vector]]) -> str:
+    if points:
+        return f"which point is the output? --output names one of {listed(points)}, or a text '{OUTPUT}' is at one"
+    return "has no output: draw a POINT on the layer of the body that carries it, or name a joint by --output"
+
+
+def _near(spots: list[Spot], size: float) -> Iterator[str]:
+    """Places that nearly coincide and are not joined."""
+    for k, one in enumerate(spots):
+        for other in spots[k + 1 :]:
+            gap = float(np.linalg.norm(one.at - other.at))
+            if gap <= NEAR * size and {*one.layers} != {*other.layers}:
+                where = ", ".join(f"{x * 1e3:.6g}" for x in one.at[:2])
+                both = listed(dict.fromkeys((*one.layers, *other.layers)))
+                yield f"Points of the layers {both} are {gap * 1e3:.3g} mm apart at ({where}) and not joined."
