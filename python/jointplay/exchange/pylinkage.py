@@ -81,7 +81,7 @@ def read(path: Path, options: Options) -> Skeleton:
 
 
 def _data(path: Path) -> Mapping[str, Any]:
-    _, text = read_text(path)
+    _, text = read_text(path, "linkage")
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:

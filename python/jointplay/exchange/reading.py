@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from jointplay.analyses.check import compute
 from jointplay.errors import InputError, not_known
@@ -138,6 +140,10 @@ def _imported(path: Path, options: Options) -> Imported:
         skeleton = projected(skeleton)
     drives = _drives(options)
     chosen = choose(skeleton, drives)
+    if chosen.free:
+        free = f"{chosen.free} free motion{'s' * (chosen.free > 1)}"
+        note = f"{free} without a drive: `jointplay check` says which, and which of them are spins that do not matter."
+        skeleton = replace(skeleton, notes=(*skeleton.notes, note))
     values = {name: drives[name] if drives else None for name in chosen.joints}
     clearance, options_of = _clearances(skeleton, options.clearance)
     written = text(skeleton, path.name, values, _output(skeleton, options.output), clearance)
@@ -145,8 +151,8 @@ def _imported(path: Path, options: Options) -> Imported:
         m = loads(written, path.name)
     except InputError as error:
         raise _as_asked(error, options_of) from None
-    if has_loops(skeleton) or chosen.free:
-        _check_motion(m)
+    if has_loops(skeleton):
+        _check_closed(m)
     return Imported(written, m, skeleton.notes)
 
 
@@ -212,9 +218,9 @@ def _as_asked(error: InputError, options_of: Mapping[str, str]) -> InputError:
     return error
 
 
-def _check_motion(m: Mechanism) -> None:
-    """Refuse loops that cannot be closed, and motions that nothing drives."""
-    found = compute(m).attrs
-    if not found["assembled"]:
-        reason = str(found.get("failure") or found.get("misfit") or "").replace("\n", " ")
-        raise InputError(f"its loops cannot be closed: {reason}")
+def _check_closed(m: Mechanism) -> None:
+    """Refuse loops that cannot be closed with the first values of the drives."""
+    assert m.drive_values is not None
+    if not np.isfinite(m.core.solve(np.ascontiguousarray(m.drive_values[:1]))["poses"]).all():
+        reason = str(compute(m).attrs.get("failure", "")).replace("\n", " ")
+        raise InputError(f"its loops cannot be closed. {reason}".rstrip())

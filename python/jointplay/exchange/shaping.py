@@ -10,7 +10,7 @@ import numpy as np
 
 from jointplay.errors import InputError, listed, not_known
 
-from .skeleton import GROUND, Body, Joint, Skeleton
+from .skeleton import GROUND, Body, Frame, Joint, Skeleton
 
 #: what a name of the mechanism file cannot have
 FORBIDDEN = re.compile(r"""[\s\x00-\x1f\x7f./*"'=\[\]]+""")
@@ -49,7 +49,11 @@ def renamed(skeleton: Skeleton) -> Skeleton:
         named[legal(skeleton.ground)] = (GROUND, skeleton.bodies[skeleton.ground].frame)
     return replace(
         skeleton,
-        bodies={bodies[name]: body for name, body in skeleton.bodies.items()},
+        # The ground has the axes of the drawing.
+        bodies={
+            bodies[name]: replace(body, frame=Frame()) if name == skeleton.ground else body
+            for name, body in skeleton.bodies.items()
+        },
         joints=tuple(joint(old) for old in skeleton.joints),
         ground=GROUND,
         frames=named,
