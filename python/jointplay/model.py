@@ -15,7 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from jointplay import _core, document, files, measured, toml
+from jointplay import _core, document, files, measured, motion, toml
 from jointplay.compile import Compiled, Loads, compile_file
 from jointplay.document import Source
 from jointplay.errors import InputError, not_known
@@ -304,7 +304,7 @@ class Mechanism(Compiled):
 
         What has not changed since the file was read stays as it was typed, with comments and order. A changed value
         stands in the place of the old one, also of an expression; one that is repeated stands in its pattern. What the
-        file takes from others (``include``, columns of measured values) stays there as long as it is found from the new
+        file takes from others (``include``, tables of values) stays there as long as it is found from the new
         place and has not changed; else it is written out, so that the file is complete by itself. Of what `only` has
         chosen the whole file is written.
 
@@ -419,14 +419,19 @@ def _read(content: str, path: str, name: str) -> Mechanism:
     """The mechanism of a text that stands at a path, and has this name in messages."""
     raw = _tables(content, name)
     if "include" not in raw:
-        raw = measured.filled_in(raw, path, name)
+        raw = _filled_in(raw, path, name)
         return _mechanism(raw, name, Source(content, raw))
     joined = toml.joined(raw, path, name)
     try:
-        raw = measured.filled_in(joined.tables, path, name)
+        raw = _filled_in(joined.tables, path, name)
         return _mechanism(raw, name, Source(content, raw, joined.texts))
     except InputError as error:
         raise joined.in_its_part(error) from None
+
+
+def _filled_in(raw: dict[str, Any], path: str, name: str) -> dict[str, Any]:
+    """With the values of the tables that a file names, in place of their names."""
+    return motion.filled_in(measured.filled_in(raw, path, name), path, name)
 
 
 def _mechanism(raw: Mapping[str, Any], file: str, source: Source | None) -> Mechanism:

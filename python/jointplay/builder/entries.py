@@ -975,6 +975,8 @@ class Parts(Writing):
         joint: str | None = None,
         joints: Mapping[str, Number] | None = None,
         values: Numbers | None = None,
+        csv: str | None = None,
+        column: str | None = None,
         from_: Number | None = None,
         to: Number | None = None,
         count: Count | None = None,
@@ -994,6 +996,10 @@ class Parts(Writing):
             motion of the motor.
         values : optional
             The commanded values, one per configuration.
+        csv : optional
+            Instead: file in the same folder with the values.
+        column : optional
+            With csv: the name of the column in its first row; that of the drive if left out.
         from_ : optional
             First of equally spaced values.
         to : optional
@@ -1012,6 +1018,8 @@ class Parts(Writing):
                 "joint": joint,
                 "joints": joints,
                 "values": values,
+                "csv": csv,
+                "column": column,
                 "from": from_,
                 "to": to,
                 "count": count,
@@ -1221,6 +1229,7 @@ class Whole(Parts):
     def path(
         self,
         *,
+        csv: str | None = None,
         x: Numbers | None = None,
         y: Numbers | None = None,
         angle: Numbers | None = None,
@@ -1233,6 +1242,8 @@ class Whole(Parts):
 
         Parameters
         ----------
+        csv : optional
+            Instead: file in the same folder, whose columns have the names of the components.
         x : optional
             Positions of the output along the ground's x axis.
         y : optional
@@ -1248,7 +1259,7 @@ class Whole(Parts):
         rz : optional
             Z of the rotation vector of the output body (in space only).
         """
-        self._single("path", {"x": x, "y": y, "angle": angle, "z": z, "rx": rx, "ry": ry, "rz": rz})
+        self._single("path", {"csv": csv, "x": x, "y": y, "angle": angle, "z": z, "rx": rx, "ry": ry, "rz": rz})
 
     def assembly(self, *, base: str | None = None, steps: Sequence[Sequence[str]] | None = None) -> None:
         """The order in which a mechanism is assembled.

@@ -19,8 +19,11 @@ Reader = Callable[[Path, Options], Skeleton]
 #: by extension, in small letters
 READERS: Mapping[str, Reader] = MappingProxyType(
     {
-        **{".urdf": urdf.read, ".sdf": sdf.read, ".mjcf": mjcf.read},
-        **{".dxf": dxf.read, ".json": pylinkage.read},
+        ".urdf": urdf.read,
+        ".sdf": sdf.read,
+        ".mjcf": mjcf.read,
+        ".dxf": dxf.read,
+        ".json": pylinkage.read,
     }
 )
 #: formats of `.xml` by their root element
