@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import itertools
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -13,6 +15,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.exchange import drawing as drawings
+from jointplay.exchange.drafting import to_dxf
 
 A, D = np.array([0.0, 0.0]), np.array([100.0, 0.0])
 CRANK, COUPLER, ROCKER = 40.0, 110.0, 70.0
@@ -290,3 +293,104 @@ def test_other_files_are_no_drawings(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(drawings, "find_spec", lambda name: None)
     with pytest.raises(jp.JointplayError, match=r"pip install 'jointplay\[dxf\]'"):
         jp.read(saved(four_bar(), tmp_path))
+
+
+# --- the drawing of a mechanism --------------------------------------------------------------------------------------
+
+#: kinds that a drawing can hold
+DRAWN = {"revolute", "prismatic", "pin_in_slot"}
+
+
+def example(name: str) -> jp.Mechanism:
+    return jp.loads(jp.examples.text(name), f"{name}.toml")
+
+
+def is_drawn(name: str) -> bool:
+    m = example(name)
+    return m.spec()["space"] == "planar" and {*m.joint_kinds} <= DRAWN
+
+
+def drawn(m: jp.Mechanism, configuration: int = 0) -> Any:
+    return ezdxf.read(io.StringIO(to_dxf(m, configuration)))
+
+
+@pytest.mark.parametrize("name", jp.examples.names())
+def test_a_drawing_is_sound(name: str) -> None:
+    m = example(name)
+    doc = drawn(m)
+    audit = doc.audit()
+    assert not audit.errors
+    assert not audit.fixes
+    layers = {entity.dxf.layer for entity in doc.modelspace()}
+    assert {*m.owners} <= layers | {m.owners[body] for body in m.crosses}
+    texts = {entity.dxf.text for entity in doc.modelspace().query("TEXT")}
+    assert {*m.raw.get("joints", {})} <= texts
+    assert texts >= ({*m.outputs} or {"output"})
+
+
+@pytest.mark.parametrize("configuration", [0, -1])
+@pytest.mark.parametrize("name", [name for name in jp.examples.names() if is_drawn(name)])
+def test_what_is_drawn_is_read_as_the_same_mechanism(name: str, configuration: int, tmp_path: Path) -> None:
+    """The output goes the same way when the joints with the same names are driven by as much from the drawing on."""
+    m = example(name)
+    m = m.only(output=m.outputs[0]) if m.outputs else m
+    solved = jp.solve(m)
+    k = range(solved.sizes["configuration"])[configuration]
+    path = tmp_path / "drawn.dxf"
+    path.write_text(to_dxf(m, k), encoding="utf-8")
+    joints = [m.joints[joint].partition("/")[0] for joint in m.drive_joints]
+    drives = {
+        joint: (solved[drive] - solved[drive][k]).values.tolist() for drive, joint in zip(m.drives, joints, strict=True)
+    }
+    read = jp.read(path, drives=drives, output="output" if not m.outputs else m.outputs[0])
+    assert {*read.bodies} == {*m.bodies}
+    there = jp.solve(read)
+    moved = there.nominal.sel(component=["x", "y"])
+    np.testing.assert_allclose(moved, solved.nominal.sel(component=["x", "y"]), atol=1e-8)
+
+
+def test_a_drawing_has_the_unit_and_the_path_of_its_mechanism(tmp_path: Path) -> None:
+    m = example("slider-crank").with_({"units.length": "in"})
+    doc = drawn(m, 2)
+    assert doc.header["$INSUNITS"] == 1
+    (path,) = doc.modelspace().query("LWPOLYLINE[layer=='_path']")
+    np.testing.assert_allclose(
+        [point[:2] for point in path], jp.solve(m).nominal.sel(component=["x", "y"]), rtol=1e-12, atol=1e-12
+    )
+    (point,) = doc.modelspace().query("POINT")
+    np.testing.assert_allclose(point.dxf.location.vec2, jp.solve(m).nominal.sel(component=["x", "y"])[2], rtol=1e-12)
+
+
+def test_a_pin_in_space_is_a_circle_across_its_axis() -> None:
+    m = example("rssr")
+    doc = drawn(m)
+    (joint,) = [joint for name, joint in zip(m.joints, m.spec()["joints"], strict=True) if name == m.joints[0]]
+    assert joint["kind"] == "revolute"
+    circles = [c for c in doc.modelspace().query("CIRCLE") if c.dxf.layer == "ground"]
+    place = np.array(m.spec()["points"][joint["first"]]["at"]) / m.units.length
+    found = [c for c in circles if np.allclose(tuple(c.ocs().to_wcs(c.dxf.center)), place)]
+    assert found
+    np.testing.assert_allclose(np.abs(np.dot(tuple(found[0].dxf.extrusion), joint["axis_first"])), 1.0, rtol=1e-12)
+
+
+def test_bodies_keep_their_layers_whatever_they_are_called(tmp_path: Path) -> None:
+    """Layers do not know small letters from capital ones, and some names have a meaning."""
+    b = jp.Builder(space="planar", units={"length": "mm", "angle": "deg", "force": "N"})
+    names = ["ground", "arm", "ARM", "0", "_x", "a:b|c", "Glied-\u00e4"]
+    for k, (one, other) in enumerate(itertools.pairwise(names)):
+        b.revolute(f"J{k}", on={one: (100, 0), other: (0, 0)})
+        b.drive(f"q{k}", joint=f"J{k}", values=[20 * k + 5])
+    b.output(body=names[-1], at=(50, 0))
+    path = tmp_path / "names.dxf"
+    path.write_text(to_dxf(b.mechanism()), encoding="utf-8")
+    read = jp.read(path, drives={f"J{k}": 0 for k in range(6)})
+    assert read.bodies == ("arm", "ARM_2", "0_2", "body_x", "a_b_c", "Glied-\u00e4")
+    expected = jp.solve(b.mechanism()).nominal.sel(component=["x", "y"])
+    np.testing.assert_allclose(jp.solve(read).nominal.sel(component=["x", "y"])[0], expected[0], rtol=1e-12)
+
+
+def test_what_cannot_be_drawn_is_said() -> None:
+    with pytest.raises(jp.InputError, match="configuration: 11 is not the number of a configuration; 0 to 10 are"):
+        to_dxf(example("four-bar"), 11)
+    with pytest.raises(jp.InputError, match=r"four-bar\.toml: configuration 1 cannot be assembled"):
+        to_dxf(example("four-bar").with_({"drives.theta1.values": [22.7, 180.0]}), 1)

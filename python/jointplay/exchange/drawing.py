@@ -25,6 +25,10 @@ METRES = {
 MILLIMETRES = 4
 #: layers that every drawing has, and that are no body
 NO_BODY = ("0", "defpoints")
+#: layers whose names begin so are no bodies
+NOTES = "_"
+#: the text at the point that is the output
+OUTPUT = "output"
 #: names of line types that begin so are those of centre lines
 CENTRE_LINES = ("CENTER", "CENTRE", "DASHDOT", "ISO04")
 #: how far a point may be off the plane, in units of the drawing
@@ -40,6 +44,10 @@ class Guide:
     along: Vector
     low: float
     high: float
+
+    def ends(self) -> list[Vector]:
+        """Where it ends."""
+        return [self.at + t * self.along for t in (self.low, self.high) if np.isfinite(t)]
 
     def distance(self, point: Vector) -> float:
         """How far a point is off the line; infinite beyond its ends."""
@@ -98,6 +106,8 @@ def drawing(path: Path) -> Drawing:
             hidden.append(layer)
         elif entity.dxftype() in ("TEXT", "MTEXT"):
             found.words.append((_text(entity), _point(entity, entity.dxf.insert, unit)))
+        elif layer.startswith(NOTES):
+            continue
         elif layer.lower() in NO_BODY or not _add(found, document, entity, layer, unit):
             left_out[entity.dxftype(), layer] += 1
     if hidden:

@@ -5,11 +5,12 @@
 * A construction line (XLINE, RAY) or a centre line is a guide of its layer. A pin of another layer on it slides along
   it as in a slot; where two layers have guides along one another, one body slides in the other.
 * A POINT is a point that can be the output. A text at a pin or at a point is its name.
+* Layers whose names begin with an underscore are no bodies.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,15 +18,13 @@ import numpy as np
 
 from jointplay.errors import InputError, listed
 
-from .drawing import Drawing, Guide, drawing
+from .drawing import OUTPUT, Drawing, Guide, drawing
 from .options import Options
 from .pins import connected, pins
 from .skeleton import GROUND, Body, Frame, Joint, Place, Skeleton, Vector
 
 #: what coincides, and what nearly does and is named, by the size of the drawing
 COINCIDENT, NEAR = 1e-4, 1e-3
-#: the name of the only point that is marked
-OUTPUT = "output"
 
 
 @dataclass(frozen=True)
@@ -124,12 +123,13 @@ def _spots(found: Drawing, layers: list[str], tolerance: float) -> Iterator[Spot
 
 
 def _joints(found: Drawing, spots: list[Spot], layers: list[str], size: float, used: set[str]) -> Iterator[Joint]:
-    def name(at: Vector, *bodies: str) -> str:
-        return _word(found, at, COINCIDENT * size, used) or "-".join(bodies)
-
     taken: set[str] = set()
 
-    def free(wanted: str) -> str:
+    def name(places: Iterable[Vector], *bodies: str) -> str:
+        """The first text at these places that is no joint's yet, or the names of the bodies."""
+        words = [word for at in places for word in _words(found, at, COINCIDENT * size) if word != OUTPUT]
+        wanted = next((word for word in words if word not in taken), "-".join(bodies))
+        used.add(wanted)
         own, number = wanted, 1
         while own in taken:
             number += 1
@@ -139,12 +139,14 @@ def _joints(found: Drawing, spots: list[Spot], layers: list[str], size: float, u
 
     for spot in spots:
         if len(spot.layers) > 1:
-            yield from pins(free(name(spot.at, *spot.layers)), spot.layers, spot.at)
+            yield from pins(name([spot.at], *spot.layers), spot.layers, spot.at)
     sliding = []
     for first, second, at in _slides(found.guides, layers, COINCIDENT * size):
         sliding.append((first, second))
         place = Place(at, first.along)
-        yield Joint(free(name(at, first.layer, second.layer)), "prismatic", (first.layer, second.layer), place)
+        # A pin may be in the middle of a slider, and has its text there.
+        own = name([*second.ends(), at], first.layer, second.layer)
+        yield Joint(own, "prismatic", (first.layer, second.layer), place)
     for guide in found.guides:
         for spot in spots:
             # What slides along it is held already, and a guide that slides is no slot for others.
@@ -153,12 +155,15 @@ def _joints(found: Drawing, spots: list[Spot], layers: list[str], size: float, u
                 continue
             body = spot.layers[0]
             place = Place(spot.at, guide.along)
-            yield Joint(free(name(spot.at, guide.layer, body)), "pin_in_slot", (guide.layer, body), place)
+            yield Joint(name([spot.at], guide.layer, body), "pin_in_slot", (guide.layer, body), place)
 
 
 def _slides(guides: list[Guide], layers: list[str], tolerance: float) -> Iterator[tuple[Guide, Guide, Vector]]:
-    """Guides of two layers that lie along one another, the carrier first, and the middle of the slider."""
-    ordered = sorted(guides, key=lambda guide: layers.index(guide.layer))
+    """Guides of two layers that lie along one another, the carrier first, and the middle of the slider.
+
+    The carrier is the ground, or else has the longer line.
+    """
+    ordered = sorted(guides, key=lambda guide: (guide.layer != layers[0], guide.low - guide.high))
     for k, first in enumerate(ordered):
         for second in ordered[k + 1 :]:
             if first.layer == second.layer:
@@ -167,28 +172,25 @@ def _slides(guides: list[Guide], layers: list[str], tolerance: float) -> Iterato
             off = np.linalg.norm(second.at - first.at - t * first.along)
             parallel = np.linalg.norm(np.cross(first.along, second.along)) < COINCIDENT
             sense = 1.0 if first.along @ second.along > 0 else -1.0
-            ends = sorted((t + sense * second.low, t + sense * second.high))
-            overlap = min(first.high, ends[1]) - max(first.low, ends[0])
+            low, high = sorted((t + sense * second.low, t + sense * second.high))
+            overlap = min(first.high, high) - max(first.low, low)
             if off <= tolerance and parallel and overlap > tolerance:
-                middle = (second.low + second.high) / 2 if np.isfinite([second.low, second.high]).all() else 0.0
-                yield first, second, second.at + middle * second.along
+                yield first, second, np.mean(ends, axis=0) if len(ends := second.ends()) == 2 else second.at
 
 
-def _word(found: Drawing, at: Vector, tolerance: float, used: set[str]) -> str:
-    """The text at a point, if there is one."""
-    for text, where in found.words:
-        if text and np.linalg.norm(where - at) <= tolerance:
-            used.add(text)
-            return text
-    return ""
+def _words(found: Drawing, at: Vector, tolerance: float) -> list[str]:
+    """The texts at a point."""
+    return [text for text, where in found.words if text and np.linalg.norm(where - at) <= tolerance]
 
 
 def _points(found: Drawing, names: dict[str, str], tolerance: float, used: set[str]) -> dict[str, tuple[str, Vector]]:
     """The marked points by name: that of their text, or of their layer."""
     points: dict[str, tuple[str, Vector]] = {}
     for layer, at in found.marks:
+        words = _words(found, at, tolerance)
         only = len(found.marks) == 1
-        wanted = _word(found, at, tolerance, used) or (OUTPUT if only else f"{names[layer]}-point")
+        wanted = OUTPUT if only or OUTPUT in words else words[0] if words else f"{names[layer]}-point"
+        used.add(wanted)
         number, name = 1, wanted
         while name in points:
             number += 1
