@@ -119,11 +119,11 @@ class TestFourBar:
                 entity.dxf.layer = "Gestell"
         path = saved(doc, tmp_path)
         with pytest.raises(
-            jp.InputError, match=r"linkage\.dxf: has no layer 'ground' .* lines or points: Gestell, crank"
+            jp.InputError, match=r"linkage\.dxf: ground: has no layer 'ground' .* lines or points: Gestell, crank"
         ):
             jp.read(path)
         assert jp.read(path, ground="Gestell").joints == ("A", "D", "B", "C")
-        with pytest.raises(jp.InputError, match=r"--ground: 'Rahmen' is no layer"):
+        with pytest.raises(jp.InputError, match=r"ground: 'Rahmen' is no layer"):
             jp.read(path, ground="Rahmen")
 
     def test_a_joint_can_be_the_output(self, tmp_path: Path) -> None:
@@ -264,11 +264,11 @@ def odd_unit(doc: Any) -> None:
         (off_plane, r"LINE #[0-9A-F]+ on layer 'crank': is not in the plane: z = 5"),
         (
             no_point,
-            r"has no output: draw a POINT on the layer of the body that carries it, or name a joint by --output",
+            r"output: there is none: draw a POINT on the layer of the body that carries it, or name a joint",
         ),
         (
             two_points,
-            r"which point is the output\? --output names one of coupler-point, C, or a text 'output' is at one",
+            r"output: which point is it\? Name one of coupler-point, C, or write the text 'output' at one",
         ),
         (apart, r"nothing joins these layers with the ground: crank, coupler, rocker"),
         (no_length, r"LINE #[0-9A-F]+ on layer 'ground': is a centre line without length"),

@@ -134,7 +134,7 @@ def changed(folder: Path, change: Any) -> Path:
         (lambda d: d["joints"][4].update(ref_joint1_id="Q"), r"joints\.P\.ref_joint1_id: 'Q' is not known here"),
         (lambda d: d["links"][2]["joints"].append("Q"), r"links\.coupler\.joints: 'Q' is not known here"),
         (lambda d: d["links"].pop(0), "links: has no link of type 'ground'"),
-        (lambda d: d["joints"].pop(4), r"which point is the output\? --output names one of [\w.]+, "),
+        (lambda d: d["joints"].pop(4), r"output: which point is it\? Name one of [\w.]+, "),
         (lambda d: d["links"].append({"id": "loose"}), "links: nothing joins these links with the ground: loose"),
     ],
 )

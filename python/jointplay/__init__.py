@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from .builder.build import Builder
     from .builder.sizes import backlash, bearing, diametral, fit, gap, radial
     from .errors import InputError, JointplayError
+    from .exchange.exporting import export
     from .exchange.reading import read
     from .model import Mechanism, load, loads
     from .plot.animation import animate
@@ -61,6 +62,7 @@ __all__ = [
     "compensate",
     "diametral",
     "examples",
+    "export",
     "fit",
     "frame",
     "gap",
@@ -108,6 +110,7 @@ _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "Mechanism": "model",
     "animate": "plot.animation",
     "best_order": "analyses.assemble.order",
+    "export": "exchange.exporting",
     "frame": "spreadsheets",
     "load": "model",
     "loads": "model",

@@ -42,6 +42,11 @@ LINES: dict[str, dict[str, str]] = {
         "jointplay studio four-bar.toml": "",
         "jointplay studio --port 8080 --no-browser": "a choice of examples",
     },
+    "import": {
+        "jointplay import arm.urdf": "write arm.toml",
+        "jointplay import arm.urdf -o b.toml --clearance revolute={radial=0.02,length=30}": "",
+    },
+    "export": {"jointplay export four-bar.toml -o four-bar.xml": ""},
     "schema": {"jointplay schema -o jointplay.schema.json": ""},
 }
 

@@ -161,8 +161,8 @@ class _Model:
         )
         default = SubElement(root, "default")
         hard = {"solref": _text([2 * step, 1.0]), "solimp": HARDEST}
-        SubElement(default, "geom", condim="1", contype="0", conaffinity="0", mass="0", **hard)
-        SubElement(default, "equality", **hard)
+        SubElement(default, "geom", {"condim": "1", "contype": "0", "conaffinity": "0", "mass": "0", **hard})
+        SubElement(default, "equality", hard)
         # A pin touches rings, and nothing else touches anything.
         for name, kind, mask, colour in (("pin", "1", "0", "0.8 0.5 0.2 1"), ("hole", "0", "1", "0.5 0.6 0.7 0.6")):
             inner = SubElement(default, "default", {"class": name})
@@ -189,13 +189,10 @@ class _Model:
         return '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
     def _remarks(self) -> Iterator[str]:
-        values = ", ".join(
-            f"{name} = {value / factor:.10g}"
-            for name, value, factor in zip(
-                self.m.drives, self.m.drive_values[self.configuration], self.m.drive_factors, strict=True
-            )
-        )
-        yield f"Exported from {self.m.file}: lengths in m, masses in kg, times in s. Drives are held at {values}."
+        assert self.m.drive_values is not None
+        held = self.m.drive_values[self.configuration] / self.m.drive_factors
+        drives = ", ".join(f"{name} = {value:.10g}" for name, value in zip(self.m.drives, held, strict=True))
+        yield f"Exported from {self.m.file}: lengths in m, masses in kg, times in s. Drives are held at {drives}."
         yield "Every joint has a layer of its own. The damping lets it come to rest; take it away to study dynamics."
         light = [name for name, mass in zip(self.m.bodies, self.given, strict=True) if not mass]
         if light:
@@ -280,7 +277,7 @@ class _Model:
         turned = [f"{self.m.bodies[body]}-angle" for body in (second, first) if body >= 0]
         joints = {f"joint{k}": joint for k, joint in enumerate(turned, 1)}
         law = "0 1 0 0 0" if len(turned) > 1 else "0 0 0 0 0"
-        SubElement(self.equality, "joint", name=f"{name}-angle", polycoef=law, **joints)
+        SubElement(self.equality, "joint", {"name": f"{name}-angle", "polycoef": law, **joints})
 
     def _guide(self, name: str, number: int, height: float, is_held: bool) -> None:
         """Boxes along the axis on the first body, balls on the second; where it is driven, boxes ahead and behind."""

@@ -67,8 +67,8 @@ def choose(skeleton: Skeleton, wanted: Iterable[str] | None) -> Driven:
             if name not in can:
                 what = "a joint that can be driven"
                 if name in joints and joints[name].follows:
-                    raise InputError(f"'{name}' follows '{joints[name].follows[0]}'", key="--drives")  # type: ignore[index]
-                raise InputError(not_known(name, what, can), key="--drives")
+                    raise InputError(f"'{name}' follows '{joints[name].follows[0]}'", key="drives")  # type: ignore[index]
+                raise InputError(not_known(name, what, can), key="drives")
     taken = []
     for name in order:
         row = _coordinate(skeleton, joints[name]) @ motions
@@ -77,7 +77,7 @@ def choose(skeleton: Skeleton, wanted: Iterable[str] | None) -> Driven:
             motions = motions @ _null(row[None])
         elif wanted is not None:
             others = f"what {listed(taken)} already move" if taken else "nothing: the joint cannot move"
-            raise InputError(f"the drive of '{name}' is redundant: it would move {others}", key="--drives")
+            raise InputError(f"the drive of '{name}' is redundant: it would move {others}", key="drives")
     return Driven(tuple(name for name in can if name in taken), motions.shape[1])
 
 

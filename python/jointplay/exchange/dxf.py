@@ -67,7 +67,7 @@ def read(path: Path, options: Options) -> Skeleton:
         if body in inside
     }
     if options.output is None and OUTPUT not in points:
-        raise InputError(_which_output(points))
+        raise InputError(_which_output(points), key="output")
     unused = [text for text, _ in found.words if text not in used]
     if unused:
         notes.append(f"Texts that are at no pin and at no point are left out: {listed(unused)}.")
@@ -97,8 +97,8 @@ def _ordered(layers: list[str], ground: str | None) -> list[str]:
     if not fixed:
         known = f"; layers with lines or points: {listed(layers)}" if layers else ""
         if ground is None:
-            raise InputError(f"has no layer '{GROUND}' for what is fixed, and --ground names no other{known}")
-        raise InputError(f"'{ground}' is no layer with lines or points{known}", key="--ground")
+            raise InputError(f"has no layer '{GROUND}' for what is fixed; say which layer is{known}", key="ground")
+        raise InputError(f"'{ground}' is no layer with lines or points{known}", key="ground")
     return [*fixed, *(layer for layer in layers if layer not in fixed)]
 
 
@@ -201,8 +201,8 @@ def _points(found: Drawing, names: dict[str, str], tolerance: float, used: set[s
 
 def _which_output(points: dict[str, tuple[str, Vector]]) -> str:
     if points:
-        return f"which point is the output? --output names one of {listed(points)}, or a text '{OUTPUT}' is at one"
-    return "has no output: draw a POINT on the layer of the body that carries it, or name a joint by --output"
+        return f"which point is it? Name one of {listed(points)}, or write the text '{OUTPUT}' at one"
+    return "there is none: draw a POINT on the layer of the body that carries it, or name a joint"
 
 
 def _near(spots: list[Spot], size: float) -> Iterator[str]:

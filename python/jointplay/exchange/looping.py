@@ -19,7 +19,7 @@ from .writing import UNITS
 KINDS = {"revolute": True, "prismatic": True, "cylindrical": True, "spherical": False}
 
 
-def with_loops(skeleton: Skeleton, loops: Mapping[str, Mapping[str, Any]]) -> Skeleton:
+def with_loops(skeleton: Skeleton, loops: Mapping[str, object]) -> Skeleton:
     """With more joints, whose places are in the axes of links and in the units of the mechanism file.
 
     Raises
@@ -29,13 +29,15 @@ def with_loops(skeleton: Skeleton, loops: Mapping[str, Mapping[str, Any]]) -> Sk
     """
     for name, table in loops.items():
         if name in (joint.name for joint in skeleton.joints):
-            raise InputError("there is a joint of this name already", key=f"--loop {name}")
+            raise InputError("there is a joint of this name already", key=f"loops {name}")
+        if not isinstance(table, Mapping):
+            raise InputError(f"a table is needed, not {shown(table)}", key=f"loops {name}")
         skeleton = replace(skeleton, joints=(*skeleton.joints, _joint(skeleton, name, table)))
     return skeleton
 
 
 def _joint(skeleton: Skeleton, name: str, table: Mapping[str, Any]) -> Joint:
-    key = f"--loop {name}"
+    key = f"loops {name}"
     for word in table:
         if word not in ("type", "on"):
             raise InputError(not_known(word, "a key here", ("type", "on")), key=key)

@@ -18,7 +18,7 @@ from jointplay import toml
 from jointplay.errors import InputError, listed, one_line
 
 from .options import Options
-from .skeleton import Body, Frame, Joint, Place, Skeleton, limits
+from .skeleton import Body, Frame, Joint, Place, Skeleton, fixed, floating, limits
 
 if TYPE_CHECKING:
     import mujoco
@@ -99,14 +99,11 @@ class _Reading:
         model = self.model
         bodies: dict[str, Body] = {WORLD: Body()}
         joints: list[Joint] = []
-        held = []
         for k in range(1, model.nbody):
             frame = self._frame(k)
             centre = frame.point(model.body_ipos[k])
             first, number = model.body_jntadr[k], model.body_jntnum[k]
             own = [j for j in range(first, first + number) if model.jnt_type[j] != self.mj.mjtJoint.mjJNT_FREE]
-            if number > len(own):
-                held.append(self.names[k])
             chain = [self.names[model.body_parentid[k]]]
             chain += [f"{self.names[k]}-{self.joint_names[j]}" for j in own[:-1]]
             chain.append(self.names[k])
@@ -114,9 +111,11 @@ class _Reading:
             bodies[self.names[k]] = Body(frame, float(model.body_mass[k]), centre)
             for j, one, other in zip(own, chain, chain[1:], strict=False):
                 joints.append(self._joint(j, one, other))
-            if not own:
-                joints.append(Joint(f"{self.names[k]}-fixed", "fixed", (chain[0], self.names[k]), Place(frame.at)))
+            if not number:
+                joints.append(fixed(chain[0], self.names[k]))
         joints = list(self._constrained(joints))
+        held = [group[0] for group in floating(bodies, joints, WORLD)]
+        joints += [fixed(WORLD, name) for name in held]
         if held:
             self.notes.append(f"Free joints are left out, so that these bodies are held: {listed(held)}.")
         counted = [(getattr(model, attribute), one, several) for attribute, one, several in LEFT_OUT]

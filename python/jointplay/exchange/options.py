@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 
 @dataclass(frozen=True)
@@ -29,7 +28,7 @@ class Options:
 
     output: str | None = None
     drives: Mapping[str, object] | None = None
-    clearance: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    clearance: Mapping[str, object] = field(default_factory=dict)
     planar: bool = False
-    loops: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    loops: Mapping[str, object] = field(default_factory=dict)
     ground: str | None = None

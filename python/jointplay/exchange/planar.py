@@ -73,7 +73,7 @@ def _plane(skeleton: Skeleton) -> Matrix:
     """Rows e1, e2 and n: coordinate axes where the pins are along one, else e2 as upright as can be."""
     pins = [joint for joint in skeleton.joints if joint.kind == "revolute" and joint.place.axis is not None]
     if not pins:
-        raise InputError("needs a joint that turns, whose axis is the normal of the plane", key="--planar")
+        raise InputError("needs a joint that turns, whose axis is the normal of the plane", key="planar")
     normal = pins[0].place.axis
     assert normal is not None
     if abs(normal[2]) > 1 - TILT**2:
@@ -96,7 +96,7 @@ def _check(joint: Joint, plane: Matrix, *, along: bool) -> None:
         normal = ", ".join(f"{x:.3g}" for x in plane[2] + 0.0)
         what = "off the normal of the plane" if along else "out of the plane, whose normal is"
         problem = f"its axis is {angle:.3g} degrees {what} [{normal}]; the mechanism is not planar"
-        raise InputError(problem, key=f"--planar: joint '{joint.name}'")
+        raise InputError(problem, key=f"planar joint '{joint.name}'")
 
 
 def _flat(plane: Matrix, point: Vector) -> Vector:
@@ -106,9 +106,7 @@ def _flat(plane: Matrix, point: Vector) -> Vector:
 
 def _joint(joint: Joint, plane: Matrix) -> Joint:
     if joint.kind not in (*ALONG, "prismatic"):
-        raise InputError(
-            f"is a {joint.kind} joint, which the plane does not have", key=f"--planar: joint '{joint.name}'"
-        )
+        raise InputError(f"is a {joint.kind} joint, which the plane does not have", key=f"planar joint '{joint.name}'")
     if joint.kind == "prismatic":
         _check(joint, plane, along=False)
     elif joint.place.axis is not None:

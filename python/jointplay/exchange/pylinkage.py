@@ -66,7 +66,7 @@ def read(path: Path, options: Options) -> Skeleton:
     trackers = [name for name in frames if joints[name].get("type") == "tracker"]
     if options.output is None and OUTPUT not in frames:
         if len(trackers) != 1:
-            raise InputError(f"which point is the output? --output names one of {listed(frames)}")
+            raise InputError(f"which point is it? Name one of {listed(frames)}", key="output")
         frames[OUTPUT] = frames[trackers[0]]
     return Skeleton(
         title=str(data.get("name") or path.stem),

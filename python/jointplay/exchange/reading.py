@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from jointplay.analyses.check import compute
-from jointplay.errors import InputError, not_known
+from jointplay.errors import InputError, not_known, shown
 from jointplay.model import Mechanism, loads
 from jointplay.schema.kinds import PLANAR, SPATIAL
+from jointplay.schema.values import is_number
 from jointplay.typed import typed
 
 from .driving import choose, distances
@@ -161,8 +162,10 @@ def _drives(options: Options) -> dict[str, list[float] | None] | None:
         return None
     found: dict[str, list[float] | None] = {}
     for name, given in options.drives.items():
-        values = given if isinstance(given, list | tuple) else None if given is None else [given]
-        found[legal(name)] = None if values is None else [float(value) for value in values]
+        values: list[Any] = list(given) if isinstance(given, list | tuple) else [given]
+        if given is not None and not all(is_number(value) for value in values):
+            raise InputError(f"a number or a list of them is needed, not {shown(given)}", key=f"drives {name}")
+        found[legal(name)] = None if given is None else [float(value) for value in values]
     return found
 
 
@@ -178,21 +181,22 @@ def _output(skeleton: Skeleton, wanted: str | None) -> tuple[str, Vector]:
         return body, frames[body][1].at
     name = legal(wanted)
     if name not in frames:
-        raise InputError(not_known(wanted, "a link", frames), key="--output")
+        raise InputError(not_known(wanted, "a link", frames), key="output")
     body, frame = frames[name]
     if body == GROUND:
-        raise InputError(f"'{wanted}' is fixed to the ground and has no error", key="--output")
+        raise InputError(f"'{wanted}' is fixed to the ground and has no error", key="output")
     return body, frame.at
 
 
-def _clearances(skeleton: Skeleton, given: Mapping[str, Any]) -> tuple[dict[str, Mapping[str, Any]], dict[str, str]]:
+def _clearances(skeleton: Skeleton, given: Mapping[str, object]) -> tuple[dict[str, Mapping[str, Any]], dict[str, str]]:
     """Clearances by joint, and the word of the option that gave each."""
     joints = {joint.name: joint for joint in skeleton.joints}
     kinds = {joint.kind for joint in skeleton.joints}
-    found, asked = {}, {}
+    found: dict[str, Mapping[str, Any]] = {}
+    asked: dict[str, str] = {}
     # What is said of one joint counts more than what is said of its kind.
     for word, table in sorted(given.items(), key=lambda item: legal(item[0]) in joints):
-        key = f"--clearance {word}"
+        key = f"clearance {word}"
         if not isinstance(table, Mapping):
             raise InputError("a table is needed, such as { radial = 0.02 }", key=key)
         if legal(word) in joints:
@@ -214,7 +218,7 @@ def _as_asked(error: InputError, options_of: Mapping[str, str]) -> InputError:
     if parts[0] == "joints" and len(parts) > 2 and parts[2] == "clearance" and parts[1] in options_of:
         return InputError(error.problem, key=".".join([options_of[parts[1]], *parts[3:]]))
     if parts[0] == "drives":
-        return InputError(error.problem, key="--drives" + "".join(f" {part}" for part in parts[1:2]))
+        return InputError(error.problem, key="drives" + "".join(f" {part}" for part in parts[1:2]))
     return error
 
 

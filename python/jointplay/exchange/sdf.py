@@ -22,7 +22,7 @@ from jointplay.errors import listed, not_known
 
 from .options import Options
 from .rotations import from_rpy, from_wxyz
-from .skeleton import STANDARD_GRAVITY, Body, Frame, Joint, Place, Skeleton, Vector, limits
+from .skeleton import STANDARD_GRAVITY, Body, Frame, Joint, Place, Skeleton, Vector, fixed, floating, limits
 from .xml import Reading, counts, parse
 
 WORLD = "world"
@@ -207,11 +207,11 @@ class _File:
             joints += self._joint(name, bodies)
         for own in self.static:
             scope = self.named[own].scope
-            joints += [_fixed(link) for link in self.links if link.startswith(scope)]
-        held = list(self._floating(joints, bodies, ground))
+            joints += [fixed(WORLD, link) for link in self.links if link.startswith(scope)]
+        held = [group[0] for group in floating(bodies, joints, WORLD) if ground not in group]
         if held:
             self.notes.append(f"Nothing holds these links to the world, so that they are held: {listed(held)}.")
-        joints += [_fixed(link) for link in held]
+        joints += [fixed(WORLD, link) for link in held]
         if not any(WORLD in joint.bodies for joint in joints):
             del bodies[WORLD]
         frames = {
@@ -309,22 +309,6 @@ class _File:
             raise self.reading.refuse("<screw_thread_pitch> is needed", place)
         return lead or -2 * math.pi / older
 
-    def _floating(self, joints: list[Joint], bodies: dict[str, Body], ground: str | None) -> Iterator[str]:
-        """One link of every group that hangs on nothing: the first, but none where the ground is named."""
-        group = {name: {name} for name in bodies}
-        for joint in joints:
-            one, other = (group[name] for name in joint.bodies)
-            if one is not other:
-                one |= other
-                for name in other:
-                    group[name] = one
-        seen = set(group[WORLD])
-        for name in self.links:
-            if name not in seen:
-                seen |= group[name]
-                if ground not in group[name]:
-                    yield name
-
 
 def _finite(text: str | None) -> str | None:
     """A limit; those that are infinite are none."""
@@ -332,7 +316,3 @@ def _finite(text: str | None) -> str | None:
         return None if text is None or not math.isfinite(float(text)) else text
     except ValueError:
         return text
-
-
-def _fixed(link: str) -> Joint:
-    return Joint(f"{link}-fixed", "fixed", (WORLD, link), Place(np.zeros(3)))

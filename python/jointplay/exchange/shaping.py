@@ -85,7 +85,7 @@ def grounded(skeleton: Skeleton, name: str) -> Skeleton:
     """
     known = {body: (body, old.frame) for body, old in skeleton.bodies.items()} | dict(skeleton.frames)
     if name not in known:
-        raise InputError(not_known(name, "a link", known), key="--ground")
+        raise InputError(not_known(name, "a link", known), key="ground")
     body, frame = known[name]
     back = frame.inverse()
 

@@ -7,7 +7,7 @@ z is zero, and axes of revolute joints are (0, 0, 1).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -125,6 +125,24 @@ class Joint:
     is_driven: bool = False
     follows: tuple[str, float, float] | None = None
     lead: float = 0.0
+
+
+def fixed(one: str, other: str) -> Joint:
+    """A joint that makes one body of two; where it is does not matter."""
+    return Joint(f"{other}-fixed", "fixed", (one, other), Place(np.zeros(3)))
+
+
+def floating(bodies: Iterable[str], joints: Iterable[Joint], ground: str) -> list[list[str]]:
+    """Groups of bodies that joints connect with one another, but not with the ground."""
+    group = {name: [name] for name in bodies}
+    for joint in joints:
+        one, other = (group[name] for name in joint.bodies)
+        if one is not other:
+            one += other
+            group |= dict.fromkeys(other, one)
+    found = {id(members): members for members in group.values() if ground not in members}
+    order = list(group)
+    return [sorted(members, key=order.index) for members in found.values()]
 
 
 @dataclass(frozen=True)
