@@ -105,7 +105,7 @@ class Writing:
 
 def _kept(value: object, place: tuple[str, ...]) -> object:
     """A copy of a value, so that what becomes of the program's own does not matter."""
-    toml.check_depth(value, file=_line(), key=".".join(place))
+    toml.check_plain(value, file=_line(), key=".".join(place))
     return plain(value)
 
 

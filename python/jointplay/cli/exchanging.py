@@ -135,7 +135,10 @@ def export(
         Path | None, typer.Option("--output", "-o", metavar="PATH", help="Where to write it: .xml (MJCF) or .dxf.")
     ] = None,
     configuration: Annotated[
-        int, typer.Option("--configuration", "-c", metavar="N", help="The configuration in which drives are held, or that is drawn.")
+        int,
+        typer.Option(
+            "--configuration", "-c", metavar="N", help="The configuration in which drives are held, or that is drawn."
+        ),
     ] = 0,
     output_point: Point = None,
     load_case: LoadCase = None,
