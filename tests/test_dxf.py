@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import itertools
 import math
+import random
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -293,6 +295,22 @@ def test_other_files_are_no_drawings(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(drawings, "find_spec", lambda name: None)
     with pytest.raises(jp.JointplayError, match=r"pip install 'jointplay\[dxf\]'"):
         jp.read(saved(four_bar(), tmp_path))
+
+
+def test_a_damaged_drawing_is_read_or_refused(tmp_path: Path) -> None:
+    lines = saved(four_bar(), tmp_path).read_text(encoding="utf-8").splitlines()
+    path = tmp_path / "damaged.dxf"
+    rng = random.Random(0)
+    odd = ["nan", "inf", "1e300", "x", "", "0", "LINE", "POINT", "\u00e9", "9" * 30]
+    for _ in range(150):
+        other = list(lines)
+        for _ in range(rng.choice([1, 2, 5])):
+            k = rng.randrange(lines.index("ENTITIES"), len(lines))
+            other[k : k + 1] = rng.choice([[], [rng.choice(odd)], [rng.choice(odd), *other[k : k + 1]], other[k:][:1]])
+        path.write_text("\n".join(other), encoding="utf-8")
+        # Any other error fails the test.
+        with contextlib.suppress(jp.InputError):
+            jp.read(path)
 
 
 # --- the drawing of a mechanism --------------------------------------------------------------------------------------

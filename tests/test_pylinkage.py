@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
+import random
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -141,6 +144,32 @@ def changed(folder: Path, change: Any) -> Path:
 def test_what_is_wrong_is_named(change: Any, message: str, tmp_path: Path) -> None:
     with pytest.raises(jp.InputError, match=rf"linkage\.json: .*{message}"):
         jp.read(changed(tmp_path, change))
+
+
+def places(node: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Places of a tree, from the top."""
+    inside = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+    for key, value in inside:
+        yield (*above, key)
+        yield from places(value, (*above, key))
+
+
+def test_a_damaged_linkage_is_read_or_refused(tmp_path: Path) -> None:
+    text = saved(four_bar(), tmp_path).read_text(encoding="utf-8")
+    path = tmp_path / "damaged.json"
+    rng = random.Random(0)
+    odd = [None, {}, [], "x", 1e308, -1, True, math.nan, [1, 2], ["x"], "ground", "tracker", "prismatic", 0]
+    for _ in range(300):
+        data = json.loads(text)
+        *above, last = rng.choice([*places(data)])
+        here = data
+        for step in above:
+            here = here[step]
+        here[last] = rng.choice(odd)
+        path.write_text(json.dumps(data), encoding="utf-8")
+        # Any other error fails the test.
+        with contextlib.suppress(jp.InputError):
+            jp.read(path)
 
 
 @pytest.mark.parametrize("content", ["", "[]", "{", "[" * 100_000, "\x00"])

@@ -29,8 +29,8 @@ def import_(
     file: Annotated[
         str,
         typer.Argument(
-            metavar="ROBOT",
-            help="URDF (.urdf), SDF (.sdf), MJCF (.mjcf), or any of them as .xml.",
+            metavar="FOREIGN",
+            help="URDF (.urdf), SDF (.sdf), MJCF (.mjcf), or any of them as .xml; DXF (.dxf); pylinkage (.json).",
             show_default=False,
             autocompletion=completing.foreign,
         ),
@@ -40,7 +40,7 @@ def import_(
     ] = None,
     output_point: Annotated[
         str | None,
-        typer.Option("--output-point", metavar="LINK", help="The link or site whose origin is the output."),
+        typer.Option("--output-point", metavar="NAME", help="Link, site, point or joint that is the output."),
     ] = None,
     drives: Annotated[
         list[str] | None,
@@ -66,7 +66,7 @@ def import_(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> int:
-    """Write a robot as a mechanism file.
+    """Write a robot, a drawing or a linkage as a mechanism file.
 
     Comments of the file name what is left out, and show where clearances are written.
     """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -18,6 +19,8 @@ from .skeleton import Vector
 #: what reads and writes DXF, and comes without types
 Entity = Any
 MISSING = "DXF needs ezdxf: pip install 'jointplay[dxf]'"
+#: what ezdxf raises, besides its own errors, where a file is damaged
+DAMAGED = (ArithmeticError, AttributeError, LookupError, StopIteration, TypeError, ValueError)
 #: metres of a unit of the drawing by its number in $INSUNITS
 METRES = {
     1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 8: 2.54e-8, 9: 2.54e-5, 10: 0.9144, 13: 1e-6, 14: 0.1,
@@ -31,6 +34,8 @@ NOTES = "_"
 OUTPUT = "output"
 #: names of line types that begin so are those of centre lines
 CENTRE_LINES = ("CENTER", "CENTRE", "DASHDOT", "ISO04")
+#: the largest coordinate, in units of the drawing
+LARGEST = 1e12
 #: how far a point may be off the plane, in units of the drawing
 FLAT = 1e-6
 
@@ -95,6 +100,13 @@ def drawing(path: Path) -> Drawing:
         When ezdxf is not installed.
     """
     document = _document(path)
+    try:
+        return _contents(document)
+    except (ezdxf().DXFError, *DAMAGED) as error:
+        raise InputError(f"is a damaged DXF: {error}") from None
+
+
+def _contents(document: Any) -> Drawing:
     found = Drawing()
     unit = _unit(document, found)
     left_out: Counter[tuple[str, str]] = Counter()
@@ -135,6 +147,8 @@ def ezdxf() -> Any:
 
 def _document(path: Path) -> Any:
     library = ezdxf()
+    # What it has to say of a damaged file is in the message.
+    logging.getLogger("ezdxf").addHandler(logging.NullHandler())
     try:
         return library.readfile(path)
     except FileNotFoundError:
@@ -143,7 +157,7 @@ def _document(path: Path) -> Any:
         raise InputError("this is a folder, not a drawing") from None
     except UnicodeDecodeError:
         raise InputError("is no DXF: it is not text") from None
-    except (OSError, library.DXFError) as error:
+    except (OSError, library.DXFError, *DAMAGED) as error:
         raise InputError(f"is no DXF: {error}") from None
 
 
@@ -221,6 +235,8 @@ def _is_centre_line(document: Any, entity: Entity) -> bool:
 
 def _point(entity: Entity, point: Any, unit: float) -> Vector:
     x, y, z = point
+    if not max(abs(x), abs(y), abs(z)) <= LARGEST:
+        raise InputError(f"its coordinates are beyond {LARGEST:g}", key=_named(entity))
     if abs(z) > FLAT:
         raise InputError(f"is not in the plane: z = {z:.6g}", key=_named(entity))
     return np.array([x * unit, y * unit, 0.0])

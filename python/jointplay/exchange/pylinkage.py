@@ -54,7 +54,7 @@ def read(path: Path, options: Options) -> Skeleton:
     held[ground] |= {name for name, joint in joints.items() if joint.get("type") == "ground"}
     body_of, notes = _rigid(held, ground)
     at = {name: _position(name, joint, joints) for name, joint in joints.items()}
-    driven = {link.get("motor_joint") for link in links.values()}
+    driven = {link["motor_joint"] for link in links.values() if link.get("motor_joint")}
     found = [*_joints(joints, held, body_of, ground, at, driven)]
     bodies = [ground, *(name for name in links if body_of[name] == name and name != ground)]
     inside = connected(ground, found)
@@ -109,7 +109,7 @@ def _id(entry: Mapping[str, Any], key: str) -> str:
 
 
 def _known(value: object, known: Any, key: str) -> None:
-    if value not in known:
+    if not isinstance(value, str) or value not in known:
         raise InputError(not_known(str(value), "known here", known), key=key)
 
 

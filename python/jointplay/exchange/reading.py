@@ -69,9 +69,10 @@ def read(
     ----------
     path : path-like
         A robot in URDF (`.urdf`), SDF (`.sdf`) or MJCF (`.mjcf`; needs the extra `robots`); `.xml` may be any of them.
+        A skeleton in DXF (`.dxf`; needs the extra `dxf`), or a linkage of pylinkage (`.json`).
     output : str, optional
-        The link, body or site whose origin is the output; the body that most joints separate from the ground if left
-        out.
+        The link, body or site whose origin is the output; in a drawing or linkage a point or a joint. If left out, what
+        is called output, or the body that most joints separate from the ground.
     drives : sequence of str or mapping, optional
         The joints that are driven, or their values: one or a list of them, in degrees or mm. If left out, as many
         joints are driven as there are free motions: joints with a motor first, then those nearest to the ground.
