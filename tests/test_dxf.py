@@ -171,6 +171,31 @@ def test_guides_that_lie_along_one_another_are_a_slider(linetype: bool, tmp_path
     np.testing.assert_allclose(jp.solve(m).nominal.sel(component="x"), np.array(stroke) + 20, atol=1e-9)
 
 
+def test_sliders_on_one_line_are_not_joined_with_one_another(tmp_path: Path) -> None:
+    """Two pistons, right and left of a crank, on one construction line; one piston's own line passes the crank."""
+    doc = document(layers=("ground", "crank", "rod1", "rod2", "right", "left"))
+    space = doc.modelspace()
+    space.add_xline((0, 0), (1, 0), dxfattribs={"layer": "ground"})
+    space.add_circle((0, 0), 2, dxfattribs={"layer": "ground"})
+    space.add_line((30, 40), (-30, -40), dxfattribs={"layer": "crank"})
+    space.add_circle((0, 0), 2, dxfattribs={"layer": "crank"})
+    space.add_line((30, 40), (150, 0), dxfattribs={"layer": "rod1"})
+    space.add_line((-30, -40), (-150, 0), dxfattribs={"layer": "rod2"})
+    space.add_line((-20, 0), (170, 0), dxfattribs={"layer": "right", "linetype": "CENTER"})
+    space.add_circle((150, 0), 2, dxfattribs={"layer": "right"})
+    space.add_line((-130, 0), (-170, 0), dxfattribs={"layer": "left", "linetype": "CENTER"})
+    space.add_circle((-150, 0), 2, dxfattribs={"layer": "left"})
+    # A point that lies on the line by chance is no pin in a slot.
+    space.add_point((100, 0), dxfattribs={"layer": "rod1"})
+    m = jp.read(saved(doc, tmp_path))
+    assert [name for name in m.joints if m.value(f"joints.{name}.type") != "revolute"] == [
+        "ground-right",
+        "ground-left",
+    ]
+    assert len(m.joints) == 7
+    assert (jp.solve(m).status == "ok").all()
+
+
 def test_a_pin_on_a_construction_line_slides_in_a_slot(tmp_path: Path) -> None:
     """A crank whose pin drives a slotted lever: the lever is along the line from its pivot to the pin."""
     doc = document(layers=("ground", "crank", "lever"))
