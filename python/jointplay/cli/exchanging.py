@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -95,13 +96,16 @@ def import_(
     create(found.text, path, replace=force)
     answer.say(found.notes)
     m = found.mechanism
-    typer.echo(
-        f"wrote {path}: {len(m.bodies)} bodies, {len(m.joints)} joints, {len(m.drives)} drives, "
-        f"the output on {m.bodies[m.core_spec['points'][m.core_spec['output']['point']]['body']]}"
-    )
+    assert m.data.output is not None
+    parts = [_counted(m.bodies, "body", "bodies"), _counted(m.joints, "joint"), _counted(m.drives, "drive")]
+    typer.echo(f"wrote {path}: {', '.join(parts)}, the output on {m.data.output.body}")
     if len(m.sources) < len(m.joints):
         typer.echo(f"Clearances: write them in {path} where it says so, or use --clearance.")
     return DONE
+
+
+def _counted(names: Sequence[str], one: str, several: str = "") -> str:
+    return f"{len(names)} {one if len(names) == 1 else several or one + 's'}"
 
 
 def _drives(given: list[str] | None) -> dict[str, object] | None:
