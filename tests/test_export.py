@@ -21,6 +21,12 @@ Floats = NDArray[np.float64]
 CLOSE = 0.03
 
 
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder of its own: what MuJoCo warns of, it writes to a file where it is called."""
+    monkeypatch.chdir(tmp_path)
+
+
 def example(name: str, **changes: Any) -> jp.Mechanism:
     return jp.loads(jp.examples.text(name)).with_(changes)
 

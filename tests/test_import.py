@@ -31,6 +31,12 @@ Floats = NDArray[np.float64]
 ROUNDING = 1e-11
 
 
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder of its own: what MuJoCo warns of, it writes to a file where it is called."""
+    monkeypatch.chdir(tmp_path)
+
+
 def gymnasium_models() -> list[Path]:
     """MJCF models of the package gymnasium, which need not be imported for it."""
     spec = importlib.util.find_spec("gymnasium")
@@ -273,6 +279,19 @@ def test_includes_and_meshes_that_are_missing(tmp_path: Path) -> None:
     )
     found = imported(tmp_path / "a.xml", Options())
     assert "Files of meshes are missing: masses that follow from them are missing as well." in found.notes
+
+
+def test_what_mujoco_warns_of_is_a_remark_and_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By itself it writes MUJOCO_LOG.TXT where it is called."""
+    monkeypatch.chdir(tmp_path)
+    text = MECHANISM.format(more="").replace('size=".1" mass="2"', 'size=".1" mass="2" rgba="nan 0 0 1"')
+    try:
+        found = imported(written(tmp_path, text, "a.xml"), Options())
+    except jp.InputError as error:
+        assert "MuJoCo" in str(error)  # noqa: PT017
+    else:
+        assert any(note.startswith("MuJoCo: ") for note in found.notes)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.xml"]
 
 
 # --- SDF -------------------------------------------------------------------------------------------------------------
@@ -577,13 +596,13 @@ def test_names_that_a_file_cannot_have_are_changed(tmp_path: Path) -> None:
 
 def test_rotations_of_all_kinds_agree_with_those_of_the_core() -> None:
     """Roll, pitch and yaw against products of quaternions."""
-    from jointplay.exchange.rotations import aligning, from_rpy, from_wxyz
+    from jointplay.exchange.rotations import aligning, from_rpy
 
     generator = np.random.default_rng(1)
     for rpy in generator.uniform(-3, 3, (20, 3)):
         turns = [poses.quaternion(axis * angle) for axis, angle in zip(np.eye(3), rpy, strict=True)]
         q = poses.product(turns[2], poses.product(turns[1], turns[0]))
-        assert from_rpy(rpy) == pytest.approx(from_wxyz(np.asarray(q)), abs=1e-14)
+        assert from_rpy(rpy) == pytest.approx(pin.Quaternion(*q).toRotationMatrix(), abs=1e-14)
     units: list[Any] = [*np.eye(3), *-np.eye(3), np.array([0.6, 0.8, 0.0])]
     for one, other in itertools.product(units, units):
         assert aligning(one, other) @ one == pytest.approx(other, abs=1e-14)

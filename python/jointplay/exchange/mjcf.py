@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay import toml
 from jointplay.errors import InputError, listed, one_line
 
 from .options import Options
 from .skeleton import Body, Frame, Joint, Place, Skeleton, fixed, floating, limits
+from .xml import parse
 
 if TYPE_CHECKING:
     import mujoco
@@ -48,29 +49,46 @@ def read(path: Path, options: Options) -> Skeleton:  # noqa: ARG001 - all format
     InputError
         When MuJoCo is not installed or refuses the file.
     """
-    # What is no text file is said as of any other file.
-    name, _ = toml.read(path, "MJCF file")
-    model, notes = _compiled(path, name)
-    return _Reading(name, path.stem, model, notes).skeleton()
-
-
-def _compiled(path: Path, name: str) -> tuple[Any, list[str]]:
-    """The model; without its meshes where their files are missing."""
+    # What is no XML is said as of any other file.
+    parse(path, "mujoco", "MJCF")
+    name = one_line(str(path))
     try:
         import mujoco
     except ImportError:
         raise InputError(NEEDED, file=name) from None
+    with _warnings(mujoco) as said:
+        model, notes = _compiled(mujoco, path, name)
+    return _Reading(
+        mujoco, name, path.stem, model, [*notes, *(f"MuJoCo: {one_line(line)}" for line in said)]
+    ).skeleton()
+
+
+@contextmanager
+def _warnings(mj: Any) -> Iterator[list[str]]:
+    """What MuJoCo warns of, by Python or by itself, in which case it would write a file of its own."""
+    said: list[str] = []
+    before = mj.get_mju_user_warning()
+    mj.set_mju_user_warning(said.append)
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
+        with warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("always")
+            yield said
+        said += [str(warning.message) for warning in heard]
+    finally:
+        mj.set_mju_user_warning(before)
+
+
+def _compiled(mj: Any, path: Path, name: str) -> tuple[Any, list[str]]:
+    """The model; without its meshes where their files are missing."""
+    try:
+        spec = mj.MjSpec.from_file(str(path))
     except ValueError as error:
         raise InputError(f"MuJoCo cannot read it: {one_line(str(error))}", file=name) from None
     try:
-        with warnings.catch_warnings(record=True) as said:
-            warnings.simplefilter("always")
-            return spec.compile(), [f"MuJoCo: {one_line(str(warning.message))}" for warning in said]
+        return spec.compile(), []
     except ValueError as error:
         first = error
-    for geom in [g for g in spec.geoms if g.type in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD)]:
+    for geom in [g for g in spec.geoms if g.type in (mj.mjtGeom.mjGEOM_MESH, mj.mjtGeom.mjGEOM_HFIELD)]:
         spec.delete(geom)
     for asset in (*spec.skins, *spec.meshes, *spec.hfields, *spec.materials, *spec.textures):
         spec.delete(asset)
@@ -83,13 +101,11 @@ def _compiled(path: Path, name: str) -> tuple[Any, list[str]]:
 class _Reading:
     """One model on its way to a skeleton."""
 
-    def __init__(self, file: str, stem: str, model: mujoco.MjModel, notes: list[str]) -> None:
-        import mujoco
-
-        self.mj, self.file, self.stem, self.model = mujoco, file, stem, model
+    def __init__(self, mj: Any, file: str, stem: str, model: mujoco.MjModel, notes: list[str]) -> None:
+        self.mj, self.file, self.stem, self.model = mj, file, stem, model
         self.notes = notes
-        self.data = mujoco.MjData(model)
-        mujoco.mj_kinematics(model, self.data)
+        self.data = mj.MjData(model)
+        mj.mj_kinematics(model, self.data)
         self.names = [WORLD, *(model.body(k).name or f"body{k}" for k in range(1, model.nbody))]
         self.joint_names = [model.joint(k).name or f"joint{k}" for k in range(model.njnt)]
         self.driven = set(self._driven())

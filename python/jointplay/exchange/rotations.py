@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from jointplay.poses import turned_by
+
 from .skeleton import Matrix, Vector
 
 
@@ -12,7 +14,7 @@ def from_rpy(rpy: Vector) -> Matrix:
 
     Examples
     --------
-    >>> from_rpy(np.array([0.0, 0.0, np.pi / 2])).round(12)[:, 0]
+    >>> from_rpy(np.array([0.0, 0.0, np.pi / 2]))[:, 0].round(12) + 0.0
     array([0., 1., 0.])
     """
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
@@ -23,31 +25,6 @@ def from_rpy(rpy: Vector) -> Matrix:
             [-sp, cp * sr, cp * cr],
         ]
     )
-
-
-def from_wxyz(q: Vector) -> Matrix:
-    """Rotation matrix of a quaternion of any length but zero.
-
-    Examples
-    --------
-    >>> from_wxyz(np.array([2.0, 2.0, 0.0, 0.0])).round(12)[:, 1]
-    array([0., 0., 1.])
-    """
-    w, x, y, z = q / np.linalg.norm(q)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def about(axis: Vector, angle: float) -> Matrix:
-    """Rotation matrix of an angle about a unit vector."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
 
 
 def across(axis: Vector) -> Vector:
@@ -68,5 +45,5 @@ def aligning(one: Vector, other: Vector) -> Matrix:
     cross, cosine = np.cross(one, other), float(one @ other)
     sine = float(np.linalg.norm(cross))
     if sine < 1e-12:
-        return np.eye(3) if cosine > 0 else about(across(one), np.pi)
-    return about(cross / sine, float(np.arctan2(sine, cosine)))
+        return np.eye(3) if cosine > 0 else turned_by(np.pi * across(one))
+    return turned_by(cross / sine * np.arctan2(sine, cosine))

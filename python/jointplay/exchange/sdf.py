@@ -19,10 +19,11 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from jointplay.errors import listed, not_known
+from jointplay.poses import matrix
 
 from .options import Options
-from .rotations import from_rpy, from_wxyz
-from .skeleton import STANDARD_GRAVITY, Body, Frame, Joint, Place, Skeleton, Vector, fixed, floating, limits
+from .rotations import from_rpy
+from .skeleton import STANDARD_GRAVITY, Body, Frame, Joint, Matrix, Place, Skeleton, Vector, fixed, floating, limits
 from .xml import Reading, counts, parse
 
 WORLD = "world"
@@ -175,10 +176,17 @@ class _File:
             return Frame()
         if pose.get("rotation_format") == "quat_xyzw":
             x = self.reading.numbers(text, 7, f"'{name}'", "<pose>")
-            return Frame(x[:3], from_wxyz(x[[6, 3, 4, 5]]))
+            return Frame(x[:3], self._turned(x[[6, 3, 4, 5]], name))
         x = self.reading.numbers(text, 6, f"'{name}'", "<pose>")
         unit = math.pi / 180 if pose.get("degrees") in ("true", "1") else 1.0
         return Frame(x[:3], from_rpy(x[3:] * unit))
+
+    def _turned(self, q: Vector, name: str) -> Matrix:
+        """Rotation matrix of a quaternion of any length but zero."""
+        length = float(np.linalg.norm(q))
+        if length < 1e-9:
+            raise self.reading.refuse("its quaternion is zero", f"'{name}'", "<pose>")
+        return matrix(np.concatenate([np.zeros(3), q / length]))
 
     def _link(self, name: str, *places: str) -> str:
         """The link that something moves with."""

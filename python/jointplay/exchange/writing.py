@@ -15,7 +15,7 @@ from jointplay.schema.kinds import PLANAR, SPATIAL
 from jointplay.toml import number, numbers
 from jointplay.units import Units
 
-from .rotations import about, across, aligning
+from .rotations import across, aligning
 from .skeleton import GROUND, Body, Frame, Joint, Place, Skeleton, Vector
 
 #: of every file that is written
@@ -183,7 +183,7 @@ def _sides(joint: Joint, second: Body) -> tuple[Vector | None, Vector | None]:
     own = second.frame.axes.T @ other.axis
     side = second.frame.axes @ across(own / np.linalg.norm(own))
     turn = -joint.coordinate if joint.kind in ANGULAR else 0.0
-    return about(first.axis, turn) @ aligning(other.axis, first.axis) @ side, side
+    return poses.turned_by(turn * first.axis) @ aligning(other.axis, first.axis) @ side, side
 
 
 def _placement(skeleton: Skeleton, joint: Joint, place: Place, body: Body, side: Vector | None) -> str:
