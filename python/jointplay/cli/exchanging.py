@@ -148,7 +148,7 @@ def export(
     load_case: LoadCase = None,
     settings: Settings = None,
 ) -> int:
-    """Write a mechanism as a model of MuJoCo or as a drawing in DXF.
+    """Write a model of MuJoCo, or a drawing in DXF.
 
     Clearances of the model are gaps between solids in contact, for a study of the dynamics of a planar mechanism.
     """
