@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from jointplay.cli import run
 from jointplay.exchange import drawing as drawings
 from jointplay.exchange.drafting import to_dxf
 
@@ -437,3 +438,30 @@ def test_what_cannot_be_drawn_is_said() -> None:
         to_dxf(example("four-bar"), 11)
     with pytest.raises(jp.InputError, match=r"four-bar\.toml: configuration 1 cannot be assembled"):
         to_dxf(example("four-bar").with_({"drives.theta1.values": [22.7, 180.0]}), 1)
+
+
+def test_drawings_come_and_go_on_the_command_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    saved(four_bar(), tmp_path)
+    options = ["--clearance", "revolute={radial=0.05}", "--drives", "A=0:90:4", "--output-point", "C"]
+    assert run(["import", "linkage.dxf", *options]) == 0
+    m = jp.load("linkage.toml")
+    assert m.sources == ("A", "D", "B", "C")
+    assert m.value("drives.A.values") == [0, 30, 60, 90]
+    assert run(["export", "linkage.toml", "-o", "out.dxf", "-c", "3"]) == 0
+    assert run(["import", "out.dxf"]) == 0
+    np.testing.assert_allclose(jp.load("out.toml").value("output.at"), pose(START + math.pi / 2)[1], atol=1e-9)
+    for line, says in (
+        (["import", "linkage.dxf"], "linkage.toml: exists already"),
+        (["import", "linkage.dxf", "--force", "--ground", "x"], "linkage.dxf: --ground: 'x' is no layer"),
+        (["import", "linkage.dxf", "--force", "--clearance", "prismatic={gap=1}"], "there is no prismatic joint here"),
+        (["export", "linkage.toml", "-o", "bad.dxf", "-c", "4"], "--configuration: 4 is not the number"),
+        (["export", "linkage.toml", "-o", "nowhere/x.dxf"], "nowhere"),
+    ):
+        capsys.readouterr()
+        before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+        assert run(line) == 2
+        assert says in capsys.readouterr().err
+        assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before

@@ -15,6 +15,8 @@ from jointplay.model import plain
 
 #: keys of the place of a joint on a body
 PLACEMENT = ("at", "axis", "side")
+#: keys with which the table of a joint begins
+FRONT = ("type", "on", "bodies", *PLACEMENT, "axes")
 
 
 class Tables:
@@ -123,7 +125,8 @@ def _given(keys: Mapping[str, object], places: Mapping[str, object]) -> dict[str
     if on:
         table["on"] = {**taken, **on}
     # In front, where files have them.
-    return {key: table[key] for key in ("type", "on") if key in table} | table
+    first = FRONT if "type" in table else FRONT[:2]
+    return {key: table[key] for key in first if key in table} | table
 
 
 def _is_place(value: object) -> bool:
