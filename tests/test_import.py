@@ -452,9 +452,27 @@ def test_the_file_says_where_clearances_are_written(tmp_path: Path) -> None:
     assert jp.loads(text.replace("# clearance", "clearance")).sources == ("main", "big_end", "small_end", "guide")
 
 
-def test_drives_of_a_loop_are_the_joints_with_motors() -> None:
+def test_drives_of_a_loop_are_the_joints_with_motors(tmp_path: Path) -> None:
+    """Then those that are nearest to the ground; what is asked for comes first."""
+    text = (EXAMPLES / "five-bar.xml").read_text(encoding="utf-8")
     assert jp.read(EXAMPLES / "five-bar.xml").drives == ("left", "right")
+    moved = text.replace('<position joint="left"', '<position joint="right_elbow"')
+    assert jp.read(written(tmp_path, moved, "moved.xml")).drives == ("right", "right_elbow")
+    alone = text.replace('<position joint="left" kp="10"/>', "").replace('joint="right" kp', 'joint="left_elbow" kp')
+    assert jp.read(written(tmp_path, alone, "alone.xml")).drives == ("left", "left_elbow")
     assert jp.read(EXAMPLES / "five-bar.xml", drives=["left_elbow", "right"]).drives == ("left_elbow", "right")
+    with pytest.raises(jp.InputError, match="the drive of 'right' is redundant: it would move what left, left_elbow"):
+        jp.read(EXAMPLES / "five-bar.xml", drives=["left", "left_elbow", "right"])
+
+
+def test_proposed_values_are_as_many_as_those_that_are_given() -> None:
+    m = jp.read(EXAMPLES / "arm.urdf", drives={"waist": [0, 10, 20], "elbow": 5, "roll": None})
+    assert m.drives == ("waist", "elbow", "roll")
+    assert m.drive_values is not None
+    assert m.drive_values.shape == (3, 3)
+    every = jp.read(EXAMPLES / "arm.urdf").drive_values
+    assert every is not None
+    assert every.shape == (6, 6)
 
 
 def test_robots_are_asked_all_questions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -467,6 +485,12 @@ def test_robots_are_asked_all_questions(tmp_path: Path, monkeypatch: pytest.Monk
     assert run(["import", str(EXAMPLES / "five-bar.xml"), *flat, "--output-point", "tip"]) == 0
     assert run(["error", "five-bar.toml", "--samples", "64"]) == 0
     assert run(["error", "five-bar.toml", "-q", "given", "--offset", "top=0.01,0"]) == 0
+
+
+def long_chain(count: int) -> str:
+    pin = '<joint name="J{0}" type="continuous"><parent link="{0}"/><child link="{1}"/></joint>'
+    links = "".join(f'<link name="{k}"/>' for k in range(count + 1))
+    return f"<robot>{links}{''.join(pin.format(k, k + 1) for k in range(count))}</robot>"
 
 
 BAD: list[tuple[str, str, str, list[str], str]] = [
@@ -498,6 +522,7 @@ BAD: list[tuple[str, str, str, list[str], str]] = [
         ['parent link="two"'],
         "links hang on one another in a circle: one, two, tip",
     ),
+    ("a.urdf", long_chain(1001), "", [], "1001 is not a number of joints that is read; 0 to 1000 are possible"),
     ("a.sdf", "<sdf/>", "", [], "has no <model>"),
     ("a.sdf", '<sdf version="x"/>', "", [], "version: 'x' is no version of SDF"),
 ]

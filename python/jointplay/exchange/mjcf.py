@@ -170,7 +170,8 @@ class _Reading:
         """Joints with a motor; a tendon drives the first of its joints."""
         model, trn = self.model, self.mj.mjtTrn
         for kind, (target, _) in zip(model.actuator_trntype, model.actuator_trnid, strict=True):
-            if kind in (trn.mjTRN_JOINT, trn.mjTRN_JOINTINPARENT):
+            # Numbers of NumPy are compared from their side: enumerations of MuJoCo only know their own.
+            if kind == trn.mjTRN_JOINT or kind == trn.mjTRN_JOINTINPARENT:
                 yield self.joint_names[target]
             elif kind == trn.mjTRN_TENDON:
                 first = model.tendon_adr[target]

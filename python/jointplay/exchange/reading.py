@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analyses.check import compute
-from jointplay.errors import InputError, not_known, shown
+from jointplay.errors import InputError, in_range, not_known, shown
 from jointplay.model import Mechanism, loads
 from jointplay.schema.kinds import PLANAR, SPATIAL
 from jointplay.schema.values import is_number
@@ -28,6 +28,8 @@ from .writing import has_loops, text
 
 #: the point that is the output where none is asked for
 OUTPUT = "output"
+#: more joints than any robot has; the time to choose drives grows with their square
+MOST_JOINTS = 1000
 
 
 @dataclass(frozen=True)
@@ -136,6 +138,7 @@ def _imported(path: Path, options: Options) -> Imported:
     if options.ground is not None:
         skeleton = grounded(skeleton, options.ground)
     skeleton = leading(merged(with_loops(renamed(skeleton), options.loops)))
+    in_range(len(skeleton.joints), "", "a number of joints that is read", 0, MOST_JOINTS)
     if len(skeleton.bodies) < 2:
         raise InputError("has no joint that lets something move")
     if options.planar:

@@ -163,8 +163,6 @@ class Skeleton:
         ``name: (body, frame)`` of what can be an output besides bodies: tools, sites, links that are merged.
     gravity : tuple
         m/s^2, axes of the drawing.
-    path : mapping
-        Targets of the output by component, SI.
     notes : tuple of str
         What the format says and the mechanism file does not: one sentence each.
     """
@@ -176,5 +174,4 @@ class Skeleton:
     ground: str = GROUND
     frames: Mapping[str, tuple[str, Frame]] = field(default_factory=dict)
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
-    path: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

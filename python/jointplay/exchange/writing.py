@@ -58,7 +58,7 @@ def text(
     parts = ["\n".join(_head(skeleton, source, drives, clearance)), "\n".join(_top(skeleton))]
     parts += [_joint(skeleton, joint, clearance.get(joint.name)) for joint in skeleton.joints]
     parts += [*_start(skeleton), *_drives(skeleton, drives), _output(skeleton, *output)]
-    parts += [*_bodies(skeleton), *_limits(skeleton, drives), *_path(skeleton)]
+    parts += [*_bodies(skeleton), *_limits(skeleton, drives)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -230,6 +230,8 @@ def unit_of(joint: Joint) -> float:
 
 def _drives(skeleton: Skeleton, drives: Mapping[str, Sequence[float] | None]) -> Iterator[str]:
     joints = {joint.name: joint for joint in skeleton.joints}
+    # Drives run together: a proposal has as many values as those that were given.
+    count = max((len(values) for values in drives.values() if values is not None and len(values) > 1), default=COUNT)
     for name, values in drives.items():
         followers = [joint for joint in skeleton.joints if joint.follows and joint.follows[0] == name]
         moved = f"joint = {_string(name)}"
@@ -238,11 +240,11 @@ def _drives(skeleton: Skeleton, drives: Mapping[str, Sequence[float] | None]) ->
             unit = unit_of(joints[name])
             ratios = {joint.name: joint.follows[1] * unit / unit_of(joint) for joint in followers if joint.follows}
             moved = f"joints = {value({name: 1.0, **ratios})}"
-        given = _proposal(skeleton, joints[name]) if values is None else [f"values = {numbers(values)}"]
+        given = _proposal(skeleton, joints[name], count) if values is None else [f"values = {numbers(values)}"]
         yield "\n".join([f"[drives.{key(name)}]", moved, *given, "# error = 0.01"])
 
 
-def _proposal(skeleton: Skeleton, joint: Joint) -> list[str]:
+def _proposal(skeleton: Skeleton, joint: Joint, count: int) -> list[str]:
     """The pose of the drawing, or of a tree the middle half of what its joints allow."""
     unit = unit_of(joint)
     reach = FREE_TURN if joint.kind in ANGULAR else FREE_TRAVEL
@@ -256,7 +258,7 @@ def _proposal(skeleton: Skeleton, joint: Joint) -> list[str]:
     return [
         f"from  = {number((low + quarter) / unit)}",
         f"to    = {number((high - quarter) / unit)}",
-        f"count = {COUNT}",
+        f"count = {count}",
     ]
 
 
@@ -284,11 +286,3 @@ def _limits(skeleton: Skeleton, drives: Mapping[str, object]) -> Iterator[str]:
         ]
         if lines:
             yield "\n".join([f"[limits.{table}]", *lines])
-
-
-def _path(skeleton: Skeleton) -> Iterator[str]:
-    if skeleton.path:
-        lengths = ("x", "y", "z")
-        units = {name: UNITS.length if name in lengths else UNITS.angle for name in skeleton.path}
-        lines = [f"{name} = {numbers(x / units[name] for x in found)}" for name, found in skeleton.path.items()]
-        yield "\n".join(["[path]", *lines])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
@@ -146,6 +147,6 @@ def refuse_twice(reading: Reading, names: list[str], what: str) -> None:
     ------
     InputError
     """
-    twice = sorted({name for name in names if names.count(name) > 1})
+    twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice:
         raise reading.refuse(f"{what} named twice: {listed(twice)}")
