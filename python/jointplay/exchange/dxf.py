@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from jointplay.errors import InputError, listed
 from .drawing import OUTPUT, Drawing, Guide, drawing
 from .options import Options
 from .pins import connected, pins
-from .skeleton import GROUND, Body, Frame, Joint, Place, Skeleton, Vector
+from .skeleton import GROUND, Body, Frame, Joint, Matrix, Place, Skeleton, Vector
 
 #: what coincides, and what nearly does and is named, by the size of the drawing
 COINCIDENT, NEAR = 1e-4, 1e-3
@@ -110,16 +111,24 @@ def _size(found: Drawing) -> float:
 def _spots(found: Drawing, layers: list[str], tolerance: float) -> Iterator[Spot]:
     """Points that coincide, each place once, with its layers in their order."""
     every = [*((layer, at, False) for layer, at in found.ends), *((layer, at, True) for layer, at in found.marks)]
-    left = np.array([at for _, at, _ in every]).reshape(-1, 3)
-    taken = np.zeros(len(every), dtype=bool)
-    for k in range(len(every)):
-        if taken[k]:
+    if not every:
+        return
+    places = np.array([at for _, at, _ in every])
+    taken: set[int] = set()
+    for k, around in enumerate(_tree(places).query_ball_point(places, tolerance)):
+        if k in taken:
             continue
-        here = ~taken & (np.linalg.norm(left - left[k], axis=1) <= tolerance)
-        taken |= here
-        own = [every[j] for j in np.flatnonzero(here)]
-        has = {layer for layer, _, _ in own}
-        yield Spot(left[k], tuple(layer for layer in layers if layer in has), all(mark for _, _, mark in own))
+        here = [j for j in around if j not in taken]
+        taken.update(here)
+        has = {every[j][0] for j in here}
+        yield Spot(places[k], tuple(layer for layer in layers if layer in has), all(every[j][2] for j in here))
+
+
+def _tree(places: Matrix) -> Any:
+    """What finds the neighbours of points."""
+    from scipy.spatial import KDTree
+
+    return KDTree(places)
 
 
 def _joints(found: Drawing, spots: list[Spot], layers: list[str], size: float, used: set[str]) -> Iterator[Joint]:
@@ -206,11 +215,15 @@ def _which_output(points: dict[str, tuple[str, Vector]]) -> str:
 
 
 def _near(spots: list[Spot], size: float) -> Iterator[str]:
-    """Places that nearly coincide and are not joined."""
-    for k, one in enumerate(spots):
-        for other in spots[k + 1 :]:
-            gap = float(np.linalg.norm(one.at - other.at))
-            if gap <= NEAR * size and {*one.layers} != {*other.layers}:
-                where = ", ".join(f"{x * 1e3:.6g}" for x in one.at[:2])
-                both = listed(dict.fromkeys((*one.layers, *other.layers)))
-                yield f"Points of the layers {both} are {gap * 1e3:.3g} mm apart at ({where}) and not joined."
+    """Places that nearly coincide and are not joined; for some layers the first."""
+    if not spots:
+        return
+    said = set()
+    for k, j in sorted(_tree(np.array([spot.at for spot in spots])).query_pairs(NEAR * size)):
+        one, other = spots[k], spots[j]
+        layers = tuple(dict.fromkeys((*one.layers, *other.layers)))
+        if {*one.layers} != {*other.layers} and layers not in said:
+            said.add(layers)
+            where = ", ".join(f"{x * 1e3:.6g}" for x in one.at[:2])
+            apart = f"{np.linalg.norm(one.at - other.at) * 1e3:.3g} mm apart at ({where})"
+            yield f"Points of the layers {listed(layers)} are {apart} and not joined."
