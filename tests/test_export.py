@@ -155,6 +155,12 @@ at = [80, 0]
     assert Model(m, 1).settle(1500) == pytest.approx(want, abs=CLOSE * 0.1)
 
 
+def test_titles_of_all_kinds_are_in_the_model() -> None:
+    title = 'a "title" <with> \x01 -- & more'
+    model = mujoco.MjModel.from_xml_string(to_mjcf(example("four-bar", title=title)))
+    assert model.names.startswith(b'a "title" <with> \\x01 -- & more\x00')
+
+
 def test_a_body_without_a_mass_has_no_weight() -> None:
     m = example("four-bar", gravity=[0, -9.81], **{"bodies.rocker.mass": 1.0})
     model = Model(m, 0).model
@@ -164,6 +170,16 @@ def test_a_body_without_a_mass_has_no_weight() -> None:
 
 REFUSED = [
     ("serial-6r", {}, "is in space; the model for MuJoCo is that of a planar mechanism"),
+    (
+        "four-bar",
+        {
+            "dimensions": None,
+            "joints.J2.on": {"crank": [75, 0], "world": [0, 0]},
+            "joints.J3.on": {"world": [75, 0], "rocker": [150, 0]},
+            "start": None,
+        },
+        "has a body 'world'",
+    ),
     ("rack-slider", {}, "has joints that the model for MuJoCo cannot have: rack"),
     ("redundant-bar", {}, "has elastic bodies"),
     ("slider-crank-cases", {}, "has several outputs or load cases; name one of them"),

@@ -25,7 +25,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay.errors import InputError, in_range, listed
+from jointplay.errors import InputError, in_range, listed, one_line
 from jointplay.model import Mechanism
 from jointplay.spec import ENDS, JointSpec, LoadSpec, PointSpec
 
@@ -48,6 +48,8 @@ HARDEST = "0.9999 0.9999 0.001 0.5 2"
 #: what MuJoCo takes for a joint of two bodies in the plane
 CARRIED = ("revolute", "prismatic", "pin_in_slot", "fixed")
 GRAVITY = 9.81
+#: name of the ground in MuJoCo
+WORLD = "world"
 
 
 def to_mjcf(m: Mechanism, configuration: int = 0) -> str:
@@ -90,6 +92,8 @@ def _check(m: Mechanism) -> None:
         problem = "has torsion springs or constant springs, which the model for MuJoCo cannot have"
     elif m.outputs or m.load_cases:
         problem = "has several outputs or load cases; name one of them"
+    elif WORLD in m.bodies:
+        problem = f"has a body '{WORLD}', which is MuJoCo's name of the ground; give it another name"
     elif any(joint.get("compliance") for joint in m.core_spec["joints"]):
         problem = "has elastic joints, which the model for MuJoCo cannot have"
     if problem:
@@ -119,7 +123,7 @@ class _Model:
         least = LEAST * max(self.given, default=0.0)
         self.masses = [mass or max(least, BAR * self._length(k)) for k, mass in enumerate(self.given)]
         self.rate = self._rate()
-        self.root = ET.Element("mujoco", model=m.title or "mechanism")
+        self.root = ET.Element("mujoco", model=one_line(m.title) or "mechanism")
         self.world = self.equality = self.root
         self.bodies: list[Element] = []
 
@@ -152,7 +156,8 @@ class _Model:
         """The whole of it."""
         root = self.root
         for sentence in self._remarks():
-            root.append(ET.Comment(f" {sentence.replace('--', '- -')} "))
+            # Two hyphens would end it.
+            root.append(ET.Comment(f" {one_line(sentence).replace('--', '- -')} "))
         SubElement(root, "compiler", angle="radian", autolimits="true")
         gravity = [*(self.m.data.gravity or (0.0, 0.0)), 0.0]
         step = STEP / self.rate

@@ -135,10 +135,10 @@ def imported(path: Path, options: Options) -> Imported:
 
 def _imported(path: Path, options: Options) -> Imported:
     skeleton = reader(path)(path, options)
+    in_range(len(skeleton.joints), "", "a number of joints that is read", 0, MOST_JOINTS)
     if options.ground is not None:
         skeleton = grounded(skeleton, options.ground)
     skeleton = leading(merged(with_loops(renamed(skeleton), options.loops)))
-    in_range(len(skeleton.joints), "", "a number of joints that is read", 0, MOST_JOINTS)
     if len(skeleton.bodies) < 2:
         raise InputError("has no joint that lets something move")
     if options.planar:

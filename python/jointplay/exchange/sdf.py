@@ -24,7 +24,7 @@ from jointplay.poses import matrix
 from .options import Options
 from .rotations import from_rpy
 from .skeleton import STANDARD_GRAVITY, Body, Frame, Joint, Matrix, Place, Skeleton, Vector, fixed, floating, limits
-from .xml import Reading, counts, parse
+from .xml import DEEPEST, Reading, counts, parse
 
 WORLD = "world"
 MODEL = "__model__"
@@ -155,6 +155,8 @@ class _File:
         name = self._known(name, *asking[-1:])
         if name in asking:
             raise self.reading.refuse(f"frames are given in one another in a circle: {listed(asking)}", name)
+        if len(asking) > DEEPEST:
+            raise self.reading.refuse(f"frames are given in one another more than {DEEPEST} deep", f"'{name}'")
         if name not in self.placed:
             self.placed[name] = self._placed(name, (*asking, name))
         return self.placed[name]

@@ -168,19 +168,22 @@ def leading(skeleton: Skeleton) -> Skeleton:
     gone = [joint.name for joint in skeleton.joints if joint.follows and joint.follows[0] not in joints]
     shifted = []
 
-    def law(name: str, seen: tuple[str, ...]) -> tuple[str, float, float]:
+    def law(name: str) -> tuple[str, float, float]:
         """Leader, factor and offset."""
-        if name in seen:
-            raise InputError("follows itself", key=f"joint '{name}' <mimic>")
+        factor, offset, seen = 1.0, 0.0, {name}
         follows = joints[name].follows
-        if follows is None or follows[0] not in joints:
-            return name, 1.0, 0.0
-        leader, factor, offset = law(follows[0], (*seen, name))
-        return leader, follows[1] * factor, follows[1] * offset + follows[2]
+        while follows is not None and follows[0] in joints:
+            leader = follows[0]
+            if leader in seen:
+                raise InputError("follows itself", key=f"joint '{name}' <mimic>")
+            seen.add(leader)
+            factor, offset = factor * follows[1], offset + factor * follows[2]
+            name, follows = leader, joints[leader].follows
+        return name, factor, offset
 
     made = []
     for joint in skeleton.joints:
-        leader, factor, offset = law(joint.name, ())
+        leader, factor, offset = law(joint.name)
         if leader == joint.name:
             made.append(replace(joint, follows=None))
             continue
