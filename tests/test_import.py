@@ -271,6 +271,15 @@ def test_a_weld_makes_one_body_of_two(tmp_path: Path) -> None:
         jp.read(written(tmp_path, text.format(more=' relpose="1 1 0 1 0 0 0"'), "b.xml"))
 
 
+def test_bodies_and_joints_without_a_name_get_one(tmp_path: Path) -> None:
+    """Their number, where nothing else is called so."""
+    text = """<mujoco><worldbody><body name="body2"><joint name="joint1"/><geom size=".1"/>
+      <body pos="1 0 0"><joint/><geom size=".1"/></body></body></worldbody></mujoco>"""
+    m = jp.read(written(tmp_path, text, "a.xml"))
+    assert m.bodies == ("body2", "body2_")
+    assert m.joints == ("joint1", "joint1_")
+
+
 def test_includes_and_meshes_that_are_missing(tmp_path: Path) -> None:
     arm = '<body name="arm"><joint name="J1"/><geom type="mesh" mesh="m"/></body>'
     written(tmp_path, f"<mujocoinclude>{arm}</mujocoinclude>", "arm.inc")

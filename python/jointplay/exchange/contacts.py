@@ -33,7 +33,7 @@ Floats = NDArray[np.float64]
 
 #: boxes of a ring: the corner that a load finds is at most a degree beside it
 PIECES = 180
-#: radius of a pin and thickness of a ring without a diameter, as parts of the size of the mechanism
+#: radius of a pin and thickness of a ring as parts of the size of the mechanism; neither has an influence
 PIN, WALL = 0.03, 0.02
 #: height from one joint to the next, in radii of pins: capsules are four radii high with their round ends
 LAYER = 5.0
@@ -136,7 +136,7 @@ class _Model:
         return max(float(np.ptp(self._points(body), axis=0).max()), 0.1 * self.size)
 
     def _rate(self) -> float:
-        """w of the slowest pin that swings in its hole."""
+        """w of a pin in the smallest hole that all forces press with all masses."""
         gravity = float(np.linalg.norm(self.m.data.gravity or (0.0, 0.0)))
         force = sum(float(np.linalg.norm(load["force"])) for load in self._loads()) + gravity * sum(self.given)
         sizes = [size for play in self.plays.values() for shape in play.values() for size in shape.values()]
@@ -186,9 +186,8 @@ class _Model:
         self._site(output["body"], "output", output["at"])
         sensor = SubElement(root, "sensor")
         SubElement(sensor, "framepos", name="output", objtype="site", objname="output")
-        for element in [
-            element for element in root if element.tag in ("equality", "tendon", "actuator") and not len(element)
-        ]:
+        empty = [e for e in root if e.tag in ("equality", "tendon", "actuator") and not len(e)]
+        for element in empty:
             root.remove(element)
         ET.indent(root)
         return '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
@@ -197,7 +196,9 @@ class _Model:
         assert self.m.drive_values is not None
         held = self.m.drive_values[self.configuration] / self.m.drive_factors
         drives = ", ".join(f"{name} = {value:.10g}" for name, value in zip(self.m.drives, held, strict=True))
-        yield f"Exported from {self.m.file}: lengths in m, masses in kg, times in s. Drives are held at {drives}."
+        yield f"Exported from {self.m.file}: lengths in m, masses in kg, times in s."
+        if drives:
+            yield f"Drives are held at {drives}."
         yield "Every joint has a layer of its own. The damping lets it come to rest; take it away to study dynamics."
         light = [name for name, mass in zip(self.m.bodies, self.given, strict=True) if not mass]
         if light:

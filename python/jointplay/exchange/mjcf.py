@@ -98,6 +98,17 @@ def _compiled(mj: Any, path: Path, name: str) -> tuple[Any, list[str]]:
         raise InputError(f"MuJoCo cannot compile it: {one_line(str(first))}", file=name) from None
 
 
+def _all_named(names: list[str], word: str) -> list[str]:
+    """The names, and for things without one the word with their number, which no other thing is called."""
+    found = list(names)
+    for k, name in enumerate(names):
+        free = name or f"{word}{k}"
+        while not name and free in names:
+            free += "_"
+        found[k] = free
+    return found
+
+
 class _Reading:
     """One model on its way to a skeleton."""
 
@@ -106,8 +117,8 @@ class _Reading:
         self.notes = notes
         self.data = mj.MjData(model)
         mj.mj_kinematics(model, self.data)
-        self.names = [WORLD, *(model.body(k).name or f"body{k}" for k in range(1, model.nbody))]
-        self.joint_names = [model.joint(k).name or f"joint{k}" for k in range(model.njnt)]
+        self.names = _all_named([WORLD, *(model.body(k).name for k in range(1, model.nbody))], "body")
+        self.joint_names = _all_named([model.joint(k).name for k in range(model.njnt)], "joint")
         self.driven = set(self._driven())
 
     def skeleton(self) -> Skeleton:
