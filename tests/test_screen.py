@@ -33,7 +33,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("COLUMNS", "80")
     for name in jp.examples.names():
         Path(f"{name}.toml").write_text(jp.examples.text(name), encoding="utf-8")
-    shutil.copy(Path(__file__).resolve().parents[1] / "docs" / "robots" / "arm.urdf", "arm.urdf")
+    for name in ("robots/arm.urdf", "drawings/coupler.dxf"):
+        shutil.copy(Path(__file__).resolve().parents[1] / "docs" / name, Path(name).name)
     return tmp_path
 
 
