@@ -41,6 +41,7 @@ LAYERS = (
     "verdict",
     "conclusions",
     "store",
+    "cluster",
     "analyses",
     "spreadsheets",
     "write",
@@ -55,7 +56,7 @@ LAYERS = (
     "__main__",
 )
 #: slow to import: only inside the function that needs them
-HEAVY = {"xarray", "pandas", "matplotlib", "plotly", "scipy", "h5netcdf", "h5py", "zarr"}
+HEAVY = {"xarray", "pandas", "matplotlib", "plotly", "scipy", "h5netcdf", "h5py", "zarr", "dask", "distributed"}
 #: faces and the package itself load layers on demand, so that the command starts fast
 ON_DEMAND = {"__init__", "cli", "__main__"}
 
