@@ -162,7 +162,6 @@ class Work:
                 continue
             region = self.lattice.region(number)
             marked = self.store.values("contact_change", region)
-            before = marked.copy()
             for neighbour in self.lattice.neighbours(number):
                 other = self.store.entry(neighbour.number)
                 if neighbour.side == 0 or other is None:
@@ -170,5 +169,4 @@ class Work:
                 axis = neighbour.axis
                 changed = contacts.change(own[f"contacts.{axis}.1"], other[f"contacts.{axis}.0"])
                 np.moveaxis(marked[..., axis], axis, 0)[-1] = changed
-            if not np.array_equal(marked, before):
-                self.store.replace(number, "contact_change", region, marked)
+            self.store.replace(number, "contact_change", region, marked)
