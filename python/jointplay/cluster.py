@@ -17,7 +17,7 @@ import uuid
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     #: a client, or the address of its scheduler
     Scheduler = Client | str
 
+P = ParamSpec("P")
 T = TypeVar("T")
 KEY = "scheduler"
 #: seconds until a scheduler has to answer
@@ -86,7 +87,7 @@ class Workers:
         self.client, self.retried = client, 0
         self._run, self._count = uuid.uuid4().hex, 0
         #: tasks whose answers are not here yet
-        self._pending: set[str] = set()
+        self._pending: dict[str, Future[Any]] = {}
         self._threads, self._looked = 0, -math.inf
         self._seen = time.monotonic()
         for worker, found in client.run(identity, on_error="return").items():
@@ -96,8 +97,10 @@ class Workers:
         client.subscribe_topic("all", self._told)
 
     def close(self) -> None:
-        """Nothing more will be asked."""
+        """Nothing more will be asked, and nobody waits for what was."""
         self.client.unsubscribe_topic("all")
+        self.client.cancel(list(self._pending.values()))
+        self._pending.clear()
 
     def each(self, function: Callable[..., T], shared: tuple[Any, ...], items: Iterable[Any]) -> Iterator[T]:
         """``function(*shared, item)`` for every item, in their order.
@@ -112,24 +115,20 @@ class Workers:
         """
         task = pickle.dumps((function, shared))
         waiting: deque[tuple[Future[T], bytes]] = deque()
-        try:
-            for item in items:
-                content = pickle.dumps(item)
-                waiting.append((self._begun(task, content), content))
-                while len(waiting) > self._ahead():
-                    yield self._first(waiting, task)
-            while waiting:
+        for item in items:
+            content = pickle.dumps(item)
+            waiting.append((self._begun(task, content), content))
+            while len(waiting) > self._ahead():
                 yield self._first(waiting, task)
-        finally:
-            # Nobody waits for them any more.
-            self._pending.clear()
-            self.client.cancel([future for future, _ in waiting])
+        while waiting:
+            yield self._first(waiting, task)
 
     def _begun(self, task: bytes, item: bytes) -> Future[Any]:
         self._count += 1
         key = f"jointplay-{self._run}-{self._count}"
-        self._pending.add(key)
-        return self.client.submit(_answered, identity(), task, item, key=key, pure=False)
+        future = self.client.submit(_answered, identity(), task, item, key=key, pure=False)
+        self._pending[key] = future
+        return future
 
     def _first(self, waiting: deque[tuple[Future[T], bytes]], task: bytes) -> T:
         """The answer to the first task that waits; one that fails is begun again."""
@@ -145,9 +144,10 @@ class Workers:
                 self.retried += 1
                 waiting[0] = (self._begun(task, item), item)
             else:
-                self._pending.discard(future.key)
                 waiting.popleft()
                 return answer
+            finally:
+                del self._pending[future.key]
         raise AssertionError("the last try returns or raises")
 
     def _answer(self, future: Future[T]) -> T:
@@ -197,7 +197,7 @@ class Workers:
         told = event[1]
         if isinstance(told, dict) and told.get("action") == "remove-worker":
             lost = {*told["processing-tasks"], *told["lost-computed-tasks"]}
-            self.retried += len(lost & self._pending)
+            self.retried += len(lost & self._pending.keys())
 
 
 @contextmanager
@@ -251,9 +251,20 @@ def _client(address: str) -> Client:
         raise InputError(f"'{address}' is not an address such as tcp://HOST:8786: {error}", key=KEY) from None
 
 
-def noted(result: Result, workers: Here | Workers) -> Result:
-    """A result that says how many tasks had to be begun again, if any."""
-    return Result(result.coords, result.data, {**result.attrs, RETRIED: workers.retried}) if workers.retried else result
+def with_workers(compute: Callable[P, Result]) -> Callable[P, Result]:
+    """Let a computation that is given workers as its `scheduler` be given what `connected` takes.
+
+    Its result says how many tasks had to be begun again, if any.
+    """
+
+    @functools.wraps(compute)
+    def asked(*args: P.args, **kwargs: P.kwargs) -> Result:
+        with connected(cast("Any", kwargs.get("scheduler"))) as workers:
+            kwargs["scheduler"] = workers
+            found = compute(*args, **kwargs)
+        return Result(found.coords, found.data, {**found.attrs, RETRIED: workers.retried}) if workers.retried else found
+
+    return asked
 
 
 @functools.cache

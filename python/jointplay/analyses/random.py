@@ -8,13 +8,15 @@ specimen; specimens whose clearances cannot fulfil it are strained, or cannot be
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import confidence
 from jointplay.answers import Random
+from jointplay.cluster import Here, Workers, with_workers
 from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.model import Mechanism
 from jointplay.result import SIDES, STATUSES, Builder, Result, Variable, axes_of, to_dataset
@@ -32,6 +34,8 @@ from .yields import Yields, repeatability, yields
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from jointplay.cluster import Scheduler
 
 PROBABILITIES = (0.5, 0.9, 0.95, 0.99, 0.999)
 LAWS = ("uniform", "boundary", "normal")
@@ -60,6 +64,7 @@ def random(
     indices: bool = False,
     threads: int = 0,
     rare: bool = False,
+    scheduler: Scheduler | None = None,
 ) -> xr.Dataset:
     """Find how the error scatters from specimen to specimen.
 
@@ -90,6 +95,10 @@ def random(
     rare : bool
         Search for specimens outside the limits, by subset simulation, where fewer than 1000 of the samples are: of a
         determinate mechanism with limits whose clearances scatter.
+    scheduler : distributed.Client or str, optional
+        A Dask client, or the address of a scheduler, whose workers are asked in place of this process, configuration by
+        configuration. The result has the same bits; the attribute `retried` says how many tasks had to be begun again,
+        if any.
 
     Returns
     -------
@@ -131,7 +140,8 @@ def random(
     InputError
         When nothing loads a mechanism whose contact is to be loaded, or clearances that compatibility ties to others
         shall be at their boundary, where they cannot be compatible; when `indices` are asked for, or rare specimens are
-        to be searched for, of an over-constrained mechanism or with offsets that the load decides.
+        to be searched for, of an over-constrained mechanism or with offsets that the load decides; when the scheduler
+        does not answer, or a worker is not like this process.
 
     Examples
     --------
@@ -152,10 +162,12 @@ def random(
             indices=indices,
             threads=threads,
             rare=rare,
+            scheduler=scheduler,
         )
     )
 
 
+@with_workers
 @of_each(lambda given: given["contact"] == "loaded")
 def compute(
     m: Mechanism,
@@ -172,8 +184,10 @@ def compute(
     at: Nominal | None = None,
     progress: Progress | None = None,
     path: bool = True,
+    scheduler: Any = None,
 ) -> Result:
     """The light form of `random`; `path` asks for what is of all configurations together or of one specimen."""
+    workers: Here | Workers = scheduler
     levels = checked(samples, seed, law, probabilities, sampling)
     # Numbers of numpy overflow where seeds are made of it.
     samples, seed = int(samples), int(seed)
@@ -186,37 +200,27 @@ def compute(
     at = at or nominal(m)
     if not is_loaded:
         _require_room(m, law, at)
-    drives, poses, limits = at.drives, at.poses, m.limits.bounds(m.quantities)
+    limits = m.limits.bounds(m.quantities)
     # What is rounding is beyond no limit.
     slack = ROUNDING * np.array([m.length if kind == "length" else 1.0 for kind in axes_of(m)["quantity"].kinds])
     widened = limits + np.outer(slack, (-1.0, 1.0))
     more = np.concatenate([levels, LEVELS]) if m.limits.errors else levels
 
     drawn = samples
+    draws = _Draws(m, samples, seed, more, widened, law, threads, sampling, is_loaded)
+    # One configuration a call, so that the bar moves.
+    answers = workers.each(_Draws.scatter, (draws,), ((k, at.at(k)) for k in range(len(at))))
 
-    def run(part: slice) -> Random:
-        # One configuration a call, so that the bar moves.
+    def run(_: slice) -> Random:
         nonlocal drawn
         if drawn < samples:
             raise KeyboardInterrupt
-        found = (m.under_loads_of(part.start) if is_loaded else m).core.random(
-            drives[part],
-            poses[part],
-            samples,
-            seed,
-            more,
-            widened,
-            law,
-            threads,
-            loaded=is_loaded,
-            partly=True,
-            sampling=sampling,
-        )
+        found = next(answers)
         drawn = int(found["failures"].sum())
         return found
 
     found, done = batched(len(at), 1, run, progress)
-    at = at.first(done)
+    count, at = len(at), at.first(done)
     builder = report(m, "random", at, samples=samples, seed=seed, law=law or "as in the file")
     builder.attrs["sampling"] = points(m, samples, law, sampling)
     if is_loaded:
@@ -227,22 +231,54 @@ def compute(
     if "clearance_factor" in found:
         _assembly(builder, found, len(levels), m)
     builder.status(at.worse(found["status"]))
-    whole = done == len(drives) and drawn == samples
+    whole = done == count and drawn == samples
     waiting = "rare specimens were searched for at all configurations"
     try:
         if rare and drawn == samples:
-            search_rare(builder, m, at, found["outside"] * samples, seed, law, widened)
+            search_rare(builder, m, at, found["outside"] * samples, seed, law, widened, workers)
         waiting = "the Sobol' indices"
         if indices and whole:
-            _indices(builder, find_indices(m, at, samples, seed, law, sampling, slack))
+            _indices(builder, find_indices(m, at, samples, seed, law, sampling, slack, workers))
         waiting = "the yields over all configurations"
         if path and whole and not is_loaded and m.core.isostatic:
-            _of_path(builder, m, at, samples, seed, law, widened)
+            _of_path(builder, m, at, samples, seed, law, widened, workers)
     except KeyboardInterrupt:
         builder.attrs["incomplete"] = f"interrupted before {waiting}"
         raise Interrupted(builder.result()) from None
     unfinished = f", the last with {drawn:,} of {samples:,} samples" if drawn < samples else ""
-    return finished(builder, done, len(drives), unfinished)
+    return finished(builder, done, count, unfinished)
+
+
+@dataclass(frozen=True)
+class _Draws:
+    """What is drawn at every configuration, with the same random numbers."""
+
+    m: Mechanism
+    samples: int
+    seed: int
+    probabilities: Floats
+    limits: Floats
+    law: str | None
+    threads: int
+    sampling: str
+    is_loaded: bool
+
+    def scatter(self, place: tuple[int, Nominal]) -> Random:
+        """The scatter at a configuration with this number; after Ctrl-C that of the samples until then."""
+        k, at = place
+        return (self.m.under_loads_of(k) if self.is_loaded else self.m).core.random(
+            at.drives,
+            at.poses,
+            self.samples,
+            self.seed,
+            self.probabilities,
+            self.limits,
+            self.law,
+            self.threads,
+            loaded=self.is_loaded,
+            partly=True,
+            sampling=self.sampling,
+        )
 
 
 def points(m: Mechanism, samples: int, law: str | None, sampling: str) -> str:
@@ -382,7 +418,14 @@ def _limits(builder: Builder, found: Random, limits: Floats, samples: int, count
 
 
 def _of_path(
-    builder: Builder, m: Mechanism, at: Nominal, samples: int, seed: int, law: str | None, limits: Floats
+    builder: Builder,
+    m: Mechanism,
+    at: Nominal,
+    samples: int,
+    seed: int,
+    law: str | None,
+    limits: Floats,
+    workers: Here | Workers,
 ) -> None:
     """Yields over all configurations, and the repeatability at each."""
     value, error = repeatability(m, at, samples, seed, law)
@@ -391,7 +434,7 @@ def _of_path(
     words = "standard error of the repeatability"
     builder.add("repeatability_standard_error", "configuration", error, words, "length")
     known = m.limits.errors and np.isfinite(at.poses).all()
-    found = yields(m, at, samples, seed, law, limits) if known else Yields(0, 0, 0, 0)
+    found = yields(m, at, samples, seed, law, limits, workers) if known else Yields(0, 0, 0, 0)
     for name, inside, count, words in (
         ("yield_path", found.path, found.path_samples, "offsets drawn anew at each"),
         ("yield_specimen", found.specimen, found.specimen_samples, "wherever the play lies"),

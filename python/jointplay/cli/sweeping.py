@@ -19,6 +19,7 @@ from .options import (
     Samples,
     Sampling,
     Scatter,
+    Scheduler,
     Seed,
     Swept,
     Touching,
@@ -60,6 +61,7 @@ def sweep(
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
     contact: Touching = Contact.scattered,
+    scheduler: Scheduler = None,
     output: Output = None,
     plot: Figure = NO_FIGURE,
 ) -> int:
@@ -82,7 +84,7 @@ def sweep(
         options |= {"offsets": answer.offsets(m, offset)}
 
     def ask(m: Mechanism, progress: Any) -> Result:
-        return compute(m, keys, values, question.value, progress=progress, **options)
+        return compute(m, keys, values, question.value, progress=progress, scheduler=scheduler, **options)
 
     # Of pairs of values there are other figures.
     return answer.answer({"sweep" if by is None else "pairs": ask}, m, output, plot)
