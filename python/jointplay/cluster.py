@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import logging
 import math
 import pickle
 import platform
@@ -16,7 +17,7 @@ import time
 import uuid
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 
 import numpy as np
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 T = TypeVar("T")
 KEY = "scheduler"
+ENDED = "the scheduler has ended, or cannot be reached any more"
 #: seconds until a scheduler has to answer
 CONNECT = 10
 #: seconds without a single worker after which none is expected any more
@@ -87,12 +89,18 @@ class Workers:
         self.client, self.retried = client, 0
         self._run, self._count = uuid.uuid4().hex, 0
         #: tasks whose answers are not here yet
-        self._pending: dict[str, Future[Any]] = {}
+        self._pending: dict[Any, Future[Any]] = {}
         self._threads, self._looked = 0, -math.inf
         self._seen = time.monotonic()
+        try:
+            # It reads what it hands out.
+            client.run_on_scheduler(identity)
+        except ImportError as error:
+            problem = f"the scheduler at {self._address()} needs jointplay in its environment, too: {error}"
+            raise InputError(problem, key=KEY) from None
         for worker, found in client.run(identity, on_error="return").items():
             if isinstance(found, Exception):
-                raise InputError(f"worker {worker} cannot use jointplay: {found}", key=KEY)
+                raise InputError(f"worker {worker} needs jointplay in its environment: {found}", key=KEY)
             _require_same(found, identity(), worker)
         client.subscribe_topic("all", self._told)
 
@@ -136,18 +144,16 @@ class Workers:
             future, item = waiting[0]
             try:
                 answer = self._answer(future)
-            except JointplayError:
-                raise
-            except Exception:
-                if tried == TRIES:
+            except Exception as error:
+                del self._pending[future.key]
+                if isinstance(error, JointplayError) or tried == TRIES:
                     raise
                 self.retried += 1
                 waiting[0] = (self._begun(task, item), item)
             else:
+                del self._pending[future.key]
                 waiting.popleft()
                 return answer
-            finally:
-                del self._pending[future.key]
         raise AssertionError("the last try returns or raises")
 
     def _answer(self, future: Future[T]) -> T:
@@ -156,7 +162,8 @@ class Workers:
         try:
             while True:
                 try:
-                    wait([future], timeout=LOOK)
+                    with self.client.as_current():
+                        wait([future], timeout=LOOK)
                 except TimeoutError:
                     self._look()
                 else:
@@ -165,11 +172,8 @@ class Workers:
             count, last = error.allowed_failures + 1, error.last_worker.address
             problem = f"{count} workers ended while they computed the same task, the last of them {last}; their memory"
             raise InputError(f"{problem} or their logs may say why", key=KEY) from None
-        except (CancelledError, OSError) as error:
-            # The same errors come from tasks that could not be written, which the scheduler knows of.
-            if future.status == "error":
-                raise
-            raise InputError(f"the connection to the scheduler is lost: {error}", key=KEY) from None
+        except CancelledError:
+            raise InputError(ENDED, key=KEY) from None
 
     def _ahead(self) -> int:
         """Tasks that may wait for their answers; workers come and go."""
@@ -185,12 +189,17 @@ class Workers:
         InputError
             When there has been none for a while.
         """
-        self._threads, self._looked = sum(self.client.nthreads().values()), time.monotonic()
+        try:
+            self._threads, self._looked = sum(self.client.nthreads().values()), time.monotonic()
+        except OSError:
+            raise InputError(ENDED, key=KEY) from None
         if self._threads:
             self._seen = self._looked
         if self._looked > self._seen + NOBODY:
-            address = self.client.scheduler_info()["address"]
-            raise InputError(f"{address} has had no workers for {NOBODY} seconds", key=KEY)
+            raise InputError(f"{self._address()} has had no workers for {NOBODY} seconds", key=KEY)
+
+    def _address(self) -> str:
+        return str(self.client.scheduler_info()["address"])
 
     def _told(self, event: tuple[float, Any]) -> None:
         """Count the tasks that a worker has taken with it; the scheduler hands them to others."""
@@ -219,36 +228,35 @@ def connected(scheduler: Scheduler | Here | Workers | None) -> Iterator[Here | W
         return
     try:
         import dask.config
-        import distributed
+        from distributed.utils import silence_logging_cmgr
     except ImportError:
         raise JointplayError("a scheduler needs Dask: pip install 'jointplay[cluster]'") from None
-    own = isinstance(scheduler, str)
-    client = _client(scheduler) if isinstance(scheduler, str) else scheduler
-    if client.asynchronous:
-        raise InputError("the client is asynchronous; Client(..., asynchronous=False) is needed", key=KEY)
-    assert isinstance(client, distributed.Client)
-    try:
-        with dask.config.set(LARGE):
-            workers = Workers(client)
-            try:
-                yield workers
-            finally:
-                workers.close()
-    finally:
-        if own:
-            client.close()
+    with ExitStack() as opened:
+        if isinstance(scheduler, str):
+            # What becomes of workers is counted, and what ends the work is said once.
+            opened.enter_context(silence_logging_cmgr(logging.CRITICAL))
+            client = opened.enter_context(_client(scheduler))
+        else:
+            client = scheduler
+        if client.asynchronous:
+            raise InputError("the client is asynchronous; Client(..., asynchronous=False) is needed", key=KEY)
+        opened.enter_context(dask.config.set(LARGE))
+        yield opened.enter_context(closing(Workers(client)))
 
 
 def _client(address: str) -> Client:
-    import distributed
+    from distributed import Client
+    from distributed.comm.addressing import get_address_host_port
 
     try:
-        return distributed.Client(address, timeout=CONNECT, set_as_default=False)
+        get_address_host_port(address)
+    except ValueError as error:
+        raise InputError(f"'{address}' is not an address such as tcp://HOST:8786: {error}", key=KEY) from None
+    try:
+        return Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, TimeoutError):
         problem = f"no Dask scheduler answers at {address} within {CONNECT} seconds; 'dask scheduler' starts one"
         raise InputError(problem, key=KEY) from None
-    except (ValueError, TypeError) as error:
-        raise InputError(f"'{address}' is not an address such as tcp://HOST:8786: {error}", key=KEY) from None
 
 
 def with_workers(compute: Callable[P, Result]) -> Callable[P, Result]:
