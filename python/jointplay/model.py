@@ -99,7 +99,7 @@ class Mechanism(Compiled):
 
     def _of(self, raw: Mapping[str, Any], file: str, source: Source | None) -> None:
         vars(self).update(_source=source)
-        toml.check_depth(raw, file=file)
+        toml.check_plain(raw, file=file)
         plain: dict[str, Any] = _plain(raw)
         written = written_out(plain, file)
         try:
@@ -316,7 +316,7 @@ class Mechanism(Compiled):
         Raises
         ------
         InputError
-            When it cannot be written.
+            When it cannot be written, or is a part that the file itself includes.
 
         Examples
         --------
@@ -329,7 +329,11 @@ class Mechanism(Compiled):
         ...     load(path) == better
         True
         """
-        files.put(self.text(path).encode(), Path(path))
+        place = Path(path)
+        beside = place.name in self._source.parts if self._source else False
+        if beside and os.path.realpath(place.parent) == os.path.realpath(Path(self.file).parent):
+            raise InputError(f"is a part of {self.file}; name another file", file=os.fspath(path))
+        files.put(self.text(path).encode(), place)
 
     def text(self, path: str | os.PathLike[str]) -> str:
         """What `write` writes.
@@ -392,7 +396,7 @@ def changed(m: Mechanism, changes: Mapping[str, object]) -> tuple[Mechanism, lis
     """
     raw = copy.deepcopy(dict(m.raw))
     for key, value in changes.items():
-        toml.check_depth(value, file=m.file, key=key)
+        toml.check_plain(value, file=m.file, key=key)
     reached = change(raw, {key: _plain(value) for key, value in changes.items()}, m.file)
     return _mechanism(raw, m.file, m._source).only(*m.chosen), reached
 

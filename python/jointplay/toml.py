@@ -24,6 +24,8 @@ DEEPEST = 20
 #: parts of a dotted key; the time to read one grows with their square. Twice what can be valid, because the pattern
 #: below also finds words with dots between them in a comment.
 MOST_PARTS = 2 * DEEPEST
+#: halves of letters beyond the first 65,536, which Python lets stand alone
+SURROGATE = re.compile("[\ud800-\udfff]")
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?m)(?:^|[\[{{,])[ \t]*+{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_PARTS}}}")
 
@@ -211,8 +213,8 @@ def too_deep(file: str = "", key: str = "") -> InputError:
     return InputError(f"tables and lists are nested more than {DEEPEST} deep", file=file, key=key)
 
 
-def check_depth(node: Any, *, file: str = "", key: str = "") -> None:
-    """Refuse tables and lists that are nested too deep, also those that hold themselves.
+def check_plain(node: Any, *, file: str = "", key: str = "") -> None:
+    """Refuse what no TOML text holds: tables and lists nested too deep, also those that hold themselves; half letters.
 
     Raises
     ------
@@ -220,6 +222,11 @@ def check_depth(node: Any, *, file: str = "", key: str = "") -> None:
     """
     level = [node]
     for _ in range(DEEPEST):
+        for value in level:
+            if isinstance(value, str) and not value.isascii() and SURROGATE.search(value):
+                raise InputError(
+                    f"{shown(one_line(value))} has halves of letters, which no text has", file=file, key=key
+                )
         level = [v for n in level for v in (n.values() if isinstance(n, Mapping) else n if isinstance(n, list) else ())]
         if not level:
             return
