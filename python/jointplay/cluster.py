@@ -206,7 +206,7 @@ class Workers:
         told = event[1]
         if isinstance(told, dict) and told.get("action") == "remove-worker":
             lost = {*told["processing-tasks"], *told["lost-computed-tasks"]}
-            self.retried += len(lost & self._pending.keys())
+            self.retried += sum(key in self._pending for key in lost)
 
 
 @contextmanager
