@@ -365,6 +365,7 @@ def test_without_dask_the_message_names_what_to_install() -> None:
 
 COUNT = """
 import threading
+import time
 from pathlib import Path
 import jointplay as jp
 from jointplay import _core
@@ -379,6 +380,10 @@ before = threads()
 for count in (5, 3):
     _core.share_threads(count)
     beside()
+    limit = time.monotonic() + 60
+    # Those of before end by themselves.
+    while threads() - before != count and time.monotonic() < limit:
+        time.sleep(0.01)
     print(threads() - before)
 """
 
