@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
-from jointplay import cluster, store
+from jointplay import _core, cluster, store
 from jointplay.analyses.map import Stopped, compute, open_map
 from jointplay.cli import run
 from jointplay.result import to_dataset
@@ -362,6 +363,28 @@ def test_without_dask_the_message_names_what_to_install() -> None:
 
 
 # --- threads ---------------------------------------------------------------------------------------------------------
+
+
+def _listens(is_listening: bool, dask_worker: Any) -> None:
+    """Let a worker write down on how many threads it is to work."""
+    cluster._core = SimpleNamespace(share_threads=_counts.append) if is_listening else _core
+
+
+_counts: list[int] = []
+
+
+def _count(item: int) -> int:
+    return _counts[-1]
+
+
+def test_tasks_share_the_threads_of_their_worker(client: Any) -> None:
+    client.run(_listens, True)
+    try:
+        with cluster.connected(client) as workers:
+            assert list(workers.each(_count, (), range(4))) == [1, 1, 1, 1]
+    finally:
+        client.run(_listens, False)
+
 
 COUNT = """
 import threading
