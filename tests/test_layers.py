@@ -51,12 +51,16 @@ LAYERS = (
     "viewer",
     "reporting",
     "examples",
+    "exchange",
     "serving",
     "cli",
     "__main__",
 )
 #: slow to import: only inside the function that needs them
-HEAVY = {"xarray", "pandas", "matplotlib", "plotly", "scipy", "h5netcdf", "h5py", "zarr", "dask", "distributed"}
+HEAVY = {
+    *("xarray", "pandas", "matplotlib", "plotly", "scipy", "h5netcdf", "h5py", "zarr"),
+    *("dask", "distributed", "mujoco"),
+}
 #: faces and the package itself load layers on demand, so that the command starts fast
 ON_DEMAND = {"__init__", "cli", "__main__"}
 

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from .analyses.sweep import sweep
     from .analyses.worst import worst
     from .errors import InputError, JointplayError
+    from .exchange.exporting import export
+    from .exchange.reading import read
     from .model import Mechanism, load, loads
     from .plot.animation import animate
     from .reporting import report, view
@@ -54,6 +56,7 @@ __all__ = [
     "compare",
     "compensate",
     "examples",
+    "export",
     "frame",
     "given",
     "load",
@@ -62,6 +65,7 @@ __all__ = [
     "map",
     "plot",
     "random",
+    "read",
     "region",
     "report",
     "save",
@@ -95,9 +99,11 @@ _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
     "Mechanism": "model",
     "animate": "plot.animation",
     "best_order": "analyses.assemble.order",
+    "export": "exchange.exporting",
     "frame": "spreadsheets",
     "load": "model",
     "loads": "model",
+    "read": "exchange.reading",
     "report": "reporting",
     "view": "reporting",
     "save": "write",

@@ -237,7 +237,8 @@ def compute(
         if indices and whole:
             add_indices(builder, find_indices(m, at, samples, seed, law, sampling, slack, workers))
         waiting = "the yields over all configurations"
-        if path and whole and not is_loaded and m.core.isostatic:
+        # Where nothing is off there is nothing to draw.
+        if path and whole and not is_loaded and m.core.isostatic and m.parameters:
             add_yields(builder, m, at, samples, seed, law, widened, workers)
     except KeyboardInterrupt:
         builder.attrs["incomplete"] = f"interrupted before {waiting}"

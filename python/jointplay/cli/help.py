@@ -42,6 +42,11 @@ LINES: dict[str, dict[str, str]] = {
         "jointplay studio four-bar.toml": "",
         "jointplay studio --port 8080 --no-browser": "a choice of examples",
     },
+    "import": {
+        "jointplay import arm.urdf": "write arm.toml",
+        "jointplay import arm.urdf -o tool.toml --output-point tool0": "",
+    },
+    "export": {"jointplay export four-bar.toml -o four-bar.xml": ""},
     "schema": {"jointplay schema -o jointplay.schema.json": ""},
 }
 
