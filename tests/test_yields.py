@@ -208,6 +208,7 @@ def test_a_mechanism_in_which_nothing_is_off_has_no_yields() -> None:
     exact = jp.Mechanism(raw)
     assert exact.parameters == ()
     result = jp.random(exact, samples=100)
-    assert (result.error_std == 0.0).all()
+    # Rounding of the closure.
+    assert (result.error_std < 1e-12).all()
     assert "yield_path" not in result
     assert "repeatability" not in result

@@ -30,8 +30,8 @@ def import_(
     file: Annotated[
         str,
         typer.Argument(
-            metavar="ROBOT",
-            help="URDF (.urdf), SDF (.sdf), MJCF (.mjcf), or any of them as .xml.",
+            metavar="FOREIGN",
+            help="URDF (.urdf), SDF (.sdf), MJCF (.mjcf), or any of them as .xml; DXF (.dxf); pylinkage (.json).",
             show_default=False,
             autocompletion=completing.foreign,
         ),
@@ -41,7 +41,7 @@ def import_(
     ] = None,
     output_point: Annotated[
         str | None,
-        typer.Option("--output-point", metavar="LINK", help="The link or site whose origin is the output."),
+        typer.Option("--output-point", metavar="NAME", help="Link, site, point or joint that is the output."),
     ] = None,
     drives: Annotated[
         list[str] | None,
@@ -67,7 +67,7 @@ def import_(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> int:
-    """Write a robot as a mechanism file.
+    """Write a robot, a drawing or a linkage as a mechanism file.
 
     Comments of the file name what is left out, and show where clearances are written.
     """
@@ -136,23 +136,26 @@ def _tables(given: list[str] | None, option: str) -> dict[str, Any]:
 def export(
     file: File,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PATH", help="Where to write it: .xml (MJCF).")
+        Path | None, typer.Option("--output", "-o", metavar="PATH", help="Where to write it: .xml (MJCF) or .dxf.")
     ] = None,
     configuration: Annotated[
-        int, typer.Option("--configuration", "-c", metavar="N", help="The configuration in which drives are held.")
+        int,
+        typer.Option(
+            "--configuration", "-c", metavar="N", help="The configuration in which drives are held, or that is drawn."
+        ),
     ] = 0,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
 ) -> int:
-    """Write a planar mechanism as a model of MuJoCo.
+    """Write a model of MuJoCo, or a drawing in DXF.
 
-    Its clearances are gaps between solids in contact, for a study of its dynamics.
+    Clearances of the model are gaps between solids in contact, for a study of the dynamics of a planar mechanism.
     """
     from jointplay.exchange.exporting import export as write
 
     if output is None:
-        raise InputError("say where the model goes: -o NAME.xml", key="--output")
+        raise InputError("say where it goes: -o NAME.xml (MJCF) or -o NAME.dxf", key="--output")
     m = answer.mechanism(file, settings, output_point, load_case)
     try:
         write(m, output, configuration=configuration)

@@ -13,11 +13,12 @@ from jointplay.model import Mechanism
 from jointplay.typed import typed
 
 from .contacts import to_mjcf
+from .drafting import to_dxf
 
 Writer = Callable[[Mechanism, int], str]
 
 #: by extension, in small letters
-WRITERS: Mapping[str, Writer] = MappingProxyType({".xml": to_mjcf, ".mjcf": to_mjcf})
+WRITERS: Mapping[str, Writer] = MappingProxyType({".xml": to_mjcf, ".mjcf": to_mjcf, ".dxf": to_dxf})
 
 
 @typed
@@ -27,13 +28,16 @@ def export(m: Mechanism, path: str | os.PathLike[str], *, configuration: int = 0
     As `.xml` or `.mjcf` it is a model of MuJoCo, whose joints are contacts with the clearances of the mechanism: for a
     study of its dynamics. It has to be a planar mechanism of rigid bodies without couplings.
 
+    As `.dxf` it is a drawing (needs the extra `dxf`): a layer for each body, pins as circles, guides as centre lines,
+    the output with its path. `read` makes the same mechanism of it where it is planar and has pins, guides and slots.
+
     Parameters
     ----------
     m : Mechanism
     path : path-like
         A file, which is replaced if it is there.
     configuration : int, optional
-        The configuration in which the drives are held, from 0.
+        The configuration in which the drives are held or that is drawn, from 0.
 
     Raises
     ------

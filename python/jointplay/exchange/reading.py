@@ -26,6 +26,8 @@ from .shaping import grounded, leading, legal, merged, renamed
 from .skeleton import GROUND, Skeleton, Vector
 from .writing import has_loops, text
 
+#: the point that is the output where none is asked for
+OUTPUT = "output"
 #: more joints than any robot has; the time to choose drives grows with their square
 MOST_JOINTS = 1000
 
@@ -69,9 +71,10 @@ def read(
     ----------
     path : path-like
         A robot in URDF (`.urdf`), SDF (`.sdf`) or MJCF (`.mjcf`; needs the extra `robots`); `.xml` may be any of them.
+        A skeleton in DXF (`.dxf`; needs the extra `dxf`), or a linkage of pylinkage (`.json`).
     output : str, optional
-        The link, body or site whose origin is the output; the body that most joints separate from the ground if left
-        out.
+        The link, body or site whose origin is the output; in a drawing or linkage a point or a joint. If left out, what
+        is called output, or the body that most joints separate from the ground.
     drives : sequence of str or mapping, optional
         The joints that are driven, or their values: one or a list of them, in degrees or mm. If left out, as many
         joints are driven as there are free motions: joints with a motor first, then those nearest to the ground.
@@ -174,6 +177,8 @@ def _output(skeleton: Skeleton, wanted: str | None) -> tuple[str, Vector]:
     """Body and point of the output, in the drawing."""
     frames = {name: (name, body.frame) for name, body in skeleton.bodies.items() if name != GROUND}
     frames |= skeleton.frames
+    if wanted is None and OUTPUT in skeleton.frames:
+        wanted = OUTPUT
     if wanted is None:
         far = distances(skeleton)
         body = max(frames, key=lambda name: far.get(frames[name][0], 0) if name in skeleton.bodies else -1)

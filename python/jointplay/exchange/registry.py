@@ -9,7 +9,7 @@ from types import MappingProxyType
 from jointplay import toml
 from jointplay.errors import InputError, listed
 
-from . import mjcf, sdf, urdf
+from . import dxf, mjcf, pylinkage, sdf, urdf
 from .options import Options
 from .skeleton import Skeleton
 from .xml import parsed
@@ -17,7 +17,15 @@ from .xml import parsed
 Reader = Callable[[Path, Options], Skeleton]
 
 #: by extension, in small letters
-READERS: Mapping[str, Reader] = MappingProxyType({".urdf": urdf.read, ".sdf": sdf.read, ".mjcf": mjcf.read})
+READERS: Mapping[str, Reader] = MappingProxyType(
+    {
+        ".urdf": urdf.read,
+        ".sdf": sdf.read,
+        ".mjcf": mjcf.read,
+        ".dxf": dxf.read,
+        ".json": pylinkage.read,
+    }
+)
 #: formats of `.xml` by their root element
 ROOTS: Mapping[str, Reader] = MappingProxyType({"robot": urdf.read, "sdf": sdf.read, "mujoco": mjcf.read})
 

@@ -26,6 +26,8 @@ WIDTH = 110
 #: kinds whose coordinate is an angle, and kinds that have an axis and a side
 ANGULAR = ("revolute", "screw")
 SIDED = ("revolute", "prismatic", "screw")
+#: kinds that have an axis in the plane
+GUIDED = ("prismatic", "pin_in_slot")
 #: configurations of a path that is proposed: an even number leaves out the middle, which often is a singular pose
 COUNT = 6
 #: half of the range of a joint without limits: rad, m
@@ -150,7 +152,7 @@ def _places(skeleton: Skeleton, joint: Joint) -> Iterator[str]:
     if joint.second is None and not joint.coordinate and all(_is_drawn(body) for body in bodies):
         yield f"bodies = [{', '.join(_string(name) for name in joint.bodies)}]"
         yield f"at = {_length(skeleton, joint.place.at)}"
-        if joint.place.axis is not None and (skeleton.space == "spatial" or joint.kind == "prismatic"):
+        if joint.place.axis is not None and (skeleton.space == "spatial" or joint.kind in GUIDED):
             yield f"axis = {_vector(skeleton, joint.place.axis)}"
         return
     for name, body, place, side in zip(joint.bodies, bodies, _both(joint), _sides(joint, bodies[1]), strict=True):
@@ -168,6 +170,8 @@ def _both(joint: Joint) -> tuple[Place, Place]:
     if joint.kind == "prismatic":
         assert joint.place.axis is not None
         return joint.place, Place(joint.place.at + joint.coordinate * joint.place.axis, joint.place.axis)
+    if joint.kind == "pin_in_slot":
+        return joint.place, Place(joint.place.at)
     return joint.place, joint.place
 
 
