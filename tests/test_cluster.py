@@ -157,12 +157,12 @@ def test_a_worker_that_is_killed_in_the_middle_changes_nothing(
 
     path = name and tmp_path / name
     with local() as two, Client(two, set_as_default=False) as client:
-        pids = client.run(os.getpid)
+        client.wait_for_workers(2)
 
         def told(done: int, total: int) -> None:
             if done == 10:
-                tasks = client.processing()
-                os.kill(pids[max(tasks, key=lambda worker: len(tasks[worker]))], signal.SIGKILL)
+                tasks, pids = client.processing(), client.run(os.getpid)
+                os.kill(pids[max(pids, key=lambda worker: len(tasks.get(worker, ())))], signal.SIGKILL)
 
         made = compute(m, grid=GRID, chunk=16, path=path, scheduler=client, progress=told)
     with to_dataset(made) if made is not None else open_map(path) as whole:
