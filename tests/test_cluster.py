@@ -62,6 +62,7 @@ def client(address: str) -> Iterator[Any]:
     from distributed import Client
 
     with Client(address, set_as_default=False) as connected:
+        connected.wait_for_workers(2)
         yield connected
 
 
