@@ -6,6 +6,7 @@
 
 use std::any::Any;
 use std::cell::{Cell, RefCell};
+use std::env;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -73,10 +74,16 @@ pub fn share_threads(count: usize) {
     }
 }
 
+/// How many threads there are if nothing else is said: what the environment asks for, as of every program with rayon, else
+/// one for each core.
+fn cores() -> usize {
+    let asked = env::var("RAYON_NUM_THREADS").ok().and_then(|count| count.parse().ok()).filter(|count| *count > 0);
+    asked.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from))
+}
+
 /// So many threads, 0 for all cores, or as many as can be started; `None` where none can.
 fn start(threads: usize, is_main: bool) -> Option<ThreadPool> {
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    let mut count = if threads == 0 { cores } else { threads };
+    let mut count = if threads == 0 { cores() } else { threads };
     while count > 0 {
         let listen = move |_| interrupt::listen(is_main.then_some(|| STOP.load(Ordering::Relaxed)));
         let pool = ThreadPoolBuilder::new().num_threads(count).stack_size(STACK).start_handler(listen).build();
