@@ -1,0 +1,276 @@
+"""Planar linkages: a sketch solver, an optimiser, cone programs, free-body diagrams, plain Monte Carlo."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import casadi
+import numpy as np
+
+from oracles import brute, statistics
+from oracles.core_spec import MM, in_core, largest_growth
+from oracles.linkage import Linkage
+from oracles.optimiser import Optimiser
+from oracles.primal import Primal
+from oracles.sets import Source
+from oracles.sketch import output_pose
+from oracles.statics import imbalance
+
+from .subject import OK, Array, Check, Found, Subject
+
+SAMPLES = 4000
+#: work that an optimiser may find beyond that of `loaded` by rounding, as a part
+MORE = 1e-8
+LAWS = ("uniform", "boundary", "normal")
+#: poses of the core in the units of a linkage
+IN_MM = np.array([MM, MM, 1.0])
+
+
+def _scale(link: Linkage) -> Array:
+    """An angle counts as the arc at the size of the mechanism."""
+    return np.array([link.length, link.length, 1.0])
+
+
+def _wrapped(pose: Array, near: Array) -> Array:
+    """The pose with the whole turns of another one."""
+    turns = np.round((near[2] - pose[2]) / (2 * np.pi))
+    return pose + np.array([0.0, 0.0, 2 * np.pi * turns])
+
+
+def drawn_poses(s: Subject) -> Found:
+    parts = []
+    for k in range(len(s.at)):
+        link, q, drives = s.linkage(k)
+        ours = s.at.output[k] * IN_MM
+        theirs = output_pose(link, q, drives, {})
+        parts.append(Found.of(ours, _wrapped(theirs, ours), _scale(link)))
+    return Found.all(parts)
+
+
+def drawn_offsets(s: Subject) -> Found:
+    """Three specimens at the limits of their clearances and tolerances."""
+    parts, rng = [], np.random.default_rng(1)
+    for k in s.few:
+        link, q, drives = s.linkage(k)
+        for u in brute.draw(link, rng, 3):
+            offsets = dict(zip(link.labels, u.tolist(), strict=True))
+            off = [offsets.get(f"d{d}.value", 0.0) for d in range(len(drives))]  # a sketch is drawn with drives that are off
+            theirs = output_pose(link, q, drives + off, offsets)
+            found = s.core.given(*s.one(k), in_core(link, s.spec, u[None]))
+            ours = (s.at.output[k] + found["error"][0]) * IN_MM
+            parts.append(Found.of(ours, _wrapped(theirs, ours), _scale(link)))
+    return Found.all(parts)
+
+
+def largest_work(s: Subject) -> Found:
+    """The pose of most work; where the optimiser finds more work at another pose it starts from that of `loaded`."""
+    parts, remarks = [], []
+    for k in range(len(s.at)):
+        link, q, drives = s.linkage(k)
+        found = s.core.loaded(*s.one(k))
+        if found["status"][0] != OK:
+            continue
+        u = _offsets(s, link, found["offset"][0])
+        poses, _ = link.solve(q, drives, u)
+        start = float(link.work(list(q), link.centre))
+        work = float(link.work(list(poses), u)) - start
+        play = [source for source in link.sources if source.labels[0][0] == "j" and source.kind != "interval"]
+
+        def done(p: list[Any], v: dict[str, Any], link: Linkage = link, start: float = start) -> Any:
+            return link.work(p, v, casadi) - start
+
+        search = Optimiser(link, q, drives, play, done, work)
+        best = search.maximise()
+        if best.value > work * (1.0 + MORE):
+            share = 100 * (best.value / work - 1.0)
+            remarks.append(f"in configuration {k} the load would do {share:.2g} % more work at another pose")
+            best = search.maximise(poses, np.array([u[label] for label in search.labels]))
+        error = link.out(best.poses, best.offsets) - link.out(q, dict.fromkeys(link.labels, 0.0))
+        parts.append(Found.of(found["error"][0] * IN_MM, error, _scale(link)))
+    return Found.all(parts, "; ".join(remarks))
+
+
+def free_bodies(s: Subject) -> Found:
+    """What is left of force and moment on every body at the loaded pose."""
+    parts = []
+    for k in s.few:
+        link, q, drives = s.linkage(k)
+        found = s.core.loaded(*s.one(k))
+        u = _offsets(s, link, found["offset"][0])
+        poses, closes = link.solve(q, drives, u)
+        assert closes
+        reactions = found["reaction"][0] * [1.0, 1.0, MM]
+        left = imbalance(link, poses, u, reactions) / [1.0, 1.0, link.length]
+        parts.append(Found.of(left, 0.0, np.abs(reactions[:, :2]).max()))
+    return Found.all(parts)
+
+
+def _offsets(s: Subject, link: Linkage, offset: Array) -> dict[str, float]:
+    unit = in_core(link, s.spec, np.eye(len(link.labels)))
+    return {label: float(offset[row > 0][0] / row.max()) for label, row in zip(link.labels, unit, strict=True)}
+
+
+def by_optimiser(s: Subject) -> Found:
+    """All eight extremes in the middle of the path, by random points, corners and IPOPT."""
+    k = len(s.at) // 2
+    link, q, drives = s.linkage(k, widest=True)
+    found = s.core.worst(*s.one(k))
+    unit = np.array([MM, MM, 1.0])[:, None]
+    low, high = (found["component"][0] * unit * [-1.0, 1.0]).T
+    ours = {"position": MM * found["position"][0], "rotation": found["rotation"][0]}
+    for i, name in enumerate(("x", "y", "angle")):
+        ours |= {f"{name} low": low[i], f"{name} high": high[i]}
+    theirs = {name: brute.worst(link, q, drives, name, np.random.default_rng(2)).value for name in ours}
+    # A component that hardly moves counts as a part of the largest.
+    lengths = max(value for name, value in ours.items() if not name.startswith(("rotation", "angle")))
+    scale = [ours["rotation"] or 1.0 if name.startswith(("rotation", "angle")) else lengths for name in ours]
+    return Found.of([*ours.values()], [theirs[name] for name in ours], scale)
+
+
+def least_energy(s: Subject) -> Found:
+    """Work of a rigid mechanism, energy of an elastic one: its pose, as far as the load decides it."""
+    link, q, drives = s.linkage(0)
+    link, stiffness = _for_energy(s, link)
+    best = Primal(link, q, drives, stiffness, 1e-4 * link.length).solve()
+    assert best.solved
+    found = s.core.loaded(*s.one(0), False)
+    gap = np.abs(found["error"][0] * IN_MM - best.error) - found["undetermined"][0] * IN_MM
+    size = np.abs(best.error[:2]).max()
+    return Found.of(np.maximum(gap, 0.0), 0.0, [size, size, size / link.length])
+
+
+def _for_energy(s: Subject, link: Linkage) -> tuple[Linkage, dict[str, float]]:
+    """Tolerances at their known deviations; a joint that yields along its axis lets its second point move along it."""
+    stays = [
+        replace(x, size=(0.0, 0.0)) if x.kind == "interval" and not x.labels[0].endswith(".normal") else x
+        for x in link.sources
+    ]
+    joints, stiffness = list(link.joints), {}
+    for k, joint in enumerate(s.spec["joints"]):
+        along, *others = joint.get("compliance", [0.0])
+        assert not any(others), "only bars that are stretched"
+        if along:
+            label, (x, y, _) = f"j{k}.stretch", joint["axis_second"]
+            second = joints[k].second
+            joints[k] = replace(joints[k], second=replace(second, moves=(*second.moves, (x, y, label))))
+            stays.append(Source(label, "interval", (label,), (0.0, 0.0), (0.0,)))
+            stiffness[label] = 1.0 / (MM * along)
+    return replace(link, joints=joints, sources=stays), stiffness
+
+
+def monte_carlo(s: Subject) -> Found:
+    """Standard deviations of the components, in their standard errors."""
+    k = len(s.at) // 2
+    link, q, drives = s.linkage(k)
+    u = _specimens(s, link, np.random.default_rng(3))
+    poses, closes = link.solve(np.broadcast_to(q, (SAMPLES, q.size)), drives, u)
+    assert closes.all()
+    theirs = link.out(poses, u).std(axis=0, ddof=1) / IN_MM
+    found = s.core.random(*s.one(k), 4 * SAMPLES, 1, np.array([0.5]))
+    ours = np.sqrt(np.diagonal(found["covariance"][0]))
+    moves = ours > 1e-9 * np.array([s.size, s.size, 1.0])
+    error = np.hypot(found["std_standard_error"][0], theirs / np.sqrt(2 * SAMPLES))
+    return Found.of(ours[moves], theirs[moves], error[moves])
+
+
+def _specimens(s: Subject, link: Linkage, rng: np.random.Generator) -> Array:
+    """Offsets of specimens by the laws of the sources, sizes of parts first."""
+    growth: dict[int, Any] = {}
+    for source in s.spec["sources"]:
+        if source["kind"] == "size":
+            drawn = _number(source["set"]["interval"], source["law"], rng)
+            for part in (source, *source.get("also", [])):
+                growth[part["joint"]] = growth.get(part["joint"], 0.0) + MM * part["factor"] * drawn
+    laws = {f"j{x['joint']}": x["law"] for x in s.spec["sources"] if x["kind"] == "clearance"}
+    laws |= {f"s{i}": x["law"] for i, x in enumerate(s.spec["sources"])}
+    laws |= {f"d{x['drive']}": x["law"] for x in s.spec["sources"] if x["kind"] == "drive"}
+    laws |= {f"j{x['joint']}": x["law"] for x in s.spec["sources"] if x["kind"] == "angle"}
+    found = []
+    for of in link.sources:
+        law = laws[of.name]
+        if of.kind == "interval":
+            low, high = of.size
+            found.append(_number({"low": low, "high": high}, law, rng)[:, None] + np.array(of.centre))
+            continue
+        wider = 1.0 + growth.get(int(of.name[1:]), 0.0) / of.size[0] * np.ones(SAMPLES)
+        if of.kind == "disc":
+            shift = statistics.disc(rng, of.size[0], law, SAMPLES)
+            values = np.stack([shift.real, shift.imag], axis=-1)
+        else:
+            values = of.sample(rng, SAMPLES, boundary=False)
+        found.append(values * np.maximum(wider, 0.0)[:, None])
+    return np.concatenate(found, axis=-1)
+
+
+def _number(bounds: dict[str, float], law: str, rng: np.random.Generator) -> Array:
+    """A number by its law; a normal one has its limits at three standard deviations and is drawn again beyond them."""
+    low, high = bounds["low"], bounds["high"]
+    if law == "uniform":
+        return rng.uniform(low, high, SAMPLES)
+    drawn = rng.normal(size=2 * SAMPLES)
+    drawn = drawn[np.abs(drawn) < statistics.K][:SAMPLES]
+    return 0.5 * (low + high) + 0.5 * (high - low) / statistics.K * drawn
+
+
+def _rigid(s: Subject) -> bool:
+    return s.is_linkage and s.determinate
+
+
+def _scatters_simply(s: Subject) -> bool:
+    sets = {(next(iter(x["set"])), x["law"]) for x in s.spec["sources"]}
+    plain = {("disc", law) for law in LAWS} | {("diamond", "uniform"), ("interval", "uniform"), ("interval", "normal")}
+    return _rigid(s) and sets <= plain
+
+
+CHECKS = [
+    Check(
+        "poses", "SolveSpace, a sketch", ("python-solvespace",), "size", 1e-9, "the solver stops at 1e-8 mm", _rigid, drawn_poses
+    ),
+    Check(
+        "error at given offsets",
+        "SolveSpace, a sketch",
+        ("python-solvespace",),
+        "size",
+        1e-9,
+        "the solver stops at 1e-8 mm",
+        _rigid,
+        drawn_offsets,
+    ),
+    Check(
+        "loaded pose", "IPOPT by casadi", ("casadi",), "size", 1e-7, "the optimiser's gap of 1e-10 of the work", _rigid, largest_work
+    ),
+    Check(
+        "reactions",
+        "free-body diagrams",
+        ("numpy",),
+        "largest force",
+        1e-8,
+        "the tolerance of the equilibrium",
+        _rigid,
+        free_bodies,
+    ),
+    Check(
+        "worst case", "IPOPT by casadi", ("casadi",), "value", 1e-6, "what counts as missed in checks.md", _rigid, by_optimiser
+    ),
+    Check(
+        "standard deviation",
+        "plain Monte Carlo",
+        ("numpy",),
+        "standard error",
+        5.0,
+        "five standard errors of the two samples",
+        _scatters_simply,
+        monte_carlo,
+    ),
+    Check(
+        "loaded pose, first order",
+        "Clarabel, all bodies",
+        ("clarabel",),
+        "value",
+        1e-5,
+        "a cone program to 1e-12 in energy",
+        lambda s: s.is_linkage and not s.determinate,
+        least_energy,
+    ),
+]
