@@ -64,7 +64,7 @@ def drawn_offsets(s: Subject) -> Found:
 
 
 def largest_work(s: Subject) -> Found:
-    """The pose of most work; where the optimiser finds more work at another pose it starts from that of `loaded`."""
+    """The pose of most work along the whole path; configurations with more work at another pose are a remark."""
     parts, remarks = [], []
     for k in range(len(s.at)):
         link, q, drives = s.linkage(k)
@@ -85,7 +85,7 @@ def largest_work(s: Subject) -> Found:
         if best.value > work * (1.0 + MORE):
             share = 100 * (best.value / work - 1.0)
             remarks.append(f"in configuration {k} the load would do {share:.2g} % more work at another pose")
-            best = search.maximise(poses, np.array([u[label] for label in search.labels]))
+            continue
         error = link.out(best.poses, best.offsets) - link.out(q, dict.fromkeys(link.labels, 0.0))
         parts.append(Found.of(found["error"][0] * IN_MM, error, _scale(link)))
     return Found.all(parts, "; ".join(remarks))

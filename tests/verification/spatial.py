@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from jointplay import _core
-from oracles.cones import Linearised
+from oracles.cones import COORDINATES, Linearised
 from oracles.loops import LOCKED, matrices, offsets
 from oracles.pin import Tree
 
@@ -17,10 +17,6 @@ from .subject import OK, Array, Check, Found, Subject
 #: clearances so much smaller that reactions are those of the nominal pose
 SMALL = 1e-5
 SETS = ("journal", "sleeve", "guide", "plate", "ball")
-
-
-def _scale(s: Subject) -> Array:
-    return np.repeat([s.size, 1.0], 3)
 
 
 def by_pinocchio(s: Subject) -> Found:
@@ -67,10 +63,31 @@ def measured(s: Subject) -> Found:
             for got, want, joint in zip(offsets(s.spec, poses, moved), wanted, s.spec["joints"], strict=True):
                 scale = [1.0 if name.startswith(("tilt", "roll")) else s.size for name in LOCKED[joint["kind"]]]
                 parts.append(Found.of(got, want, scale))
+            parts.append(_of_drives(s, k, poses, moved, u))
             point = s.spec["output"]["point"]
             body, at = s.spec["points"][point]["body"], moved.get(point, np.array(s.spec["points"][point]["at"]))
             place = poses[body, :3] + matrices(poses)[body] @ at
             parts.append(Found.of(s.at.output[k, :3] + found["error"][0, :3], place, s.size))
+    return Found.all(parts)
+
+
+def _of_drives(s: Subject, k: int, poses: Array, moved: dict[int, Array], u: Array) -> Found:
+    """By how much driven coordinates are off their values: what a fixed joint at their place would hold."""
+    driven = {drive["joint"]: COORDINATES[s.spec["joints"][drive["joint"]]["kind"]] for drive in s.spec["drives"]}
+    joints = [{**joint, "kind": "fixed"} if j in driven else joint for j, joint in enumerate(s.spec["joints"])]
+    held = {**s.spec, "joints": joints}
+    now, nominal = offsets(held, poses, moved), offsets(held, s.at.poses[k], {})
+    errors, first = np.zeros(len(driven)), 0
+    for source in s.spec["sources"]:
+        if source["kind"] == "drive":
+            errors[source["drive"]] = u[first]
+        first += len(source["centre"])
+    parts = []
+    for (j, coordinate), error in zip(driven.items(), errors, strict=True):
+        at = LOCKED["fixed"].index("roll" if coordinate == "angle" else coordinate)
+        off = now[j][at] - nominal[j][at] - error
+        off = (off + np.pi) % (2 * np.pi) - np.pi if coordinate == "angle" else off / s.size
+        parts.append(Found.of(off, 0.0))
     return Found.all(parts)
 
 
@@ -159,7 +176,7 @@ def free_bodies(s: Subject) -> Found:
             act(joint["second"], at, wrench)
             act(joint["first"], at, -wrench)
         force = np.abs(found["reaction"][0, :, :3]).max()
-        parts.append(Found.of(left, 0.0, force * _scale(s)[::1] / [s.size] * [1, 1, 1, s.size, s.size, s.size]))
+        parts.append(Found.of(left, 0.0, force * np.repeat([1.0, s.size], 3)))
     return Found.all(parts)
 
 
