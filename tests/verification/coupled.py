@@ -13,8 +13,6 @@ from oracles.trains import Train
 
 from .subject import OK, Array, Check, Found, Subject, subject
 
-SCALE = (1.0, 1.0, 1.0)
-
 
 def is_coupled(s: Subject) -> bool:
     return s.planar and s.coupled
@@ -25,16 +23,15 @@ def is_determinate(s: Subject) -> bool:
 
 
 @lru_cache(maxsize=None)
-def _closed(name: str) -> tuple[Train, Array]:
-    """The independent closure, and its poses along the path of an example."""
+def followed(name: str, k: int) -> tuple[Train, Array]:
+    """The independent closure, followed along the path of an example as far as configuration k; its poses."""
     s = subject(name)
     spec = s.m.spec()
-    drives = [{"coefficient": 1.0, "also": [], **drive} for drive in spec["drives"]]
     machine: Any = SimpleNamespace(
         guess=spec["guess"],
         points=spec["points"],
         joints=spec["joints"],
-        drives=drives,
+        drives=[{"coefficient": 1.0, "also": [], **drive} for drive in spec["drives"]],
         loads=spec["loads"],
         sources=spec["sources"],
         displacements=spec["displacements"],
@@ -42,7 +39,13 @@ def _closed(name: str) -> tuple[Train, Array]:
         output_point=spec["output"]["point"],
     )
     train = Train(machine)
-    return train, train.follow(s.at.drives)
+    return train, train.follow(s.at.drives[: k + 1])
+
+
+def at(s: Subject, k: int) -> tuple[Train, Array]:
+    """The closure at a configuration, and its nominal poses there."""
+    train, path = followed(s.name, k)
+    return train, path[k]
 
 
 def _scale(s: Subject) -> Array:
@@ -50,7 +53,7 @@ def _scale(s: Subject) -> Array:
 
 
 def by_strings(s: Subject) -> Found:
-    _, theirs = _closed(s.name)
+    _, theirs = followed(s.name, len(s.at) - 1)
     gaps = s.at.poses - theirs
     gaps[..., 2] = (gaps[..., 2] + np.pi) % (2 * np.pi) - np.pi
     return Found.of(gaps, 0.0, _scale(s))
@@ -58,7 +61,7 @@ def by_strings(s: Subject) -> Found:
 
 def sets(s: Subject) -> list[tuple[Source, slice]]:
     """The sources as sets, and where their parameters are."""
-    train, _ = _closed(s.name)
+    train, _ = at(s, 0)
     found = []
     for number, (source, first) in enumerate(zip(s.spec["sources"], train.first, strict=True)):
         ((kind, size),) = source["set"].items()
@@ -69,38 +72,30 @@ def sets(s: Subject) -> list[tuple[Source, slice]]:
 
 def given(s: Subject) -> Found:
     """Three specimens well within their clearances and tolerances, so that no teeth jam."""
-    train, path = _closed(s.name)
     parts, rng = [], np.random.default_rng(1)
     for k in s.few:
-        _at(train, s, k)
+        train, nominal = at(s, k)
         u = 0.5 * np.concatenate([kind.sample(rng, 3, boundary=False) for kind, _ in sets(s)], axis=-1)
         drives = np.repeat(s.at.drives[k : k + 1], 3, 0)
-        poses, closes = train.close(np.repeat(path[k : k + 1], 3, 0), drives, u)
+        poses, closes = train.close(np.repeat(nominal[None], 3, 0), drives, u)
         assert closes.all()
         found = s.core.given(drives, np.repeat(s.at.poses[k : k + 1], 3, 0), u)
-        parts.append(Found.of(found["error"], train.output(poses) - train.output(path[k]), _scale(s)))
+        parts.append(Found.of(found["error"], train.output(poses) - train.output(nominal), _scale(s)))
     return Found.all(parts)
-
-
-def _at(train: Train, s: Subject, k: int) -> None:
-    """Lines of centres count whole turns from where the path has come to."""
-    train.bearings.clear()
-    train.follow(s.at.drives[: k + 1])
 
 
 def pressed(s: Subject) -> Found:
     """The error at the offsets of `loaded`, and the work that the load could still do by any offset."""
-    train, path = _closed(s.name)
     parts = []
     for k in s.few:
-        _at(train, s, k)
+        train, nominal = at(s, k)
         found = s.core.loaded(*s.one(k))
         if found["status"][0] != OK:
             continue
         u = found["offset"][0]
-        poses, closes = train.close(path[k], s.at.drives[k], u)
+        poses, closes = train.close(nominal, s.at.drives[k], u)
         assert closes
-        parts.append(Found.of(found["error"][0], train.output(poses) - train.output(path[k]), _scale(s)))
+        parts.append(Found.of(found["error"][0], train.output(poses) - train.output(nominal), _scale(s)))
         slope = train.gradient(train.work, poses, s.at.drives[k], u)
         clearances = [pair for pair, x in zip(sets(s), s.spec["sources"], strict=True) if x["kind"] == "clearance"]
         most = [float(kind.support(slope[part])) for kind, part in clearances]
@@ -110,14 +105,14 @@ def pressed(s: Subject) -> Found:
 
 
 CHECKS = [
-    Check("poses", "strings on circles", ("numpy",), "size", 1e-9, "differences in Newton's method", is_coupled, by_strings),
+    Check("poses", "strings on circles", ("numpy",), "size", 1e-9, "Newton steps by differences", is_coupled, by_strings),
     Check(
         "error at given offsets",
         "strings on circles",
         ("numpy",),
         "size",
         1e-8,
-        "differences in Newton's method",
+        "Newton steps by differences",
         is_determinate,
         given,
     ),
