@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+import copy
+from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -22,11 +23,11 @@ def is_determinate(s: Subject) -> bool:
     return is_coupled(s) and s.determinate
 
 
-@lru_cache(maxsize=None)
+@cache
 def followed(name: str, k: int) -> tuple[Train, Array]:
     """The independent closure, followed along the path of an example as far as configuration k; its poses."""
     s = subject(name)
-    spec = s.m.spec()
+    spec = copy.deepcopy(s.spec)
     machine: Any = SimpleNamespace(
         guess=spec["guess"],
         points=spec["points"],
@@ -53,7 +54,7 @@ def _scale(s: Subject) -> Array:
 
 
 def by_strings(s: Subject) -> Found:
-    _, theirs = followed(s.name, len(s.at) - 1)
+    _, theirs = followed(s.name, s.count - 1)
     gaps = s.at.poses - theirs
     gaps[..., 2] = (gaps[..., 2] + np.pi) % (2 * np.pi) - np.pi
     return Found.of(gaps, 0.0, _scale(s))
@@ -105,12 +106,21 @@ def pressed(s: Subject) -> Found:
 
 
 CHECKS = [
-    Check("poses", "strings on circles", ("numpy",), "size", 1e-9, "Newton steps by differences", is_coupled, by_strings),
+    Check(
+        "poses",
+        "strings on circles",
+        ("numpy",),
+        "of the size",
+        1e-9,
+        "Newton steps by differences",
+        is_coupled,
+        by_strings,
+    ),
     Check(
         "error at given offsets",
         "strings on circles",
         ("numpy",),
-        "size",
+        "of the size",
         1e-8,
         "Newton steps by differences",
         is_determinate,
@@ -120,7 +130,7 @@ CHECKS = [
         "loaded pose",
         "strings on circles",
         ("numpy",),
-        "size; work",
+        "of the size or the work",
         1e-6,
         "differences of the work",
         is_determinate,

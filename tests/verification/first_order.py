@@ -54,6 +54,8 @@ def _in_space(s: Subject, k: int) -> Array:
         if source["kind"] == "clearance":
             rows = [i for i, (joint, _) in enumerate(closure.locked) if joint == source["joint"]]
             own[range(len(rows)), rows] = 1.0
+        elif source["kind"] == "angle":
+            own[0, closure.locked.index((source["joint"], "roll"))] = 1.0
         elif source["kind"] == "drive":
             own[0, n + source["drive"]] = 1.0
         else:
@@ -199,7 +201,7 @@ CHECKS = [
         "sensitivities",
         "linearised closures",
         ("numpy",),
-        "largest one",
+        "of the largest one",
         1e-6,
         "differences where there are couplings",
         is_known,
@@ -209,7 +211,7 @@ CHECKS = [
         "worst case, first order",
         "support functions",
         ("numpy",),
-        "largest one",
+        "of the largest one",
         1e-9,
         "the numbers of both are exact to rounding",
         has_flat_sets,
@@ -219,7 +221,7 @@ CHECKS = [
         "worst case, first order",
         "support functions, 40,000 directions",
         ("numpy",),
-        "value",
+        "of the value",
         1e-3,
         "the directions are up to a degree apart",
         has_flat_sets,
@@ -229,7 +231,7 @@ CHECKS = [
         "standard deviation, first order",
         "elementary integrals",
         ("numpy",),
-        "largest one",
+        "of the largest one",
         1e-6,
         "differences where there are couplings",
         has_variances,

@@ -40,7 +40,7 @@ def _wrapped(pose: Array, near: Array) -> Array:
 
 def drawn_poses(s: Subject) -> Found:
     parts = []
-    for k in range(len(s.at)):
+    for k in range(s.count):
         link, q, drives = s.linkage(k)
         ours = s.at.output[k] * IN_MM
         theirs = output_pose(link, q, drives, {})
@@ -55,7 +55,9 @@ def drawn_offsets(s: Subject) -> Found:
         link, q, drives = s.linkage(k)
         for u in brute.draw(link, rng, 3):
             offsets = dict(zip(link.labels, u.tolist(), strict=True))
-            off = [offsets.get(f"d{d}.value", 0.0) for d in range(len(drives))]  # a sketch is drawn with drives that are off
+            off = [
+                offsets.get(f"d{d}.value", 0.0) for d in range(len(drives))
+            ]  # a sketch is drawn with drives that are off
             theirs = output_pose(link, q, drives + off, offsets)
             found = s.core.given(*s.one(k), in_core(link, s.spec, u[None]))
             ours = (s.at.output[k] + found["error"][0]) * IN_MM
@@ -66,7 +68,7 @@ def drawn_offsets(s: Subject) -> Found:
 def largest_work(s: Subject) -> Found:
     """The pose of most work along the whole path; configurations with more work at another pose are a remark."""
     parts, remarks = [], []
-    for k in range(len(s.at)):
+    for k in range(s.count):
         link, q, drives = s.linkage(k)
         found = s.core.loaded(*s.one(k))
         if found["status"][0] != OK:
@@ -113,7 +115,7 @@ def _offsets(s: Subject, link: Linkage, offset: Array) -> dict[str, float]:
 
 def by_optimiser(s: Subject) -> Found:
     """All eight extremes in the middle of the path, by random points, corners and IPOPT."""
-    k = len(s.at) // 2
+    k = s.count // 2
     link, q, drives = s.linkage(k, widest=True)
     found = s.core.worst(*s.one(k))
     unit = np.array([MM, MM, 1.0])[:, None]
@@ -161,7 +163,7 @@ def _for_energy(s: Subject, link: Linkage) -> tuple[Linkage, dict[str, float]]:
 
 def monte_carlo(s: Subject) -> Found:
     """Standard deviations of the components, in their standard errors."""
-    k = len(s.at) // 2
+    k = s.count // 2
     link, q, drives = s.linkage(k)
     u = _specimens(s, link, np.random.default_rng(3))
     poses, closes = link.solve(np.broadcast_to(q, (SAMPLES, q.size)), drives, u)
@@ -178,7 +180,7 @@ def _specimens(s: Subject, link: Linkage, rng: np.random.Generator) -> Array:
     """Offsets of specimens by the laws of the sources, sizes of parts first."""
     growth: dict[int, Any] = {}
     for source in s.spec["sources"]:
-        if source["kind"] == "size":
+        if source["kind"] == "of the size":
             drawn = _number(source["set"]["interval"], source["law"], rng)
             for part in (source, *source.get("also", [])):
                 growth[part["joint"]] = growth.get(part["joint"], 0.0) + MM * part["factor"] * drawn
@@ -225,39 +227,60 @@ def _scatters_simply(s: Subject) -> bool:
 
 CHECKS = [
     Check(
-        "poses", "SolveSpace, a sketch", ("python-solvespace",), "size", 1e-9, "the solver stops at 1e-8 mm", _rigid, drawn_poses
+        "poses",
+        "SolveSpace, a sketch",
+        ("python-solvespace",),
+        "of the size",
+        1e-9,
+        "the solver stops at 1e-8 mm",
+        _rigid,
+        drawn_poses,
     ),
     Check(
         "error at given offsets",
         "SolveSpace, a sketch",
         ("python-solvespace",),
-        "size",
+        "of the size",
         1e-9,
         "the solver stops at 1e-8 mm",
         _rigid,
         drawn_offsets,
     ),
     Check(
-        "loaded pose", "IPOPT by casadi", ("casadi",), "size", 1e-7, "the optimiser's gap of 1e-10 of the work", _rigid, largest_work
+        "loaded pose",
+        "IPOPT by casadi",
+        ("casadi",),
+        "of the size",
+        1e-7,
+        "the optimiser's gap of 1e-10 of the work",
+        _rigid,
+        largest_work,
     ),
     Check(
         "reactions",
         "free-body diagrams",
         ("numpy",),
-        "largest force",
+        "of the largest force",
         1e-8,
         "the tolerance of the equilibrium",
         _rigid,
         free_bodies,
     ),
     Check(
-        "worst case", "IPOPT by casadi", ("casadi",), "value", 1e-6, "what counts as missed in checks.md", _rigid, by_optimiser
+        "worst case",
+        "IPOPT by casadi",
+        ("casadi",),
+        "of the value",
+        1e-6,
+        "what counts as missed in checks.md",
+        _rigid,
+        by_optimiser,
     ),
     Check(
         "standard deviation",
         "plain Monte Carlo",
         ("numpy",),
-        "standard error",
+        "standard errors",
         5.0,
         "five standard errors of the two samples",
         _scatters_simply,
@@ -267,7 +290,7 @@ CHECKS = [
         "loaded pose, first order",
         "Clarabel, all bodies",
         ("clarabel",),
-        "value",
+        "of the value",
         1e-5,
         "a cone program to 1e-12 in energy",
         lambda s: s.is_linkage and not s.determinate,

@@ -10,7 +10,7 @@ import numpy as np
 from jointplay import _core
 from oracles.cones import COORDINATES, Linearised
 from oracles.loops import LOCKED, matrices, offsets
-from oracles.pin import Tree
+from oracles.pin import CHAINS, Tree
 
 from .subject import OK, Array, Check, Found, Subject
 
@@ -73,8 +73,9 @@ def measured(s: Subject) -> Found:
 
 def _of_drives(s: Subject, k: int, poses: Array, moved: dict[int, Array], u: Array) -> Found:
     """By how much driven coordinates are off their values: what a fixed joint at their place would hold."""
-    driven = {drive["joint"]: COORDINATES[s.spec["joints"][drive["joint"]]["kind"]] for drive in s.spec["drives"]}
-    joints = [{**joint, "kind": "fixed"} if j in driven else joint for j, joint in enumerate(s.spec["joints"])]
+    kinds = [joint["kind"] for joint in s.spec["joints"]]
+    driven = [(d["joint"], d.get("component") or COORDINATES[kinds[d["joint"]]]) for d in s.spec["drives"]]
+    joints = [{**x, "kind": "fixed"} if j in dict(driven) else x for j, x in enumerate(s.spec["joints"])]
     held = {**s.spec, "joints": joints}
     now, nominal = offsets(held, poses, moved), offsets(held, s.at.poses[k], {})
     errors, first = np.zeros(len(driven)), 0
@@ -83,7 +84,7 @@ def _of_drives(s: Subject, k: int, poses: Array, moved: dict[int, Array], u: Arr
             errors[source["drive"]] = u[first]
         first += len(source["centre"])
     parts = []
-    for (j, coordinate), error in zip(driven.items(), errors, strict=True):
+    for (j, coordinate), error in zip(driven, errors, strict=True):
         at = LOCKED["fixed"].index("roll" if coordinate == "angle" else coordinate)
         off = now[j][at] - nominal[j][at] - error
         off = (off + np.pi) % (2 * np.pi) - np.pi if coordinate == "angle" else off / s.size
@@ -109,6 +110,8 @@ def _specimen(spec: dict[str, Any], rng: np.random.Generator) -> tuple[Array, li
             u = 0.3 * u * length / np.where(is_angle, arm, 1.0)
         if source["kind"] == "clearance":
             wanted[source["joint"]] = u
+        elif source["kind"] == "angle":
+            wanted[source["joint"]][LOCKED["fixed"].index("roll")] = u[0]
         elif source["kind"] == "dimension":
             ends = [np.array(spec["points"][source[end]]["at"]) for end in ("from", "to")]
             along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
@@ -180,44 +183,61 @@ def free_bodies(s: Subject) -> Found:
     return Found.all(parts)
 
 
-def is_in_space(s: Subject) -> bool:
-    return not s.planar
+def is_in_pinocchio(s: Subject) -> bool:
+    """Whether a tree of pinocchio's joints has all joints and drives of it."""
+    kinds = all(joint["kind"] in (*CHAINS, "screw") for joint in s.spec["joints"])
+    return not s.planar and kinds and all(set(drive) <= {"joint"} for drive in s.spec["drives"])
 
 
 def is_known(s: Subject) -> bool:
     """Whether the cone programs and the geometry have all joints and sources of it."""
     kinds = all(joint["kind"] in LOCKED and not joint.get("compliance") for joint in s.spec["joints"])
-    simple = all(source["kind"] in ("clearance", "dimension", "drive") for source in s.spec["sources"])
-    return not s.planar and kinds and simple and all(set(load) <= {"point", "force", "moment"} for load in s.spec["loads"])
+    known = ("clearance", "dimension", "angle", "drive")
+    simple = all(source["kind"] in known and not any(source["centre"]) for source in s.spec["sources"])
+    plain = all(set(load) <= {"point", "force", "moment"} for load in s.spec["loads"])
+    return not s.planar and kinds and simple and plain and set(s.spec["output"]) <= {"point"}
+
+
+def is_determinate(s: Subject) -> bool:
+    return is_known(s) and s.determinate
 
 
 CHECKS = [
-    Check("poses", "pinocchio", ("pin",), "size", 1e-10, "both are solved to rounding", is_in_space, by_pinocchio),
+    Check(
+        "poses",
+        "pinocchio",
+        ("pin",),
+        "of the size",
+        1e-10,
+        "both are solved to rounding",
+        is_in_pinocchio,
+        by_pinocchio,
+    ),
     Check(
         "sensitivities",
         "pinocchio, drives",
         ("pin",),
-        "largest one",
+        "of the largest one",
         1e-10,
         "both are solved to rounding",
-        lambda s: not s.planar and s.determinate,
+        lambda s: is_in_pinocchio(s) and s.determinate,
         drives_by_pinocchio,
     ),
     Check(
         "error at given offsets",
         "geometry at the poses",
         ("numpy",),
-        "size",
+        "of the size",
         1e-10,
         "the closure is solved to rounding",
-        lambda s: is_known(s) and s.determinate,
+        is_determinate,
         measured,
     ),
     Check(
         "loaded pose, first order",
         "Clarabel, all bodies",
         ("clarabel",),
-        "value",
+        "of the value",
         1e-5,
         "a cone program to 1e-12 in energy",
         is_known,
@@ -227,20 +247,20 @@ CHECKS = [
         "reactions",
         "Clarabel, multipliers",
         ("clarabel",),
-        "largest force",
+        "of the largest force",
         1e-5,
         "clearances of 1e-5 of their size move the lines of action",
-        lambda s: is_known(s) and s.determinate,
+        is_determinate,
         multipliers,
     ),
     Check(
         "reactions",
         "free-body diagrams",
         ("numpy",),
-        "largest force",
+        "of the largest force",
         1e-8,
         "the tolerance of the equilibrium",
-        lambda s: is_known(s) and s.determinate and not any(x["kind"] == "dimension" and x["centre"][0] for x in s.spec["sources"]),
+        is_determinate,
         free_bodies,
     ),
 ]

@@ -1,12 +1,13 @@
-"""A bundled example with what the comparisons need of it, and what a comparison is."""
+"""A mechanism with what the comparisons need of it, and what a comparison is."""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import Any
+from functools import cache, cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 import jointplay as jp
 from answers import example
 from jointplay import _core
-from jointplay.analyses.nominal import Nominal, nominal
+from jointplay.analyses.nominal import nominal
 from oracles import core_spec
 from oracles.linkage import Linkage
 
@@ -24,25 +25,47 @@ OK = _core.STATUSES.index("ok")
 COUPLINGS = ("gear", "rack", "belt")
 
 
+class Path(NamedTuple):
+    """The nominal mechanism configuration by configuration: drive values, poses and pose of the output, SI."""
+
+    drives: Array
+    poses: Array
+    output: Array
+
+
 class Subject:
-    """A bundled example: of several outputs and load cases the first."""
+    """A mechanism as the core has it."""
 
-    def __init__(self, name: str) -> None:
-        self.name, self.m = name, example(name)
-        self.spec: dict[str, Any] = dict(self.m.spec())
+    def __init__(self, name: str, spec: Mapping[str, Any], core: _core.Mechanism, path: Callable[[], Path]) -> None:
+        self.name, self.spec, self.core, self._path = name, dict(spec), core, path
 
-    @property
-    def core(self) -> _core.Mechanism:
-        return self.m.core
+    @classmethod
+    def of(cls, name: str, m: jp.Mechanism) -> Subject:
+        def path() -> Path:
+            at = nominal(m)
+            return Path(at.drives, at.poses, at.output)
+
+        return cls(name, m.spec(), m.core, path)
+
+    @classmethod
+    def of_spec(cls, name: str, spec: dict[str, Any], drives: Array) -> Subject:
+        core = _core.Mechanism(json.dumps(spec))
+        solved = core.solve(drives)
+        return cls(name, spec, core, lambda: Path(drives, solved["poses"], solved["output"]))
 
     @cached_property
-    def at(self) -> Nominal:
-        return nominal(self.m)
+    def at(self) -> Path:
+        return self._path()
+
+    @property
+    def count(self) -> int:
+        """Number of configurations."""
+        return len(self.at.poses)
 
     @property
     def few(self) -> list[int]:
         """The first, the middle and the last configuration."""
-        return sorted({0, len(self.at) // 2, len(self.at) - 1})
+        return sorted({0, self.count // 2, self.count - 1})
 
     def one(self, k: int) -> tuple[Array, Array]:
         """Drive values and poses of one configuration, as the core takes them."""
@@ -74,12 +97,13 @@ class Subject:
 
     @property
     def size(self) -> float:
-        return float(self.m.length)
+        return float(self.spec["length"])
 
 
-@lru_cache(maxsize=None)
+@cache
 def subject(name: str) -> Subject:
-    return Subject(name)
+    """A bundled example: of several outputs and load cases the first."""
+    return Subject.of(name, example(name))
 
 
 def subjects() -> list[Subject]:
