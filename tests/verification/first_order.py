@@ -69,7 +69,7 @@ def _in_space(s: Subject, k: int) -> Array:
 
 def _longer(closure: Linearised, s: Subject, source: dict[str, Any]) -> tuple[Array, Array]:
     """What a longer dimension asks of the joints at its end, and the shift of an output there."""
-    (body, start), (_, end) = (closure.place(source[key]) for key in ("from", "to"))
+    (_, start), (_, end) = (closure.place(source[key]) for key in ("from", "to"))
     along = (end - start) / np.linalg.norm(end - start)
     moved = {source["to"], *source.get("together", [])}
     asked = np.zeros(len(closure.rows) + len(closure.driven))
@@ -107,7 +107,7 @@ def _sets(s: Subject, k: int, widest: bool = True) -> list[tuple[Source, Any]]:
 
 
 def derivatives(s: Subject) -> Found:
-    """By all parameters that scatter; those of displacements beside the largest of these, those of rotations as well."""
+    """By all parameters that scatter, beside the largest one of a displacement or a rotation."""
     parts = []
     for k in s.few:
         theirs, ours = slopes(s, k), s.core.sensitivity(*s.one(k))["source"][0]

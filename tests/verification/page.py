@@ -27,11 +27,12 @@ INTRODUCTION = """\
 
 Every bundled example is computed a second time, by engines that share no code with jointplay's core. Each row says what
 was compared, with which engine, how many numbers, the largest difference and the tolerance. The last sections list
-known differences and what no engine covers. [How it is checked](checks.md) has further measurements on random mechanisms.
+known differences and what no engine covers. [How it is checked](checks.md) has further measurements.
 
 * An engine gets the mechanism as numbers: points, axes, sizes of clearances, loads. jointplay reads them from the file;
   that reading has tests of its own.
-* Where the engine is `numpy`, the equations are written a second time in `tests/oracles`. They use nothing of jointplay.
+* Where the engine is `numpy`, the equations are written a second time in `tests/oracles`, with nothing of
+  jointplay.
 * Lengths are compared with the size of the mechanism. An angle counts as the arc at that size.
 * Of several outputs or load cases the first is taken. Poses are compared in all configurations. Other figures are
   compared in the first, the middle and the last one. The exact worst case and the Monte Carlo take the middle one, the
@@ -130,7 +131,8 @@ def _versions() -> str:
 def _numbers(rows: list[Row]) -> str:
     total = sum(row.found.numbers for row in rows)
     good = sum(row.good for row in rows)
-    return f"{len(rows)} rows compare {total:,} numbers of {len(jp.examples.names())} examples; {good} are within their tolerances."
+    examples = len(jp.examples.names())
+    return f"{len(rows)} rows compare {total:,} numbers of {examples} examples. {good} are within their tolerances."
 
 
 def _cells(check: Check, found: Found) -> list[str]:

@@ -9,7 +9,7 @@ import casadi
 import numpy as np
 
 from oracles import brute, statistics
-from oracles.core_spec import MM, in_core, largest_growth
+from oracles.core_spec import MM, in_core
 from oracles.linkage import Linkage
 from oracles.optimiser import Optimiser
 from oracles.primal import Primal
