@@ -16,6 +16,8 @@ from . import coupled, spatial
 from .subject import Array, Check, Found, Subject
 
 MANY = 40_000
+#: displacements below this part of what rotations do at the size of the mechanism are as good as zero, and the reverse
+ZERO = 1e-4
 LAWS = ("uniform", "boundary", "normal")
 
 
@@ -121,7 +123,12 @@ def derivatives(s: Subject) -> Found:
 def _largest(s: Subject, values: Array) -> Array:
     """Of each component of the output the largest of its kind: of displacements or of rotations."""
     groups = np.split(np.abs(values), [_lengths(s)])
-    return np.concatenate([np.full(len(group), group.max() or 1.0) for group in groups])
+    return np.repeat(_scales(s, *(group.max() for group in groups)), [len(group) for group in groups])
+
+
+def _scales(s: Subject, length: float, angle: float) -> Array:
+    """What displacements and rotations are compared with; one that is zero beside the other counts as a part of it."""
+    return np.array([max(length, ZERO * angle * s.size), max(angle, ZERO * length / s.size)])
 
 
 def _lengths(s: Subject) -> int:
@@ -144,11 +151,12 @@ def farthest(s: Subject) -> Found:
     """Largest displacement and rotation, by supports along very many directions."""
     parts = []
     for k in s.few:
-        own, found = slopes(s, k), s.core.worst(*s.one(k), 1)
-        for key, rows in zip(("position", "rotation"), np.split(own, [_lengths(s)]), strict=True):
+        found, largest = s.core.worst(*s.one(k), 1), []
+        for rows in np.split(slopes(s, k), [_lengths(s)]):
             directions = np.array_split(_directions(len(rows)), 2)
-            largest = max(supports(s, k, some @ rows).max() for some in directions)
-            parts.append(Found.of(found[f"{key}_first_order"], largest, largest or 1.0))
+            largest.append(max(supports(s, k, some @ rows).max() for some in directions))
+        ours = [found["position_first_order"][0], found["rotation_first_order"][0]]
+        parts.append(Found.of(ours, largest, _scales(s, *largest)))
     return Found.all(parts)
 
 

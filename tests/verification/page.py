@@ -109,7 +109,7 @@ def read(text: str) -> list[dict[str, str]]:
             cells = tuple(cell.strip() for cell in line.strip("|").split(" | "))
             if not head:
                 head = cells
-            elif head == HEAD:
+            elif head == HEAD and cells[0] != "---":
                 found.append({"figure": figure} | dict(zip(head, cells, strict=True)))
     return found
 
@@ -118,7 +118,7 @@ def read_uncovered(text: str) -> dict[str, list[str]]:
     """What the page says is not covered."""
     _, _, section = text.partition("## What is not covered\n")
     lines = [line.strip("| ").split(" | ") for line in section.splitlines() if line.startswith("| ")]
-    return {figure: names.split(", ") for figure, names in lines[1:]}
+    return {figure: names.split(", ") for figure, names in lines[2:]}
 
 
 def _versions() -> str:

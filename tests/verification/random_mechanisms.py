@@ -74,14 +74,14 @@ FAMILIES = (
         "12 kinds with clearances up to 0.4 % of their size (`tests/layouts.py`)",
         linkage,
         120,
-        24,
+        12,
         PLANAR,
     ),
     Family(
         "loops in space", "seven hinges and slides, any axes (`tests/oracles/loops.py`)", spatial_loop, 60, 60, SPATIAL
     ),
     Family(
-        "platforms in space", "six legs with joints of every kind (`tests/oracles/loops.py`)", platform, 24, 24, SPATIAL
+        "platforms in space", "six legs with joints of every kind (`tests/oracles/loops.py`)", platform, 8, 8, SPATIAL
     ),
 )
 
@@ -94,7 +94,9 @@ def rows(families: tuple[Family, ...] = FAMILIES) -> Iterator[RandomRow]:
             found, lost = [], 0
             for s in some:
                 try:
-                    found.append(check.compare(s))
+                    part = check.compare(s)
+                    # Nothing is compared of a mechanism whose clearances reach a singular pose.
+                    found += [part] if part.numbers else []
                 except NoOptimumError:
                     lost += 1
             if found:
