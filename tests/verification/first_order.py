@@ -13,12 +13,12 @@ from oracles.sets import Source
 from oracles.supports import support
 
 from . import coupled, spatial
+from .monte_carlo import LAWS
 from .subject import Array, Check, Found, Subject
 
 MANY = 40_000
 #: displacements below this part of what rotations do at the size of the mechanism are as good as zero, and the reverse
 ZERO = 1e-4
-LAWS = ("uniform", "boundary", "normal")
 
 
 def is_known(s: Subject) -> bool:

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import jointplay as jp
 
-from . import coupled, first_order, planar, spatial
+from . import coupled, first_order, monte_carlo, planar, spatial
 from .random_mechanisms import Family, RandomRow
 from .subject import FIGURES, Check, Found, Subject, subjects
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "verification.md"
-CHECKS: tuple[Check, ...] = (*planar.CHECKS, *spatial.CHECKS, *coupled.CHECKS, *first_order.CHECKS)
+CHECKS: tuple[Check, ...] = (*planar.CHECKS, *monte_carlo.CHECKS, *spatial.CHECKS, *coupled.CHECKS, *first_order.CHECKS)
 HEAD = ("example", "engine", "version", "numbers", "largest difference", "tolerance", "reason for the tolerance")
 RANDOM_HEAD = ("mechanisms", "figure", *HEAD[1:])
 OUTSIDE = "**outside**"

@@ -1,4 +1,4 @@
-"""Planar linkages: a sketch solver, an optimiser, cone programs, free-body diagrams, plain Monte Carlo."""
+"""Planar linkages: a sketch solver, an optimiser, cone programs, free-body diagrams."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import casadi
 import numpy as np
 
-from oracles import brute, statistics
+from oracles import brute
 from oracles.core_spec import MM, in_core
 from oracles.linkage import Linkage
 from oracles.optimiser import Optimiser
@@ -19,10 +19,8 @@ from oracles.statics import imbalance
 
 from .subject import OK, Array, Check, Found, Subject
 
-SAMPLES = 4000
 #: work that an optimiser may find beyond that of `loaded` by rounding, as a part
 MORE = 1e-8
-LAWS = ("uniform", "boundary", "normal")
 #: poses of the core in the units of a linkage
 IN_MM = np.array([MM, MM, 1.0])
 
@@ -171,68 +169,8 @@ def _for_energy(s: Subject, link: Linkage) -> tuple[Linkage, dict[str, float]]:
     return replace(link, joints=joints, sources=stays), stiffness
 
 
-def monte_carlo(s: Subject) -> Found:
-    """Standard deviations of the components, in their standard errors."""
-    k = s.count // 2
-    link, q, drives = s.linkage(k)
-    u = _specimens(s, link, np.random.default_rng(3))
-    poses, closes = link.solve(np.broadcast_to(q, (SAMPLES, q.size)), drives, u)
-    assert closes.all()
-    theirs = link.out(poses, u).std(axis=0, ddof=1) / IN_MM
-    found = s.core.random(*s.one(k), 4 * SAMPLES, 1, np.array([0.5]))
-    ours = np.sqrt(np.diagonal(found["covariance"][0]))
-    moves = ours > 1e-9 * np.array([s.size, s.size, 1.0])
-    error = np.hypot(found["std_standard_error"][0], theirs / np.sqrt(2 * SAMPLES))
-    return Found.of(ours[moves], theirs[moves], error[moves])
-
-
-def _specimens(s: Subject, link: Linkage, rng: np.random.Generator) -> Array:
-    """Offsets of specimens by the laws of the sources, sizes of parts first."""
-    growth: dict[int, Any] = {}
-    for source in s.spec["sources"]:
-        if source["kind"] == "of the size":
-            drawn = _number(source["set"]["interval"], source["law"], rng)
-            for part in (source, *source.get("also", [])):
-                growth[part["joint"]] = growth.get(part["joint"], 0.0) + MM * part["factor"] * drawn
-    laws = {f"j{x['joint']}": x["law"] for x in s.spec["sources"] if x["kind"] == "clearance"}
-    laws |= {f"s{i}": x["law"] for i, x in enumerate(s.spec["sources"])}
-    laws |= {f"d{x['drive']}": x["law"] for x in s.spec["sources"] if x["kind"] == "drive"}
-    laws |= {f"j{x['joint']}": x["law"] for x in s.spec["sources"] if x["kind"] == "angle"}
-    found = []
-    for of in link.sources:
-        law = laws[of.name]
-        if of.kind == "interval":
-            low, high = of.size
-            found.append(_number({"low": low, "high": high}, law, rng)[:, None] + np.array(of.centre))
-            continue
-        wider = 1.0 + growth.get(int(of.name[1:]), 0.0) / of.size[0] * np.ones(SAMPLES)
-        if of.kind == "disc":
-            shift = statistics.disc(rng, of.size[0], law, SAMPLES)
-            values = np.stack([shift.real, shift.imag], axis=-1)
-        else:
-            values = of.sample(rng, SAMPLES, boundary=False)
-        found.append(values * np.maximum(wider, 0.0)[:, None])
-    return np.concatenate(found, axis=-1)
-
-
-def _number(bounds: dict[str, float], law: str, rng: np.random.Generator) -> Array:
-    """A number by its law; a normal one has its limits at three standard deviations and is drawn again beyond them."""
-    low, high = bounds["low"], bounds["high"]
-    if law == "uniform":
-        return rng.uniform(low, high, SAMPLES)
-    drawn = rng.normal(size=2 * SAMPLES)
-    drawn = drawn[np.abs(drawn) < statistics.K][:SAMPLES]
-    return 0.5 * (low + high) + 0.5 * (high - low) / statistics.K * drawn
-
-
-def _rigid(s: Subject) -> bool:
+def is_rigid(s: Subject) -> bool:
     return s.is_linkage and s.determinate
-
-
-def _scatters_simply(s: Subject) -> bool:
-    sets = {(next(iter(x["set"])), x["law"]) for x in s.spec["sources"]}
-    plain = {("disc", law) for law in LAWS} | {("diamond", "uniform"), ("interval", "uniform"), ("interval", "normal")}
-    return _rigid(s) and sets <= plain
 
 
 CHECKS = [
@@ -243,7 +181,7 @@ CHECKS = [
         "of the size",
         1e-9,
         "the solver stops at 1e-8 mm",
-        _rigid,
+        is_rigid,
         drawn_poses,
     ),
     Check(
@@ -253,7 +191,7 @@ CHECKS = [
         "of the size",
         1e-9,
         "the solver stops at 1e-8 mm",
-        _rigid,
+        is_rigid,
         drawn_offsets,
     ),
     Check(
@@ -263,7 +201,7 @@ CHECKS = [
         "of the size",
         1e-7,
         "the optimiser's gap of 1e-10 of the work",
-        _rigid,
+        is_rigid,
         largest_work,
     ),
     Check(
@@ -273,7 +211,7 @@ CHECKS = [
         "of the largest force",
         1e-8,
         "the tolerance of the equilibrium",
-        _rigid,
+        is_rigid,
         free_bodies,
     ),
     Check(
@@ -283,18 +221,8 @@ CHECKS = [
         "of the value",
         1e-6,
         "what counts as missed in checks.md",
-        _rigid,
+        is_rigid,
         by_optimiser,
-    ),
-    Check(
-        "standard deviation",
-        "plain Monte Carlo",
-        ("numpy",),
-        "standard errors",
-        5.0,
-        "five standard errors of the two samples",
-        _scatters_simply,
-        monte_carlo,
     ),
     Check(
         "loaded pose, first order",

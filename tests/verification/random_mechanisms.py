@@ -14,11 +14,11 @@ from oracles import loops
 from oracles.optimiser import NoOptimumError
 from strategies import mechanism
 
-from . import first_order, planar, spatial
+from . import first_order, monte_carlo, planar, spatial
 from .subject import OK, Check, Found, Subject
 
 #: comparisons that take long, on fewer mechanisms
-SLOW = (planar.by_optimiser, planar.monte_carlo)
+SLOW = (planar.by_optimiser, monte_carlo.deviations)
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def _regular(make: Callable[[int, float], dict[str, Any]], seed: int) -> Subject
     raise AssertionError("no drawing is regular")
 
 
-PLANAR = (*planar.CHECKS, *first_order.CHECKS)
+PLANAR = (*planar.CHECKS, *monte_carlo.CHECKS, *first_order.CHECKS)
 SPATIAL = (*spatial.CHECKS, *first_order.CHECKS)
 FAMILIES = (
     Family(
