@@ -36,7 +36,7 @@ def _specimens(s: Subject, link: Linkage, rng: np.random.Generator) -> Array:
     """Offsets of specimens by the laws of the sources, sizes of parts first."""
     growth: dict[int, Any] = {}
     for source in s.spec["sources"]:
-        if source["kind"] == "of the size":
+        if source["kind"] == "size":
             drawn = _number(source["set"]["interval"], source["law"], rng)
             for part in (source, *source.get("also", [])):
                 growth[part["joint"]] = growth.get(part["joint"], 0.0) + MM * part["factor"] * drawn
