@@ -1,6 +1,6 @@
 """Tables of the mechanism file: units, drives, path, outputs, loads, for plane and space and then for the plane."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, ClassVar, Self
 
 from pydantic import AfterValidator, ConfigDict, Field, WithJsonSchema, model_validator
@@ -66,6 +66,10 @@ class Drive(Table):
         " per motion of the motor",
     )
     values: Numbers | SkipJsonSchema[None] = Field(None, description="the commanded values, one per configuration")
+    csv: str | SkipJsonSchema[None] = Field(None, description="instead: file in the same folder with the values")
+    column: str | SkipJsonSchema[None] = Field(
+        None, description="with csv: the name of the column in its first row; that of the drive if left out"
+    )
     from_: Number | SkipJsonSchema[None] = Field(None, alias="from", description="first of equally spaced values")
     to: Number | SkipJsonSchema[None] = Field(None, description="last of equally spaced values")
     count: Annotated[int, Field(ge=2, le=MOST_CONFIGURATIONS)] | SkipJsonSchema[None] = Field(
@@ -96,6 +100,10 @@ class Drive(Table):
     def _one_form(self) -> Self:
         check_law(self.error, self.law)
         spaced = [key for key, v in (("from", self.from_), ("to", self.to), ("count", self.count)) if v is not None]
+        given = ["values"] if self.values is not None else spaced
+        check_table(self.csv, given)
+        if self.column is not None:
+            raise problem("'column' goes with csv")
         if self.values is not None and spaced:
             raise problem(f"give either values, or from, to and count; not values with {', '.join(spaced)}")
         if spaced and len(spaced) < 3:
@@ -123,11 +131,31 @@ class Drive(Table):
         return spaced(self.from_, self.to, self.count)
 
 
+def check_table(csv: str | None, given: Sequence[str]) -> None:
+    """Refuse the name of a table in whose place `load` has not put its values.
+
+    Raises
+    ------
+    ValueError
+        When there is one.
+    """
+    if csv is not None and given:
+        raise problem(f"give either csv, or {', '.join(given)}; not both")
+    if csv is not None:
+        raise problem(
+            "a table is read where the file that names it is read, not in a text or a change; write it in the file, or"
+            " its values"
+        )
+
+
 class PathTable(Table):
     """Target values of the output, from which the drives are solved."""
 
     components: ClassVar[tuple[str, ...]]
 
+    csv: str | SkipJsonSchema[None] = Field(
+        None, description="instead: file in the same folder, whose columns have the names of the components"
+    )
     x: Numbers | SkipJsonSchema[None] = Field(None, description="positions of the output along the ground's x axis")
     y: Numbers | SkipJsonSchema[None] = Field(None, description="positions of the output along the ground's y axis")
 
@@ -135,6 +163,7 @@ class PathTable(Table):
     def _equal(self) -> Self:
         counts = {key: len(values) for key, values in self.asked.items()}
         names = ", ".join(self.components)
+        check_table(self.csv, list(counts))
         if not counts:
             raise problem(f"a path needs at least one of {names}, each a list of target values")
         if len(set(counts.values())) > 1:
