@@ -22,6 +22,7 @@ from .options import (
     Samples,
     Sampling,
     Scatter,
+    Scheduler,
     Seed,
     Settings,
     Shares,
@@ -52,6 +53,7 @@ def error(
     rare: Annotated[
         bool, typer.Option("--rare", help="random: search for specimens outside the limits where hardly any are.")
     ] = False,
+    scheduler: Scheduler = None,
     sizes: Sizes = Sized.middle,
     output_point: Point = None,
     load_case: LoadCase = None,
@@ -88,6 +90,7 @@ def error(
             "contact": contact.value,
             "indices": indices,
             "rare": rare,
+            "scheduler": scheduler,
         }
         return random.compute(m, **options, progress=progress)
 
