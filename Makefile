@@ -77,7 +77,8 @@ test-machines: $(STAMPS)/build $(STAMPS)/develop  ## the Python tests as on othe
 	    env $$other $(BIN)/python -m pytest -q -n auto --dist worksteal $(SLICE); \
 	done
 
-verify: $(STAMPS)/build $(STAMPS)/develop  ## long measurements against independent solutions; docs/checks.md has their tables
+verify: $(STAMPS)/build $(STAMPS)/develop  ## independent engines and long measurements; writes docs/verification.md, docs/checks.md has the tables of the others
+	$(BIN)/python tests/verify_examples.py
 	$(BIN)/python tests/verify_worst.py
 	$(BIN)/python tests/verify_loaded.py
 	$(BIN)/python tests/verify_reports.py

@@ -119,6 +119,8 @@ class Optimiser:
             k += n
         problem = {"x": casadi.vertcat(q, d), "f": -objective(poses, u) / size, "g": casadi.vertcat(*g)}
         noise = 64 * np.finfo(float).eps * max(link.length, float(np.abs(q0).max())) / self.step
+        # What rounding leaves of the closure counts where clearances are that small against the mechanism.
+        self.limit = max(GAP, noise) * size
         self.solver = casadi.nlpsol("optimiser", "ipopt", problem, options(noise))
         slopes = [casadi.jacobian(row, x) for row in (problem["f"], closure) for x in (q, d)]
         self.slopes = casadi.Function("slopes", [q, d], [-problem["f"] * size, *slopes])
@@ -139,15 +141,20 @@ class Optimiser:
         # Rounding of the closure keeps IPOPT from its end by more, the smaller the play. Where the objective is all but
         # linear, the points that its slope asks for are it.
         for _ in range(20):
-            asked = [s.support_point(best.slope[part]) for s, part in self.parts()]
-            moved = self.certify(best.poses, np.concatenate(asked))
+            moved = self.certify(best.poses, np.concatenate([self._asked(best, s, part) for s, part in self.parts()]))
             if not moved.gap < best.gap:
                 break
             best = moved
-        if not best.gap <= GAP * self.size:
+        if not best.gap <= self.limit:
             status = self.solver.stats()["return_status"]
             raise NoOptimumError(f"no maximum: gap {best.gap} of {self.size}; IPOPT: {status}")
         return best
+
+    def _asked(self, best: Optimum, s: Source, part: slice) -> np.ndarray:
+        """The point of a set that the slope asks for; a source that is worth nothing anywhere in its set stays."""
+        worth = float(s.support(best.slope[part]))
+        here = np.array([best.offsets[label] for label in s.labels])
+        return here if worth < self.limit else s.support_point(best.slope[part])
 
     def parts(self) -> Iterator[tuple[Source, slice]]:
         """Every source, and where its offsets are."""

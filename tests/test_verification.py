@@ -1,0 +1,71 @@
+"""docs/verification.md has every bundled example, its rows are within their tolerances, and some of them still hold."""
+
+from __future__ import annotations
+
+import pytest
+
+import jointplay as jp
+from verification import planar
+from verification.page import CHECKS, HEAD, PAGE, RANDOM_HEAD, Row, read, read_uncovered, uncovered, wanted
+from verification.subject import FIGURES, Check, Subject, subject
+
+TEXT = PAGE.read_text(encoding="utf-8")
+ROWS = read(TEXT)
+#: of every kind of engine an example that takes little time
+SAMPLE = ("p3r", "redundant-bar", "serial-6r", "rssr", "bennett", "belt-arm")
+
+
+def key(s: Subject, check: Check) -> tuple[str, ...]:
+    return (check.figure, s.name, check.engine, f"{check.tolerance:g}", check.why)
+
+
+def test_every_example_has_all_rows_that_engines_give() -> None:
+    on_page = [(row["figure"], *(row[name] for name in (HEAD[0], HEAD[1], HEAD[5], HEAD[6]))) for row in ROWS]
+    assert sorted(on_page) == sorted(key(s, check) for s, check in wanted()), "make verify writes the page again"
+    assert {row["example"] for row in ROWS} == set(jp.examples.names())
+    assert {check.figure for check in CHECKS} <= set(FIGURES)
+
+
+def test_every_row_is_within_its_tolerance() -> None:
+    for row in ROWS:
+        difference, _, unit = row["largest difference"].partition(" ")
+        assert unit in {check.unit for check in CHECKS}, row
+        assert float(difference) <= float(row["tolerance"]), row
+        assert int(row["numbers"]) > 0, row
+
+
+def test_the_page_lists_what_has_no_engine() -> None:
+    assert read_uncovered(TEXT) == {figure: names for figure, names in uncovered().items() if names}
+
+
+def test_random_mechanisms_have_rows_that_hold() -> None:
+    _, _, section = TEXT.partition("## Random mechanisms\n")
+    lines = [line.strip("| ").split(" | ") for line in section.partition("\n## ")[0].splitlines() if line[:2] == "| "]
+    assert tuple(lines[0]) == RANDOM_HEAD
+    rows = [dict(zip(RANDOM_HEAD, line, strict=True)) for line in lines[1:] if line[0] != "---"]
+    assert len(rows) > 20
+    for row in rows:
+        assert float(row["largest difference"].split()[0]) <= float(row["tolerance"]), row
+
+
+@pytest.mark.parametrize("name", SAMPLE)
+def test_rows_hold(name: str) -> None:
+    s = subject(name)
+    checks = [check for check in CHECKS if check.applies(s)]
+    assert checks
+    for check in checks:
+        row = Row(name, check, check.compare(s))
+        assert row.good, (name, check.figure, check.engine, row.found)
+
+
+def test_a_wrong_engine_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An offset with the wrong sign, as an error of either side would be."""
+    s, right = subject("p3r"), planar.output_pose
+    (check,) = [check for check in planar.CHECKS if check.compare is planar.drawn_offsets]
+    mirrored = {"j0.x": -1.0}
+
+    def wrong(link, q, drives, u):  # type: ignore[no-untyped-def]
+        return right(link, q, drives, {label: mirrored.get(label, 1.0) * value for label, value in u.items()})
+
+    monkeypatch.setattr(planar, "output_pose", wrong)
+    assert not Row("p3r", check, check.compare(s)).good

@@ -1,0 +1,34 @@
+"""The bundled examples and random mechanisms beside independent engines; writes docs/verification.md.
+
+python tests/verify_examples.py                  all rows, some minutes; ends with 1 where one is outside its tolerance
+python tests/verify_examples.py four-bar rssr    the rows of these examples, printed only
+"""
+
+from __future__ import annotations
+
+import sys
+
+from verification import random_mechanisms
+from verification.page import PAGE, Row, wanted, written
+
+
+def main(names: list[str]) -> int:
+    rows = []
+    for s, check in wanted():
+        if names and s.name not in names:
+            continue
+        row = Row(s.name, check, check.compare(s))
+        rows.append(row)
+        mark = "" if row.good else "  OUTSIDE"
+        print(f"{s.name:24}{check.figure:34}{check.engine:38}{row.found.difference:8.1e}{mark}", flush=True)
+    good = all(row.good for row in rows)
+    if not names:
+        random = list(random_mechanisms.rows())
+        good = good and all(row.found.difference <= row.check.tolerance for row in random)
+        PAGE.write_text(written(rows, random), encoding="utf-8")
+        print(f"wrote {PAGE.name}")
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
