@@ -68,6 +68,12 @@ impl Interval {
         (0.5 * self.low + 0.5 * self.high).clamp(self.low, self.high)
     }
 
+    /// Its middle, and what covers the rest of it on both sides.
+    pub fn split(self) -> (f64, f64) {
+        let middle = self.middle();
+        (middle, above((middle - self.low).max(self.high - middle)))
+    }
+
     /// At least the difference of its ends.
     pub fn width(self) -> f64 {
         above(self.high - self.low)

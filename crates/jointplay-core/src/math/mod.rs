@@ -1,5 +1,6 @@
 //! Numbers, vectors, rotations, poses, sparse elimination, lanes of registers, statistics: nothing of mechanisms.
 
+pub(crate) mod affine;
 pub(crate) mod decomposition;
 pub(crate) mod interval;
 pub mod lanes;

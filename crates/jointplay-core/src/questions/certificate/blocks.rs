@@ -154,7 +154,7 @@ impl Block {
 }
 
 /// The component of `g / |g|`, for g in a box.
-pub(super) fn share(g: &[Interval], k: usize) -> Interval {
+fn share(g: &[Interval], k: usize) -> Interval {
     let others = (0..g.len()).filter(|&j| j != k).fold(Interval::ZERO, |sum, j| sum + g[j].square());
     // It grows with g_k, and goes to zero where the others grow.
     let at = |x: f64, square: f64| {

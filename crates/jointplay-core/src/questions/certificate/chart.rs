@@ -7,7 +7,7 @@
 //! w = (v' + v x v' / 2) / (1 + v . v / 4)
 //! ```
 //!
-//! The equations and their derivatives are those of [`crate::closure::equations`], run on intervals.
+//! The equations and their derivatives are those of [`crate::closure::equations`], run on intervals and on affine forms.
 
 use crate::closure::equations::Inputs;
 use crate::math::interval::Interval;
@@ -23,24 +23,37 @@ pub(super) struct Chart<'m> {
     base: Vec<f64>,
 }
 
-/// A matrix by its entries (row, column, value) other than zero.
-pub(super) type Entries = Vec<(usize, usize, Interval)>;
+/// A matrix by its entries: row, column, value.
+pub(super) type Entries<S> = Vec<(usize, usize, S)>;
 
-/// The poses of a box of coordinates.
-pub(super) struct Poses {
+/// The poses of coordinates.
+pub(super) struct Poses<S> {
     /// What [`Space::pose_of_numbers`] takes, body by body.
-    pub numbers: Vec<Vec<Interval>>,
+    pub numbers: Vec<Vec<S>>,
     /// In the plane the angle of every body.
-    pub angles: Vec<Interval>,
-    pub poses: Vec<Pose<Interval>>,
+    pub angles: Vec<S>,
+    pub poses: Vec<Pose<S>>,
 }
 
-/// Derivatives of the closure equations over a box of poses and of parameters.
-pub(super) struct Equations {
-    /// Along the coordinates of the bodies.
-    pub along_poses: Entries,
-    /// Along the parameters, with the opposite sign.
-    pub along_parameters: Entries,
+impl<S: Real> Poses<S> {
+    /// The same as other numbers.
+    pub fn map<T: Real>(&self, of: impl Fn(S) -> T + Copy) -> Poses<T> {
+        let pose = |pose: &Pose<S>| Pose { position: pose.position.map(of), rotation: pose.rotation.map(|row| row.map(of)) };
+        Poses {
+            numbers: self.numbers.iter().map(|numbers| numbers.iter().map(|&x| of(x)).collect()).collect(),
+            angles: self.angles.iter().map(|&x| of(x)).collect(),
+            poses: self.poses.iter().map(pose).collect(),
+        }
+    }
+}
+
+/// The closure equations at poses and parameters.
+pub(super) struct Equations<S> {
+    pub residual: Vec<S>,
+    /// Derivatives along the coordinates of the bodies.
+    pub along_poses: Entries<S>,
+    /// Derivatives along the parameters, with the opposite sign.
+    pub along_parameters: Entries<S>,
 }
 
 impl<'m> Chart<'m> {
@@ -49,12 +62,12 @@ impl<'m> Chart<'m> {
         Self { mechanism, drives: drives.to_vec(), base: base.to_vec() }
     }
 
-    pub fn poses(&self, v: &[Interval]) -> Poses {
+    pub fn poses<S: Real>(&self, v: &[S]) -> Poses<S> {
         let m = self.mechanism;
         let bodies = self.base.chunks_exact(m.n_body_coordinates()).zip(v.chunks_exact(m.size()));
         let (mut numbers, mut angles) = (Vec::new(), Vec::new());
         for (base, v) in bodies {
-            let base: Vec<Interval> = base.iter().map(|&x| Interval::from_f64(x)).collect();
+            let base: Vec<S> = base.iter().map(|&x| S::from_f64(x)).collect();
             match m.space {
                 // One angle has one sine and cosine; those of the base, rounded, would not be a rotation.
                 Space::Planar => {
@@ -71,80 +84,85 @@ impl<'m> Chart<'m> {
     }
 
     /// Residuals and derivatives of the rows along the twists of their bodies.
-    fn rows(&self, poses: &Poses, parameters: &[Interval]) -> [Vec<Interval>; 2] {
+    fn rows<S: Real>(&self, poses: &Poses<S>, parameters: &[S]) -> [Vec<S>; 2] {
         let m = self.mechanism;
-        let mut residual = vec![Interval::ZERO; m.n_rows()];
-        let mut derivatives = vec![Interval::ZERO; 2 * m.size() * m.n_rows()];
-        let drives: Vec<Interval> = self.drives.iter().map(|&q| Interval::from_f64(q)).collect();
+        let zero = S::from_f64(0.0);
+        let mut residual = vec![zero; m.n_rows()];
+        let mut derivatives = vec![zero; 2 * m.size() * m.n_rows()];
+        let drives: Vec<S> = self.drives.iter().map(|&q| S::from_f64(q)).collect();
         let inputs = m.commands(&drives, parameters.to_vec());
         m.evaluate(&poses.poses, &inputs, &mut residual, &mut derivatives);
         [residual, derivatives]
     }
 
     /// What the rows are off by.
-    pub fn residual(&self, poses: &Poses, parameters: &[Interval]) -> Vec<Interval> {
+    pub fn residual<S: Real>(&self, poses: &Poses<S>, parameters: &[S]) -> Vec<S> {
         let [residual, _] = self.rows(poses, parameters);
         residual
     }
 
-    /// The equations at all poses and parameters of a box.
-    pub fn equations(&self, v: &[Interval], poses: &Poses, parameters: &[Interval]) -> Equations {
+    /// The equations with their derivatives, in which `is_zero` tells what is left out.
+    pub fn equations<S: Real>(
+        &self,
+        v: &[S],
+        poses: &Poses<S>,
+        parameters: &[S],
+        is_zero: impl Fn(S) -> bool,
+    ) -> Equations<S> {
         let m = self.mechanism;
-        let size = m.size();
-        let [_, derivatives] = self.rows(poses, parameters);
+        let (size, zero) = (m.size(), S::from_f64(0.0));
+        let [residual, derivatives] = self.rows(poses, parameters);
         let mut along_poses = Vec::new();
         for (side, part) in derivatives.chunks_exact(size).enumerate() {
             let Some(body) = m.row_bodies(side / 2)[side % 2] else { continue };
             let entries = self.along_body(part, &v[body * size..(body + 1) * size]);
-            let entries = entries.into_iter().enumerate().filter(|(_, entry)| !entry.is_zero());
+            let entries = entries.into_iter().enumerate().filter(|(_, entry)| !is_zero(*entry));
             along_poses.extend(entries.map(|(c, entry)| (side / 2, body * size + c, entry)));
         }
         let mut along_parameters = Vec::new();
-        let mut gradient = Inputs {
-            drives: vec![Interval::ZERO; m.n_drives()],
-            parameters: vec![Interval::ZERO; m.n_parameters()],
-        };
+        let mut gradient = Inputs { drives: vec![zero; m.n_drives()], parameters: vec![zero; m.n_parameters()] };
         for (k, row) in m.rows.iter().enumerate() {
-            m.pull_row_back(row, &poses.poses, parameters, Interval::ONE, &mut gradient);
-            for (p, slot) in gradient.parameters.iter_mut().enumerate().filter(|(_, slot)| !slot.is_zero()) {
-                along_parameters.push((k, p, std::mem::replace(slot, Interval::ZERO)));
+            m.pull_row_back(row, &poses.poses, parameters, S::from_f64(1.0), &mut gradient);
+            for (p, slot) in gradient.parameters.iter_mut().enumerate().filter(|(_, slot)| !is_zero(**slot)) {
+                along_parameters.push((k, p, std::mem::replace(slot, zero)));
             }
         }
-        Equations { along_poses, along_parameters }
+        Equations { residual, along_poses, along_parameters }
     }
 
     /// What is given along the twist of a body, along its coordinates.
-    pub fn along_body(&self, twist: &[Interval], v: &[Interval]) -> Vec<Interval> {
+    pub fn along_body<S: Real>(&self, twist: &[S], v: &[S]) -> Vec<S> {
         match self.mechanism.space {
             Space::Planar => twist.to_vec(),
             Space::Spatial => {
-                let [w, v]: [Vec3<Interval>; 2] = [twist, v].map(|part| [part[3], part[4], part[5]]);
-                let factor = Interval::ONE / (Interval::ONE + square(v).scaled(0.25));
-                let turned = scale(add(w, scale(cross(w, v), Interval::from_f64(0.5))), factor);
+                let [w, v]: [Vec3<S>; 2] = [twist, v].map(|part| [part[3], part[4], part[5]]);
+                let [one, half, quarter] = [1.0, 0.5, 0.25].map(S::from_f64);
+                let factor = one / (one + quarter * dot(v, v));
+                let turned = scale(add(w, scale(cross(w, v), half)), factor);
                 [&twist[..3], &turned].concat()
             }
         }
     }
 
     /// Position of the output's point.
-    pub fn place(&self, poses: &Poses, parameters: &[Interval]) -> Vec3<Interval> {
+    pub fn place<S: Real>(&self, poses: &Poses<S>, parameters: &[S]) -> Vec3<S> {
         self.mechanism.output_place(&poses.poses, parameters)
     }
 
     /// What the output's body has turned from other poses, in the coordinates of rotations.
-    pub fn turned(&self, from: &Poses, to: &Poses) -> Vec<Interval> {
+    pub fn turned<S: Real>(&self, from: &Poses<S>, to: &Poses<S>) -> Vec<S> {
         let m = self.mechanism;
-        let still = vec![Interval::ZERO; m.size() - m.n_translations()];
+        let still = vec![S::from_f64(0.0); m.size() - m.n_translations()];
         let Some(body) = m.points[m.output].body else { return still };
         match m.space {
             Space::Planar => {
-                let angle = |poses: &Poses| {
+                let angle = |poses: &Poses<S>| {
                     m.seen_from.map_or(poses.angles[body], |other| poses.angles[body] - poses.angles[other])
                 };
                 vec![angle(to) - angle(from)]
             }
             Space::Spatial => {
-                let attitude = |poses: &Poses| {
+                let attitude = |poses: &Poses<S>| {
                     let own = &poses.numbers[body];
                     m.seen_from.map_or_else(|| own.clone(), |other| m.space.seen_from(&poses.numbers[other], own))
                 };

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::closure::newton::{Solver, State};
+use crate::math::affine::Form;
 use crate::math::interval::Interval;
 use crate::math::vector::{Vec3, sub};
 use crate::questions::certificate::blocks::Part;
@@ -29,7 +30,7 @@ pub(super) struct Errors<'m> {
 /// The nominal output.
 struct Nominal {
     place: Vec3<Interval>,
-    poses: Poses,
+    poses: Poses<Interval>,
 }
 
 /// Why a configuration has no bound.
@@ -61,10 +62,10 @@ impl<'m> Errors<'m> {
         let m = solver.mechanism;
         let encloser = Encloser::new(solver, middle, m.sources(), &m.centre).ok_or(Refused::Singular)?;
         let nominal = Nominal::of(solver, nominal).ok_or(Refused::Singular)?;
-        let enclosure = encloser.prove(&encloser.product.whole()).ok_or(Refused::NotEnclosed)?;
-        let at = encloser.at(encloser.product.centre(&enclosure.part), &enclosure).ok_or(Refused::NotEnclosed)?;
+        let at = encloser.middle().ok_or(Refused::Singular)?;
         let errors = Self { encloser, nominal };
-        let whole = errors.expansion(enclosure, at, &(0..m.size())).ok_or(Refused::NotEnclosed)?;
+        let part = errors.encloser.product.whole();
+        let whole = errors.expansion(&part, at, &(0..m.size())).ok_or(Refused::NotEnclosed)?;
         Ok((errors, whole))
     }
 
@@ -80,42 +81,45 @@ impl<'m> Errors<'m> {
         // The point may lie beside the part.
         let known = if within.enclosure.part.has(&x) { within } else { whole };
         let at = self.encloser.at(x, &known.enclosure)?;
-        let enclosure = self.encloser.within(&known.enclosure, part, &at)?;
-        self.expansion(enclosure, at, components)
+        self.expansion(part, at, components)
     }
 
-    fn expansion(&self, enclosure: Enclosure, at: At, components: &Range<usize>) -> Option<Expansion> {
+    fn expansion(&self, part: &Part, at: At, components: &Range<usize>) -> Option<Expansion> {
         let (encloser, chart) = (&self.encloser, &self.encloser.chart);
         let m = chart.mechanism;
         let poses = chart.poses(&at.v);
         let moved = sub(chart.place(&poses, &at.parameters), self.nominal.place);
         let error = m.pose_components(moved, &chart.turned(&self.nominal.poses, &poses));
+        let forms = encloser.forms(part, &at.x);
+        let (enclosure, expanded) = encloser.enclose(&forms, part, &at)?;
         let translations = m.n_translations();
         // The rates of a rotation vector need all of the angular velocity.
-        let needed = if components.end > translations { components.start.min(translations)..m.size() } else { components.clone() };
+        let turns = components.end > translations;
+        let needed = if turns { components.start.min(translations)..m.size() } else { components.clone() };
         let of = |component: usize| {
             if !needed.contains(&component) {
                 return Some(Vec::new());
             }
-            let cost = m.component_cost(component, &enclosure.poses.poses, &enclosure.parameters);
-            encloser.gradient(&enclosure, &cost.twists, &cost.parameters)
+            let cost = m.component_cost(component, &expanded.poses.poses, &expanded.parameters);
+            encloser.gradient(&forms, (&enclosure, &expanded, &at.x), &cost.twists, &cost.parameters)
         };
         let mut gradient = (0..m.size()).map(of).collect::<Option<Vec<_>>>()?;
-        if needed.end > translations {
-            self.rates_of_vector(&enclosure, &mut gradient[translations..]);
+        if turns {
+            let nominal = self.nominal.poses.map(Form::Constant);
+            let turned = chart.turned(&nominal, &expanded.poses);
+            self.rates_of_vector(&turned, &mut gradient[translations..]);
         }
         Some(Expansion { enclosure, x: at.x, error, gradient })
     }
 
     /// Makes rates of the rotation components of angular velocities.
-    fn rates_of_vector(&self, enclosure: &Enclosure, rows: &mut [Vec<Interval>]) {
+    fn rates_of_vector(&self, turned: &[Form<'_>], rows: &mut [Vec<Interval>]) {
         let m = self.encloser.chart.mechanism;
         if m.points[m.output].body.is_none() {
             rows.iter_mut().flatten().for_each(|rate| *rate = Interval::ZERO);
         }
         if let [a, b, c] = rows {
-            let turned = self.encloser.chart.turned(&self.nominal.poses, &enclosure.poses);
-            let vector = [turned[0], turned[1], turned[2]];
+            let vector = [turned[0], turned[1], turned[2]].map(Form::range);
             for ((a, b), c) in a.iter_mut().zip(b).zip(c) {
                 [*a, *b, *c] = rate_of_vector(vector, [*a, *b, *c]);
             }
@@ -127,9 +131,8 @@ impl Nominal {
     /// The exact nominal state near a computed one.
     fn of(solver: &Solver<'_>, nominal: &State) -> Option<Self> {
         let encloser = Encloser::new(solver, nominal, &[], &nominal.inputs.parameters)?;
-        let part = encloser.product.whole();
-        let enclosure = encloser.prove(&part)?;
-        let place = encloser.chart.place(&enclosure.poses, &enclosure.parameters);
-        Some(Self { place, poses: enclosure.poses })
+        let at = encloser.middle()?;
+        let poses = encloser.chart.poses(&at.v);
+        Some(Self { place: encloser.chart.place(&poses, &at.parameters), poses })
     }
 }

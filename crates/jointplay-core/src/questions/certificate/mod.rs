@@ -9,8 +9,10 @@
 
 mod blocks;
 mod chart;
+mod directions;
 mod enclosure;
 mod errors;
+mod linear;
 mod search;
 
 use std::rc::Rc;

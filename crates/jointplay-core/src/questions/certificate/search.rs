@@ -19,37 +19,35 @@ use std::rc::Rc;
 
 use crate::interrupt;
 use crate::math::interval::Interval;
-use crate::questions::certificate::blocks::{Part, share};
+use crate::questions::certificate::blocks::Part;
+use crate::questions::certificate::directions::Direction;
 use crate::questions::certificate::errors::{Errors, Expansion};
 
 /// A part is expanded anew when the spread of what is sought over it has shrunk by this factor.
 const SHRUNK: f64 = 0.7;
 /// Rounds in which one part is made smaller before it is halved.
 const ROUNDS: usize = 12;
-/// Directions are halved first while their box is wider than this.
+/// Directions are halved first while a ratio of their components is wider than this, and not below that.
 const COARSE: f64 = 0.26;
+const FINEST: f64 = 1e-9;
 
 /// What is bounded: some components of the error, and the directions in which they can be largest.
 #[derive(Clone, Debug)]
 pub(super) struct Sought {
     pub components: std::ops::Range<usize>,
-    pub direction: Vec<Interval>,
+    pub directions: Vec<Direction>,
 }
 
 impl Sought {
     /// One end of a component.
     pub fn end(component: usize, sign: f64) -> Self {
-        Self { components: component..component + 1, direction: vec![Interval::from_point(sign)] }
+        Self { components: component..component + 1, directions: vec![Direction::single(sign)] }
     }
 
     /// The size of some components.
     pub fn size(components: std::ops::Range<usize>) -> Self {
-        let direction = vec![Interval::of_size(1.0); components.len()];
-        Self { components, direction }
-    }
-
-    fn is_size(&self) -> bool {
-        self.components.len() > 1
+        let directions = Direction::all(components.len());
+        Self { components, directions }
     }
 }
 
@@ -57,7 +55,7 @@ impl Sought {
 #[derive(Clone)]
 struct Node {
     part: Part,
-    direction: Vec<Interval>,
+    direction: Direction,
     /// Of a part around it.
     expansion: Rc<Expansion>,
     bound: f64,
@@ -103,13 +101,13 @@ pub(super) struct Search<'s, 'm> {
 impl Search<'_, '_> {
     /// From the expansion over all of the sets.
     pub fn run(&self) -> Bounded {
-        let root = Node {
+        let node = |direction: &Direction| Node {
             part: self.whole.enclosure.part.clone(),
-            direction: self.sought.direction.clone(),
+            direction: direction.clone(),
             expansion: Rc::clone(self.whole),
             bound: f64::INFINITY,
         };
-        let mut open = BinaryHeap::from([root]);
+        let mut open: BinaryHeap<Node> = self.sought.directions.iter().map(node).collect();
         // Of the parts that were bounded well enough, and of those that could not be looked at.
         let (mut closed, mut parts) = (f64::NEG_INFINITY, 0);
         while let Some(mut node) = open.pop() {
@@ -134,9 +132,7 @@ impl Search<'_, '_> {
     /// The gradient along a box of directions.
     fn gradient(&self, expansion: &Expansion, direction: &[Interval]) -> Vec<Interval> {
         let rows = &expansion.gradient[self.sought.components.clone()];
-        let along = |k: usize| {
-            rows.iter().zip(direction).fold(Interval::ZERO, |sum, (row, n)| sum + row[k] * *n)
-        };
+        let along = |k: usize| rows.iter().zip(direction).fold(Interval::ZERO, |sum, (row, n)| sum + row[k] * *n);
         (0..expansion.x.len()).map(along).collect()
     }
 
@@ -144,10 +140,10 @@ impl Search<'_, '_> {
     fn shrink(&self, node: &mut Node, parts: &mut u64) -> bool {
         for _ in 0..ROUNDS {
             let expansion = Rc::clone(&node.expansion);
-            if self.sought.is_size() && !self.leave_directions(node, &expansion) {
+            if node.direction.width() > 0.0 && !self.leave_directions(node, &expansion) {
                 return false;
             }
-            let g = self.gradient(&expansion, &node.direction);
+            let g = self.gradient(&expansion, &node.direction.components());
             node.bound = node.bound.min(self.bound(node, &expansion, &g));
             if node.bound <= self.enough {
                 return true;
@@ -171,74 +167,54 @@ impl Search<'_, '_> {
     /// The bound by an expansion over a part around the part.
     fn bound(&self, node: &Node, expansion: &Expansion, g: &[Interval]) -> f64 {
         let error = &expansion.error[self.sought.components.clone()];
-        let along = error.iter().zip(&node.direction).fold(Interval::ZERO, |sum, (e, n)| sum + *e * *n).high;
+        let sum = |start: f64, g: &[Interval]| {
+            let supports = self.errors.encloser.product.supports(&node.part, g, &expansion.x);
+            supports.fold(Interval::from_point(start), |sum, s| sum + Interval::from_point(s)).high
+        };
+        let along = |n: &[Interval]| error.iter().zip(n).fold(Interval::ZERO, |sum, (e, n)| sum + *e * *n).high;
         let size = error.iter().fold(Interval::ZERO, |sum, e| sum + e.square()).root().high;
-        let supports = self.errors.encloser.product.supports(&node.part, g, &expansion.x);
-        let sum = supports.fold(Interval::from_point(along.min(size)), |sum, s| sum + Interval::from_point(s));
-        if sum.high.is_nan() { f64::INFINITY } else { sum.high }
+        let direct = sum(along(&node.direction.components()).min(size), g);
+        let (corners, factor) = node.direction.corners();
+        let in_corner = |corner: &Vec<f64>| {
+            let n: Vec<Interval> = corner.iter().map(|&x| Interval::from_point(x)).collect();
+            sum(along(&n), &self.gradient(expansion, &n))
+        };
+        let by_corners = if corners.len() > 1 {
+            factor * corners.iter().map(in_corner).fold(0.0, f64::max) * (1.0 + f64::EPSILON)
+        } else {
+            f64::INFINITY
+        };
+        let bound = direct.min(by_corners);
+        if bound.is_nan() { f64::INFINITY } else { bound }
     }
 
     /// Leaves of the directions those of the errors on the part.
     fn leave_directions(&self, node: &mut Node, expansion: &Expansion) -> bool {
-        let spread = |c: usize| {
-            let product = &self.errors.encloser.product;
+        let product = &self.errors.encloser.product;
+        let reached = |c: usize| {
             expansion.error[c] + product.spread(&node.part, &expansion.gradient[c], &expansion.x)
         };
-        let error: Vec<Interval> = self.sought.components.clone().map(spread).collect();
-        let n = node.direction.clone();
-        // n = e / |e|, and n has the length one.
-        let on_sphere = |k: usize| {
-            let others = (0..n.len()).filter(|&j| j != k).fold(Interval::ZERO, |sum, j| sum + n[j].square());
-            let root = (Interval::ONE - others).root();
-            let rest = Interval::ONE - others;
-            if rest.high < 0.0 {
-                return None;
-            }
-            let left = if n[k].low > 0.0 {
-                Some(root)
-            } else if n[k].high < 0.0 {
-                Some(-root)
-            } else {
-                Some(root.hull(-root))
-            };
-            left.and_then(|left| n[k].common(left))
-        };
-        for k in 0..n.len() {
-            let Some(left) = on_sphere(k).and_then(|left| left.common(share(&error, k))) else { return false };
-            node.direction[k] = left;
-        }
-        true
+        node.direction.leave(&self.sought.components.clone().map(reached).collect::<Vec<_>>())
     }
 
     /// Two parts of a part that has not shrunk enough.
     fn halves(&self, node: &Node) -> Vec<Node> {
-        let widest = |n: &[Interval]| {
-            (0..n.len()).max_by(|&a, &b| n[a].width().total_cmp(&n[b].width())).unwrap_or_default()
-        };
-        let k = widest(&node.direction);
-        let width = node.direction[k].width();
-        let middle: Vec<Interval> = node.direction.iter().map(|n| Interval::from_point(n.middle())).collect();
-        let expansion = &node.expansion;
+        let (expansion, product) = (&node.expansion, &self.errors.encloser.product);
+        let from = product.centre(&node.part);
         let total = |direction: &[Interval]| -> Vec<f64> {
-            let g = self.gradient(expansion, direction);
-            let product = &self.errors.encloser.product;
-            let from = product.centre(&node.part);
-            product.supports(&node.part, &g, &from).collect()
+            product.supports(&node.part, &self.gradient(expansion, direction), &from).collect()
         };
-        let (all, own) = (total(&node.direction), total(&middle));
-        let (all_sum, own_sum): (f64, f64) = (all.iter().sum(), own.iter().sum());
-        if self.sought.is_size() && (width > COARSE || all_sum > 2.0 * own_sum) && width > 1e-12 {
-            let cut = node.direction[k].middle();
-            let (mut low, mut high) = (node.clone(), node.clone());
-            low.direction[k].high = cut;
-            high.direction[k].low = cut;
-            return vec![low, high];
+        let middle: Vec<Interval> = node.direction.middle().into_iter().map(Interval::from_point).collect();
+        let (all, own) = (total(&node.direction.components()), total(&middle));
+        let width = node.direction.width();
+        if width > COARSE || width > FINEST && all.iter().sum::<f64>() > 2.0 * own.iter().sum::<f64>() {
+            let half = |direction: Direction| Node { direction, ..node.clone() };
+            return node.direction.halves().into_iter().map(half).collect();
         }
-        let g = self.gradient(expansion, &node.direction);
-        let blocks = &self.errors.encloser.product.blocks;
+        let g = self.gradient(expansion, &node.direction.components());
         let widths = |c: usize| node.part.x[c].width() * g[c].size();
-        let costly = (0..blocks.len()).max_by(|&a, &b| own[a].total_cmp(&own[b]));
-        let coordinate = costly.and_then(|b| blocks[b].range().max_by(|&a, &b| widths(a).total_cmp(&widths(b))));
+        let costly = (0..product.blocks.len()).max_by(|&a, &b| own[a].total_cmp(&own[b]));
+        let coordinate = costly.and_then(|b| product.blocks[b].range().max_by(|&a, &b| widths(a).total_cmp(&widths(b))));
         let Some(coordinate) = coordinate else { return Vec::new() };
         node.part.halves(coordinate).map(|part| Node { part, ..node.clone() }).into()
     }
