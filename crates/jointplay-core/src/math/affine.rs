@@ -16,6 +16,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::math::interval::Interval;
 use crate::math::real::Real;
+use crate::math::vector::norm;
 
 /// What sums of non-negative numbers are raised by, so that their own rounding is covered.
 const RAISED: f64 = 1.0 + 1e-12;
@@ -23,9 +24,16 @@ const EPSILON: f64 = 2.0 * f64::EPSILON;
 /// Numbers of a form before its coefficients: centre, rest, and what the linear part reaches.
 const HEAD: usize = 3;
 
+/// Unknowns after each other that are bounded together besides: the length of their vector by a radius.
+pub(crate) struct Group {
+    pub range: std::ops::Range<usize>,
+    pub radius: f64,
+}
+
 /// Where forms of one set of unknowns are kept.
 pub(crate) struct Forms {
     sizes: Vec<f64>,
+    groups: Vec<Group>,
     numbers: RefCell<Vec<f64>>,
 }
 
@@ -37,9 +45,9 @@ pub(crate) enum Form<'f> {
 }
 
 impl Forms {
-    /// For unknowns of given sizes.
-    pub fn new(sizes: Vec<f64>) -> Self {
-        Self { sizes, numbers: RefCell::new(Vec::new()) }
+    /// For unknowns of given sizes, in groups.
+    pub fn new(sizes: Vec<f64>, groups: Vec<Group>) -> Self {
+        Self { sizes, groups, numbers: RefCell::new(Vec::new()) }
     }
 
     /// A form by centre, coefficients, and what it may be off by.
@@ -54,7 +62,12 @@ impl Forms {
     /// Finds what the linear part of the last form reaches.
     fn finish(&self, numbers: &mut [f64], place: usize) -> Form<'_> {
         let (head, coefficients) = numbers[place..].split_at_mut(HEAD);
-        let reach: f64 = coefficients.iter().zip(&self.sizes).map(|(c, size)| c.abs() * size).sum();
+        let of = |group: &Group| {
+            let (of, sizes) = (&coefficients[group.range.clone()], &self.sizes[group.range.clone()]);
+            let apart: f64 = of.iter().zip(sizes).map(|(c, size)| c.abs() * size).sum();
+            if group.range.len() > 1 { apart.min(norm(of) * group.radius) } else { apart }
+        };
+        let reach: f64 = self.groups.iter().map(of).sum();
         head[2] = reach * RAISED;
         // Written so that what is not a number is the whole line.
         if !(head[0].abs() + head[1] + head[2] < f64::INFINITY) {

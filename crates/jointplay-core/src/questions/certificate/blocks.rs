@@ -81,6 +81,11 @@ impl Block {
         self.first..self.first + self.size
     }
 
+    /// What the distance from a point of the ball does not exceed; nothing is said of a polytope.
+    pub fn radius(&self, from: &[f64]) -> f64 {
+        if self.corners.is_empty() { UNIT * (UNIT + norm(&from[self.range()])) } else { f64::INFINITY }
+    }
+
     /// What `g . (x - from)` does not exceed on the part.
     pub fn support(&self, part: &Part, number: usize, g: &[Interval], from: &[f64]) -> f64 {
         let (g, from) = (&g[self.range()], &from[self.range()]);

@@ -17,11 +17,11 @@
 //! and stays on its branch. Of a part of a part the same poses are sought, so that they need to be held only.
 
 use crate::closure::newton::{Solver, State};
-use crate::math::affine::{Form, Forms};
+use crate::math::affine::{Form, Forms, Group};
 use crate::math::interval::Interval;
 use crate::math::real::Real;
 use crate::mechanism::Source;
-use crate::questions::certificate::blocks::{Part, Product};
+use crate::questions::certificate::blocks::{Block, Part, Product};
 use crate::questions::certificate::chart::{Chart, Equations, Poses};
 use crate::questions::certificate::linear::{Defect, Inverse, fixed_point};
 
@@ -127,7 +127,9 @@ impl<'m> Encloser<'m> {
     /// The unknowns of a part about a point.
     pub fn forms(&self, part: &Part, from: &[f64]) -> Forms {
         let far = |(x, from): (&Interval, &f64)| (*x - Interval::from_point(*from)).size();
-        Forms::new(part.around(from).iter().zip(from).map(far).collect())
+        let sizes: Vec<f64> = part.around(from).iter().zip(from).map(far).collect();
+        let group = |block: &Block| Group { range: block.range(), radius: block.radius(from) };
+        Forms::new(sizes, self.product.blocks.iter().map(group).collect())
     }
 
     /// All that depends on poses `q0 + S d` and on their parameters, and on what of z is in a box.

@@ -47,6 +47,8 @@ pub(super) enum Refused {
     NotEnclosed = 4,
     /// The parts that were looked at did not bound it.
     NotBounded = 5,
+    /// The flanks of a coupling would have to pass through each other somewhere in the sets.
+    FlanksMeet = 6,
 }
 
 impl Refused {
@@ -65,7 +67,7 @@ impl<'m> Errors<'m> {
         let at = encloser.middle().ok_or(Refused::Singular)?;
         let errors = Self { encloser, nominal };
         let part = errors.encloser.product.whole();
-        let whole = errors.expansion(&part, at, &(0..m.size())).ok_or(Refused::NotEnclosed)?;
+        let whole = errors.expansion(&part, at, &(0..m.size()))?;
         Ok((errors, whole))
     }
 
@@ -81,17 +83,21 @@ impl<'m> Errors<'m> {
         // The point may lie beside the part.
         let known = if within.enclosure.part.has(&x) { within } else { whole };
         let at = self.encloser.at(x, &known.enclosure)?;
-        self.expansion(part, at, components)
+        self.expansion(part, at, components).ok()
     }
 
-    fn expansion(&self, part: &Part, at: At, components: &Range<usize>) -> Option<Expansion> {
+    fn expansion(&self, part: &Part, at: At, components: &Range<usize>) -> Result<Expansion, Refused> {
         let (encloser, chart) = (&self.encloser, &self.encloser.chart);
         let m = chart.mechanism;
         let poses = chart.poses(&at.v);
         let moved = sub(chart.place(&poses, &at.parameters), self.nominal.place);
         let error = m.pose_components(moved, &chart.turned(&self.nominal.poses, &poses));
         let forms = encloser.forms(part, &at.x);
-        let (enclosure, expanded) = encloser.enclose(&forms, part, &at)?;
+        let (enclosure, expanded) = encloser.enclose(&forms, part, &at).ok_or(Refused::NotEnclosed)?;
+        let gap = |row| m.coupled_row(row, &expanded.poses.poses, &expanded.parameters, &[]).gap.range();
+        if m.flanks().any(|row| !(gap(row).low >= 0.0)) {
+            return Err(Refused::FlanksMeet);
+        }
         let translations = m.n_translations();
         // The rates of a rotation vector need all of the angular velocity.
         let turns = components.end > translations;
@@ -103,13 +109,14 @@ impl<'m> Errors<'m> {
             let cost = m.component_cost(component, &expanded.poses.poses, &expanded.parameters);
             encloser.gradient(&forms, (&enclosure, &expanded, &at.x), &cost.twists, &cost.parameters)
         };
-        let mut gradient = (0..m.size()).map(of).collect::<Option<Vec<_>>>()?;
+        let gradient: Option<Vec<_>> = (0..m.size()).map(of).collect();
+        let mut gradient = gradient.ok_or(Refused::NotEnclosed)?;
         if turns {
             let nominal = self.nominal.poses.map(Form::Constant);
             let turned = chart.turned(&nominal, &expanded.poses);
             self.rates_of_vector(&turned, &mut gradient[translations..]);
         }
-        Some(Expansion { enclosure, x: at.x, error, gradient })
+        Ok(Expansion { enclosure, x: at.x, error, gradient })
     }
 
     /// Makes rates of the rotation components of angular velocities.

@@ -27,9 +27,11 @@ use crate::questions::certificate::errors::{Errors, Expansion};
 const SHRUNK: f64 = 0.7;
 /// Rounds in which one part is made smaller before it is halved.
 const ROUNDS: usize = 12;
-/// Directions are halved first while a ratio of their components is wider than this, and not below that.
-const COARSE: f64 = 0.26;
+/// Directions are halved before anything is expanded while a ratio of their components is wider than this, and not below that.
+const COARSE: f64 = 0.07;
 const FINEST: f64 = 1e-9;
+/// Parts that are only bounded anew, for each part that may be expanded.
+const SEEN: u64 = 100;
 
 /// What is bounded: some components of the error, and the directions in which they can be largest.
 #[derive(Clone, Debug)]
@@ -81,7 +83,7 @@ impl Ord for Node {
     }
 }
 
-/// The bound and how many parts were looked at.
+/// The bound and how many parts were expanded.
 pub(super) struct Bounded {
     pub bound: f64,
     pub parts: u64,
@@ -94,29 +96,27 @@ pub(super) struct Search<'s, 'm> {
     pub sought: Sought,
     /// A bound below this is good enough.
     pub enough: f64,
-    /// Parts that may be looked at.
+    /// Parts that may be expanded.
     pub budget: u64,
 }
 
 impl Search<'_, '_> {
     /// From the expansion over all of the sets.
     pub fn run(&self) -> Bounded {
-        let node = |direction: &Direction| Node {
-            part: self.whole.enclosure.part.clone(),
-            direction: direction.clone(),
-            expansion: Rc::clone(self.whole),
-            bound: f64::INFINITY,
+        let node = |direction: &Direction| {
+            let (part, expansion) = (self.whole.enclosure.part.clone(), Rc::clone(self.whole));
+            self.bounded(Node { part, direction: direction.clone(), expansion, bound: f64::INFINITY })
         };
         let mut open: BinaryHeap<Node> = self.sought.directions.iter().map(node).collect();
         // Of the parts that were bounded well enough, and of those that could not be looked at.
-        let (mut closed, mut parts) = (f64::NEG_INFINITY, 0);
+        let (mut closed, mut parts, mut seen) = (f64::NEG_INFINITY, 0, 0);
         while let Some(mut node) = open.pop() {
             interrupt::check();
-            if node.bound <= self.enough || parts >= self.budget {
+            if node.bound <= self.enough || parts >= self.budget || seen >= SEEN * self.budget {
                 closed = closed.max(node.bound);
                 continue;
             }
-            parts += 1;
+            seen += 1;
             if !self.shrink(&mut node, &mut parts) {
                 continue;
             }
@@ -154,7 +154,8 @@ impl Search<'_, '_> {
             }
             node.bound = node.bound.min(self.bound(node, &expansion, &g));
             let before = spread(&expansion.enclosure.part);
-            if node.bound <= self.enough || !(spread(&node.part) < SHRUNK * before) || *parts >= self.budget {
+            let is_done = node.bound <= self.enough || *parts >= self.budget;
+            if is_done || node.direction.width() > COARSE || !(spread(&node.part) < SHRUNK * before) {
                 return true;
             }
             *parts += 1;
@@ -162,6 +163,13 @@ impl Search<'_, '_> {
             node.expansion = Rc::new(next);
         }
         true
+    }
+
+    /// A part with its bound by what is known around it.
+    fn bounded(&self, mut node: Node) -> Node {
+        let g = self.gradient(&node.expansion, &node.direction.components());
+        node.bound = node.bound.min(self.bound(&node, &node.expansion, &g));
+        node
     }
 
     /// The bound by an expansion over a part around the part.
@@ -208,7 +216,7 @@ impl Search<'_, '_> {
         let (all, own) = (total(&node.direction.components()), total(&middle));
         let width = node.direction.width();
         if width > COARSE || width > FINEST && all.iter().sum::<f64>() > 2.0 * own.iter().sum::<f64>() {
-            let half = |direction: Direction| Node { direction, ..node.clone() };
+            let half = |direction: Direction| self.bounded(Node { direction, ..node.clone() });
             return node.direction.halves().into_iter().map(half).collect();
         }
         let g = self.gradient(expansion, &node.direction.components());
@@ -216,6 +224,6 @@ impl Search<'_, '_> {
         let costly = (0..product.blocks.len()).max_by(|&a, &b| own[a].total_cmp(&own[b]));
         let coordinate = costly.and_then(|b| product.blocks[b].range().max_by(|&a, &b| widths(a).total_cmp(&widths(b))));
         let Some(coordinate) = coordinate else { return Vec::new() };
-        node.part.halves(coordinate).map(|part| Node { part, ..node.clone() }).into()
+        node.part.halves(coordinate).map(|part| self.bounded(Node { part, ..node.clone() })).into()
     }
 }
