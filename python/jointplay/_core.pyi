@@ -4,6 +4,7 @@ from typing import final
 
 from jointplay.answers import (
     Assembled,
+    Certificate,
     Cones,
     Floats,
     Given,

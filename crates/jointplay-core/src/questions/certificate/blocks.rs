@@ -118,7 +118,9 @@ impl Block {
         } else {
             let ahead = |corner: &[f64], other: &[f64]| {
                 let terms = g.iter().zip(corner.iter().zip(other));
-                terms.fold(Interval::ZERO, |sum, (g, (a, b))| sum + *g * (Interval::from_point(*a) - Interval::from_point(*b)))
+                terms.fold(Interval::ZERO, |sum, (g, (a, b))| {
+                    sum + *g * (Interval::from_point(*a) - Interval::from_point(*b))
+                })
             };
             let height = |corner: &[f64]| corner.iter().zip(g).map(|(x, g)| x * g.middle()).sum::<f64>();
             let Some(best) = self.corners.iter().max_by(|a, b| height(a).total_cmp(&height(b))) else { return false };
@@ -152,7 +154,9 @@ impl Block {
         let mut middle: Vec<f64> = self.range().map(|k| part.x[k].middle()).collect();
         let distance = norm(&middle);
         if self.corners.is_empty() && distance > OUTER {
-            middle.iter_mut().for_each(|x| *x /= distance);
+            for x in &mut middle {
+                *x /= distance;
+            }
         }
         middle
     }
@@ -212,7 +216,12 @@ impl Product {
     }
 
     /// What `g . (x - from)` does not exceed on a part, block by block.
-    pub fn supports<'p>(&'p self, part: &'p Part, g: &'p [Interval], from: &'p [f64]) -> impl Iterator<Item = f64> + 'p {
+    pub fn supports<'p>(
+        &'p self,
+        part: &'p Part,
+        g: &'p [Interval],
+        from: &'p [f64],
+    ) -> impl Iterator<Item = f64> + 'p {
         self.blocks.iter().enumerate().map(move |(number, block)| block.support(part, number, g, from))
     }
 

@@ -32,17 +32,18 @@ pub(super) struct Poses<S> {
     pub numbers: Vec<Vec<S>>,
     /// In the plane the angle of every body.
     pub angles: Vec<S>,
-    pub poses: Vec<Pose<S>>,
+    pub bodies: Vec<Pose<S>>,
 }
 
 impl<S: Real> Poses<S> {
     /// The same as other numbers.
     pub fn map<T: Real>(&self, of: impl Fn(S) -> T + Copy) -> Poses<T> {
-        let pose = |pose: &Pose<S>| Pose { position: pose.position.map(of), rotation: pose.rotation.map(|row| row.map(of)) };
+        let pose =
+            |pose: &Pose<S>| Pose { position: pose.position.map(of), rotation: pose.rotation.map(|row| row.map(of)) };
         Poses {
             numbers: self.numbers.iter().map(|numbers| numbers.iter().map(|&x| of(x)).collect()).collect(),
             angles: self.angles.iter().map(|&x| of(x)).collect(),
-            poses: self.poses.iter().map(pose).collect(),
+            bodies: self.bodies.iter().map(pose).collect(),
         }
     }
 }
@@ -79,8 +80,8 @@ impl<'m> Chart<'m> {
                 Space::Spatial => numbers.push(m.space.move_numbers(&base, v)),
             }
         }
-        let poses = numbers.iter().map(|numbers| m.space.pose_of_numbers(numbers)).collect();
-        Poses { numbers, angles, poses }
+        let bodies = numbers.iter().map(|numbers| m.space.pose_of_numbers(numbers)).collect();
+        Poses { numbers, angles, bodies }
     }
 
     /// Residuals and derivatives of the rows along the twists of their bodies.
@@ -91,7 +92,7 @@ impl<'m> Chart<'m> {
         let mut derivatives = vec![zero; 2 * m.size() * m.n_rows()];
         let drives: Vec<S> = self.drives.iter().map(|&q| S::from_f64(q)).collect();
         let inputs = m.commands(&drives, parameters.to_vec());
-        m.evaluate(&poses.poses, &inputs, &mut residual, &mut derivatives);
+        m.evaluate(&poses.bodies, &inputs, &mut residual, &mut derivatives);
         [residual, derivatives]
     }
 
@@ -122,7 +123,7 @@ impl<'m> Chart<'m> {
         let mut along_parameters = Vec::new();
         let mut gradient = Inputs { drives: vec![zero; m.n_drives()], parameters: vec![zero; m.n_parameters()] };
         for (k, row) in m.rows.iter().enumerate() {
-            m.pull_row_back(row, &poses.poses, parameters, S::from_f64(1.0), &mut gradient);
+            m.pull_row_back(row, &poses.bodies, parameters, S::from_f64(1.0), &mut gradient);
             for (p, slot) in gradient.parameters.iter_mut().enumerate().filter(|(_, slot)| !is_zero(**slot)) {
                 along_parameters.push((k, p, std::mem::replace(slot, zero)));
             }
@@ -146,7 +147,7 @@ impl<'m> Chart<'m> {
 
     /// Position of the output's point.
     pub fn place<S: Real>(&self, poses: &Poses<S>, parameters: &[S]) -> Vec3<S> {
-        self.mechanism.output_place(&poses.poses, parameters)
+        self.mechanism.output_place(&poses.bodies, parameters)
     }
 
     /// What the output's body has turned from other poses, in the coordinates of rotations.

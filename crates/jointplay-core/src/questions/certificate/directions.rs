@@ -63,7 +63,8 @@ impl Direction {
     /// The corners, and the factor.
     pub fn corners(&self) -> (Vec<Vec<f64>>, f64) {
         let corner = |number: u32| {
-            let ratio = |(k, a): (usize, &Interval)| if number >> k & 1 == 1 { a.high + OUTSIDE } else { a.low - OUTSIDE };
+            let ratio =
+                |(k, a): (usize, &Interval)| if number >> k & 1 == 1 { a.high + OUTSIDE } else { a.low - OUTSIDE };
             self.vector(&self.ratios.iter().enumerate().map(ratio).collect::<Vec<_>>())
         };
         let corners: Vec<Vec<f64>> = (0..1_u32 << self.ratios.len()).map(corner).collect();

@@ -1,6 +1,6 @@
 //! Where the poses of parts of the sets are, proved; and what is linear in it.
 //!
-//! With F(q, u) = 0 the closure, u(x) the parameters of own coordinates x = x0 + d and C near the inverse of F_q, a pose is
+//! With F(q, u) = 0 the closure, u(x) the parameters of own coordinates x = x0 + d and C near the inverse of `F_q`, a pose is
 //!
 //! ```text
 //! q(x) = q0 + S d + z        q0 near q(x0),  S near dq / dx there,  z in a box Z
@@ -210,7 +210,8 @@ impl<'m> Encloser<'m> {
             let defect = Defect::of(&self.inverse, forms, &expanded.equations.along_poses);
             let image: Vec<Interval> = defect.times(&z).iter().zip(&bent).map(|(e, bent)| *bent + *e).collect();
             if z.iter().zip(&image).all(|(z, image)| z.surrounds(*image)) {
-                let found = Enclosure { part: part.clone(), from: at.x.clone(), near: at.near.clone(), slopes, z, defect };
+                let found =
+                    Enclosure { part: part.clone(), from: at.x.clone(), near: at.near.clone(), slopes, z, defect };
                 // The pose of the point is one of those that are enclosed, and with it all poses of its branch.
                 return found.holds(at).then_some((found, expanded));
             }
@@ -257,7 +258,8 @@ impl<'m> Encloser<'m> {
         let mut off: Vec<Interval> = newton.iter().map(|step| Interval::of_size(step.size())).collect();
         for _ in 0..WIDENED {
             let wider = off.iter().map(|off| Interval::of_size(2.0 * off.size() + ROUNDING)).collect::<Vec<_>>();
-            let v: Vec<Interval> = wider.iter().zip(&near).map(|(off, near)| *off + Interval::from_point(*near)).collect();
+            let v: Vec<Interval> =
+                wider.iter().zip(&near).map(|(off, near)| *off + Interval::from_point(*near)).collect();
             let equations = self.chart.equations(&v, &self.chart.poses(&v), &parameters, Interval::is_zero);
             let defect = Defect::of_intervals(&self.inverse, &equations.along_poses);
             off = defect.times(&wider).iter().zip(&newton).map(|(e, step)| *e - *step).collect();
@@ -292,7 +294,9 @@ impl<'m> Encloser<'m> {
         let mut terms: Vec<Vec<(f64, Form<'_>)>> = along
             .iter()
             .zip(rest.iter().zip(&y0))
-            .map(|(c, (rest, y0))| vec![(1.0, *c), (1.0, Form::Constant(*rest)), (1.0, Form::Constant(Interval::from_point(*y0)))])
+            .map(|(c, (rest, y0))| {
+                vec![(1.0, *c), (1.0, Form::Constant(*rest)), (1.0, Form::Constant(Interval::from_point(*y0)))]
+            })
             .collect();
         for &(row, column, value) in &expanded.equations.along_poses {
             terms[column].push((-1.0, Form::Constant(weights[row]) * value));

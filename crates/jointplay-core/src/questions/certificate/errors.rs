@@ -8,7 +8,7 @@ use crate::math::interval::Interval;
 use crate::math::vector::{Vec3, sub};
 use crate::questions::certificate::blocks::Part;
 use crate::questions::certificate::chart::{Poses, rate_of_vector};
-use crate::questions::certificate::enclosure::{At, Enclosure, Encloser};
+use crate::questions::certificate::enclosure::{At, Encloser, Enclosure};
 
 /// The error over a part, about a point.
 pub(super) struct Expansion {
@@ -94,7 +94,7 @@ impl<'m> Errors<'m> {
         let error = m.pose_components(moved, &chart.turned(&self.nominal.poses, &poses));
         let forms = encloser.forms(part, &at.x);
         let (enclosure, expanded) = encloser.enclose(&forms, part, &at).ok_or(Refused::NotEnclosed)?;
-        let gap = |row| m.coupled_row(row, &expanded.poses.poses, &expanded.parameters, &[]).gap.range();
+        let gap = |row| m.coupled_row(row, &expanded.poses.bodies, &expanded.parameters, &[]).gap.range();
         if m.flanks().any(|row| !(gap(row).low >= 0.0)) {
             return Err(Refused::FlanksMeet);
         }
@@ -106,7 +106,7 @@ impl<'m> Errors<'m> {
             if !needed.contains(&component) {
                 return Some(Vec::new());
             }
-            let cost = m.component_cost(component, &expanded.poses.poses, &expanded.parameters);
+            let cost = m.component_cost(component, &expanded.poses.bodies, &expanded.parameters);
             encloser.gradient(&forms, (&enclosure, &expanded, &at.x), &cost.twists, &cost.parameters)
         };
         let gradient: Option<Vec<_>> = (0..m.size()).map(of).collect();

@@ -28,10 +28,10 @@ const SHRUNK: f64 = 0.7;
 /// Rounds in which one part is made smaller before it is halved.
 const ROUNDS: usize = 12;
 /// Directions are halved before anything is expanded while a ratio of their components is wider than this, and not below that.
-const COARSE: f64 = 0.07;
+const COARSE: f64 = 0.26;
 const FINEST: f64 = 1e-9;
 /// Parts that are only bounded anew, for each part that may be expanded.
-const SEEN: u64 = 100;
+const SEEN: u64 = 20;
 
 /// What is bounded: some components of the error, and the directions in which they can be largest.
 #[derive(Clone, Debug)]
@@ -120,7 +120,7 @@ impl Search<'_, '_> {
             if !self.shrink(&mut node, &mut parts) {
                 continue;
             }
-            let halves = if node.bound <= self.enough { Vec::new() } else { self.halves(&node) };
+            let halves = if node.bound <= self.enough { Vec::new() } else { self.halves(&node, &mut parts) };
             if halves.is_empty() {
                 closed = closed.max(node.bound);
             }
@@ -138,28 +138,27 @@ impl Search<'_, '_> {
 
     /// Makes a part smaller as far as that goes by itself; false where no maximum is in it.
     fn shrink(&self, node: &mut Node, parts: &mut u64) -> bool {
+        let product = &self.errors.encloser.product;
         for _ in 0..ROUNDS {
             let expansion = Rc::clone(&node.expansion);
             if node.direction.width() > 0.0 && !self.leave_directions(node, &expansion) {
                 return false;
             }
             let g = self.gradient(&expansion, &node.direction.components());
-            node.bound = node.bound.min(self.bound(node, &expansion, &g));
-            if node.bound <= self.enough {
-                return true;
-            }
-            let spread = |part: &Part| self.errors.encloser.product.spread(part, &g, &expansion.x).width();
-            if !self.errors.encloser.product.leave_optima(&mut node.part, &g) {
+            if !product.leave_optima(&mut node.part, &g) {
                 return false;
             }
             node.bound = node.bound.min(self.bound(node, &expansion, &g));
-            let before = spread(&expansion.enclosure.part);
-            let is_done = node.bound <= self.enough || *parts >= self.budget;
-            if is_done || node.direction.width() > COARSE || !(spread(&node.part) < SHRUNK * before) {
+            if node.bound <= self.enough || *parts >= self.budget || node.direction.width() > COARSE {
+                return true;
+            }
+            let spread = |part: &Part| product.spread(part, &g, &expansion.x).width();
+            if !(spread(&node.part) < SHRUNK * spread(&expansion.enclosure.part)) {
                 return true;
             }
             *parts += 1;
-            let Some(next) = self.errors.expanded(&node.part, &expansion, self.whole, &self.sought.components) else { return true };
+            let expanded = self.errors.expanded(&node.part, &expansion, self.whole, &self.sought.components);
+            let Some(next) = expanded else { return true };
             node.expansion = Rc::new(next);
         }
         true
@@ -199,14 +198,12 @@ impl Search<'_, '_> {
     /// Leaves of the directions those of the errors on the part.
     fn leave_directions(&self, node: &mut Node, expansion: &Expansion) -> bool {
         let product = &self.errors.encloser.product;
-        let reached = |c: usize| {
-            expansion.error[c] + product.spread(&node.part, &expansion.gradient[c], &expansion.x)
-        };
+        let reached = |c: usize| expansion.error[c] + product.spread(&node.part, &expansion.gradient[c], &expansion.x);
         node.direction.leave(&self.sought.components.clone().map(reached).collect::<Vec<_>>())
     }
 
-    /// Two parts of a part that has not shrunk enough.
-    fn halves(&self, node: &Node) -> Vec<Node> {
+    /// Two parts of a part that has not shrunk enough; to halve what is expanded counts, too.
+    fn halves(&self, node: &Node, parts: &mut u64) -> Vec<Node> {
         let (expansion, product) = (&node.expansion, &self.errors.encloser.product);
         let from = product.centre(&node.part);
         let total = |direction: &[Interval]| -> Vec<f64> {
@@ -222,8 +219,10 @@ impl Search<'_, '_> {
         let g = self.gradient(expansion, &node.direction.components());
         let widths = |c: usize| node.part.x[c].width() * g[c].size();
         let costly = (0..product.blocks.len()).max_by(|&a, &b| own[a].total_cmp(&own[b]));
-        let coordinate = costly.and_then(|b| product.blocks[b].range().max_by(|&a, &b| widths(a).total_cmp(&widths(b))));
+        let coordinate =
+            costly.and_then(|b| product.blocks[b].range().max_by(|&a, &b| widths(a).total_cmp(&widths(b))));
         let Some(coordinate) = coordinate else { return Vec::new() };
+        *parts += 1;
         node.part.halves(coordinate).map(|part| self.bounded(Node { part, ..node.clone() })).into()
     }
 }
