@@ -79,6 +79,7 @@ test-machines: $(STAMPS)/build $(STAMPS)/develop  ## the Python tests as on othe
 
 verify: $(STAMPS)/build $(STAMPS)/develop  ## long measurements against independent solutions; docs/checks.md has their tables
 	$(BIN)/python tests/verify_worst.py
+	$(BIN)/python tests/verify_certificate.py
 	$(BIN)/python tests/verify_loaded.py
 	$(BIN)/python tests/verify_reports.py
 

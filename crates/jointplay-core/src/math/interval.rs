@@ -63,15 +63,16 @@ impl Interval {
         Self { low: -size, high: size }
     }
 
-    /// A number of the interval near its middle.
+    /// A number of the interval near its middle; zero where an end is not finite.
     pub fn middle(self) -> f64 {
-        (0.5 * self.low + 0.5 * self.high).clamp(self.low, self.high)
+        if self.is_finite() { (0.5 * self.low + 0.5 * self.high).clamp(self.low, self.high) } else { 0.0 }
     }
 
     /// Its middle, and what covers the rest of it on both sides.
     pub fn split(self) -> (f64, f64) {
         let middle = self.middle();
-        (middle, above((middle - self.low).max(self.high - middle)))
+        let rest = above((middle - self.low).max(self.high - middle));
+        (middle, if self.is_finite() { rest } else { f64::INFINITY })
     }
 
     /// At least the difference of its ends.

@@ -203,7 +203,7 @@ impl<'m> Encloser<'m> {
         let mut z: Vec<Interval> = bent.iter().map(wider).collect();
         let largest = |z: &[Interval]| z.iter().fold(ROUNDING, |largest, z| largest.max(z.size()));
         for _ in 0..WIDENED {
-            if !(largest(&z) <= LOST * largest(&bent)) {
+            if !z.iter().all(|z| z.is_finite()) || largest(&z) > LOST * largest(&bent) {
                 return None;
             }
             let expanded = self.expand(forms, &at.x, &at.near, &slopes, &z);

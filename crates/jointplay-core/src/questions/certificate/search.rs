@@ -25,6 +25,9 @@ use crate::questions::certificate::errors::{Errors, Expansion};
 
 /// A part is expanded anew when the spread of what is sought over it has shrunk by this factor.
 const SHRUNK: f64 = 0.7;
+/// After so many parts the bound must have come closer by this part of what it lacks, or it is left as it is.
+const CHECKED: u64 = 25;
+const GAIN: f64 = 0.02;
 /// Rounds in which one part is made smaller before it is halved.
 const ROUNDS: usize = 12;
 /// Directions are halved before anything is expanded while a ratio of their components is wider than this, and not below that.
@@ -110,9 +113,15 @@ impl Search<'_, '_> {
         let mut open: BinaryHeap<Node> = self.sought.directions.iter().map(node).collect();
         // Of the parts that were bounded well enough, and of those that could not be looked at.
         let (mut closed, mut parts, mut seen) = (f64::NEG_INFINITY, 0, 0);
+        // The largest bound when progress was last looked at, and when it is looked at again.
+        let (mut before, mut checked, mut is_stuck) = (f64::INFINITY, CHECKED, false);
         while let Some(mut node) = open.pop() {
             interrupt::check();
-            if node.bound <= self.enough || parts >= self.budget || seen >= SEEN * self.budget {
+            if parts >= checked {
+                is_stuck = before - node.bound <= GAIN * (node.bound - self.enough);
+                (before, checked) = (node.bound, parts + CHECKED);
+            }
+            if node.bound <= self.enough || is_stuck || parts >= self.budget || seen >= SEEN * self.budget {
                 closed = closed.max(node.bound);
                 continue;
             }
