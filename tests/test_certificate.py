@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -26,7 +27,8 @@ PLANAR, SPATIAL = 180, 20
 @pytest.mark.parametrize("radial", ASKED)
 def test_bounds_of_the_4r_are_close(radial: float) -> None:
     result = jp.worst(jp.loads(paper_text(radial)), certify=True)
-    assert result.certified.all() and result.certified_assembly.all()
+    assert result.certified.all()
+    assert result.certified_assembly.all()
     assert (result.certified_reason == "").all()
     for name in ("position", "rotation"):
         value, bound = result[f"worst_{name}"], result[f"worst_{name}_bound"]
@@ -58,14 +60,16 @@ def test_the_rotatability_bound_and_the_arcs_are_below(seed: int) -> None:
 
 
 def test_no_random_planar_mechanism_has_a_value_above_its_bound() -> None:
+    """Clearances up to 1 % of the size, and, for every other one, up to 10 %, where fewer have bounds."""
     with_bounds = 0
     for number in range(PLANAR):
-        m = jp.loads(mechanism(KINDS[number % len(KINDS)], number // len(KINDS)))
+        most = 0.01 if number % 2 else 0.1
+        m = jp.loads(mechanism(KINDS[number % len(KINDS)], number // len(KINDS), most=most))
         at = nominal(m)
         found = bounded(m.core, at.drives, at.poses, 10)
         assert not found.excluded, number
         with_bounds += int(found.certified.sum())
-    assert with_bounds >= 0.7 * PLANAR
+    assert with_bounds >= 0.6 * PLANAR
 
 
 def test_no_random_spatial_mechanism_has_a_value_above_its_bound() -> None:
@@ -88,7 +92,7 @@ def test_no_sample_on_the_boundary_is_above_a_bound(name: str) -> None:
 def test_more_parts_never_make_a_bound_worse() -> None:
     m = jp.loads(jp.examples.text("four-bar"))
     gaps = [jp.worst(m, certify=True, parts=n).worst_position_gap.values for n in (1, 4, 16, 64)]
-    for some, more in zip(gaps, gaps[1:], strict=False):
+    for some, more in itertools.pairwise(gaps):
         assert (more <= some * (1 + 1e-9)).all()
     assert (gaps[0] < 0.2).all()
 
@@ -103,27 +107,33 @@ def test_bounds_are_the_same_for_every_configuration_by_itself() -> None:
         np.testing.assert_array_equal(alone.bounds[0], together.bounds[k])
 
 
-def test_sets_that_reach_a_singular_pose_have_no_bound() -> None:
-    """A crank of 40 mm on a rod that just reaches: the assembly of the whole sets cannot be proved."""
+def test_sets_that_are_too_large_have_no_bound() -> None:
+    """Clearances of an eighth of the links."""
     text = jp.examples.text("four-bar").replace("radial = 1.0", "radial = 12.0")
     result = jp.worst(jp.loads(text), certify=True)
     assert not result.certified.all()
     lacking = result.isel(configuration=np.flatnonzero(~result.certified.values))
     assert (lacking.certified_reason != "").all()
-    assert lacking.worst_position_bound.isnull().all() and lacking.worst_component_bound.isnull().all()
+    assert lacking.worst_position_bound.isnull().all()
+    assert lacking.worst_component_bound.isnull().all()
 
 
 def test_over_constrained_mechanisms_are_refused_with_the_reason() -> None:
     result = jp.worst(jp.loads(jp.examples.text("x-braced-square")), certify=True)
-    assert not result.certified.any() and not result.certified_assembly.any()
+    assert not result.certified.any()
+    assert not result.certified_assembly.any()
     assert set(result.certified_reason.values.tolist()) == {"the mechanism is over-constrained or elastic"}
 
 
 def test_flanks_that_would_meet_are_refused() -> None:
     """Joint clearances larger than the backlash close it: part of the sets cannot be assembled."""
-    result = jp.worst(jp.loads(jp.examples.text("geared-five-bar")), certify=True)
-    assert not result.certified.any()
-    assert result.certified_reason.str.contains("flanks").all()
+    m = jp.loads(jp.examples.text("rack-slider"))
+    narrow = jp.worst(m.with_({"joints.mesh.clearance.backlash": 1e-4}), certify=True)
+    assert not narrow.certified.any()
+    assert (narrow.certified_reason == "flanks would have to pass through each other in a part of the sets").all()
+    wide = jp.worst(m, certify=True)
+    assert wide.certified.all()
+    assert (wide.worst_position_gap <= CLOSE).all()
 
 
 def test_bounds_to_first_order_are_not_given() -> None:
@@ -140,16 +150,16 @@ def test_the_command_prints_value_bound_and_gap(tmp_path, monkeypatch, capsys) -
     assert run(["error", "four-bar.toml", "-q", "worst", "--certify"]) == 0
     out = capsys.readouterr().out
     assert "Proved: no offsets within the sets make a position error above 3.84" in out
-    assert "bound" in out and "gap" in out
+    assert "bound" in out
+    assert "gap" in out
     assert run(["error", "four-bar.toml", "-q", "worst"]) == 0
     assert "Proved" not in capsys.readouterr().out
 
 
 def test_tolerances_without_limits_are_bounded_at_three_sigma() -> None:
-    text = jp.examples.text("four-bar")
-    text += '\n[dimensions.l2]\nbody = "coupler"\nbetween = ["J2", "J3"]\ntolerance = { sigma = 0.02 }\n'
-    result = jp.worst(jp.loads(text), certify=True)
+    m = jp.loads(jp.examples.text("four-bar"))
+    result = jp.worst(m.with_({"dimensions.l2.tolerance": {"sigma": 0.02}}), certify=True)
     assert result.attrs["bounded_at_three_sigma"] == "l2"
-    wider = jp.worst(jp.loads(text.replace("{ sigma = 0.02 }", "0.06")), certify=True)
-    np.testing.assert_allclose(result.worst_position_bound, wider.worst_position_bound, rtol=1e-12)
+    wider = jp.worst(m.with_({"dimensions.l2.tolerance": 0.06}), certify=True)
+    np.testing.assert_allclose(result.worst_position_bound, wider.worst_position_bound, rtol=1e-9)
     assert "bounded_at_three_sigma" not in wider.attrs

@@ -41,7 +41,7 @@ def certified(m: Mechanism, drives: Floats, poses: Floats, found: Worst, parts: 
     attained = found["position"], found["rotation"], found["component"]
     bounds = m.core.certificate(drives[:count], poses[:count], *attained, parts, partly=True)
     done = len(bounds["reason"])
-    both = {name: values[:done] for name, values in found.items()} | {
+    both = {name: np.asarray(values)[:done] for name, values in found.items()} | {
         f"{PREFIX}{name}": values for name, values in bounds.items()
     }
     return cast("Worst", both)
@@ -49,7 +49,7 @@ def certified(m: Mechanism, drives: Floats, poses: Floats, found: Worst, parts: 
 
 def add_bounds(builder: Builder, worst: Worst) -> None:
     """Add the bounds and what they are worth to the result of `worst`."""
-    found = {name.removeprefix(PREFIX): values for name, values in worst.items() if name.startswith(PREFIX)}
+    found = {name.removeprefix(PREFIX): np.asarray(values) for name, values in worst.items() if name.startswith(PREFIX)}
     attained = {"position": worst["position"], "rotation": worst["rotation"]}
     certified = found["reason"] == 0
     for name, kind in (("position", "length"), ("rotation", "angle")):

@@ -84,7 +84,9 @@ def _proved(result: Result) -> Iterator[Sentence]:
             gap = float(np.nanmax(result.get(f"worst_{quantity}_gap")[certified], initial=0.0))
             if np.nanmax(bounds, initial=0.0) > rounding(result, unit):
                 highest = f"{rounded_up(bounds).max():.{BOUND_DIGITS}g} {unit}"
-                parts.append(f"a {words} above {highest} (at most {math.ceil(1e5 * gap) / 1e3:g} % above what is attained)")
+                parts.append(
+                    f"a {words} above {highest} (at most {math.ceil(1e5 * gap) / 1e3:g} % above what is attained)"
+                )
         if parts:
             yield Sentence(f"Proved: no offsets within the sets make {' or '.join(parts)}.")
     if not certified.all():

@@ -73,7 +73,8 @@ def _notes(result: Result) -> Iterable[str]:
             " limits; `random` knows the correlation."
         )
     if "bounded_at_three_sigma" in result.attrs:
-        yield f"{result.attrs['bounded_at_three_sigma']}: without limits; the bounds hold up to three standard deviations."
+        endless = result.attrs["bounded_at_three_sigma"]
+        yield f"{endless}: without limits; the bounds hold up to three standard deviations."
     if question in ("loaded", "given") and "offsets_of" not in result.attrs:
         yield from sizes_taken(result, "; --sizes takes the largest or the smallest play")
     if question == "loaded" and "undetermined" in result.data and status.ndim == 1:

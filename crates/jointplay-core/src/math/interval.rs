@@ -295,7 +295,7 @@ impl Real for Interval {
     }
     // An offset is within its set.
     fn within_one(self) -> (Self, Self) {
-        (self.common(Self::of_size(1.0)).unwrap_or(Self::LINE), Self::ONE)
+        (Self { low: self.low.clamp(-1.0, 1.0), high: self.high.clamp(-1.0, 1.0) }, Self::ONE)
     }
     fn reciprocal_root(self, _: f64) -> Self {
         Self::ONE / Interval::root(self)

@@ -59,18 +59,19 @@ impl Mechanism {
         let m = self.with_largest_gaps();
         let wanted = Wanted::all(self);
         let refused = |reason| Certificate { reason, ..Certificate::unknown(&wanted) };
-        let rows: Vec<Certificate> = match (m.form(true), m.solver(cases)) {
-            (Form::OverConstrained, _) => cases.iter().map(|_| refused(Refused::NotDeterminate.code())).collect(),
-            (Form::Determinate, None) => cases.iter().map(|_| refused(Refused::NotAssembled.code())).collect(),
-            (Form::Determinate, Some(solver)) => {
-                let row = |(case, attained): (&Case<'_>, &Attained<'_>)| {
-                    interrupt::until_stopped(|| {
-                        let found = m.certified(&solver, case, attained, parts);
-                        [found.unwrap_or_else(|reason| refused(reason.code()))]
-                    })
-                };
-                interrupt::before_the_stop(cases.par_iter().zip(attained).map(row).collect())
-            }
+        let all = |reason: Refused| cases.iter().map(|_| refused(reason.code())).collect();
+        let rows: Vec<Certificate> = if m.form(true) == Form::OverConstrained {
+            all(Refused::NotDeterminate)
+        } else if let Some(solver) = m.solver(cases) {
+            let row = |(case, attained): (&Case<'_>, &Attained<'_>)| {
+                interrupt::until_stopped(|| {
+                    let found = m.certified(&solver, case, attained, parts);
+                    [found.unwrap_or_else(|reason| refused(reason.code()))]
+                })
+            };
+            interrupt::before_the_stop(cases.par_iter().zip(attained).map(row).collect())
+        } else {
+            all(Refused::NotAssembled)
         };
         Answer::of_rows(rows.iter(), &wanted)
     }
