@@ -96,8 +96,9 @@ docs: $(STAMPS)/build $(STAMPS)/develop  ## build the documentation in site/, wa
 serve-docs: $(STAMPS)/build $(STAMPS)/develop  ## the documentation on this machine, rebuilt while you write
 	$(BIN)/mkdocs serve
 
-format: $(STAMPS)/develop  ## put all sources into their format
+format: $(STAMPS)/develop  ## put all sources into their format, write what is made of the schema
 	cargo fmt --all
+	$(BIN)/python tests/signatures.py
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 

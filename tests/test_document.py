@@ -16,11 +16,13 @@ from hypothesis import strategies as st
 
 import jointplay as jp
 from jointplay import examples
+from jointplay.errors import InputError
 from jointplay.model import ORDERED
 from jointplay.sizing import sizings, times
 
 TEXTS = {name: examples.text(name) for name in examples.names()}
 FOUR_BAR = TEXTS["four-bar"]
+SPRING = {"joint": "J1", "stiffness": 2}
 
 
 def written(m: jp.Mechanism, folder: Path, name: str = "new.toml") -> str:
@@ -189,3 +191,28 @@ def test_what_an_include_brings_is_written_out_in_its_order(tmp_path: Path) -> N
     assert sorted(names) == ["J1", "J2", "J3", "J4"]
     assert names.index("J3") < names.index("J4")
     assert text.count("#") > 5
+
+
+def test_a_part_of_the_mechanism_is_not_replaced_by_it(in_parts: Path) -> None:
+    part = in_parts / "rocker.toml"
+    before = part.read_text()
+    with pytest.raises(InputError, match=r"rocker.toml: is a part of .*; name another file"):
+        jp.load(in_parts / "main.toml").write(part)
+    assert part.read_text() == before
+
+
+def test_lines_end_as_they_did(tmp_path: Path) -> None:
+    """New tables once had the line ends of Unix in files that have those of Windows."""
+    path = tmp_path / "windows.toml"
+    path.write_bytes(FOUR_BAR.replace("\n", "\r\n").encode())
+    m = jp.load(path).with_({"limits.rotation": 2, "loads.0.force": [0, -3], "springs.S": SPRING})
+    m.write(path)
+    text = path.read_bytes().decode()
+    assert "[springs.S]" in text
+    assert "\n" not in text.replace("\r\n", "")
+    assert jp.load(path) == m
+
+
+def test_halves_of_letters_are_refused() -> None:
+    with pytest.raises(InputError, match=r"title: .*\\ud83d.* has halves of letters, which no text has"):
+        jp.loads(FOUR_BAR).with_({"title": "a \ud83d b"})

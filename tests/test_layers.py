@@ -21,6 +21,7 @@ LAYERS = (
     "typed",
     "files",
     "toml",
+    "columns",
     "measured",
     "units",
     "confidence",
@@ -31,9 +32,11 @@ LAYERS = (
     "answers",
     "_core",
     "compile",
+    "motion",
     "patterns",
     "document",
     "model",
+    "builder",
     "gaps",
     "sizing",
     "mobility",
@@ -50,12 +53,13 @@ LAYERS = (
     "viewer",
     "reporting",
     "examples",
+    "exchange",
     "serving",
     "cli",
     "__main__",
 )
 #: slow to import: only inside the function that needs them
-HEAVY = {"xarray", "pandas", "matplotlib", "plotly", "scipy", "h5netcdf", "h5py", "zarr"}
+HEAVY = {"xarray", "pandas", "matplotlib", "plotly", "scipy", "h5netcdf", "h5py", "zarr", "mujoco"}
 #: faces and the package itself load layers on demand, so that the command starts fast
 ON_DEMAND = {"__init__", "cli", "__main__"}
 

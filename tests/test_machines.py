@@ -42,3 +42,31 @@ def test_the_width_of_registers_is_taken_from_the_environment() -> None:
         show, env=os.environ | {"JOINTPLAY_WIDTH": "sse"}, capture_output=True, text=True, check=False
     )
     assert "unknown width 'sse': plain, avx2 or avx512" in wrong.stderr
+
+
+#: the kernel of Linux refuses from now on to make memory executable that was writable
+REFUSED = "import ctypes; refused = ctypes.CDLL(None).prctl(65, 1, 0, 0, 0) == 0; "
+ASKED = """
+import hashlib, pathlib
+import jointplay as jp
+result = jp.random(jp.loads(jp.examples.text("four-bar")), samples=30_000, seed=3)
+maps = [line.split() for line in pathlib.Path("/proc/self/maps").read_text().splitlines()]
+compiled = any(len(entry) == 5 and entry[1] == "r-xp" for entry in maps)
+print(compiled, hashlib.sha256(repr(result.to_dict()["data_vars"]).encode()).hexdigest())
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux can be asked to refuse executable memory")
+def test_where_memory_may_not_be_made_executable_programs_are_interpreted() -> None:
+    def run(before: str) -> list[str]:
+        call = [sys.executable, "-c", before + ASKED]
+        return subprocess.run(call, capture_output=True, text=True, check=True).stdout.split()
+
+    probe = subprocess.run([sys.executable, "-c", REFUSED + "raise SystemExit(not refused)"], check=False)
+    if probe.returncode:
+        pytest.skip("this kernel cannot refuse executable memory; Linux 6.3 and later can")
+    freely, refused = run(""), run(REFUSED)
+    width = [sys.executable, "-c", "from jointplay import _core; print(_core.simd())"]
+    plain = subprocess.run(width, capture_output=True, text=True, check=True).stdout.strip() == "plain"
+    assert freely[0] == str(not plain)
+    assert refused == ["False", freely[1]]

@@ -6,6 +6,7 @@ import io
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -32,6 +33,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("COLUMNS", "80")
     for name in jp.examples.names():
         Path(f"{name}.toml").write_text(jp.examples.text(name), encoding="utf-8")
+    for name in ("robots/arm.urdf", "drawings/coupler.dxf"):
+        shutil.copy(Path(__file__).resolve().parents[1] / "docs" / name, Path(name).name)
     return tmp_path
 
 
@@ -357,6 +360,7 @@ def test_tab_completes_commands_files_examples_keys_and_sources(folder: Path) ->
     assert offered("jointplay error four") == ["four-bar-fits.toml", "four-legged-platform.toml"]
     assert offered("jointplay error ./sub/") == ["./sub/deep.toml"]
     assert offered("jointplay compare sub/deep.toml se") == ["serial-2r.toml", "serial-6r.toml"]
+    assert offered("jointplay import ") == ["arm.urdf"]
     assert offered("jointplay new slider") == ["slider-crank", "slider-crank-cases"]
     assert "joints.J1.clearance.radial=" in offered("jointplay error sub/deep.toml --set joints.J1")
     assert offered("jointplay error sub/deep.toml --offset J1.") == ["J1.x=", "J1.y="]

@@ -144,3 +144,26 @@ def test_a_second_key_whose_values_are_replaced_is_refused():
 def test_pairs_are_bounded_together():
     with pytest.raises(InputError, match="more than 100000 pairs"):
         jp.sweep(example("four-bar"), FIRST, [0.1] * 400, by={SECOND: [0.1] * 400})
+
+
+def test_a_second_key_has_a_list_of_values():
+    with pytest.raises(
+        TypeError, match=r"'by' is a mapping with names as keys, each with a sequence of values or None, not"
+    ):
+        jp.sweep(example("four-bar"), FIRST, ONE, by={SECOND: 0.1})
+
+
+def test_one_second_key_is_swept(tmp_path, capsys):
+    (tmp_path / "m.toml").write_text(example("four-bar").text("m.toml"))
+    call = [
+        "sweep",
+        str(tmp_path / "m.toml"),
+        "--set",
+        f"{FIRST}=1,2",
+        "--by",
+        f"{SECOND}=1,2",
+        "--by",
+        "loads.0.force.0=1,2",
+    ]
+    assert run(call) == 2
+    assert "--by: one second key can be swept, here are 2" in capsys.readouterr().err

@@ -47,6 +47,7 @@ WRONG: dict[str, Any] = {
     "a function": len,
 }
 #: one way to call each of the public functions right
+ROOT = Path(__file__).resolve().parents[1]
 M = example("four-bar", assembly={"steps": [["crank"], ["coupler", "rocker"]]})
 PRESS = example("press")
 #: one configuration, no limits: quickly asked everything
@@ -64,6 +65,7 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "check", jp.check, {"m": M}
     yield "compare", jp.compare, {"a": M, "b": M, "question": "loaded"}
     yield "compensate", jp.compensate, {"m": M}
+    yield "export", jp.export, {"m": M, "path": "here.dxf"}
     yield "frame", jp.frame, {"result": worst}
     yield "given", jp.given, {"m": M}
     yield "load", jp.load, {"path": "none.toml"}
@@ -71,6 +73,7 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "loaded", jp.loaded, {"m": M}
     yield "map", jp.map, {"m": M, "question": "solve", "grid": GRID}
     yield "random", jp.random, {"m": M, "samples": 10}
+    yield "read", jp.read, {"path": ROOT / "docs" / "robots" / "arm.urdf"}
     yield "region", jp.region, {"m": M, "directions": 3}
     yield "report", jp.report, {"m": SHORT, "path": "page.html", "samples": 16}
     yield "save", jp.save, {"result": worst, "path": "here.csv"}
@@ -80,6 +83,14 @@ def functions() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     yield "view", jp.view, {"m": SHORT}
     yield "worst", jp.worst, {"m": M, "starts": 1}
     yield "Mechanism", jp.Mechanism, {"raw": dict(M.raw)}
+    yield "Builder", jp.Builder, {"space": "planar", "units": {}}
+    # Their first parameter has no name for the caller, because a key of a clearance may have it.
+    yield "backlash", lambda size: jp.backlash(size), {}
+    yield "bearing", lambda group: jp.bearing(group), {}
+    yield "diametral", lambda size: jp.diametral(size), {}
+    yield "fit", lambda classes: jp.fit(classes), {}
+    yield "gap", lambda size: jp.gap(size), {}
+    yield "radial", lambda size: jp.radial(size), {}
     yield "Mechanism.value", M.value, {"key": "title"}
     yield "Mechanism.with_", M.with_, {"changes": {}}
     yield "examples.title", jp.examples.title, {"name": "four-bar"}

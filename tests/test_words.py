@@ -6,6 +6,8 @@ The blocks of one page share a directory and run in their order:
   shown means nothing compared). ``# exit code 1`` after a command says how it ends, 0 if nothing is said.
 * ``python``: run as they are, or as a doctest if they begin with ``>>>``; names live on to the next block of the page.
 * ``toml title="NAME"``: a file of that name; other TOML blocks only have to be TOML.
+
+Files that a page links to, other than pages and pictures, are there: the reader has saved them.
 """
 
 from __future__ import annotations
@@ -124,6 +126,10 @@ def test_what_a_page_says_can_be_done(page: Path, tmp_path: Path, monkeypatch: p
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {"__name__": "page"}
     columns = 80 if page.name in NARROW else 120
+    for linked in re.findall(r"\]\(([^):#]+)\)", page.read_text(encoding="utf-8")):
+        source = page.parent / linked
+        if source.suffix not in (".md", ".png", "") and page.parent == DOCS:
+            (tmp_path / source.name).write_bytes(source.read_bytes())
     for block in blocks(page):
         at = f"{page.name}, line {block.line}"
         if block.language == "console":

@@ -197,3 +197,18 @@ def test_the_table_of_a_scatter_begins_with_what_is_outside_and_never_says_nothi
     assert said[0].startswith("Required yield 99.73 %: met")
     assert "none of the specimens; less than 738 ppm" in said[1]
     assert said[2].startswith("Within the limits at all 6 configurations: 100 %")
+
+
+def test_a_mechanism_in_which_nothing_is_off_has_no_yields() -> None:
+    """Specimens without any parameter made the core panic."""
+    m = example("slider-crank")
+    raw = {key: value for key, value in m.raw.items() if key not in ("dimensions", "costs", "links", "limits")}
+    raw["joints"] = {n: {k: v for k, v in j.items() if k != "clearance"} for n, j in m.raw["joints"].items()}
+    raw["drives"] = {n: {k: v for k, v in d.items() if k != "error"} for n, d in m.raw["drives"].items()}
+    exact = jp.Mechanism(raw)
+    assert exact.parameters == ()
+    result = jp.random(exact, samples=100)
+    # Rounding of the closure.
+    assert (result.error_std < 1e-12).all()
+    assert "yield_path" not in result
+    assert "repeatability" not in result

@@ -31,7 +31,11 @@ if TYPE_CHECKING:
     from .analyses.solve import solve
     from .analyses.sweep import sweep
     from .analyses.worst import worst
+    from .builder.build import Builder
+    from .builder.sizes import backlash, bearing, diametral, fit, gap, radial
     from .errors import InputError, JointplayError
+    from .exchange.exporting import export
+    from .exchange.reading import read
     from .model import Mechanism, load, loads
     from .plot.animation import animate
     from .reporting import report, view
@@ -41,6 +45,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "Builder",
     "InputError",
     "JointplayError",
     "Mechanism",
@@ -49,19 +54,27 @@ __all__ = [
     "allow",
     "animate",
     "assemble",
+    "backlash",
+    "bearing",
     "best_order",
     "check",
     "compare",
     "compensate",
+    "diametral",
     "examples",
+    "export",
+    "fit",
     "frame",
+    "gap",
     "given",
     "load",
     "loaded",
     "loads",
     "map",
     "plot",
+    "radial",
     "random",
+    "read",
     "region",
     "report",
     "save",
@@ -90,14 +103,18 @@ _QUESTIONS = (
     "worst",
 )
 _HOMES = {name: f"analyses.{name}" for name in _QUESTIONS} | {
+    **dict.fromkeys(("backlash", "bearing", "diametral", "fit", "gap", "radial"), "builder.sizes"),
+    "Builder": "builder.build",
     "InputError": "errors",
     "JointplayError": "errors",
     "Mechanism": "model",
     "animate": "plot.animation",
     "best_order": "analyses.assemble.order",
+    "export": "exchange.exporting",
     "frame": "spreadsheets",
     "load": "model",
     "loads": "model",
+    "read": "exchange.reading",
     "report": "reporting",
     "view": "reporting",
     "save": "write",

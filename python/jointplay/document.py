@@ -6,6 +6,7 @@ touched, so that comments, order and spelling of all others stay.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,6 +18,8 @@ from tomlkit.exceptions import TOMLKitError
 Node = Any
 #: tables inside one another that have heads, such as [joints.J1]; what is below stands in one line
 HEADED = 2
+#: ends of lines without carriage return
+LONE = re.compile(r"(?<!\r)\n")
 
 
 @dataclass(frozen=True)
@@ -90,8 +93,11 @@ def _whole(source: Source, raw: Mapping[str, Any]) -> str:
 
 
 def _changed(document: tomlkit.TOMLDocument, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    windows = "\r\n" in document.as_string()
     _change_table(document, before, wanted, HEADED)
-    return document.as_string()
+    text = document.as_string()
+    # The library ends its own lines as Unix does.
+    return LONE.sub("\r\n", text) if windows else text
 
 
 def _change_table(node: Node, before: Mapping[str, Any], wanted: Mapping[str, Any], headed: int) -> None:

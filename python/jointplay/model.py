@@ -15,7 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from jointplay import _core, document, files, measured, toml
+from jointplay import _core, document, files, measured, motion, toml
 from jointplay.compile import Compiled, Loads, compile_file
 from jointplay.document import Source
 from jointplay.errors import InputError, not_known
@@ -99,17 +99,17 @@ class Mechanism(Compiled):
 
     def _of(self, raw: Mapping[str, Any], file: str, source: Source | None) -> None:
         vars(self).update(_source=source)
-        toml.check_depth(raw, file=file)
-        plain: dict[str, Any] = _plain(raw)
-        written = written_out(plain, file)
+        toml.check_plain(raw, file=file)
+        tables: dict[str, Any] = plain(raw)
+        written = written_out(tables, file)
         try:
-            self._read(plain, validate(written.data, file), file)
+            self._read(tables, validate(written.data, file), file)
         except InputError as error:
             raise written.as_the_user_wrote(error) from None
 
-    def _read(self, plain: dict[str, Any], data: MechanismFile, file: str) -> None:
+    def _read(self, tables: dict[str, Any], data: MechanismFile, file: str) -> None:
         outputs, cases = tuple(data.outputs), tuple(data.load_cases)
-        self._make(plain, data, file, (next(iter(outputs), ""), ""), outputs, cases, {})
+        self._make(tables, data, file, (next(iter(outputs), ""), ""), outputs, cases, {})
         # What is wrong with any of them is said now.
         if cases:
             loaded = [self.only(load_case=name).has_loads for name in cases]
@@ -304,7 +304,7 @@ class Mechanism(Compiled):
 
         What has not changed since the file was read stays as it was typed, with comments and order. A changed value
         stands in the place of the old one, also of an expression; one that is repeated stands in its pattern. What the
-        file takes from others (``include``, columns of measured values) stays there as long as it is found from the new
+        file takes from others (``include``, tables of values) stays there as long as it is found from the new
         place and has not changed; else it is written out, so that the file is complete by itself. Of what `only` has
         chosen the whole file is written.
 
@@ -316,7 +316,7 @@ class Mechanism(Compiled):
         Raises
         ------
         InputError
-            When it cannot be written.
+            When it cannot be written, or is a part that the file itself includes.
 
         Examples
         --------
@@ -329,7 +329,11 @@ class Mechanism(Compiled):
         ...     load(path) == better
         True
         """
-        files.put(self.text(path).encode(), Path(path))
+        place = Path(path)
+        beside = place.name in self._source.parts if self._source else False
+        if beside and os.path.realpath(place.parent) == os.path.realpath(Path(self.file).parent):
+            raise InputError(f"is a part of {self.file}; name another file", file=os.fspath(path))
+        files.put(self.text(path).encode(), place)
 
     def text(self, path: str | os.PathLike[str]) -> str:
         """What `write` writes.
@@ -392,8 +396,8 @@ def changed(m: Mechanism, changes: Mapping[str, object]) -> tuple[Mechanism, lis
     """
     raw = copy.deepcopy(dict(m.raw))
     for key, value in changes.items():
-        toml.check_depth(value, file=m.file, key=key)
-    reached = change(raw, {key: _plain(value) for key, value in changes.items()}, m.file)
+        toml.check_plain(value, file=m.file, key=key)
+    reached = change(raw, {key: plain(value) for key, value in changes.items()}, m.file)
     return _mechanism(raw, m.file, m._source).only(*m.chosen), reached
 
 
@@ -419,14 +423,19 @@ def _read(content: str, path: str, name: str) -> Mechanism:
     """The mechanism of a text that stands at a path, and has this name in messages."""
     raw = _tables(content, name)
     if "include" not in raw:
-        raw = measured.filled_in(raw, path, name)
+        raw = _filled_in(raw, path, name)
         return _mechanism(raw, name, Source(content, raw))
     joined = toml.joined(raw, path, name)
     try:
-        raw = measured.filled_in(joined.tables, path, name)
+        raw = _filled_in(joined.tables, path, name)
         return _mechanism(raw, name, Source(content, raw, joined.texts))
     except InputError as error:
         raise joined.in_its_part(error) from None
+
+
+def _filled_in(raw: dict[str, Any], path: str, name: str) -> dict[str, Any]:
+    """With the values of the tables that a file names, in place of their names."""
+    return motion.filled_in(measured.filled_in(raw, path, name), path, name)
 
 
 def _mechanism(raw: Mapping[str, Any], file: str, source: Source | None) -> Mechanism:
@@ -461,14 +470,14 @@ def _tables(text: str, name: str) -> dict[str, Any]:
     return toml.parse(text, file=name)
 
 
-def _plain(value: object) -> Any:
+def plain(value: object) -> Any:
     """A copy of a value as TOML would give it: numpy arrays and scalars, tuples and mappings become plain ones."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Mapping):
-        return {str(k): _plain(v) for k, v in value.items() if v is not None}
+        return {str(k): plain(v) for k, v in value.items() if v is not None}
     if isinstance(value, list | tuple | range):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
     return value
 
 

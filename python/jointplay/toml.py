@@ -1,4 +1,4 @@
-"""TOML that is read in bounded time, whatever somebody puts there."""
+"""TOML that is read in bounded time, whatever somebody puts there; numbers as they are written."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import codecs
 import os
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,10 @@ DEEPEST = 20
 #: parts of a dotted key; the time to read one grows with their square. Twice what can be valid, because the pattern
 #: below also finds words with dots between them in a comment.
 MOST_PARTS = 2 * DEEPEST
+#: decimals of a coordinate in millimetres or of a direction; more are rounding
+DECIMALS = 12
+#: halves of letters beyond the first 65,536, which Python lets stand alone
+SURROGATE = re.compile("[\ud800-\udfff]")
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?m)(?:^|[\[{{,])[ \t]*+{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_PARTS}}}")
 
@@ -32,8 +36,8 @@ class NotToml(InputError):
     """A text that is not TOML."""
 
 
-def read(path: str | os.PathLike[str]) -> tuple[str, str]:
-    """Name and text of a file.
+def read(path: str | os.PathLike[str], what: str = "mechanism file") -> tuple[str, str]:
+    """Name and text of a file; what it should be is for messages.
 
     Raises
     ------
@@ -49,20 +53,20 @@ def read(path: str | os.PathLike[str]) -> tuple[str, str]:
     except FileNotFoundError:
         raise InputError("there is no such file", file=name) from None
     except IsADirectoryError:
-        raise InputError("this is a folder, not a mechanism file", file=name) from None
+        raise InputError(f"this is a folder, not a {what}", file=name) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"cannot be read: {reason}", file=name) from None
     if len(content) > LARGEST_FILE:
-        raise InputError(f"is longer than {LARGEST_FILE // 1_000_000} MB, too long for a mechanism file", file=name)
-    return name, _decoded(content, name)
+        raise InputError(f"is longer than {LARGEST_FILE // 1_000_000} MB, too long for a {what}", file=name)
+    return name, _decoded(content, name, what)
 
 
-def _decoded(content: bytes, name: str) -> str:
+def _decoded(content: bytes, name: str, what: str) -> str:
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise InputError("is UTF-16 text; save it as UTF-8", file=name)
     if b"\0" in content:
-        raise InputError("is a binary file, not a mechanism in TOML", file=name)
+        raise InputError(f"is a binary file, not a {what}", file=name)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -211,8 +215,8 @@ def too_deep(file: str = "", key: str = "") -> InputError:
     return InputError(f"tables and lists are nested more than {DEEPEST} deep", file=file, key=key)
 
 
-def check_depth(node: Any, *, file: str = "", key: str = "") -> None:
-    """Refuse tables and lists that are nested too deep, also those that hold themselves.
+def check_plain(node: Any, *, file: str = "", key: str = "") -> None:
+    """Refuse what no TOML text holds: tables and lists nested too deep, also those that hold themselves; half letters.
 
     Raises
     ------
@@ -220,10 +224,38 @@ def check_depth(node: Any, *, file: str = "", key: str = "") -> None:
     """
     level = [node]
     for _ in range(DEEPEST):
+        for value in level:
+            if isinstance(value, str) and not value.isascii() and SURROGATE.search(value):
+                raise InputError(
+                    f"{shown(one_line(value))} has halves of letters, which no text has", file=file, key=key
+                )
         level = [v for n in level for v in (n.values() if isinstance(n, Mapping) else n if isinstance(n, list) else ())]
         if not level:
             return
     raise too_deep(file, key)
+
+
+def number(value: float) -> str:
+    """A number as short as it is.
+
+    Examples
+    --------
+    >>> number(300.0), number(-1e-17), number(1 / 3)
+    ('300', '0', '0.333333333333')
+    """
+    text = f"{round(float(value), DECIMALS):.15g}"
+    return "0" if text == "-0" else text
+
+
+def numbers(values: Iterable[float]) -> str:
+    """A list of numbers.
+
+    Examples
+    --------
+    >>> numbers([0.0, 150.0])
+    '[0, 150]'
+    """
+    return f"[{', '.join(number(value) for value in values)}]"
 
 
 def _syntax(message: str) -> str:

@@ -95,6 +95,9 @@ def _described(value: object) -> str:
         return "None"
     if isinstance(value, int) and abs(value) > LARGEST_FLOAT:
         return "a whole number of too many digits"
+    if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
+        # Its keys are right, so it is what they have.
+        return f"with values of type {', '.join(sorted({type(v).__name__ for v in value.values()}))}"
     return f"of type {type(value).__name__}"
 
 
@@ -123,7 +126,9 @@ def _kind(function: Callable[..., Any], annotation: str) -> Kind:
         return Kind("a sequence of values", lambda v: isinstance(v, Iterable) and not _is_one(v))
     if name == "Mapping":
         each = _kinds(function, _split(inside, ", ")[1])
-        return Kind("a mapping with names as keys", lambda value: _is_table(value, each))
+        words = " or ".join(kind.words for kind in each)
+        values = "" if words == SIMPLE["Any"].words else f", each with {words}"
+        return Kind(f"a mapping with names as keys{values}", lambda value: _is_table(value, each))
     found = function.__globals__[name]
     article = "an" if name[0] in "AEIO" else "a"
     return Kind(f"{article} {name}", lambda value: isinstance(value, found))

@@ -236,7 +236,8 @@ def compute(
         if indices and whole:
             _indices(builder, find_indices(m, at, samples, seed, law, sampling, slack))
         waiting = "the yields over all configurations"
-        if path and whole and not is_loaded and m.core.isostatic:
+        # Where nothing is off there is nothing to draw.
+        if path and whole and not is_loaded and m.core.isostatic and m.parameters:
             _of_path(builder, m, at, samples, seed, law, widened)
     except KeyboardInterrupt:
         builder.attrs["incomplete"] = f"interrupted before {waiting}"

@@ -19,6 +19,7 @@ from . import (
     assembling,
     comparing,
     completing,
+    exchanging,
     mapping,
     reporting,
     serving,
@@ -114,6 +115,8 @@ for question in QUESTIONS:
 app.command(epilog=examples("animate"))(animating.animate)
 app.command(epilog=examples("report"))(reporting.report)
 app.command(epilog=examples("studio"))(serving.studio)
+app.command("import", epilog=examples("import"))(exchanging.import_)
+app.command(epilog=examples("export"))(exchanging.export)
 
 
 @app.command(epilog=examples("schema"))

@@ -11,12 +11,25 @@ import typer
 
 from jointplay.errors import JointplayError
 
+#: of files that can be imported
+EXTENSIONS = (".urdf", ".sdf", ".mjcf", ".xml", ".dxf", ".json")
+
 
 def files(incomplete: str) -> list[str]:
     """Mechanism files here and in the folders below; where there is none the shell offers all files itself."""
+    return _found(incomplete, (".toml",))
+
+
+def foreign(incomplete: str) -> list[str]:
+    """The same of files that can be imported."""
+    return _found(incomplete, EXTENSIONS)
+
+
+def _found(incomplete: str, extensions: tuple[str, ...]) -> list[str]:
+    """Files with one of these extensions."""
     folder, _, begin = incomplete.rpartition("/")
     base = Path(folder or ("/" if incomplete.startswith("/") else "."))
-    found = [*base.glob("*.toml"), *base.glob("*/*.toml")]
+    found = [path for path in (*base.glob("*"), *base.glob("*/*")) if path.suffix.lower() in extensions]
     # As they are begun on the line, ./ and all.
     start = incomplete[: len(incomplete) - len(begin)]
     names = (f"{start}{path.relative_to(base).as_posix()}" for path in found)

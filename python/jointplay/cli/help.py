@@ -42,6 +42,15 @@ LINES: dict[str, dict[str, str]] = {
         "jointplay studio four-bar.toml": "",
         "jointplay studio --port 8080 --no-browser": "a choice of examples",
     },
+    "import": {
+        "jointplay import arm.urdf": "write arm.toml",
+        "jointplay import arm.urdf -o tool.toml --output-point tool0": "",
+        "jointplay import coupler.dxf --drives A=0:90:7": "a drawing",
+    },
+    "export": {
+        "jointplay export four-bar.toml -o four-bar.xml": "a model for MuJoCo",
+        "jointplay export four-bar.toml -o four-bar.dxf": "a drawing",
+    },
     "schema": {"jointplay schema -o jointplay.schema.json": ""},
 }
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from jointplay.errors import InputError
+
 from . import answer, arguments, completing
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
@@ -43,7 +45,7 @@ def sweep(
         ),
     ] = None,
     by: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
             "--by",
             metavar="KEY=A:B:N",
@@ -72,8 +74,10 @@ def sweep(
     # What a swept key reaches is said once, not again for every value.
     answer.change(m, dict.fromkeys(keys, values[0]))
     options: dict[str, Any] = {}
-    if by is not None:
-        (second,), others = arguments.swept(arguments.assignments([by], "--by"), answer.reader(m), "--by")
+    if by:
+        if len(by) > 1:
+            raise InputError(f"one second key can be swept, here are {len(by)}", key="--by")
+        (second,), others = arguments.swept(arguments.assignments(by, "--by"), answer.reader(m), "--by")
         answer.change(m, {second: others[0]})
         options["by"] = {second: others}
     if question is Swept.random:
@@ -85,4 +89,4 @@ def sweep(
         return compute(m, keys, values, question.value, progress=progress, **options)
 
     # Of pairs of values there are other figures.
-    return answer.answer({"sweep" if by is None else "pairs": ask}, m, output, plot)
+    return answer.answer({"pairs" if by else "sweep": ask}, m, output, plot)

@@ -168,7 +168,7 @@ def _plain(value: Any) -> Any:
 
 def _value(written: str, key: str) -> Any:
     try:
-        toml.check_depth(toml.parse(f"value = {written}\n", key=key), key=key)
+        toml.check_plain(toml.parse(f"value = {written}\n", key=key), key=key)
         parsed = tomlkit.parse(f"value = {written}\n")
     except (toml.NotToml, TOMLKitError):
         return written

@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from .template import Template, number
+from jointplay.toml import number
+
+from .template import Template
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from .template import Template, around, number, numbers
+from jointplay.toml import number, numbers
+
+from .template import Template, around
 
 #: where pairs of neighbouring legs meet, in degrees: on the base, and between them on the platform
 BASE_PAIRS = (0.0, 120.0, 240.0)

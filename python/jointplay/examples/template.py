@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import Field, dataclass, fields
 from typing import Any, ClassVar, Self
 
@@ -13,9 +13,6 @@ from numpy.typing import NDArray
 from jointplay.errors import InputError, not_known, shown
 
 Vector = NDArray[np.float64]
-
-#: decimals of a coordinate in millimetres or of a direction; more are rounding
-DECIMALS = 12
 
 
 @dataclass(frozen=True)
@@ -90,29 +87,6 @@ class Template:
     def text(self) -> str:
         """The file."""
         raise NotImplementedError
-
-
-def number(value: float) -> str:
-    """A number as short as it is.
-
-    Examples
-    --------
-    >>> number(300.0), number(-1e-17), number(1 / 3)
-    ('300', '0', '0.333333333333')
-    """
-    text = f"{round(float(value), DECIMALS):.15g}"
-    return "0" if text == "-0" else text
-
-
-def numbers(values: Iterable[float]) -> str:
-    """A list of numbers.
-
-    Examples
-    --------
-    >>> numbers([0.0, 150.0])
-    '[0, 150]'
-    """
-    return f"[{', '.join(number(value) for value in values)}]"
 
 
 def around(angle: float) -> tuple[Vector, Vector]:

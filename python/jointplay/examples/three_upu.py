@@ -8,7 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from .template import Template, Vector, around, number, numbers
+from jointplay.toml import number, numbers
+
+from .template import Template, Vector, around
 
 #: where the legs are, in degrees
 LEGS = (0.0, 120.0, 240.0)

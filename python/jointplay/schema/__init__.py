@@ -4,8 +4,6 @@ Only what a table shows by itself is checked here; names that must exist elsewhe
 mechanism is compiled.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
@@ -37,7 +35,7 @@ from .costs import Choice, Cost
 from .couplings import BeltKeys, Coupling, GearKeys, Mesh, Screw
 from .deviations import DH, ComponentDeviation, Direction, LinkTable, PlanarPosition, SpatialPosition, Zone
 from .expressions import LONGEST, NotAnExpression, Variables, resolved, variables_of
-from .file import Dimension, Drive, LoadTable, MechanismFile, OutputTable, PlanarFile
+from .file import MechanismFile, PlanarFile, SpatialFile
 from .grid import GridRange
 from .joints import JointTable
 from .kinds import with_coordinate
@@ -48,10 +46,11 @@ from .pattern_tables import COPY, HEADS, PARTS, PatternHead, PatternTable
 from .placements import Place, PlacementTable, SpatialPlacementTable
 from .places import along_the_path
 from .sizes import Machined
-from .spatial_file import SpatialFile, SpatialStart
 from .spatial_joints import SpatialJoint, Universal
+from .spatial_tables import SpatialStart
 from .springs import SpringTable
 from .stiffness import Stiffness
+from .tables import Dimension, Drive, LoadTable, OutputTable
 from .values import NAME, ToleranceTable
 
 __all__ = [

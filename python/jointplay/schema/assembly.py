@@ -1,7 +1,5 @@
 """The order in which a mechanism is assembled."""
 
-from __future__ import annotations
-
 from typing import Annotated, ClassVar
 
 from pydantic import Field

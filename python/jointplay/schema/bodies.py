@@ -3,8 +3,6 @@
 A body that says nothing of elasticity is rigid, and so is every way of giving that an elastic one leaves out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self
 

@@ -1,7 +1,5 @@
 """The clearances of joints, and the errors of locked ones and of couplings: their keys in the plane and in space."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, Self
 

@@ -1,7 +1,5 @@
 """Sources that scatter together, by the correlation of their ranks."""
 
-from __future__ import annotations
-
 from typing import Annotated, ClassVar, Self
 
 from pydantic import ConfigDict, Field, model_validator

@@ -7,8 +7,6 @@ choices        sizes, fits or bearing groups that can be ordered, each with its 
 Whatever is tighter costs at least as much: b >= 0 and k > 0, and prices of choices do not rise with the size.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, ClassVar, Literal, Self
 

@@ -6,8 +6,6 @@ bearing of its own, a joint beside the coupling. Pitch radii r and tooth counts 
     r1 / r2 = z1 / z2,    gears and racks: 2 r = module z,    belts and chains: 2 pi r = pitch z
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction

@@ -5,8 +5,6 @@ direction    by rotations about side and normal, or anywhere in a cone
 link         of one joint against another: all components of a pose, or a, alpha, d, theta (Denavit-Hartenberg)
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self
 

@@ -5,8 +5,6 @@ An expression stands only where a number may: what is valid as a text, such as t
 file's unit. A value that only rounding keeps from a number of few digits is that number: limits are met exactly.
 """
 
-from __future__ import annotations
-
 import ast
 import copy
 import keyword

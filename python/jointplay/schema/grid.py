@@ -1,7 +1,5 @@
 """The grid of a map: ranges of drives or of components of the output, and what is held."""
 
-from __future__ import annotations
-
 from typing import Annotated, ClassVar, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator

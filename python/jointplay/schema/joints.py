@@ -1,7 +1,5 @@
 """The joints of mechanisms in the plane, and what all joints have in common."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self
 

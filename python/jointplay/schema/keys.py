@@ -4,8 +4,6 @@ What is repeated has the key of its pattern, `patterns.leg.joints.hip.clearance.
 for entries of the file stands for those of its patterns as well.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any

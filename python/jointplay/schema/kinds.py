@@ -1,7 +1,5 @@
 """The kinds of joint in the plane and in space: the classes of joints.py, spatial_joints.py and couplings.py."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Union
 

@@ -10,8 +10,6 @@
 | `measured` | as the values of a column, interpolated |
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator

@@ -1,7 +1,5 @@
 """What is acceptable: errors of the output, ranges of drives and joints, nearness to a singular configuration."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self
 

@@ -1,7 +1,5 @@
 """From what pydantic found to one line for people: the key, the value that stands there, and what would be valid."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

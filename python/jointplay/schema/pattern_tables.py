@@ -1,7 +1,5 @@
 """Patterns: parts of a mechanism that the file has once and the mechanism several times."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Self
 
@@ -10,12 +8,12 @@ from pydantic.json_schema import SkipJsonSchema
 
 from .bodies import Body, BodyTable, SpatialBody
 from .deviations import LinkTable, PlanarLink, SpatialLink
-from .file import LINKS, Dimension, Drive, Load, LoadTable, PlanarFile, Start, StartTable, VariableName
 from .joints import JointTable
 from .kinds import AnySpatialJoint, Joint
 from .limits import CopyLimits
-from .spatial_file import SpatialFile, SpatialLoad, SpatialStart
+from .spatial_tables import SpatialLoad, SpatialStart
 from .springs import SpatialSpring, Spring, SpringTable
+from .tables import LINKS, Dimension, Drive, Load, LoadTable, Start, StartTable, VariableName
 from .values import IN_SPACE, Direction, Name, Number, Pair, Table, Triple, problem
 
 #: more copies than any machine has; a larger number is a slip of the keyboard
@@ -161,10 +159,6 @@ class SpatialPattern(SpatialHead, PatternTable):
     loads: Annotated[tuple[SpatialLoad, ...], Field(strict=False)] = Field(
         (), description="loads, those of the first copy"
     )
-
-
-for _file, _pattern in ((PlanarFile, PlanarPattern), (SpatialFile, SpatialPattern)):
-    _file.model_rebuild(force=True, _types_namespace={_pattern.__name__: _pattern})
 
 
 def _holder(model: type[Table]) -> type[Table]:

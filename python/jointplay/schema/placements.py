@@ -1,7 +1,5 @@
 """Where a joint sits on one of its bodies, in the plane and in space."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, ClassVar
 

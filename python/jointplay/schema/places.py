@@ -1,7 +1,5 @@
 """Points of bodies, and forces that may change from configuration to configuration."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """The sizes that make a clearance: hole and pin, slot and slider, and how each of them scatters."""
 
-from __future__ import annotations
-
 from typing import Annotated, ClassVar, Self
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator

@@ -1,7 +1,5 @@
 """The joints of mechanisms in space."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, ClassVar, Literal, Self
 

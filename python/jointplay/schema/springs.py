@@ -1,7 +1,5 @@
 """Springs between two bodies: along the line between two points, or about a revolute joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar, Self
 

@@ -3,8 +3,6 @@
 What is left out is rigid.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar, Self
 

@@ -1,7 +1,5 @@
 """The values that a mechanism file is made of: numbers, names, points, axes, tolerances, and the strict table."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -79,7 +77,9 @@ def spaced(first: float, last: float, count: int) -> tuple[float, ...]:
 class Table(BaseModel):
     """A table of the file: frozen, strict, and with messages that name the nearest known key."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+    # Validators are made when a table is first read: a mechanism has few of the tables there are. Annotations of this
+    # package are not postponed for the same reason: pydantic would compile each of them when a program starts.
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
     #: what to write, for the message when something else than a table stands there
     example: ClassVar[str] = "{ ... }"
     #: keys that this table has in mechanisms of the other kind only, with what to say of them

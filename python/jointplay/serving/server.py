@@ -308,7 +308,8 @@ def serve(file: str | None, port: int, said: Callable[[str], None]) -> None:
     """
     place = None if file is None else Path(os.path.realpath(file))
     if place is not None and not place.is_file():
-        raise InputError("there is no such file", file=str(file))
+        problem = "this is no mechanism file" if place.exists() else "there is no such file"
+        raise InputError(f"{problem}; `jointplay studio` alone begins with an example", file=str(file))
     folder = Folder(Path() if place is None else place.parent)
     name = "" if place is None else folder.place(place.name).name
     try:

@@ -43,7 +43,8 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// Number of operands.
+    /// Number of operands, for machine code.
+    #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code))]
     pub const fn arity(self) -> usize {
         match self {
             Self::Neg | Self::Abs => 1,

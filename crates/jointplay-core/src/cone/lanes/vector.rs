@@ -25,7 +25,7 @@ pub(super) struct Choice(pub [u64; LANES]);
 #[inline(always)]
 #[allow(unsafe_code)]
 fn together() {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
     // SAFETY: there is no instruction.
     unsafe {
         std::arch::asm!("", options(nomem, nostack, preserves_flags));

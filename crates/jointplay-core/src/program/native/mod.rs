@@ -7,11 +7,21 @@
 //! ran. The interpreter remains for other processors, for systems that refuse executable memory, and for
 //! programs that run a few times only.
 
+// What the code of other processors would need is there for them, too.
+#![cfg_attr(not(target_arch = "x86_64"), allow(dead_code))]
+
+#[cfg(target_arch = "x86_64")]
 mod allocate;
+#[cfg(target_arch = "x86_64")]
 mod encode;
+#[cfg(target_arch = "x86_64")]
 pub(crate) mod executable;
-#[cfg(test)]
+#[cfg(not(target_arch = "x86_64"))]
+#[path = "interpreted.rs"]
+pub(crate) mod executable;
+#[cfg(all(test, target_arch = "x86_64"))]
 mod tests;
+#[cfg(target_arch = "x86_64")]
 mod uses;
 
 use crate::math::lanes::block::{Block, LANES};
@@ -79,17 +89,5 @@ impl Layout {
         for (entry, value) in entries.zip(masks.into_iter().chain(common)) {
             entry.fill(value);
         }
-    }
-}
-
-/// There is no machine code for this processor.
-#[cfg(not(target_arch = "x86_64"))]
-#[derive(Debug, Default)]
-pub struct Compiled;
-
-#[cfg(not(target_arch = "x86_64"))]
-impl Compiled {
-    pub const fn run(&self, _: crate::math::lanes::simd::Width, _: Layout, _: &Line<'_>, _: &mut [Block]) -> bool {
-        false
     }
 }

@@ -130,13 +130,17 @@ impl Mechanism {
         put: impl Fn(&Source, &[f64], &[f64], &mut [f64]) + Sync,
     ) -> Vec<f64> {
         let width = self.n_parameters();
-        let row = |(specimen, beside): (&[f64], &[f64])| {
-            let mut values = specimen.to_vec();
-            for source in self.sources().iter().filter(|source| source.is_clearance) {
-                put(source, specimen, beside, &mut values);
+        let clearances: Vec<&Source> = self.sources().iter().filter(|source| source.is_clearance).collect();
+        let mut found = specimens.to_vec();
+        let size = CHUNK * width;
+        let chunks = found.par_chunks_mut(size).zip(specimens.par_chunks(size)).zip(beside.par_chunks(size));
+        chunks.for_each(|((found, specimens), beside)| {
+            interrupt::check();
+            let rows = specimens.chunks_exact(width).zip(beside.chunks_exact(width));
+            for (values, (specimen, beside)) in found.chunks_exact_mut(width).zip(rows) {
+                clearances.iter().for_each(|source| put(source, specimen, beside, values));
             }
-            values
-        };
-        specimens.par_chunks(width).zip(beside.par_chunks(width)).map(row).collect::<Vec<_>>().concat()
+        });
+        found
     }
 }

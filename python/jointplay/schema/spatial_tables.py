@@ -1,38 +1,15 @@
-"""The mechanism file for mechanisms in space: what it says otherwise than in the plane."""
-
-from __future__ import annotations
+"""Tables of the mechanism file that say something else in space than in the plane."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from .bodies import SpatialBody
-from .deviations import SpatialLink
-from .file import (
-    LIMITS,
-    LINKS,
-    LOAD_CASES,
-    OUTPUT,
-    OUTPUTS,
-    OWN_LIMITS,
-    PATTERNS,
-    LoadTable,
-    MechanismFile,
-    OneOfSeveral,
-    OutputTable,
-    PathTable,
-    StartTable,
-)
-from .kinds import AnySpatialJoint
-from .limits import SpatialErrorLimits, SpatialLimits
+from .limits import SpatialErrorLimits
 from .places import PathTriple, SpatialPlace
-from .springs import SpatialSpring
-from .values import IN_PLANE, Name, Number, Numbers, Triple, problem
-
-if TYPE_CHECKING:
-    from .pattern_tables import SpatialPattern
+from .tables import OWN_LIMITS, LoadTable, OneOfSeveral, OutputTable, PathTable, StartTable
+from .values import IN_PLANE, Number, Numbers, Triple, problem
 
 TURNS = ("rx", "ry", "rz")
 
@@ -105,26 +82,3 @@ class SpatialLoad(LoadTable):
 
 
 SpatialLoads = Annotated[tuple[SpatialLoad, ...], Field(strict=False)]
-
-
-class SpatialFile(MechanismFile):
-    """A mechanism in space."""
-
-    space: Literal["spatial"] = Field(description="plane or space")
-    patterns: dict[Name, SpatialPattern] = Field({}, description=PATTERNS)
-    gravity: Triple = Field((0.0, 0.0, 0.0), description="acceleration of gravity [gx, gy, gz] in m/s^2, ground axes")
-    bodies: dict[Name, SpatialBody] = Field({}, description="masses of bodies, and what makes them elastic")
-    joints: dict[Name, AnySpatialJoint] = Field({}, description="the joints; the bodies are named by them")
-    links: dict[Name, SpatialLink] = Field({}, description=LINKS)
-    start: dict[Name, SpatialStart] = Field(
-        {}, description="roughly where the bodies are; needed where the joints do not determine it"
-    )
-    path: SpatialPath | SkipJsonSchema[None] = Field(
-        None, description="targets of the output, in place of drive values"
-    )
-    output: SpatialOutput | SkipJsonSchema[None] = Field(None, description=OUTPUT)
-    outputs: dict[Name, SpatialNamedOutput] = Field({}, description=OUTPUTS)
-    loads: SpatialLoads = Field((), description="forces and moments")
-    load_cases: dict[Name, SpatialLoads] = Field({}, description=LOAD_CASES)
-    springs: dict[Name, SpatialSpring] = Field({}, description="springs between bodies")
-    limits: SpatialLimits = Field(default_factory=lambda: SpatialLimits.model_validate({}), description=LIMITS)

@@ -1,0 +1,1 @@
+"""Mechanisms without a file: a builder whose methods write the tables of one."""

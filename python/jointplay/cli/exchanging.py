@@ -1,0 +1,166 @@
+"""The subcommands that bring mechanisms in from foreign formats, and out to them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from jointplay.errors import InputError, shown
+
+from . import DONE, answer, completing
+from .arguments import assignments, several, value
+from .options import File, LoadCase, Point, Settings
+
+#: options by the words that messages of the import begin with
+OPTIONS = {
+    "output": "--output-point",
+    "drives": "--drives",
+    "clearance": "--clearance",
+    "planar": "--planar",
+    "loops": "--loop",
+    "ground": "--ground",
+}
+
+
+def import_(
+    file: Annotated[
+        str,
+        typer.Argument(
+            metavar="FOREIGN",
+            help="URDF (.urdf), SDF (.sdf), MJCF (.mjcf), or any of them as .xml; DXF (.dxf); pylinkage (.json).",
+            show_default=False,
+            autocompletion=completing.foreign,
+        ),
+    ],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PATH", help="Where to write it; NAME.toml if left out.")
+    ] = None,
+    output_point: Annotated[
+        str | None,
+        typer.Option("--output-point", metavar="NAME", help="Link, site, point or joint that is the output."),
+    ] = None,
+    drives: Annotated[
+        list[str] | None,
+        typer.Option("--drives", metavar="JOINTS", help="Driven joints: A,B, or with values A=10, A=0:90:7."),
+    ] = None,
+    clearance: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--clearance", metavar="KIND|JOINT={...}", help="Clearance: revolute={radial=0.02,axial=0.02,length=30}"
+        ),
+    ] = None,
+    planar: Annotated[
+        bool, typer.Option("--planar", help="See it along its pins, as a mechanism in the plane.")
+    ] = False,
+    loop: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--loop", metavar="NAME={...}", help='A joint that closes a loop: J4={type="spherical",on={A=[..],B=[..]}}'
+        ),
+    ] = None,
+    ground: Annotated[
+        str | None, typer.Option("--ground", metavar="LINK", help="The link that is fixed. [default: the root]")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+) -> int:
+    """Write a robot, a drawing or a linkage as a mechanism file.
+
+    Comments of the file name what is left out, and show where clearances are written.
+    """
+    from jointplay.exchange.options import Options
+    from jointplay.exchange.reading import imported
+    from jointplay.files import require_writable
+    from jointplay.write import create
+
+    path = output or Path(Path(file).stem + ".toml")
+    if require_writable(path).is_file() and not force:
+        raise InputError("exists already; --force replaces it", file=os.fspath(path))
+    options = Options(
+        output=output_point,
+        drives=_drives(drives),
+        clearance=_tables(clearance, "--clearance"),
+        planar=planar,
+        loops=_tables(loop, "--loop"),
+        ground=ground,
+    )
+    try:
+        found = imported(Path(file), options)
+    except InputError as problem:
+        word, _, rest = problem.key.partition(" ")
+        key = " ".join([OPTIONS.get(word, word), rest]).strip()
+        raise InputError(problem.problem, file=problem.file, key=key) from None
+    create(found.text, path, replace=force)
+    answer.say(found.notes)
+    m = found.mechanism
+    assert m.data.output is not None
+    parts = [_counted(m.bodies, "body", "bodies"), _counted(m.joints, "joint"), _counted(m.drives, "drive")]
+    typer.echo(f"wrote {path}: {', '.join(parts)}, the output on {m.data.output.body}")
+    if len(m.sources) < len(m.joints):
+        typer.echo(f"Clearances: write them in {path} where it says so, or use --clearance.")
+    return DONE
+
+
+def _counted(names: Sequence[str], one: str, several: str = "") -> str:
+    return f"{len(names)} {one if len(names) == 1 else several or one + 's'}"
+
+
+def _drives(given: list[str] | None) -> dict[str, object] | None:
+    """`A,B` and `A=0:90:7`."""
+    if not given:
+        return None
+    found: dict[str, object] = {}
+    for text in given:
+        if "=" in text:
+            for name, values in assignments([text], "--drives").items():
+                found[name] = several(values, f"--drives {name}")
+        else:
+            found |= {name.strip(): None for name in text.split(",")}
+    return found
+
+
+def _tables(given: list[str] | None, option: str) -> dict[str, Any]:
+    found = {}
+    for name, text in assignments(given or (), option).items():
+        table = value(text, f"{option} {name}")
+        if not isinstance(table, dict):
+            problem = f"a table is needed, such as {{ radial = 0.02 }}, not {shown(text)}"
+            raise InputError(problem, key=f"{option} {name}")
+        found[name] = table
+    return found
+
+
+def export(
+    file: File,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PATH", help="Where to write it: .xml (MJCF) or .dxf.")
+    ] = None,
+    configuration: Annotated[
+        int,
+        typer.Option(
+            "--configuration", "-c", metavar="N", help="The configuration in which drives are held, or that is drawn."
+        ),
+    ] = 0,
+    output_point: Point = None,
+    load_case: LoadCase = None,
+    settings: Settings = None,
+) -> int:
+    """Write a model of MuJoCo, or a drawing in DXF.
+
+    Clearances of the model are gaps between solids in contact, for a study of the dynamics of a planar mechanism.
+    """
+    from jointplay.exchange.exporting import export as write
+
+    if output is None:
+        raise InputError("say where it goes: -o NAME.xml (MJCF) or -o NAME.dxf", key="--output")
+    m = answer.mechanism(file, settings, output_point, load_case)
+    try:
+        write(m, output, configuration=configuration)
+    except InputError as problem:
+        key = f"--{problem.key}" if problem.key == "configuration" else problem.key
+        raise InputError(problem.problem, file=problem.file, key=key) from None
+    typer.echo(f"wrote {output}")
+    return DONE

@@ -1,0 +1,135 @@
+"""Columns of a table in the folder of the mechanism: CSV with commas, semicolons or tabs, names in the first row."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from jointplay.errors import InputError, not_known, one_line, shown
+
+#: no column that somebody measured is longer
+MOST_VALUES = 100_000
+LARGEST_FILE = 8_000_000
+#: what stands between the columns: the first of these that the first row has
+SEPARATORS = ";\t,"
+
+
+@dataclass(frozen=True)
+class Columns:
+    """A table.
+
+    Attributes
+    ----------
+    name : str
+        Its file, for messages.
+    header : list of str
+        Names of the columns.
+    rows : list
+        Words of the rows below.
+    """
+
+    name: str
+    header: list[str]
+    rows: list[list[str]]
+
+    def numbers(self, column: str, key: str, *, whole: bool = False) -> list[float]:
+        """The numbers below the name of a column.
+
+        Parameters
+        ----------
+        column : str
+        key : str
+            Key of the mechanism file that asks for it, for messages.
+        whole : bool
+            Whether an empty place is refused in a row that has others; if not, it is left out.
+
+        Raises
+        ------
+        InputError
+            When there is no such column, or a value is no number.
+        """
+        if self.header.count(column) != 1:
+            problem = (
+                not_known(column, "a column of its first row", self.header)
+                if column not in self.header
+                else (f"the first row has {shown(column)} more than once")
+            )
+            raise InputError(problem, file=self.name, key=key)
+        values: list[float] = []
+        for number, word in self._words(self.header.index(column), whole):
+            value = _number(word)
+            if not math.isfinite(value):
+                problem = f"row {number}, column {shown(column)}: a number is needed, not {shown(word)}"
+                raise InputError(problem, file=self.name, key=key)
+            values.append(value)
+            if len(values) > MOST_VALUES:
+                problem = f"column {shown(column)} has more than {MOST_VALUES} values"
+                raise InputError(problem, file=self.name, key=key)
+        return values
+
+    def _words(self, place: int, whole: bool) -> Iterator[tuple[int, str]]:
+        """The words of a column with their rows, counted from 1 as a spreadsheet does."""
+        for number, row in enumerate(self.rows, 2):
+            word = row[place].strip() if place < len(row) else ""
+            if word or (whole and any(other.strip() for other in row)):
+                yield number, word
+
+
+def beside(path: str, name: object, file: str, key: str) -> Columns:
+    """The table of a name in the folder of a mechanism file.
+
+    Parameters
+    ----------
+    path : str
+        The mechanism file.
+    name : object
+        What the file says is the name of the table.
+    file : str
+        Name of the mechanism file in messages.
+    key : str
+        Where it says so.
+
+    Raises
+    ------
+    InputError
+        When it is not there, or is no table.
+    """
+    if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name or "\\" in name:
+        problem = f"{shown(name)} is not the name of a file in the same folder, without its folder"
+        raise InputError(problem, file=file, key=key)
+    place = Path(path).parent / name
+    if not place.is_file():
+        raise InputError(f"there is no file {shown(name)} in the same folder", file=file, key=key)
+    said = one_line(str(place))
+    lines = _text(place).splitlines()
+    separator = next((mark for mark in SEPARATORS if lines and mark in lines[0]), ",")
+    try:
+        rows = [*csv.reader(lines, delimiter=separator)]
+    except csv.Error as error:
+        raise InputError(f"is no table: {error}", file=said, key=key) from None
+    return Columns(said, [word.strip() for word in rows[0]] if rows else [], rows[1:])
+
+
+def _text(place: Path) -> str:
+    name = one_line(str(place))
+    try:
+        with place.open("rb") as stream:
+            content = stream.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}", file=name) from None
+    if len(content) > LARGEST_FILE:
+        raise InputError(f"is longer than {LARGEST_FILE // 1_000_000} MB, too long for a table", file=name)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8 text", file=name) from None
+
+
+def _number(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return math.nan

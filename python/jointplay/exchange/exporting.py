@@ -1,0 +1,67 @@
+"""`export`: a mechanism in a foreign format, by extension."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+from jointplay import files
+from jointplay.errors import InputError, listed
+from jointplay.model import Mechanism
+from jointplay.typed import typed
+
+from .contacts import to_mjcf
+from .drafting import to_dxf
+
+Writer = Callable[[Mechanism, int], str]
+
+#: by extension, in small letters
+WRITERS: Mapping[str, Writer] = MappingProxyType({".xml": to_mjcf, ".mjcf": to_mjcf, ".dxf": to_dxf})
+
+
+@typed
+def export(m: Mechanism, path: str | os.PathLike[str], *, configuration: int = 0) -> None:
+    """Write a mechanism in a foreign format.
+
+    As `.xml` or `.mjcf` it is a model of MuJoCo, whose joints are contacts with the clearances of the mechanism: for a
+    study of its dynamics. It has to be a planar mechanism of rigid bodies without couplings.
+
+    As `.dxf` it is a drawing (needs the extra `dxf`): a layer for each body, pins as circles, guides as centre lines,
+    the output with its path. `read` makes the same mechanism of it where it is planar and has pins, guides and slots.
+
+    Parameters
+    ----------
+    m : Mechanism
+    path : path-like
+        A file, which is replaced if it is there.
+    configuration : int, optional
+        The configuration in which the drives are held or that is drawn, from 0.
+
+    Raises
+    ------
+    InputError
+        When the format is not known or cannot have such a mechanism, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import jointplay as jp
+    >>> m = jp.loads(jp.examples.text("four-bar"))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "four-bar.xml")
+    ...     jp.export(m, path)
+    ...     path.read_text().count('class="pin"')
+    5
+    """
+    place = Path(path)
+    kind = place.suffix.lower()
+    if kind not in WRITERS:
+        if kind == ".csv":
+            problem = "a table of poses is what `jointplay solve FILE -o poses.csv` writes"
+        else:
+            problem = f"'{kind}' is not the extension of a format that is written; known: {listed(WRITERS)}"
+        raise InputError(problem, file=os.fspath(path))
+    files.require_writable(place)
+    files.put(WRITERS[kind](m, configuration).encode(), place)

@@ -1,0 +1,161 @@
+"""A planar mechanism that a format has in space, seen along its pins.
+
+All pins are parallel to the normal n of the plane, all guides across it. A point p of the drawing becomes
+(e1 . p, e2 . p) with e1 x e2 = n; what lies across the plane is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from jointplay.errors import InputError, listed
+
+from .rotations import across
+from .skeleton import GROUND, Body, Frame, Joint, Matrix, Place, Skeleton, Vector
+
+#: how far an axis may be off the normal or the plane, rad: files of robots have angles with four digits
+TILT = 1e-3
+#: what a joint in space is in the plane, where its axis is along the normal
+ALONG = {"revolute": "revolute", "cylindrical": "revolute", "spherical": "revolute"}
+Z = np.array([0.0, 0.0, 1.0])
+
+
+def projected(skeleton: Skeleton) -> Skeleton:
+    """The mechanism in its plane.
+
+    Raises
+    ------
+    InputError
+        When it is not planar; the message names the joint whose axis is out of the plane.
+    """
+    plane = _plane(skeleton)
+    kept, within = [], []
+    for joint in skeleton.joints:
+        if joint.kind == "planar":
+            _check(joint, plane, along=True)
+            within.append(joint.name)
+        else:
+            kept.append(_joint(joint, plane))
+    angles = _angles(kept)
+    gravity = plane @ np.array(skeleton.gravity)
+    notes = [*skeleton.notes, "Seen along the pins: distances across the plane are left out."]
+    if within:
+        notes.append(f"Joints that hold bodies in the plane are left out: {listed(within)}.")
+    if abs(gravity[2]) > TILT * max(1.0, float(np.linalg.norm(gravity))):
+        notes.append("Gravity across the plane is left out.")
+    bodies = {name: _body(body, plane, angles.get(name, 0.0)) for name, body in skeleton.bodies.items()}
+    if not any(angles.values()):
+        # All axes are those of the ground then, and may have its origin, too: every joint has one place.
+        bodies = {name: replace(body, frame=Frame()) for name, body in bodies.items()}
+    return replace(
+        skeleton,
+        space="planar",
+        bodies=bodies,
+        joints=tuple(_closed(joint, angles) for joint in kept),
+        frames={name: (body, Frame(_flat(plane, frame.at))) for name, (body, frame) in _every_frame(skeleton)},
+        gravity=(float(gravity[0]), float(gravity[1]), 0.0),
+        notes=tuple(notes),
+    )
+
+
+def _every_frame(skeleton: Skeleton) -> Iterator[tuple[str, tuple[str, Frame]]]:
+    """Frames, and those of the bodies, whose axes change: both can be the output."""
+    for name, body in skeleton.bodies.items():
+        if name != GROUND:
+            yield name, (name, body.frame)
+    yield from skeleton.frames.items()
+
+
+def _plane(skeleton: Skeleton) -> Matrix:
+    """Rows e1, e2 and n: coordinate axes where the pins are along one, else e2 as upright as can be."""
+    pins = [joint for joint in skeleton.joints if joint.kind == "revolute" and joint.place.axis is not None]
+    if not pins:
+        raise InputError("needs a joint that turns, whose axis is the normal of the plane", key="planar")
+    normal = pins[0].place.axis
+    assert normal is not None
+    if abs(normal[2]) > 1 - TILT**2:
+        return np.eye(3)
+    up = Z - normal * (Z @ normal) if abs(normal[2]) < 0.9 else across(normal)
+    up /= np.linalg.norm(up)
+    first = np.cross(up, normal)
+    # To the right is where x, or else y, is positive.
+    if first[np.argmax(np.abs(first).round(9))] < 0:
+        first, normal = -first, -normal
+    return np.array([first, up, normal])
+
+
+def _check(joint: Joint, plane: Matrix, *, along: bool) -> None:
+    axis = joint.place.axis
+    assert axis is not None
+    sine = float(np.linalg.norm(plane[:2] @ axis)) if along else abs(float(plane[2] @ axis))
+    if sine > TILT:
+        angle = np.degrees(np.arcsin(min(1.0, sine)))
+        normal = ", ".join(f"{x:.3g}" for x in plane[2] + 0.0)
+        what = "off the normal of the plane" if along else "out of the plane, whose normal is"
+        problem = f"its axis is {angle:.3g} degrees {what} [{normal}]; the mechanism is not planar"
+        raise InputError(problem, key=f"planar joint '{joint.name}'")
+
+
+def _flat(plane: Matrix, point: Vector) -> Vector:
+    flat = plane @ point
+    return np.array([flat[0], flat[1], 0.0])
+
+
+def _joint(joint: Joint, plane: Matrix) -> Joint:
+    if joint.kind not in (*ALONG, "prismatic"):
+        raise InputError(f"is a {joint.kind} joint, which the plane does not have", key=f"planar joint '{joint.name}'")
+    if joint.kind == "prismatic":
+        _check(joint, plane, along=False)
+    elif joint.place.axis is not None:
+        _check(joint, plane, along=True)
+
+    def place(old: Place) -> Place:
+        if joint.kind != "prismatic":
+            return Place(_flat(plane, old.at), Z)
+        assert old.axis is not None
+        direction = _flat(plane, old.axis)
+        return Place(_flat(plane, old.at), direction / np.linalg.norm(direction))
+
+    kind = ALONG.get(joint.kind, joint.kind)
+    flat = replace(joint, kind=kind, place=place(joint.place), second=joint.second and place(joint.second))
+    if joint.kind == "prismatic" or joint.place.axis is None or plane[2] @ joint.place.axis > 0:
+        return flat
+    # Its angle counts clockwise: counter-clockwise it is that of the first body against the second.
+    first, second = flat.bodies
+    return replace(flat, bodies=(second, first), place=flat.second or flat.place, second=flat.second and flat.place)
+
+
+def _angles(joints: list[Joint]) -> dict[str, float]:
+    """Angles of the bodies' axes in the drawing, so that the coordinates of joints are those of the format."""
+    angles = {GROUND: 0.0}
+    waiting = [GROUND]
+    while waiting:
+        body = waiting.pop(0)
+        for joint in joints:
+            turn = joint.coordinate if joint.kind == "revolute" else 0.0
+            first, second = joint.bodies
+            # The drawing shows the second body turned by the coordinate, so that its axes are turned back.
+            for one, other, sign in ((first, second, 1.0), (second, first, -1.0)):
+                if one == body and other not in angles:
+                    angles[other] = angles[body] + sign * turn
+                    waiting.append(other)
+    return angles
+
+
+def _closed(joint: Joint, angles: dict[str, float]) -> Joint:
+    """The joint with the coordinate that it has between the axes of its bodies."""
+    if joint.kind != "revolute":
+        return joint
+    first, second = (angles.get(name, 0.0) for name in joint.bodies)
+    shift = second - first - joint.coordinate
+    limits = joint.limits and (joint.limits[0] + shift, joint.limits[1] + shift)
+    return replace(joint, coordinate=second - first, limits=limits)
+
+
+def _body(body: Body, plane: Matrix, angle: float) -> Body:
+    c, s = np.cos(angle), np.sin(angle)
+    axes = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return Body(Frame(_flat(plane, body.frame.at), axes), body.mass, _flat(plane, body.centre))

@@ -1,0 +1,234 @@
+"""`read`: a mechanism from a foreign format, by way of the text of its mechanism file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jointplay.analyses.check import compute
+from jointplay.errors import InputError, in_range, not_known, shown
+from jointplay.model import Mechanism, loads
+from jointplay.schema.kinds import PLANAR, SPATIAL
+from jointplay.schema.values import is_number
+from jointplay.typed import typed
+
+from .driving import choose, distances
+from .looping import with_loops
+from .options import Options
+from .planar import projected
+from .registry import reader
+from .shaping import grounded, leading, legal, merged, renamed
+from .skeleton import GROUND, Skeleton, Vector
+from .writing import has_loops, text
+
+#: the point that is the output where none is asked for
+OUTPUT = "output"
+#: more joints than any robot has; the time to choose drives grows with their square
+MOST_JOINTS = 1000
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What an import gives.
+
+    Attributes
+    ----------
+    text : str
+        The mechanism file.
+    mechanism : Mechanism
+        What it says.
+    notes : tuple of str
+        What was left out, one sentence each.
+    """
+
+    text: str
+    mechanism: Mechanism
+    notes: tuple[str, ...]
+
+
+@typed
+def read(
+    path: str | os.PathLike[str],
+    *,
+    output: str | None = None,
+    drives: Sequence[str] | Mapping[str, object] | None = None,
+    clearance: Mapping[str, object] | None = None,
+    planar: bool = False,
+    loops: Mapping[str, object] | None = None,
+    ground: str | None = None,
+) -> Mechanism:
+    """Read a mechanism from a foreign format.
+
+    Lengths become mm, angles degrees. `Mechanism.write` writes the file with comments, which name what was left out and
+    say where clearances can be written.
+
+    Parameters
+    ----------
+    path : path-like
+        A robot in URDF (`.urdf`), SDF (`.sdf`) or MJCF (`.mjcf`; needs the extra `robots`); `.xml` may be any of them.
+        A skeleton in DXF (`.dxf`; needs the extra `dxf`), or a linkage of pylinkage (`.json`).
+    output : str, optional
+        The link, body or site whose origin is the output; in a drawing or linkage a point or a joint. If left out, what
+        is called output, or the body that most joints separate from the ground.
+    drives : sequence of str or mapping, optional
+        The joints that are driven, or their values: one or a list of them, in degrees or mm. If left out, as many
+        joints are driven as there are free motions: joints with a motor first, then those nearest to the ground.
+    clearance : mapping, optional
+        Clearance tables of the mechanism file by the name of a joint, or by the kind of joint for all others:
+        ``{"revolute": {"radial": 0.02, "axial": 0.02, "length": 30}}``.
+    planar : bool, optional
+        Whether to see the mechanism along its pins, as one in the plane.
+    loops : mapping, optional
+        Joints that close loops, where the format has none (URDF), by name:
+        ``{"type": "revolute", "on": {"rod_end": {"at": [0, 0, 0], "axis": [0, 0, 1]}, "rocker": [80, 0, 0]}}`` with
+        points in mm, in the axes of each link.
+    ground : str, optional
+        The link that is fixed; the root of the file or its world if left out.
+
+    Returns
+    -------
+    Mechanism
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read, a name is not in it, or its loops cannot be closed.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import jointplay as jp
+    >>> robot = '''<robot name="pendulum"><link name="base"/>
+    ...   <link name="arm"><inertial><origin xyz="0 0 -0.2"/><mass value="1"/></inertial></link>
+    ...   <joint name="pin" type="continuous"><parent link="base"/><child link="arm"/>
+    ...     <origin xyz="0 0 1"/><axis xyz="0 1 0"/></joint></robot>'''
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "pendulum.urdf")
+    ...     written = path.write_text(robot)
+    ...     m = jp.read(path, output="arm", drives={"pin": [0, 45]}, clearance={"pin": {"radial": 0.02, "length": 30}})
+    >>> m.sources, m.value("joints.pin.on.ground.at")
+    (('pin',), [0, 0, 1000])
+    """
+    asked = drives if isinstance(drives, Mapping) else dict.fromkeys(drives or ())
+    options = Options(output, asked or None, clearance or {}, planar, loops or {}, ground)
+    return imported(Path(path), options).mechanism
+
+
+def imported(path: Path, options: Options) -> Imported:
+    """The mechanism file of a foreign one.
+
+    Raises
+    ------
+    InputError
+    """
+    file = os.fspath(path)
+    try:
+        return _imported(path, options)
+    except InputError as error:
+        raise error if error.file else InputError(error.problem, file=file, key=error.key) from None
+
+
+def _imported(path: Path, options: Options) -> Imported:
+    skeleton = reader(path)(path, options)
+    in_range(len(skeleton.joints), "", "a number of joints that is read", 0, MOST_JOINTS)
+    if options.ground is not None:
+        skeleton = grounded(skeleton, options.ground)
+    skeleton = leading(merged(with_loops(renamed(skeleton), options.loops)))
+    if len(skeleton.bodies) < 2:
+        raise InputError("has no joint that lets something move")
+    if options.planar:
+        skeleton = projected(skeleton)
+    drives = _drives(options)
+    chosen = choose(skeleton, drives)
+    if chosen.free:
+        free = f"{chosen.free} free motion{'s' * (chosen.free > 1)}"
+        note = f"{free} without a drive: `jointplay check` says which, and which of them are spins that do not matter."
+        skeleton = replace(skeleton, notes=(*skeleton.notes, note))
+    values = {name: drives[name] if drives else None for name in chosen.joints}
+    clearance, options_of = _clearances(skeleton, options.clearance)
+    written = text(skeleton, path.name, values, _output(skeleton, options.output), clearance)
+    try:
+        m = loads(written, path.name)
+    except InputError as error:
+        raise _as_asked(error, options_of) from None
+    if has_loops(skeleton):
+        _check_closed(m)
+    return Imported(written, m, skeleton.notes)
+
+
+def _drives(options: Options) -> dict[str, list[float] | None] | None:
+    if options.drives is None:
+        return None
+    found: dict[str, list[float] | None] = {}
+    for name, given in options.drives.items():
+        values: list[Any] = list(given) if isinstance(given, list | tuple) else [given]
+        if given is not None and not all(is_number(value) for value in values):
+            raise InputError(f"a number or a list of them is needed, not {shown(given)}", key=f"drives {name}")
+        found[legal(name)] = None if given is None else [float(value) for value in values]
+    return found
+
+
+def _output(skeleton: Skeleton, wanted: str | None) -> tuple[str, Vector]:
+    """Body and point of the output, in the drawing."""
+    frames = {name: (name, body.frame) for name, body in skeleton.bodies.items() if name != GROUND}
+    frames |= skeleton.frames
+    if wanted is None and OUTPUT in skeleton.frames:
+        wanted = OUTPUT
+    if wanted is None:
+        far = distances(skeleton)
+        body = max(frames, key=lambda name: far.get(frames[name][0], 0) if name in skeleton.bodies else -1)
+        return body, frames[body][1].at
+    name = legal(wanted)
+    if name not in frames:
+        raise InputError(not_known(wanted, "a link", frames), key="output")
+    body, frame = frames[name]
+    if body == GROUND:
+        raise InputError(f"'{wanted}' is fixed to the ground and has no error", key="output")
+    return body, frame.at
+
+
+def _clearances(skeleton: Skeleton, given: Mapping[str, object]) -> tuple[dict[str, Mapping[str, Any]], dict[str, str]]:
+    """Clearances by joint, and the word of the option that gave each."""
+    joints = {joint.name: joint for joint in skeleton.joints}
+    kinds = {joint.kind for joint in skeleton.joints}
+    found: dict[str, Mapping[str, Any]] = {}
+    asked: dict[str, str] = {}
+    # What is said of one joint counts more than what is said of its kind.
+    for word, table in sorted(given.items(), key=lambda item: legal(item[0]) in joints):
+        key = f"clearance {word}"
+        if not isinstance(table, Mapping):
+            raise InputError("a table is needed, such as { radial = 0.02 }", key=key)
+        if legal(word) in joints:
+            names = [legal(word)]
+        elif word in kinds:
+            names = [name for name, joint in joints.items() if joint.kind == word]
+        elif word in {**PLANAR, **SPATIAL}:
+            raise InputError(f"there is no {word} joint here; there are {', '.join(sorted(kinds))}", key=key)
+        else:
+            raise InputError(not_known(word, "a joint or a kind of joint", [*kinds, *joints]), key=key)
+        found |= dict.fromkeys(names, table)
+        asked |= dict.fromkeys(names, key)
+    return found, asked
+
+
+def _as_asked(error: InputError, options_of: Mapping[str, str]) -> InputError:
+    """The error of the file that would be written, with the option that brought it there."""
+    parts = error.key.split(".")
+    if parts[0] == "joints" and len(parts) > 2 and parts[2] == "clearance" and parts[1] in options_of:
+        return InputError(error.problem, key=".".join([options_of[parts[1]], *parts[3:]]))
+    if parts[0] == "drives":
+        return InputError(error.problem, key="drives" + "".join(f" {part}" for part in parts[1:2]))
+    return error
+
+
+def _check_closed(m: Mechanism) -> None:
+    """Refuse loops that cannot be closed with the first values of the drives."""
+    assert m.drive_values is not None
+    if not np.isfinite(m.core.solve(np.ascontiguousarray(m.drive_values[:1]))["poses"]).all():
+        reason = str(compute(m).attrs.get("failure", "")).replace("\n", " ")
+        raise InputError(f"its loops cannot be closed. {reason}".rstrip())

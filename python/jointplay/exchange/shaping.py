@@ -1,0 +1,199 @@
+"""From the links of a foreign file to bodies: legal names, one body for what is fixed together, the ground."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from jointplay.errors import InputError, listed, not_known
+
+from .skeleton import GROUND, Body, Frame, Joint, Skeleton
+
+#: what a name of the mechanism file cannot have
+FORBIDDEN = re.compile(r"""[\s\x00-\x1f\x7f./*"'=\[\]]+""")
+LONGEST = 100
+
+
+def legal(name: str) -> str:
+    """A name of a foreign format as the mechanism file can have it.
+
+    Examples
+    --------
+    >>> legal("left arm/joint.1")
+    'left_arm_joint_1'
+    """
+    return FORBIDDEN.sub("_", name.strip())[:LONGEST] or "_"
+
+
+def renamed(skeleton: Skeleton) -> Skeleton:
+    """With legal names, each of them once. The fixed body is called ground, and no other one."""
+    bodies = _names(skeleton.bodies, {skeleton.ground: GROUND}, taken={GROUND})
+    joints = _names((joint.name for joint in skeleton.joints), {}, taken=set())
+    frames = _names((name for name in skeleton.frames if name not in bodies), {}, taken=set(bodies.values()))
+
+    def joint(old: Joint) -> Joint:
+        follows = old.follows
+        if follows is not None:
+            if follows[0] not in joints:
+                raise InputError(not_known(follows[0], "a joint", joints), key=f"joint '{old.name}' <mimic>")
+            follows = (joints[follows[0]], *follows[1:])
+        first, second = old.bodies
+        return replace(old, name=joints[old.name], bodies=(bodies[first], bodies[second]), follows=follows)
+
+    named = {frames[name]: (bodies[body], frame) for name, (body, frame) in skeleton.frames.items() if name in frames}
+    if skeleton.ground != GROUND and legal(skeleton.ground) not in bodies.values():
+        # What the file calls its fixed link can still be asked for.
+        named[legal(skeleton.ground)] = (GROUND, skeleton.bodies[skeleton.ground].frame)
+    return replace(
+        skeleton,
+        # The ground has the axes of the drawing.
+        bodies={
+            bodies[name]: replace(body, frame=Frame()) if name == skeleton.ground else body
+            for name, body in skeleton.bodies.items()
+        },
+        joints=tuple(joint(old) for old in skeleton.joints),
+        ground=GROUND,
+        frames=named,
+    )
+
+
+def _names(names: Iterable[str], fixed: Mapping[str, str], taken: set[str]) -> dict[str, str]:
+    found = dict(fixed)
+    for name in names:
+        if name in found:
+            continue
+        wanted = legal(name)
+        number, free = 1, wanted
+        while free in taken:
+            number += 1
+            free = f"{wanted[: LONGEST - 6]}_{number}"
+        taken.add(free)
+        found[name] = free
+    return found
+
+
+def grounded(skeleton: Skeleton, name: str) -> Skeleton:
+    """With another link as the fixed one; the drawing has its axes then.
+
+    Raises
+    ------
+    InputError
+        When there is no such link.
+    """
+    known = {body: (body, old.frame) for body, old in skeleton.bodies.items()} | dict(skeleton.frames)
+    if name not in known:
+        raise InputError(not_known(name, "a link", known), key="ground")
+    body, frame = known[name]
+    back = frame.inverse()
+
+    def joint(old: Joint) -> Joint:
+        return replace(old, place=old.place.within(back), second=old.second and old.second.within(back))
+
+    gx, gy, gz = back.axes @ np.array(skeleton.gravity)
+    return replace(
+        skeleton,
+        bodies={
+            name: replace(b, frame=back @ b.frame, centre=back.point(b.centre)) for name, b in skeleton.bodies.items()
+        },
+        joints=tuple(joint(old) for old in skeleton.joints),
+        ground=body,
+        frames={name: (body, back @ frame) for name, (body, frame) in skeleton.frames.items()},
+        gravity=(float(gx), float(gy), float(gz)),
+    )
+
+
+def merged(skeleton: Skeleton) -> Skeleton:
+    """With one body for links that fixed joints hold together; what the others are called stays as frames.
+
+    The body has the name and the axes of the link that is nearest to the root, or is the ground.
+    """
+    body_of = {name: name for name in skeleton.bodies}
+
+    def found(name: str) -> str:
+        while body_of[name] != name:
+            name = body_of[name]
+        return name
+
+    for joint in skeleton.joints:
+        if joint.kind == "fixed":
+            first, second = (found(name) for name in joint.bodies)
+            if second == skeleton.ground:
+                first, second = second, first
+            body_of[second] = first
+    groups: dict[str, list[str]] = {}
+    for name in skeleton.bodies:
+        groups.setdefault(found(name), []).append(name)
+    frames = dict(skeleton.frames)
+    frames |= {name: (body, skeleton.bodies[name].frame) for body, g in groups.items() for name in g if name != body}
+    inside, kept = [], []
+    for joint in skeleton.joints:
+        first, second = (found(name) for name in joint.bodies)
+        if joint.kind == "fixed":
+            continue
+        if first == second:
+            inside.append(joint.name)
+        else:
+            kept.append(replace(joint, bodies=(first, second)))
+    notes = skeleton.notes
+    if inside:
+        notes = (*notes, f"Joints between links that are fixed to each other are left out: {listed(inside)}.")
+    return replace(
+        skeleton,
+        bodies={body: _one([skeleton.bodies[name] for name in (body, *group)]) for body, group in groups.items()},
+        joints=tuple(kept),
+        frames={name: (found(body), frame) for name, (body, frame) in frames.items()},
+        notes=notes,
+    )
+
+
+def _one(bodies: list[Body]) -> Body:
+    """The first of them, which comes again in its place, with the mass of all."""
+    parts = bodies[1:]
+    mass = sum(body.mass for body in parts)
+    if mass <= 0:
+        return replace(bodies[0], mass=mass)
+    centre = np.sum([body.mass * body.centre for body in parts], axis=0) / mass
+    return replace(bodies[0], mass=mass, centre=centre)
+
+
+def leading(skeleton: Skeleton) -> Skeleton:
+    """With joints that follow others by a factor alone, and no joint that follows a follower.
+
+    An offset is taken into the zero of the coordinate, which is free.
+    """
+    joints = {joint.name: joint for joint in skeleton.joints}
+    gone = [joint.name for joint in skeleton.joints if joint.follows and joint.follows[0] not in joints]
+    shifted = []
+
+    def law(name: str) -> tuple[str, float, float]:
+        """Leader, factor and offset."""
+        factor, offset, seen = 1.0, 0.0, {name}
+        follows = joints[name].follows
+        while follows is not None and follows[0] in joints:
+            leader = follows[0]
+            if leader in seen:
+                raise InputError("follows itself", key=f"joint '{name}' <mimic>")
+            seen.add(leader)
+            factor, offset = factor * follows[1], offset + factor * follows[2]
+            name, follows = leader, joints[leader].follows
+        return name, factor, offset
+
+    made = []
+    for joint in skeleton.joints:
+        leader, factor, offset = law(joint.name)
+        if leader == joint.name:
+            made.append(replace(joint, follows=None))
+            continue
+        limits = joint.limits and (joint.limits[0] - offset, joint.limits[1] - offset)
+        made.append(replace(joint, follows=(leader, factor, 0.0), coordinate=joint.coordinate - offset, limits=limits))
+        if offset:
+            shifted.append(joint.name)
+    notes = skeleton.notes
+    if gone:
+        notes = (*notes, f"These joints follow joints that are no more, and are free: {listed(gone)}.")
+    if shifted:
+        notes = (*notes, f"Zero of these joints is where the joint that they follow is zero: {listed(shifted)}.")
+    return replace(skeleton, joints=tuple(made), notes=notes)

@@ -1,0 +1,177 @@
+"""What all foreign formats have in common: bodies and joints as they are drawn, before they become a mechanism file.
+
+Everything is in SI units and radians, in the axes of the drawing: the pose in which the foreign file shows its bodies.
+Readers of formats make a `Skeleton`; what follows (merging, projection, drives, text) knows of no format. In the plane
+z is zero, and axes of revolute joints are (0, 0, 1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+#: the fixed body of every mechanism
+GROUND = "ground"
+#: larger limits of a coordinate (rad, m) are none: formats write 1e16 for a joint that turns without end
+LARGEST_LIMIT = 1e4
+#: gravity where a format has no other
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A pose in the drawing.
+
+    Attributes
+    ----------
+    at : ndarray
+        Position of the origin.
+    axes : ndarray
+        Rotation matrix; its columns are the frame's axes in those of the drawing.
+    """
+
+    at: Vector = field(default_factory=lambda: np.zeros(3))
+    axes: Matrix = field(default_factory=lambda: np.eye(3))
+
+    def __matmul__(self, inner: Frame) -> Frame:
+        """A frame that is given in this one, in the drawing."""
+        return Frame(self.at + self.axes @ inner.at, self.axes @ inner.axes)
+
+    def inverse(self) -> Frame:
+        """The drawing as this frame sees it."""
+        return Frame(-self.axes.T @ self.at, self.axes.T)
+
+    def point(self, inner: Vector) -> Vector:
+        """A point of this frame in the drawing."""
+        return np.asarray(self.at + self.axes @ inner)
+
+
+@dataclass(frozen=True)
+class Body:
+    """One rigid body.
+
+    Attributes
+    ----------
+    frame : Frame
+        Its own axes in the drawing; the mechanism file has the same.
+    mass : float
+        kg.
+    centre : ndarray
+        Centre of mass in the drawing.
+    """
+
+    frame: Frame = field(default_factory=Frame)
+    mass: float = 0.0
+    centre: Vector = field(default_factory=lambda: np.zeros(3))
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a joint sits on a body: its point and direction in the drawing."""
+
+    at: Vector
+    axis: Vector | None = None
+
+    def within(self, frame: Frame) -> Place:
+        """The same, where a frame is given instead of its own axes."""
+        return Place(frame.point(self.at), None if self.axis is None else np.asarray(frame.axes @ self.axis))
+
+
+def limits(low: float, high: float) -> tuple[float, float] | None:
+    """Limits of a coordinate; None where there are none."""
+    return (low, high) if low < high and max(abs(low), abs(high)) < LARGEST_LIMIT else None
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint between two bodies.
+
+    Attributes
+    ----------
+    name : str
+    kind : str
+        As the `type` of the mechanism file: "revolute", "prismatic", "fixed", ...
+    bodies : tuple of str
+        The carrier first.
+    place : Place
+        In the drawing, on the first body.
+    second : Place or None
+        On the second body, where the drawing does not have the joint closed.
+    coordinate : float
+        Angle or travel in the drawing: rad or m.
+    limits : tuple or None
+        Range of the coordinate.
+    is_driven : bool
+        Whether the format says that a motor moves it.
+    follows : tuple or None
+        ``(joint, factor, offset)``: its coordinate is factor times that of the other joint plus the offset.
+    lead : float
+        Of a screw: m along the axis for one turn.
+    """
+
+    name: str
+    kind: str
+    bodies: tuple[str, str]
+    place: Place
+    second: Place | None = None
+    coordinate: float = 0.0
+    limits: tuple[float, float] | None = None
+    is_driven: bool = False
+    follows: tuple[str, float, float] | None = None
+    lead: float = 0.0
+
+
+def fixed(one: str, other: str) -> Joint:
+    """A joint that makes one body of two; where it is does not matter."""
+    return Joint(f"{other}-fixed", "fixed", (one, other), Place(np.zeros(3)))
+
+
+def floating(bodies: Iterable[str], joints: Iterable[Joint], ground: str) -> list[list[str]]:
+    """Groups of bodies that joints connect with one another, but not with the ground."""
+    group = {name: [name] for name in bodies}
+    for joint in joints:
+        one, other = (group[name] for name in joint.bodies)
+        if one is not other:
+            one += other
+            group |= dict.fromkeys(other, one)
+    found = {id(members): members for members in group.values() if ground not in members}
+    order = list(group)
+    return [sorted(members, key=order.index) for members in found.values()]
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """A mechanism as a foreign format has it.
+
+    Attributes
+    ----------
+    title : str
+    bodies : mapping
+        By name, in the order of the format.
+    joints : tuple of Joint
+    space : str
+        "spatial" or "planar".
+    ground : str
+        The body that is fixed. It gets the name "ground".
+    frames : mapping
+        ``name: (body, frame)`` of what can be an output besides bodies: tools, sites, links that are merged.
+    gravity : tuple
+        m/s^2, axes of the drawing.
+    notes : tuple of str
+        What the format says and the mechanism file does not: one sentence each.
+    """
+
+    title: str
+    bodies: Mapping[str, Body]
+    joints: tuple[Joint, ...]
+    space: str = "spatial"
+    ground: str = GROUND
+    frames: Mapping[str, tuple[str, Frame]] = field(default_factory=dict)
+    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    notes: tuple[str, ...] = ()

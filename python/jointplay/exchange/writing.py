@@ -1,0 +1,288 @@
+"""The text of a mechanism file for a skeleton, with comments where the foreign format says nothing."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, get_args
+
+import numpy as np
+
+from jointplay import poses
+from jointplay.errors import one_line
+from jointplay.schema.kinds import PLANAR, SPATIAL
+from jointplay.toml import number, numbers
+from jointplay.units import Units
+
+from .rotations import across, aligning
+from .skeleton import GROUND, Body, Frame, Joint, Place, Skeleton, Vector
+
+#: of every file that is written
+UNITS = Units("mm", "deg", "N")
+BARE = re.compile(r"[\w-]+", re.ASCII)
+#: width of comments
+WIDTH = 110
+#: kinds whose coordinate is an angle, and kinds that have an axis and a side
+ANGULAR = ("revolute", "screw")
+SIDED = ("revolute", "prismatic", "screw")
+#: kinds that have an axis in the plane
+GUIDED = ("prismatic", "pin_in_slot")
+#: configurations of a path that is proposed: an even number leaves out the middle, which often is a singular pose
+COUNT = 6
+#: half of the range of a joint without limits: rad, m
+FREE_TURN, FREE_TRAVEL = np.pi, 0.1
+
+
+def text(
+    skeleton: Skeleton,
+    source: str,
+    drives: Mapping[str, Sequence[float] | None],
+    output: tuple[str, Vector],
+    clearance: Mapping[str, Mapping[str, Any]],
+) -> str:
+    """The file.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    source : str
+        Where it comes from, for the first line.
+    drives : mapping
+        Values in file units by the joint that is driven; None for a proposal.
+    output : tuple
+        Body and point of the output in the drawing.
+    clearance : mapping
+        By joint.
+    """
+    parts = ["\n".join(_head(skeleton, source, drives, clearance)), "\n".join(_top(skeleton))]
+    parts += [_joint(skeleton, joint, clearance.get(joint.name)) for joint in skeleton.joints]
+    parts += [*_start(skeleton), *_drives(skeleton, drives), _output(skeleton, *output)]
+    parts += [*_bodies(skeleton), *_limits(skeleton, drives)]
+    return "\n\n".join(parts) + "\n"
+
+
+def key(name: str) -> str:
+    """A name as a key of the file."""
+    return name if BARE.fullmatch(name) else json.dumps(name, ensure_ascii=False)
+
+
+def _string(value: str) -> str:
+    return json.dumps(one_line(value), ensure_ascii=False)
+
+
+def value(given: Any) -> str:
+    """A value of an inline table."""
+    if isinstance(given, Mapping):
+        return "{ " + ", ".join(f"{key(str(name))} = {value(inner)}" for name, inner in given.items()) + " }"
+    if isinstance(given, list | tuple):
+        return f"[{', '.join(value(inner) for inner in given)}]"
+    if isinstance(given, str):
+        return _string(given)
+    return str(given).lower() if isinstance(given, bool) else number(given)
+
+
+def _comment(sentence: str) -> Iterator[str]:
+    """Comment lines of a sentence."""
+    line = "#"
+    for word in one_line(sentence).split():
+        if len(line) + len(word) >= WIDTH:
+            yield line
+            line = "#"
+        line += f" {word}"
+    yield line
+
+
+def _head(
+    skeleton: Skeleton, source: str, drives: Mapping[str, object], clearance: Mapping[str, object]
+) -> Iterator[str]:
+    said = [f"Imported from {source}.", *skeleton.notes]
+    if any(joint.name not in clearance for joint in skeleton.joints):
+        said.append("Clearances: take the # away where a joint has one, and write its size.")
+    if any(values is None for values in drives.values()):
+        said.append("The values of the drives are a proposal.")
+    for sentence in said:
+        yield from _comment(sentence)
+
+
+def _top(skeleton: Skeleton) -> Iterator[str]:
+    yield "format  = 1"
+    yield f"title   = {_string(skeleton.title)}"
+    yield f'space   = "{skeleton.space}"'
+    yield f'units   = {{ length = "{UNITS.length_name}", angle = "{UNITS.angle_name}", force = "{UNITS.force_name}" }}'
+    if any(skeleton.gravity) and any(body.mass for name, body in skeleton.bodies.items() if name != GROUND):
+        yield f"gravity = {_vector(skeleton, skeleton.gravity)}"
+
+
+def _vector(skeleton: Skeleton, vector: Iterable[float]) -> str:
+    return numbers(list(vector)[: 2 if skeleton.space == "planar" else 3])
+
+
+def _length(skeleton: Skeleton, vector: Vector) -> str:
+    return _vector(skeleton, vector / UNITS.length)
+
+
+# --- joints ---------------------------------------------------------------------------------------------------------
+
+
+def _joint(skeleton: Skeleton, joint: Joint, clearance: Mapping[str, Any] | None) -> str:
+    lines = [f"[joints.{key(joint.name)}]", f'type = "{joint.kind}"']
+    if joint.lead:
+        lines.append(f"lead = {number(joint.lead / UNITS.length)}")
+    where = list(_places(skeleton, joint))
+    drawn = where if where[0].startswith("bodies") else []
+    written = f"clearance = {value(clearance)}" if clearance else f"# clearance = {_example(skeleton, joint.kind)}"
+    lines += [*drawn, written]
+    if not drawn:
+        lines += ["", f"[joints.{key(joint.name)}.on]", *where]
+    return "\n".join(lines)
+
+
+def _example(skeleton: Skeleton, kind: str) -> str:
+    """A clearance as this kind has it."""
+    kinds = PLANAR if skeleton.space == "planar" else SPATIAL
+    annotation = kinds[kind].model_fields["clearance"].annotation
+    text = str(get_args(annotation)[0].example)
+    return text[: text.index("}") + 1]
+
+
+def _places(skeleton: Skeleton, joint: Joint) -> Iterator[str]:
+    """Lines that say where a joint is: once for both bodies, if their axes are those of the ground, or on each body."""
+    bodies = [skeleton.bodies[name] for name in joint.bodies]
+    if joint.second is None and not joint.coordinate and all(_is_drawn(body) for body in bodies):
+        yield f"bodies = [{', '.join(_string(name) for name in joint.bodies)}]"
+        yield f"at = {_length(skeleton, joint.place.at)}"
+        if joint.place.axis is not None and (skeleton.space == "spatial" or joint.kind in GUIDED):
+            yield f"axis = {_vector(skeleton, joint.place.axis)}"
+        return
+    for name, body, place, side in zip(joint.bodies, bodies, _both(joint), _sides(joint, bodies[1]), strict=True):
+        yield f"{key(name)} = {_placement(skeleton, joint, place.within(body.frame.inverse()), body, side)}"
+
+
+def _is_drawn(body: Body) -> bool:
+    return not body.frame.at.any() and bool((body.frame.axes == np.eye(3)).all())
+
+
+def _both(joint: Joint) -> tuple[Place, Place]:
+    """The places on the two bodies. A travel is the distance between them."""
+    if joint.second is not None:
+        return joint.place, joint.second
+    if joint.kind == "prismatic":
+        assert joint.place.axis is not None
+        return joint.place, Place(joint.place.at + joint.coordinate * joint.place.axis, joint.place.axis)
+    if joint.kind == "pin_in_slot":
+        return joint.place, Place(joint.place.at)
+    return joint.place, joint.place
+
+
+def _sides(joint: Joint, second: Body) -> tuple[Vector | None, Vector | None]:
+    """Directions across the axis that agree where the angle is zero, in the drawing."""
+    first, other = _both(joint)
+    if joint.kind not in SIDED or first.axis is None or other.axis is None:
+        return None, None
+    own = second.frame.axes.T @ other.axis
+    side = second.frame.axes @ across(own / np.linalg.norm(own))
+    turn = -joint.coordinate if joint.kind in ANGULAR else 0.0
+    return poses.turned_by(turn * first.axis) @ aligning(other.axis, first.axis) @ side, side
+
+
+def _placement(skeleton: Skeleton, joint: Joint, place: Place, body: Body, side: Vector | None) -> str:
+    at = _length(skeleton, place.at)
+    if place.axis is None or (skeleton.space == "planar" and joint.kind == "revolute"):
+        return at
+    more = f", side = {_vector(skeleton, body.frame.axes.T @ side)}" if side is not None else ""
+    if skeleton.space == "planar":
+        more = ""
+    return f"{{ at = {at}, axis = {_vector(skeleton, place.axis)}{more} }}"
+
+
+# --- what moves -----------------------------------------------------------------------------------------------------
+
+
+def has_loops(skeleton: Skeleton) -> bool:
+    """Whether there are more joints than a tree has."""
+    return len(skeleton.joints) > len(skeleton.bodies) - 1
+
+
+def _start(skeleton: Skeleton) -> Iterator[str]:
+    """Poses of the bodies in the drawing, where it decides on which branch loops are closed."""
+    moving = {name: body for name, body in skeleton.bodies.items() if name != GROUND}
+    if not has_loops(skeleton) or all(_is_drawn(body) for body in moving.values()):
+        return
+    lines = ["[start]"]
+    for name, body in moving.items():
+        position = _coordinates(skeleton, body.frame)
+        turn = poses.rotation_vector(poses.from_axes(body.frame.axes)) / UNITS.angle
+        rotation = f"angle = {number(turn[2])}" if skeleton.space == "planar" else f"rotation = {numbers(turn)}"
+        lines.append(f"{key(name)} = {{ {position}, {rotation} }}")
+    yield "\n".join(lines)
+
+
+def _coordinates(skeleton: Skeleton, frame: Frame) -> str:
+    names = "xy" if skeleton.space == "planar" else "xyz"
+    return ", ".join(f"{n} = {number(x / UNITS.length)}" for n, x in zip(names, frame.at, strict=False))
+
+
+def unit_of(joint: Joint) -> float:
+    """SI per file unit of a joint's coordinate."""
+    return UNITS.angle if joint.kind in ANGULAR else UNITS.length
+
+
+def _drives(skeleton: Skeleton, drives: Mapping[str, Sequence[float] | None]) -> Iterator[str]:
+    joints = {joint.name: joint for joint in skeleton.joints}
+    # Drives run together: a proposal has as many values as those that were given.
+    count = max((len(values) for values in drives.values() if values is not None and len(values) > 1), default=COUNT)
+    for name, values in drives.items():
+        followers = [joint for joint in skeleton.joints if joint.follows and joint.follows[0] == name]
+        moved = f"joint = {_string(name)}"
+        if followers:
+            # The motor has the unit of the first joint.
+            unit = unit_of(joints[name])
+            ratios = {joint.name: joint.follows[1] * unit / unit_of(joint) for joint in followers if joint.follows}
+            moved = f"joints = {value({name: 1.0, **ratios})}"
+        given = _proposal(skeleton, joints[name], count) if values is None else [f"values = {numbers(values)}"]
+        yield "\n".join([f"[drives.{key(name)}]", moved, *given, "# error = 0.01"])
+
+
+def _proposal(skeleton: Skeleton, joint: Joint, count: int) -> list[str]:
+    """The pose of the drawing, or of a tree the middle half of what its joints allow."""
+    unit = unit_of(joint)
+    reach = FREE_TURN if joint.kind in ANGULAR else FREE_TRAVEL
+    low, high = joint.limits or (-reach, reach)
+    if has_loops(skeleton):
+        return [f"values = [{number(min(max(joint.coordinate, low), high) / unit)}]"]
+    if joint.kind in ANGULAR:
+        # A joint that turns more than once repeats itself.
+        low, high = max(low, min(-reach, high - reach)), min(high, max(reach, low + reach))
+    quarter = (high - low) / 4
+    return [
+        f"from  = {number((low + quarter) / unit)}",
+        f"to    = {number((high - quarter) / unit)}",
+        f"count = {count}",
+    ]
+
+
+def _output(skeleton: Skeleton, body: str, point: Vector) -> str:
+    at = skeleton.bodies[body].frame.inverse().point(point)
+    on = {name: name for name in skeleton.bodies} | {name: on for name, (on, _) in skeleton.frames.items()}
+    others = [name for name, where in on.items() if name != body and where != GROUND]
+    known = _comment(f"Other points for --output-point: {', '.join(others)}") if others else ()
+    return "\n".join(["[output]", f"body = {_string(body)}", f"at   = {_length(skeleton, at)}", *known])
+
+
+def _bodies(skeleton: Skeleton) -> Iterator[str]:
+    for name, body in skeleton.bodies.items():
+        if body.mass and name != GROUND:
+            centre = _length(skeleton, body.frame.inverse().point(body.centre))
+            yield f"[bodies.{key(name)}]\nmass   = {number(body.mass)}\ncentre = {centre}"
+
+
+def _limits(skeleton: Skeleton, drives: Mapping[str, object]) -> Iterator[str]:
+    for table, driven in (("drives", True), ("joints", False)):
+        lines = [
+            f"{key(joint.name)} = {numbers(limit / unit_of(joint) for limit in joint.limits)}"
+            for joint in skeleton.joints
+            if joint.limits and (joint.name in drives) == driven
+        ]
+        if lines:
+            yield "\n".join([f"[limits.{table}]", *lines])
