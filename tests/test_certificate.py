@@ -69,7 +69,7 @@ def test_no_random_planar_mechanism_has_a_value_above_its_bound() -> None:
         found = bounded(m.core, at.drives, at.poses, 10)
         assert not found.excluded, number
         with_bounds += int(found.certified.sum())
-    assert with_bounds >= 0.6 * PLANAR
+    assert with_bounds >= 0.5 * PLANAR
 
 
 def test_no_random_spatial_mechanism_has_a_value_above_its_bound() -> None:

@@ -5,7 +5,8 @@
     python tests/verify_certificate.py --examples             the table of bundled examples in docs/checks.md
 
 Planar mechanisms are those of `wide`, with clearances of 0.1 to 10 % of their size, and of 0.1 to 1 % for every
-other one; spatial ones the loops and platforms of `oracles.loops`, with clearances of 1 to 100 micrometres on some 300 mm.
+other one. Spatial ones are the loops and platforms of `oracles.loops`, with clearances of 1 to 100 micrometres on some
+300 mm.
 """
 
 from __future__ import annotations
