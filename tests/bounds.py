@@ -14,6 +14,8 @@ from jointplay import _core
 Array = NDArray[np.float64]
 #: by which part a value may be above its bound: the climbs end at offsets that are in their sets to rounding
 ROUNDING = 1e-12
+#: metres or radians below which nothing moves
+RESTING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,8 @@ class Bounded:
     @property
     def gaps(self) -> Array:
         """By which part of the largest value of its kind every bound is above its value; a row per configuration."""
-        return (self.bounds - self.attained) / self._sizes
+        moves = self._sizes > RESTING
+        return np.where(moves, (self.bounds - self.attained) / np.where(moves, self._sizes, 1.0), 0.0)
 
     @property
     def excluded(self) -> bool:
