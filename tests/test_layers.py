@@ -44,6 +44,7 @@ LAYERS = (
     "verdict",
     "conclusions",
     "store",
+    "cluster",
     "analyses",
     "spreadsheets",
     "write",
@@ -59,7 +60,10 @@ LAYERS = (
     "__main__",
 )
 #: slow to import: only inside the function that needs them
-HEAVY = {"xarray", "pandas", "matplotlib", "plotly", "scipy", "h5netcdf", "h5py", "zarr", "mujoco"}
+HEAVY = {
+    *("xarray", "pandas", "matplotlib", "plotly", "scipy", "h5netcdf", "h5py", "zarr"),
+    *("dask", "distributed", "mujoco"),
+}
 #: faces and the package itself load layers on demand, so that the command starts fast
 ON_DEMAND = {"__init__", "cli", "__main__"}
 

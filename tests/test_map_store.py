@@ -153,7 +153,7 @@ class Killed(BaseException):
 
 
 @pytest.mark.parametrize("name", FORMATS)
-@pytest.mark.parametrize("where", ["begin", "put", "_put_entry", "replace", "advance", "finish", "clean"])
+@pytest.mark.parametrize("where", ["begin", "put", "record", "replace", "advance", "finish", "clean"])
 def test_wherever_a_run_ends_it_can_be_taken_up(name: str, where: str, monkeypatch: pytest.MonkeyPatch) -> None:
     from jointplay.store import ChunkStore
 
@@ -179,6 +179,27 @@ def test_wherever_a_run_ends_it_can_be_taken_up(name: str, where: str, monkeypat
                 jp.map(m, grid=grid, path=path, chunk=chunk)
         with jp.map(m, grid=grid, path=path, chunk=chunk) as resumed:
             same(jp.map(m, grid=grid, chunk=chunk), resumed)
+
+
+def test_a_chunk_that_was_joined_with_its_neighbours_but_not_recorded_is_no_damage(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A run that was killed between the two ended as a complete map that was refused as damaged ever after."""
+    from jointplay.store import Writer
+
+    m, grid = jp.load("3-rrr.toml"), {"x": np.linspace(-100, 100, 9), "y": 20, "angle": 0}
+
+    def ending(self: Writer, *args: object, original=Writer.replace) -> None:
+        original(self, *args)
+        raise Killed
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Writer, "replace", ending)
+        with pytest.raises(Killed):
+            jp.map(m, grid=grid, path="map.zarr", chunk=1)
+    for _ in range(2):
+        with jp.map(m, grid=grid, path="map.zarr", chunk=1) as whole:
+            same(jp.map(m, grid=grid, chunk=1), whole)
 
 
 def test_a_map_that_is_not_complete_can_be_read_and_says_so() -> None:

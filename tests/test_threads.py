@@ -86,3 +86,21 @@ def test_a_number_of_threads_that_no_machine_has_is_refused(threads: int) -> Non
 def test_a_number_of_threads_is_a_whole_number(threads: object) -> None:
     with pytest.raises(TypeError, match=r"random\(\): 'threads' is a whole number"):
         jp.random(example("four-bar"), samples=1000, threads=threads)  # type: ignore[arg-type]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="threads are counted in /proc")
+@pytest.mark.parametrize("threads", [1, 5])
+def test_the_environment_limits_the_threads(threads: int) -> None:
+    """RAYON_NUM_THREADS once changed nothing, so that tests with other numbers of threads all ran with the same."""
+    script = """
+import os
+import jointplay as jp
+m = jp.loads(jp.examples.text("four-bar"))
+before = len(os.listdir("/proc/self/task"))
+jp.worst(m)
+print(len(os.listdir("/proc/self/task")) - before)
+"""
+    environment = os.environ | {"RAYON_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": "1"}
+    run = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
+    # One more looks for signals meanwhile.
+    assert threads <= int(run.stdout) <= threads + 1

@@ -20,7 +20,7 @@ from jointplay.answers import (
     Worst,
 )
 
-__all__ = ["COLUMNS", "STATUSES", "Mechanism", "cone_programs", "recordings", "simd"]
+__all__ = ["COLUMNS", "STATUSES", "Mechanism", "cone_programs", "recordings", "share_threads", "simd"]
 
 STATUSES: list[str]
 #: of every question the columns: element, and dimensions beside the configuration
@@ -28,6 +28,7 @@ COLUMNS: dict[str, dict[str, tuple[str, list[str]]]]
 
 def simd(limit: str | None = None) -> str: ...
 def recordings() -> tuple[int, int, int]: ...
+def share_threads(count: int) -> None: ...
 def cone_programs(
     question: str, blocks: str, maps: Floats, forces: Floats, rights: Floats, alone: bool = False
 ) -> Cones: ...

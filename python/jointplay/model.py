@@ -365,7 +365,7 @@ class Mechanism(Compiled):
         return (_hashable(self.raw), *self.chosen)
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (_made, (dict(self.raw), self.file, self._source, *self.chosen))
+        return (_made, (dict(self.raw), self.file, self._source, self.of, bool(self.outputs), bool(self.load_cases)))
 
     def _repr_html_(self) -> str:
         """What a notebook shows where the mechanism is the value of a cell."""
@@ -489,9 +489,10 @@ def _hashable(value: object) -> object:
 
 
 def _made(
-    raw: Mapping[str, Any], file: str, source: Source | None, output: str | None, load_case: str | None
+    raw: Mapping[str, Any], file: str, source: Source | None, of: tuple[str, str], outputs: bool, load_cases: bool
 ) -> Mechanism:
-    return _mechanism(raw, file, source).only(output, load_case)
+    whole = _mechanism(raw, file, source)
+    return whole._part(of, whole.outputs if outputs else (), whole.load_cases if load_cases else ())
 
 
 def _absent(raw: Mapping[str, Any], key: str) -> str:

@@ -203,6 +203,10 @@ SIMPLE = {
     "Any": Kind("anything", lambda _: True),
     "os.PathLike[str]": Kind("a path", lambda value: isinstance(value, os.PathLike)),
     "Progress": Kind("a function", callable),
+    "Scheduler": Kind(
+        "a Dask client or the address of a scheduler",
+        lambda value: isinstance(value, str) or _is_of(value, "distributed", "Client"),
+    ),
 }
 #: names of annotations, which read here as text, with what they stand for
 ALIASES = {

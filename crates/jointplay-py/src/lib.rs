@@ -64,6 +64,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("COLUMNS", columns())?;
     module.add_function(wrap_pyfunction!(simd, module)?)?;
     module.add_function(wrap_pyfunction!(recordings, module)?)?;
+    module.add_function(wrap_pyfunction!(work::share_threads, module)?)?;
     module.add_function(wrap_pyfunction!(cones::cone_programs, module)?)?;
     module.add_class::<mechanism::Mechanism>()
 }

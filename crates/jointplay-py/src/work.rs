@@ -6,6 +6,7 @@
 
 use std::any::Any;
 use std::cell::{Cell, RefCell};
+use std::env;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,7 +29,7 @@ const STACK: usize = 8 << 20;
 /// Whether the work of Python's main thread, which alone gets signals, is to stop.
 static STOP: AtomicBool = AtomicBool::new(false);
 /// Locked with the interpreter's lock held and for no longer than that, so that a fork never finds it locked.
-static POOLS: Mutex<Pools> = Mutex::new(Pools { process: 0, of_main: None, of_others: None });
+static POOLS: Mutex<Pools> = Mutex::new(Pools { process: 0, of_main: None, of_others: None, others: 0 });
 
 /// Threads that wait for the next work: as many as there are cores.
 struct Pools {
@@ -36,27 +37,53 @@ struct Pools {
     of_main: Option<Arc<ThreadPool>>,
     /// Shared by all other threads of Python.
     of_others: Option<Arc<ThreadPool>>,
+    /// How many these are, 0 for all cores.
+    others: usize,
 }
 
 impl Pools {
-    fn kept(&mut self, is_main: bool) -> Option<Arc<ThreadPool>> {
+    /// Those of this process.
+    fn own(&mut self) -> &mut Self {
         if self.process != process::id() {
             // The threads of the parent are not here: they cannot be ended either.
             std::mem::forget((self.of_main.take(), self.of_others.take()));
             self.process = process::id();
         }
+        self
+    }
+
+    fn kept(&mut self, is_main: bool) -> Option<Arc<ThreadPool>> {
         let pool = if is_main { &mut self.of_main } else { &mut self.of_others };
         if pool.is_none() {
-            *pool = start(0, is_main).map(Arc::new);
+            *pool = start(if is_main { 0 } else { self.others }, is_main).map(Arc::new);
         }
         pool.clone()
     }
 }
 
+/// All threads of Python but the main one share so many threads from now on, 0 for all cores. A process that is one of
+/// several on a machine keeps to its part of the cores by this.
+#[pyfunction]
+pub fn share_threads(count: usize) {
+    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    let pools = pools.own();
+    if pools.others != count {
+        pools.others = count;
+        // Work that goes on keeps the threads that it has.
+        pools.of_others = None;
+    }
+}
+
+/// How many threads there are if nothing else is said: what the environment asks for, as of every program with rayon, else
+/// one for each core.
+fn cores() -> usize {
+    let asked = env::var("RAYON_NUM_THREADS").ok().and_then(|count| count.parse().ok()).filter(|count| *count > 0);
+    asked.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from))
+}
+
 /// So many threads, 0 for all cores, or as many as can be started; `None` where none can.
 fn start(threads: usize, is_main: bool) -> Option<ThreadPool> {
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    let mut count = if threads == 0 { cores } else { threads };
+    let mut count = if threads == 0 { cores() } else { threads };
     while count > 0 {
         let listen = move |_| interrupt::listen(is_main.then_some(|| STOP.load(Ordering::Relaxed)));
         let pool = ThreadPoolBuilder::new().num_threads(count).stack_size(STACK).start_handler(listen).build();
@@ -104,7 +131,7 @@ fn done<T: Send>(py: Python<'_>, threads: usize, task: impl FnOnce() -> T + Send
     };
     let pool = if threads == 0 {
         // Nothing panics while this is locked.
-        POOLS.lock().unwrap_or_else(PoisonError::into_inner).kept(is_main)
+        POOLS.lock().unwrap_or_else(PoisonError::into_inner).own().kept(is_main)
     } else {
         start(threads, is_main).map(Arc::new)
     };

@@ -18,10 +18,12 @@ its independent part is the offset divided by the gap. Sources that are correlat
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.cluster import Here, Workers
 from jointplay.errors import InputError
 from jointplay.gaps import core_at
 from jointplay.model import Mechanism
@@ -133,7 +135,14 @@ def require_determinate_scatter(m: Mechanism, loaded: bool) -> None:
 
 
 def indices(
-    m: Mechanism, at: Nominal, samples: int, seed: int, law: str | None, sampling: str, rounding: Floats
+    m: Mechanism,
+    at: Nominal,
+    samples: int,
+    seed: int,
+    law: str | None,
+    sampling: str,
+    rounding: Floats,
+    workers: Here | Workers,
 ) -> list[Indices]:
     """The indices at every configuration of a determinate mechanism, of every source and quantity.
 
@@ -141,39 +150,66 @@ def indices(
     ----------
     rounding : ndarray
         Standard deviation of every quantity that is rounding, SI.
+    workers : Here or Workers
+        Who finds them, configuration by configuration.
     """
-    count = min(samples, POINTS)
-    replicates = min(REPLICATES, count // 2)
-    count -= count % replicates
-    if count < 2 * REPLICATES:
-        # Replicates of Sobol points would not be of equal size.
-        sampling = "plain"
-    a = _Draws.of(m, count, seed, law, sampling)
-    b = _Draws.of(m, count, (seed + STRIDE) % 2**64, law, sampling)
-    # Point k of B has the net of point k of A, differently scrambled: together they would fill the space in stripes.
-    b = b.shuffled(np.random.default_rng(seed), replicates)
-    by_source = groups(m)
-    # Of each source the row of its group.
-    row = np.empty(len(m.sources), dtype=int)
-    for g, group in enumerate(by_source):
-        row[group] = g
-    columns = [np.isin(m.parameter_source, group) for group in by_source]
-    starts = [a.parameters(m), b.parameters(m)]
-    unknown = np.full((len(m.sources), len(rounding)), np.nan)
-    found = []
-    for k in range(len(at)):
-        if not np.isfinite(at.poses[k]).all():
-            found.append(Indices(unknown, unknown, unknown, unknown, np.nan))
-            continue
-        drives, poses = at.drives[k : k + 1], at.poses[k : k + 1]
+    points = _Points(m, samples, seed, law, sampling, rounding)
+    return list(workers.each(_Points.indices, (points,), (at.at(k) for k in range(len(at)))))
 
-        def errors(u: Floats, drives: NDArray[np.float64] = drives, poses: NDArray[np.float64] = poses) -> Floats:
-            return with_sizes(m, m.core.errors_of(drives, poses, u))
 
+@dataclass(frozen=True)
+class _Points:
+    """The points at which the function is needed, the same at all configurations."""
+
+    m: Mechanism
+    samples: int
+    seed: int
+    law: str | None
+    sampling: str
+    rounding: Floats
+
+    @cached_property
+    def replicates(self) -> int:
+        return min(REPLICATES, min(self.samples, POINTS) // 2)
+
+    @cached_property
+    def drawn(self) -> tuple[_Draws, _Draws]:
+        """A and B."""
+        count = min(self.samples, POINTS)
+        count -= count % self.replicates
+        # Otherwise replicates of Sobol points would not be of equal size.
+        sampling = self.sampling if count >= 2 * REPLICATES else "plain"
+        a = _Draws.of(self.m, count, self.seed, self.law, sampling)
+        b = _Draws.of(self.m, count, (self.seed + STRIDE) % 2**64, self.law, sampling)
+        # Point k of B has the net of point k of A, differently scrambled: together they would fill the space in
+        # stripes.
+        return a, b.shuffled(np.random.default_rng(self.seed), self.replicates)
+
+    @cached_property
+    def starts(self) -> list[Floats]:
+        """The parameters of A and of B."""
+        return [draws.parameters(self.m) for draws in self.drawn]
+
+    def indices(self, at: Nominal) -> Indices:
+        """The indices at one configuration."""
+        m = self.m
+        if not np.isfinite(at.poses).all():
+            unknown = np.full((len(m.sources), len(self.rounding)), np.nan)
+            return Indices(unknown, unknown, unknown, unknown, np.nan)
+
+        def errors(u: Floats) -> Floats:
+            return with_sizes(m, m.core.errors_of(at.drives, at.poses, u))
+
+        by_source = groups(m)
+        columns = [np.isin(m.parameter_source, group) for group in by_source]
+        a, b = self.drawn
         mixed = np.stack([errors(a.mixed(b, which).parameters(m)) for which in columns])
-        of = estimate(errors(starts[0]), errors(starts[1]), mixed, replicates, rounding)
-        found.append(Indices(of.first[row], of.first_error[row], of.total[row], of.total_error[row], of.left_out))
-    return found
+        of = estimate(errors(self.starts[0]), errors(self.starts[1]), mixed, self.replicates, self.rounding)
+        # Of each source the row of its group.
+        row = np.empty(len(m.sources), dtype=int)
+        for g, group in enumerate(by_source):
+            row[group] = g
+        return Indices(of.first[row], of.first_error[row], of.total[row], of.total_error[row], of.left_out)
 
 
 @dataclass(frozen=True)

@@ -77,6 +77,11 @@ class Nominal:
         """The first configurations only."""
         return replace(self, **{name: value[:count] for name, value in vars(self).items() if name != "units"})
 
+    def at(self, configuration: int) -> Nominal:
+        """One configuration only."""
+        places = slice(configuration, configuration + 1)
+        return replace(self, **{name: value[places] for name, value in vars(self).items() if name != "units"})
+
     def worse(self, status: NDArray[Any], places: NDArray[np.intp] | slice = slice(None)) -> Codes:
         """Status of an analysis at some configurations, that of the nominal one where this is not ok already."""
         own = self.status[places]
@@ -140,10 +145,10 @@ def follow(m: Mechanism, targets: Floats, components: tuple[str, ...], beside: F
     there = at_drives(m, beside)
     missed = np.abs((there.output - targets) * weights).max(axis=1)
     for k in np.flatnonzero(there.status == 0).tolist():
-        ways = [_at(there, k)]
+        ways = [there.at(k)]
         if not missed[k] <= REACHED * m.length:
             near = _of(m.core.inverse(targets[k : k + 1], weights, beside[k]))
-            ways = [way for way in (_at(found, k), near) if way.status[0] == 0]
+            ways = [way for way in (found.at(k), near) if way.status[0] == 0]
         if ways:
             best = min(ways, key=lambda way: _apart(way.poses[0], there.poses[k], m.length))
             for name, values in _arrays(found):
@@ -159,10 +164,6 @@ def _apart(some: Floats, others: Floats, length: float) -> float:
 
 def _arrays(at: Nominal) -> list[tuple[str, Any]]:
     return [(name, values) for name, values in vars(at).items() if isinstance(values, np.ndarray)]
-
-
-def _at(at: Nominal, k: int) -> Nominal:
-    return replace(at, **{name: values[k : k + 1] for name, values in _arrays(at)})
 
 
 def _of(solved: Solved) -> Nominal:

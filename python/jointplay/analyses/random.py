@@ -8,30 +8,33 @@ specimen; specimens whose clearances cannot fulfil it are strained, or cannot be
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from jointplay import confidence
 from jointplay.answers import Random
+from jointplay.cluster import Here, Workers, with_workers
 from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.model import Mechanism
-from jointplay.result import SIDES, STATUSES, Builder, Result, Variable, axes_of, to_dataset
+from jointplay.result import Result, axes_of, to_dataset
 from jointplay.typed import typed
-from jointplay.verdict import ROUNDING, add_limits
+from jointplay.verdict import ROUNDING
 
-from .capability import LEVELS, capability
-from .indices import Indices, groups, require_determinate_scatter
+from .capability import LEVELS
 from .indices import indices as find_indices
+from .indices import require_determinate_scatter
 from .loaded import require_loads
 from .nominal import Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
+from .scatter import REPLICATES, add_assembly, add_distribution, add_indices, add_moments, add_shares, add_yields
 from .several import of_each
 from .tails import require_rare, search_rare
-from .yields import Yields, repeatability, yields
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from jointplay.cluster import Scheduler
 
 PROBABILITIES = (0.5, 0.9, 0.95, 0.99, 0.999)
 LAWS = ("uniform", "boundary", "normal")
@@ -39,8 +42,6 @@ CONTACTS = ("scattered", "loaded")
 SAMPLINGS = ("sobol", "plain")
 #: a power of two, of which scrambled Sobol points are best
 SAMPLES = 131_072
-#: independent sets of Sobol points
-REPLICATES = 16
 MOST_SAMPLES = 10**12
 MOST_PROBABILITIES = 1000
 #: more than any machine has cores
@@ -60,6 +61,7 @@ def random(
     indices: bool = False,
     threads: int = 0,
     rare: bool = False,
+    scheduler: Scheduler | None = None,
 ) -> xr.Dataset:
     """Find how the error scatters from specimen to specimen.
 
@@ -90,6 +92,10 @@ def random(
     rare : bool
         Search for specimens outside the limits, by subset simulation, where fewer than 1000 of the samples are: of a
         determinate mechanism with limits whose clearances scatter.
+    scheduler : distributed.Client or str, optional
+        A Dask client, or the address of a scheduler, whose workers are asked in place of this process, configuration by
+        configuration. The result has the same bits; the attribute `retried` says how many tasks had to be begun again,
+        if any.
 
     Returns
     -------
@@ -131,7 +137,8 @@ def random(
     InputError
         When nothing loads a mechanism whose contact is to be loaded, or clearances that compatibility ties to others
         shall be at their boundary, where they cannot be compatible; when `indices` are asked for, or rare specimens are
-        to be searched for, of an over-constrained mechanism or with offsets that the load decides.
+        to be searched for, of an over-constrained mechanism or with offsets that the load decides; when the scheduler
+        does not answer, or a worker is not like this process.
 
     Examples
     --------
@@ -152,10 +159,12 @@ def random(
             indices=indices,
             threads=threads,
             rare=rare,
+            scheduler=scheduler,
         )
     )
 
 
+@with_workers
 @of_each(lambda given: given["contact"] == "loaded")
 def compute(
     m: Mechanism,
@@ -172,8 +181,10 @@ def compute(
     at: Nominal | None = None,
     progress: Progress | None = None,
     path: bool = True,
+    scheduler: Any = None,
 ) -> Result:
     """The light form of `random`; `path` asks for what is of all configurations together or of one specimen."""
+    workers: Here | Workers = scheduler
     levels = checked(samples, seed, law, probabilities, sampling)
     # Numbers of numpy overflow where seeds are made of it.
     samples, seed = int(samples), int(seed)
@@ -186,64 +197,86 @@ def compute(
     at = at or nominal(m)
     if not is_loaded:
         _require_room(m, law, at)
-    drives, poses, limits = at.drives, at.poses, m.limits.bounds(m.quantities)
+    limits = m.limits.bounds(m.quantities)
     # What is rounding is beyond no limit.
     slack = ROUNDING * np.array([m.length if kind == "length" else 1.0 for kind in axes_of(m)["quantity"].kinds])
     widened = limits + np.outer(slack, (-1.0, 1.0))
     more = np.concatenate([levels, LEVELS]) if m.limits.errors else levels
 
     drawn = samples
+    draws = _Draws(m, samples, seed, more, widened, law, threads, sampling, is_loaded)
+    # One configuration a call, so that the bar moves.
+    answers = workers.each(_Draws.scatter, (draws,), ((k, at.at(k)) for k in range(len(at))))
 
-    def run(part: slice) -> Random:
-        # One configuration a call, so that the bar moves.
+    def run(_: slice) -> Random:
         nonlocal drawn
         if drawn < samples:
             raise KeyboardInterrupt
-        found = (m.under_loads_of(part.start) if is_loaded else m).core.random(
-            drives[part],
-            poses[part],
-            samples,
-            seed,
-            more,
-            widened,
-            law,
-            threads,
-            loaded=is_loaded,
-            partly=True,
-            sampling=sampling,
-        )
+        found = next(answers)
         drawn = int(found["failures"].sum())
         return found
 
     found, done = batched(len(at), 1, run, progress)
-    at = at.first(done)
+    count, at = len(at), at.first(done)
     builder = report(m, "random", at, samples=samples, seed=seed, law=law or "as in the file")
     builder.attrs["sampling"] = points(m, samples, law, sampling)
     if is_loaded:
         builder.attrs["contact"] = contact
-    _moments(builder, found)
-    _distribution(builder, found, levels, m)
-    _limits(builder, found, limits, samples, len(levels), sampling)
+    add_moments(builder, found)
+    add_distribution(builder, found, levels, m)
+    add_shares(builder, found, limits, samples, len(levels), sampling)
     if "clearance_factor" in found:
-        _assembly(builder, found, len(levels), m)
+        add_assembly(builder, found, len(levels), m)
     builder.status(at.worse(found["status"]))
-    whole = done == len(drives) and drawn == samples
+    whole = done == count and drawn == samples
     waiting = "rare specimens were searched for at all configurations"
     try:
         if rare and drawn == samples:
-            search_rare(builder, m, at, found["outside"] * samples, seed, law, widened)
+            search_rare(builder, m, at, found["outside"] * samples, seed, law, widened, workers)
         waiting = "the Sobol' indices"
         if indices and whole:
-            _indices(builder, find_indices(m, at, samples, seed, law, sampling, slack))
+            add_indices(builder, find_indices(m, at, samples, seed, law, sampling, slack, workers))
         waiting = "the yields over all configurations"
         # Where nothing is off there is nothing to draw.
         if path and whole and not is_loaded and m.core.isostatic and m.parameters:
-            _of_path(builder, m, at, samples, seed, law, widened)
+            add_yields(builder, m, at, samples, seed, law, widened, workers)
     except KeyboardInterrupt:
         builder.attrs["incomplete"] = f"interrupted before {waiting}"
         raise Interrupted(builder.result()) from None
     unfinished = f", the last with {drawn:,} of {samples:,} samples" if drawn < samples else ""
-    return finished(builder, done, len(drives), unfinished)
+    return finished(builder, done, count, unfinished)
+
+
+@dataclass(frozen=True)
+class _Draws:
+    """What is drawn at every configuration, with the same random numbers."""
+
+    m: Mechanism
+    samples: int
+    seed: int
+    probabilities: Floats
+    limits: Floats
+    law: str | None
+    threads: int
+    sampling: str
+    is_loaded: bool
+
+    def scatter(self, place: tuple[int, Nominal]) -> Random:
+        """The scatter at a configuration with this number; after Ctrl-C that of the samples until then."""
+        k, at = place
+        return (self.m.under_loads_of(k) if self.is_loaded else self.m).core.random(
+            at.drives,
+            at.poses,
+            self.samples,
+            self.seed,
+            self.probabilities,
+            self.limits,
+            self.law,
+            self.threads,
+            loaded=self.is_loaded,
+            partly=True,
+            sampling=self.sampling,
+        )
 
 
 def points(m: Mechanism, samples: int, law: str | None, sampling: str) -> str:
@@ -297,145 +330,3 @@ def _require_room(m: Mechanism, law: str | None, at: Nominal) -> None:
             " over-constrained mechanism; valid there: uniform, normal"
         )
         raise InputError(problem, file=m.file, key="law")
-
-
-def _moments(builder: Builder, found: Random) -> None:
-    pose, square = ("configuration", "component"), ("configuration", "component", "component_other")
-    for name, of in (("mean", "mean error"), ("std", "standard deviation of the error")):
-        errors = found[f"{name}_standard_error"]  # type: ignore[literal-required]
-        builder.add(f"error_{name}_standard_error", pose, errors, f"standard error of the {of}", "component")
-    exact, linear = (found["mean"], found["covariance"]), (found["mean_first_order"], found["covariance_first_order"])
-    for (mean, covariance), suffix, words in ((exact, "", ""), (linear, "_first_order", ", to first order")):
-        std = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-        builder.add(f"error_mean{suffix}", pose, mean, f"mean error{words}", "component")
-        builder.add(f"error_std{suffix}", pose, std, f"standard deviation of the error{words}", "component")
-        words = f"covariance of the error{words}"
-        builder.add(f"error_covariance{suffix}", square, covariance, words, ("component", "component_other"))
-    words = "contribution of the source to the first-order variance"
-    parts = ("configuration", "source", "component")
-    builder.add("contribution", parts, found["contribution"], words, "component", power=2)
-
-
-def _distribution(builder: Builder, found: Random, levels: NDArray[np.float64], m: Mechanism) -> None:
-    per = ("configuration", "quantity")
-    builder.labels("probability", levels, "share of the specimens below the quantile")
-    quantile = ("configuration", "probability", "quantity")
-    values = found["quantile"][:, : len(levels)]
-    builder.add("error_quantile", quantile, values, "quantile of the error", "quantity")
-    values = found["quantile_standard_error"][:, : len(levels)]
-    words = "standard error of the quantile"
-    builder.add("error_quantile_standard_error", quantile, values, words, "quantity")
-    resolution = found["quantile_resolution"]
-    builder.add("quantile_resolution", per, resolution, "width within which the quantile is known", "quantity")
-    builder.add("largest", per, found["largest"], "largest size met", "quantity")
-    builder.add("histogram", (*per, "bin"), found["histogram"].astype(np.int64), "specimens in the bin")
-    builder.add("edge", (*per, "bin_edge"), found["edges"], "edges of the bins", "quantity")
-    if "size" in m.source_kinds:
-        words = "share of the specimens in which hole and pin have interference, and no play"
-        builder.add("interference", ("configuration", "source"), found["interference"], words)
-    failures = found["failures"].astype(np.int64)
-    builder.add("failures", ("configuration", "outcome"), failures, "specimens by outcome")
-
-
-def _limits(builder: Builder, found: Random, limits: Floats, samples: int, count: int, sampling: str) -> None:
-    """Shares beyond the limits with confidence intervals and standard errors, and capabilities.
-
-    The quantiles that these need come after `count` others.
-    """
-    per = ("configuration", "quantity")
-    add_limits(builder)
-    drawn = found["failures"].sum(axis=1).astype(float)
-    replicates = min(samples, REPLICATES) if sampling == "sobol" else 1
-    words = "share of the specimens beyond the limits"
-    shares = (
-        ("outside", "configuration", found["outside"], found["outside_standard_error"], words),
-        (
-            "outside_quantity",
-            per,
-            found["outside_quantity"],
-            found["outside_quantity_standard_error"],
-            f"{words} of the quantity",
-        ),
-    )
-    for name, dims, share, errors, words in shares:
-        builder.add(name, dims, share, words)
-        builder.add(f"{name}_standard_error", dims, errors, f"{words}, standard error")
-        total = np.broadcast_to(drawn if dims == "configuration" else drawn[:, None], share.shape)
-        ends = (
-            confidence.of_errors(share, errors, replicates, total)
-            if replicates > 1
-            else confidence.of_counts(share * total, total)
-        )
-        for end, values in zip(SIDES, ends, strict=True):
-            side = "lower" if end == "low" else "upper"
-            builder.add(f"{name}_{end}", dims, values, f"{words}, {side} end of the 95 % confidence interval")
-    known = None
-    if builder.m.limits.errors:
-        quantiles, errors = (found[name][:, count:] for name in ("quantile", "quantile_standard_error"))
-        known = capability(limits, quantiles, errors, found["quantile_resolution"], samples)
-    nothing = np.full(found["outside_quantity"].shape, np.nan)
-    for name, words in (("cp", "capability Cp"), ("cpk", "capability Cpk")):
-        builder.add(name, per, nothing if known is None else getattr(known, name), words)
-        error = nothing if known is None else getattr(known, f"{name}_error")
-        builder.add(f"{name}_standard_error", per, error, f"standard error of {name}")
-    if np.isfinite(builder.m.limits.probability):
-        builder.attrs["required_yield"] = builder.m.limits.probability
-
-
-def _of_path(
-    builder: Builder, m: Mechanism, at: Nominal, samples: int, seed: int, law: str | None, limits: Floats
-) -> None:
-    """Yields over all configurations, and the repeatability at each."""
-    value, error = repeatability(m, at, samples, seed, law)
-    words = "repeatability: mean and three standard deviations of the distance from the barycentre"
-    builder.add("repeatability", "configuration", value, words, "length")
-    words = "standard error of the repeatability"
-    builder.add("repeatability_standard_error", "configuration", error, words, "length")
-    known = m.limits.errors and np.isfinite(at.poses).all()
-    found = yields(m, at, samples, seed, law, limits) if known else Yields(0, 0, 0, 0)
-    for name, inside, count, words in (
-        ("yield_path", found.path, found.path_samples, "offsets drawn anew at each"),
-        ("yield_specimen", found.specimen, found.specimen_samples, "wherever the play lies"),
-    ):
-        share = np.array(inside / count if count else np.nan)
-        words = f"share of the specimens within the limits at all configurations, {words}"
-        builder.add(name, (), share, words)
-        ends = confidence.of_counts(np.array(inside if count else np.nan), np.array(float(count)))
-        for side, end in zip(SIDES, ends, strict=True):
-            which = "lower" if side == "low" else "upper"
-            builder.add(f"{name}_{side}", (), end, f"{words}, {which} end of the 95 % confidence interval")
-
-
-def _indices(builder: Builder, found: list[Indices]) -> None:
-    per = ("configuration", "source", "quantity")
-    for name, words in (("first", "alone"), ("total", "and of all that it does together with others")):
-        words = f"Sobol' index: share of the source in the variance, {words}"
-        builder.add(f"sobol_{name}", per, np.array([getattr(of, name) for of in found]), words)
-        errors = np.array([getattr(of, f"{name}_error") for of in found])
-        builder.add(f"sobol_{name}_standard_error", per, errors, f"standard error of sobol_{name}")
-    words = "share of the points that the indices leave out, because a specimen has no pose"
-    builder.add("sobol_left_out", "configuration", np.array([of.left_out for of in found]), words)
-    sources = builder.m.sources
-    named = {s: ", ".join(sources[other] for other in group) for group in groups(builder.m) for s in group}
-    labels = np.array([named[s] for s in range(len(sources))], dtype=str)
-    builder.coords["sobol_group"] = Variable(("source",), labels, "", "sources that are drawn together")
-
-
-def _assembly(builder: Builder, found: Random, count: int, m: Mechanism) -> None:
-    """The further results of over-constrained and elastic mechanisms; `count` quantiles are asked for."""
-    words = "clearance scale factor required for assembly without strain, quantile"
-    factor = found["clearance_factor"][:, :count]
-    builder.add("clearance_factor_quantile", ("configuration", "probability"), factor, words)
-    for outcome, words in (("not_assemblable", "cannot be assembled"), ("strained", "are strained without any load")):
-        share = found["failures"][:, STATUSES.tolist().index(outcome)] / found["failures"].sum(axis=1)
-        builder.add(outcome, "configuration", share, f"share of the specimens that {words}")
-    if not m.core.deformations:
-        return
-    words = "contribution of the joint's compliance to the first-order variance"
-    parts = ("configuration", "joint", "component")
-    builder.add("contribution_elastic", parts, found["contribution_elastic"], words, "component", power=2)
-    if m.members:
-        along = [m.core.elastic_rows.index((member.joint, "along")) for member in m.members]
-        words = "force of the member, tension positive, quantile"
-        forces = ("configuration", "probability", "member")
-        builder.add("member_force_quantile", forces, found["force"][:, :count, along], words, "force")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay.cluster import Here, Workers, with_workers
 from jointplay.compile import ANGULAR
 from jointplay.errors import InputError, shown
 from jointplay.model import Mechanism, changed
@@ -21,6 +23,8 @@ from .questions import check_options, computation
 if TYPE_CHECKING:
     import xarray as xr
 
+    from jointplay.cluster import Scheduler
+
 QUESTIONS = ("worst", "loaded", "random", "given", "solve")
 #: more than anybody waits for
 MOST_VALUES = 100_000
@@ -30,6 +34,8 @@ LENGTHS = frozenset(
         *("backlash", "slack", "module", "radii", "radius", "pitch", "lead", "distance", "ratio_error"),
     }
 )
+#: a result, and of every key with a ``*`` what it reached
+Answer = tuple[Result, list[str]]
 ANGLES = frozenset({"rotation", "angle", "rx", "ry", "rz", "backlash_angle", "pressure_angle"})
 
 
@@ -42,6 +48,7 @@ def sweep(
     *,
     name: str | None = None,
     by: Mapping[str, Iterable[float | str]] | None = None,
+    scheduler: Scheduler | None = None,
     **options: Any,
 ) -> xr.Dataset:
     """Ask a question for every value of something in the file, or for every pair of values of two things.
@@ -60,6 +67,9 @@ def sweep(
     by : mapping, optional
         A second key with its values, ``{"dimensions.l2.tolerance": [0.01, 0.02]}``: the question is asked for each of
         them with each of the values of `key`.
+    scheduler : distributed.Client or str, optional
+        A Dask client, or the address of a scheduler, whose workers are asked in place of this process, value by value.
+        The result has the same bits; the attribute `retried` says how many tasks had to be begun again, if any.
     **options
         Of the question, such as ``samples`` or ``offsets``.
 
@@ -72,7 +82,8 @@ def sweep(
     Raises
     ------
     InputError
-        When a key or value is not valid, or a value changes how many configurations or sources there are.
+        When a key or value is not valid, or a value changes how many configurations or sources there are; when the
+        scheduler does not answer, or a worker is not like this process.
 
     Examples
     --------
@@ -87,9 +98,10 @@ def sweep(
            [1.782, 2.491],
            [1.867, 2.583]])
     """
-    return to_dataset(compute(m, key, values, question, name=name, by=by, **options))
+    return to_dataset(compute(m, key, values, question, name=name, by=by, scheduler=scheduler, **options))
 
 
+@with_workers
 def compute(
     m: Mechanism,
     key: str | Sequence[str],
@@ -99,25 +111,48 @@ def compute(
     name: str | None = None,
     by: Mapping[str, Iterable[float | str]] | None = None,
     progress: Progress | None = None,
+    scheduler: Any = None,
     **options: Any,
 ) -> Result:
     """The light form of `sweep`."""
-    if by is not None:
-        return _over_pairs(m, key, list(values), question, name, by, progress, options)
-    ask = computation(question, QUESTIONS)
+    computation(question, QUESTIONS)
     check_options(question, options, "sweep")
-    keys = (key,) if isinstance(key, str) else tuple(key)
+    keys, values = (key,) if isinstance(key, str) else tuple(key), list(islice(values, MOST_VALUES + 1))
+    workers: Here | Workers = scheduler
+    ask = partial(workers.each, _asked, (keys, question, options))
+    if by is not None:
+        return _over_pairs(m, keys, values, ask, name, by, progress)
     steps = _checked(m, keys, values)
+    return _over_values(m, keys, steps, ask((m, value) for value in steps), name, progress)
+
+
+def _asked(
+    keys: tuple[str, ...], question: str, options: Mapping[str, Any], item: tuple[Mechanism, float | str]
+) -> Answer:
+    """The answer of a mechanism with a value at the keys."""
+    m, value = item
+    copy, reached = changed(m, dict.fromkeys(keys, value))
+    return computation(question, QUESTIONS)(copy, **options), reached
+
+
+def _over_values(
+    m: Mechanism,
+    keys: tuple[str, ...],
+    steps: list[float | str],
+    answers: Iterator[Answer],
+    name: str | None,
+    progress: Progress | None,
+) -> Result:
+    """The sweep of the next answers, one for every value."""
     labels = _labels(m, keys[0], steps)
     results: list[Result] = []
     reached: list[str] = []
     try:
-        for value in steps:
-            copy, reached = changed(m, dict.fromkeys(keys, value))
-            result = ask(copy, **options)
+        for value, (result, reached_here) in zip(steps, answers, strict=False):
             if results:
                 _check_shape(m, keys[0], value, results[0], result)
             results.append(result)
+            reached = reached_here
             if progress is not None:
                 progress(len(results), len(steps))
     except KeyboardInterrupt:
@@ -133,13 +168,12 @@ def compute(
 
 def _over_pairs(
     m: Mechanism,
-    key: str | Sequence[str],
+    keys: tuple[str, ...],
     values: list[float | str],
-    question: str,
+    ask: Callable[[Iterable[tuple[Mechanism, float | str]]], Iterator[Answer]],
     name: str | None,
     by: Mapping[str, Iterable[float | str]],
     progress: Progress | None,
-    options: Mapping[str, Any],
 ) -> Result:
     """A sweep for every value of a second key."""
     if len(by) != 1:
@@ -148,20 +182,31 @@ def _over_pairs(
     steps = _checked(m, (second,), others)
     if len(values) * len(steps) > MOST_VALUES:
         raise InputError(f"more than {MOST_VALUES} pairs of values", file=m.file, key="by")
-    _require_both(m, (key,) if isinstance(key, str) else tuple(key), values, second, steps)
+    _require_both(m, keys, values, second, steps)
+    values = _checked(m, keys, values)
+    copies: dict[int, tuple[Mechanism, list[str]]] = {}
+
+    def copy_of(row: int) -> tuple[Mechanism, list[str]]:
+        # Those who are asked may be rows ahead of the answers.
+        if row not in copies:
+            copies[row] = changed(m, {second: steps[row]})
+        return copies[row]
+
+    answers = ask((copy_of(row)[0], value) for row in range(len(steps)) for value in values)
     labels = _labels(m, second, steps)
     rows: list[Result] = []
     reached: list[str] = []
     try:
         for value in steps:
-            copy, reached = changed(m, {second: value})
+            copy, reached = copy_of(len(rows))
             begun = len(rows) * len(values)
 
             def told(done: int, _: int, begun: int = begun) -> None:
                 if progress is not None:
                     progress(begun + done, len(steps) * len(values))
 
-            row = compute(copy, key, values, question, name=name, progress=told, **options)
+            row = _over_values(copy, keys, values, answers, name, told)
+            del copies[len(rows)]
             if rows:
                 _check_shape(m, second, value, rows[0], row)
             rows.append(row)

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay import confidence
+from jointplay.cluster import Here, Workers
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.result import Builder
@@ -142,6 +143,10 @@ def tail(m: Mechanism, drives: Floats, poses: Floats, seed: int, law: str | None
     return _estimate(_shares(search, levels, count, _generator(second)))
 
 
+def _tail_at(m: Mechanism, seed: int, law: str | None, limits: Floats, at: Nominal) -> Tail:
+    return tail(m, at.drives, at.poses, seed, law, limits)
+
+
 def _generator(seed: np.random.SeedSequence) -> np.random.Generator:
     """The quickest of NumPy's generators: half of the work is normal numbers."""
     return np.random.Generator(np.random.SFC64(seed))
@@ -260,7 +265,14 @@ def require_rare(m: Mechanism, is_loaded: bool) -> None:
 
 
 def search_rare(
-    builder: Builder, m: Mechanism, at: Nominal, counts: Floats, seed: int, law: str | None, limits: Floats
+    builder: Builder,
+    m: Mechanism,
+    at: Nominal,
+    counts: Floats,
+    seed: int,
+    law: str | None,
+    limits: Floats,
+    workers: Here | Workers,
 ) -> None:
     """Put the shares of rare specimens in the place of the counted ones, and say how each was found.
 
@@ -268,6 +280,8 @@ def search_rare(
     ----------
     counts : ndarray
         Specimens outside among those drawn, by configuration.
+    workers : Here or Workers
+        Who searches, configuration by configuration.
     """
     methods = [COUNTED] * len(at)
     names = {
@@ -277,8 +291,9 @@ def search_rare(
     }
     values = {name: builder.data[name].values.copy() for name in names}
     limited = np.isfinite(limits).any(axis=1)
-    for k in np.flatnonzero((counts < FEWEST) & np.isfinite(at.poses).all(axis=(1, 2))).tolist():
-        found = tail(m, at.drives[k : k + 1], at.poses[k : k + 1], seed, law, limits)
+    rare = np.flatnonzero((counts < FEWEST) & np.isfinite(at.poses).all(axis=(1, 2))).tolist()
+    tails = workers.each(_tail_at, (m, seed, law, limits), (at.at(k) for k in rare))
+    for k, found in zip(rare, tails, strict=True):
         methods[k] = found.method
         for name, (of, attribute) in names.items():
             value = getattr(found, attribute)

@@ -14,11 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jointplay.cluster import Here, Workers
 from jointplay.compile import LENGTHS
 from jointplay.model import Mechanism
 
@@ -50,22 +52,31 @@ class Yields:
     specimen_samples: int
 
 
-def yields(m: Mechanism, at: Nominal, samples: int, seed: int, law: str | None, limits: Floats) -> Yields:
+def yields(
+    m: Mechanism,
+    at: Nominal,
+    samples: int,
+    seed: int,
+    law: str | None,
+    limits: Floats,
+    workers: Here | Workers,
+) -> Yields:
     """The yields of a determinate mechanism over its configurations.
 
     Parameters
     ----------
     limits : ndarray
         Lowest and highest acceptable value of every quantity, infinite where there is none, shape (quantity, 2).
+    workers : Here or Workers
+        Who looks at the specimens of a path, configuration by configuration.
     """
-    drawn = m.core.specimens(min(samples, PATH), seed, law, PLAIN)
-    path = np.ones(len(drawn), dtype=bool)
-    few = drawn[: min(samples, SPECIMENS)]
+    specimens = _Specimens(m, min(samples, PATH), seed, law, limits)
+    path = np.ones(specimens.count, dtype=bool)
+    few = specimens.drawn[: min(samples, SPECIMENS)]
     anywhere = np.ones(len(few), dtype=bool)
-    for k in range(len(at)):
+    for k, inside in enumerate(workers.each(_Specimens.within, (specimens,), ((k, at.at(k)) for k in range(len(at))))):
+        path &= inside
         drives, poses = at.drives[k : k + 1], at.poses[k : k + 1]
-        offsets = m.core.specimens(len(drawn), _seed(seed, k), law, PLAIN)
-        path &= _within(m, m.core.errors_of(drives, poses, m.core.with_offsets_of(drawn, offsets)), limits)
         slopes = m.core.sensitivity(drives, poses)["source"][0]
         shift = m.core.given(drives, poses, m.centre[None])["error_first_order"][0] - slopes @ m.centre
         # Those that are out already are not looked at again.
@@ -74,6 +85,32 @@ def yields(m: Mechanism, at: Nominal, samples: int, seed: int, law: str | None, 
             for u in _worst_offsets(m, few[part], slopes, shift, limits):
                 anywhere[part] &= _within(m, m.core.errors_of(drives, poses, u), limits)
     return Yields(int(path.sum()), len(path), int(anywhere.sum()), len(anywhere))
+
+
+@dataclass(frozen=True)
+class _Specimens:
+    """The same specimens at all configurations, with offsets drawn anew at each."""
+
+    m: Mechanism
+    count: int
+    seed: int
+    law: str | None
+    limits: Floats
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Who gets them draws them anew, which is quicker.
+        return (_Specimens, (self.m, self.count, self.seed, self.law, self.limits))
+
+    @cached_property
+    def drawn(self) -> Floats:
+        return self.m.core.specimens(self.count, self.seed, self.law, PLAIN)
+
+    def within(self, place: tuple[int, Nominal]) -> Flags:
+        """Which of them keep to the limits at a configuration with this number."""
+        k, at = place
+        offsets = self.m.core.specimens(self.count, _seed(self.seed, k), self.law, PLAIN)
+        parameters = self.m.core.with_offsets_of(self.drawn, offsets)
+        return _within(self.m, self.m.core.errors_of(at.drives, at.poses, parameters), self.limits)
 
 
 def repeatability(m: Mechanism, at: Nominal, samples: int, seed: int, law: str | None) -> tuple[Floats, Floats]:

@@ -22,6 +22,7 @@ from .options import (
     Samples,
     Sampling,
     Scatter,
+    Scheduler,
     Seed,
     Settings,
     Shares,
@@ -59,6 +60,7 @@ def error(
         int,
         typer.Option("--parts", metavar="N", help="worst: with --certify, parts of the sets looked at for each bound."),
     ] = 100,
+    scheduler: Scheduler = None,
     sizes: Sizes = Sized.middle,
     output_point: Point = None,
     load_case: LoadCase = None,
@@ -95,6 +97,7 @@ def error(
             "contact": contact.value,
             "indices": indices,
             "rare": rare,
+            "scheduler": scheduler,
         }
         return random.compute(m, **options, progress=progress)
 

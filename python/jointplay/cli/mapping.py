@@ -25,6 +25,7 @@ from .options import (
     Samples,
     Sampling,
     Scatter,
+    Scheduler,
     Seed,
     Settings,
     Touching,
@@ -54,11 +55,14 @@ class Kept:
         Whether something else there is replaced.
     chunk : int or None
         Nodes of a chunk.
+    scheduler : str or None
+        Address of a scheduler whose workers make it.
     """
 
     output: Path | None
     overwrite: bool
     chunk: int | None
+    scheduler: str | None
 
 
 @with_figure(draws="Draw it: .png, .svg, .pdf, or .html for an interactive page.")
@@ -102,6 +106,7 @@ def map_(
     chunk: Annotated[
         int | None, typer.Option("--chunk", metavar="N", help="Nodes that are computed at a time.")
     ] = None,
+    scheduler: Scheduler = None,
     plot: Figure = NO_FIGURE,
     variable: Annotated[
         str | None,
@@ -118,7 +123,7 @@ def map_(
     if question is Mapped.given:
         options = {"offsets": answer.offsets(m, offset)}
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None
-    kept = Kept(output, overwrite, chunk)
+    kept = Kept(output, overwrite, chunk, scheduler)
     return _answered(m, question.value, ranges, options, kept, plot, variable)
 
 
@@ -157,6 +162,7 @@ def _answered(
                 overwrite=kept.overwrite,
                 chunk=kept.chunk,
                 progress=progress,
+                scheduler=kept.scheduler,
                 **options,
             )
     except Stopped as stopped:

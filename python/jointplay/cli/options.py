@@ -116,6 +116,14 @@ class Best(StrEnum):
     error = "error"
 
 
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Ask the workers of this Dask scheduler, such as tcp://HOST:8786.",
+    ),
+]
 File = Annotated[
     str,
     typer.Argument(metavar="FILE", help="Mechanism file (TOML).", show_default=False, autocompletion=completing.files),

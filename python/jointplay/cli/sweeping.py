@@ -21,6 +21,7 @@ from .options import (
     Samples,
     Sampling,
     Scatter,
+    Scheduler,
     Seed,
     Swept,
     Touching,
@@ -62,6 +63,7 @@ def sweep(
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
     contact: Touching = Contact.scattered,
+    scheduler: Scheduler = None,
     output: Output = None,
     plot: Figure = NO_FIGURE,
 ) -> int:
@@ -86,7 +88,7 @@ def sweep(
         options |= {"offsets": answer.offsets(m, offset)}
 
     def ask(m: Mechanism, progress: Any) -> Result:
-        return compute(m, keys, values, question.value, progress=progress, **options)
+        return compute(m, keys, values, question.value, progress=progress, scheduler=scheduler, **options)
 
     # Of pairs of values there are other figures.
     return answer.answer({"pairs" if by else "sweep": ask}, m, output, plot)

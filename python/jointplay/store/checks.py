@@ -13,6 +13,7 @@ SLAB = 2**22
 
 #: length and CRC-32 of a file; None where there is none
 Stamp = tuple[int, int] | None
+Stamps = dict[str, Stamp]
 
 
 class Damaged(InputError):

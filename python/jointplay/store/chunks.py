@@ -12,8 +12,9 @@ from __future__ import annotations
 import io
 import json
 import os
+import uuid
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,20 +22,19 @@ import numpy as np
 
 from jointplay.errors import InputError
 from jointplay.files import remove_folder, require_writable, said_of
-from jointplay.result import Result, Variable
+from jointplay.result import Attribute, Result, Variable
 
-from .checks import Damaged, Stamp, put_sealed, sealed, stamp, sync_folder
+from .checks import Damaged, Stamps, put_sealed, sealed, stamp, sync_folder
 from .lock import Lock
 from .netcdf import fingerprint_of, to_netcdf
 from .plan import DIMENSIONS, Array, Entry, Plan, Region
+from .writer import JOURNAL, RUN, Writer
 
 if TYPE_CHECKING:
     import zarr
 
-Stamps = dict[str, Stamp]
 EXTENSIONS = (".zarr", ".nc")
-JOURNAL = ".journal"
-#: files of the journal: how far the work is, what is written once, and the chunk that is written for another time
+#: files of the journal: how far the work is, what is written once, and the chunks that are written for another time
 POSITION, STATIC, PENDING = "position", "static", "pending"
 #: what a complete group was when it was written; only then is there such a file
 MANIFEST = ".checksums"
@@ -119,12 +119,22 @@ class ChunkStore:
         self.name, self.path, self.part, self.plan = name, path, part, plan
         self._lock, self._overwrite = lock, overwrite
         self._journal = part / JOURNAL
-        self._group: zarr.Group | None = None
+        self._writer = Writer(part, plan)
+        self._pending: set[int] = set()
         self.position = (1, 0)
 
     def close(self) -> None:
-        """Let other runs work on it."""
+        """Let other runs work on it; other processes that still write for this one stop."""
+        (self._journal / RUN).unlink(missing_ok=True)
         self._lock.release()
+
+    def writer(self) -> Writer | None:
+        """What writes chunks from other processes, as soon as there is room for them."""
+        if not self.part.exists():
+            return None
+        run = uuid.uuid4().hex
+        (self._journal / RUN).write_text(run, encoding="ascii")
+        return Writer(self.part.resolve(), self.plan, run)
 
     def is_complete(self) -> bool:
         """Whether an earlier run has finished it; all of it is read for this.
@@ -161,18 +171,18 @@ class ChunkStore:
             self.position = self._read_position()
             number, done = self.position
             self._compare(self._stamps(self._journal / STATIC))
-            pending = self._read_pending()
+            self._pending = self._read_pending()
             for chunk in order[:done] if number == 1 else order:
                 if not self._entry_path(chunk).exists():
                     raise self._damaged(f"the journal has no entry of chunk {chunk}")
             for chunk in order:
-                if chunk != pending and self._entry_path(chunk).exists():
+                if chunk not in self._pending and self._entry_path(chunk).exists():
                     self._compare(self._read_entry(chunk)[1])
         except Damaged:
             if not self._overwrite:
                 raise
             _remove(self.part)
-            self.position = (1, 0)
+            self.position, self._pending = (1, 0), set()
         return self.position
 
     def _damaged(self, what: str) -> Damaged:
@@ -200,9 +210,9 @@ class ChunkStore:
         number, done = json.loads(self._sealed(self._journal / POSITION))
         return (int(number), int(done))
 
-    def _read_pending(self) -> int | None:
+    def _read_pending(self) -> set[int]:
         path = self._journal / PENDING
-        return int(self._sealed(path)) if path.exists() else None
+        return {int(number) for number in json.loads(self._sealed(path))} if path.exists() else set()
 
     def begin(self, first: Result) -> None:
         """Make room for the whole map, under another name until all of it is there."""
@@ -250,51 +260,35 @@ class ChunkStore:
         if not self.plan.has_nodes(name, variable):
             array[...] = variable.values
 
-    @property
-    def group(self) -> zarr.Group:
-        """The group that is worked in."""
-        if self._group is None:
-            import zarr
-
-            self._group = zarr.open_group(self.part, mode="r+", zarr_format=2, use_consolidated=False)
-        return self._group
+    def announce(self, number: int) -> None:
+        """Say that a chunk will be put: if it was before, its values may be old or new until its entry follows."""
+        if number not in self._pending and self._entry_path(number).exists():
+            self._pending.add(number)
+            self._put_pending()
 
     def put(self, number: int, region: Region, part: Result, entry: Entry) -> None:
         """Keep what has a value per node of a chunk, then what the journal says of it."""
-        if self._entry_path(number).exists():
-            self._announce(number)
-        arrays = {name: v.values for name, v in {**part.coords, **part.data}.items() if self.plan.has_nodes(name, v)}
-        for name, values in arrays.items():
-            self._array(name)[region] = values
-        self._put_entry(number, entry, self._written(arrays, region))
-
-    def _written(self, names: Iterable[str], region: Region) -> Stamps:
-        """The files of a chunk of the map, which is a chunk of every array, when they have reached the disk."""
-        place = [part.start // step for part, step in zip(region, self.plan.chunk, strict=True)]
-        stamps: Stamps = {}
-        for name in names:
-            index = [*place, *[0] * (self._array(name).ndim - len(place))]
-            file = f"{name}/{'.'.join(map(str, index))}"
-            stamps[file] = stamp(self.part / file, sync=True)
-        return stamps
+        self.announce(number)
+        self.record(number, entry, self._writer.write(region, part))
 
     def values(self, name: str, region: Region) -> Array:
         """Values of a variable in a part of the grid."""
-        return np.array(self._array(name)[region])
+        return np.array(self._writer.array(name)[region])
 
     def replace(self, number: int, name: str, region: Region, values: Array) -> None:
         """Change values of a variable in a part of a chunk."""
+        # A run that was killed may have written them without saying so in the journal.
+        if number not in self._pending and np.array_equal(values, self.values(name, region)):
+            return
         entry, stamps = self._read_entry(number)
-        self._announce(number)
-        self._array(name)[region] = values
-        self._put_entry(number, entry, {**stamps, **self._written([name], region)})
+        self.announce(number)
+        self.record(number, entry, {**stamps, **self._writer.replace(name, region, values)})
 
-    def _array(self, name: str) -> Any:
-        return self.group[name]
-
-    def _announce(self, number: int) -> None:
-        """Say which chunk is changed: until its entry follows its values may be old or new."""
-        put_sealed(str(number).encode(), self._journal / PENDING)
+    def _put_pending(self) -> None:
+        if self._pending:
+            put_sealed(json.dumps(sorted(self._pending)).encode(), self._journal / PENDING)
+        else:
+            (self._journal / PENDING).unlink(missing_ok=True)
 
     def _entry_path(self, number: int) -> Path:
         return self._journal / f"{number}.npz"
@@ -308,23 +302,27 @@ class ChunkStore:
             entry = dict(arrays)
         return entry, _stamps_of(entry.pop(STAMPS).tobytes())
 
-    def _put_entry(self, number: int, entry: Entry, stamps: Stamps) -> None:
+    def record(self, number: int, entry: Entry, stamps: Stamps) -> None:
+        """Keep what the journal says of a chunk whose values are written."""
         content = io.BytesIO()
         written = np.frombuffer(json.dumps(stamps).encode(), dtype=np.uint8)
         np.savez(content, allow_pickle=False, **{STAMPS: written, **entry})
         put_sealed(content.getvalue(), self._entry_path(number))
-        (self._journal / PENDING).unlink(missing_ok=True)
+        if number in self._pending:
+            self._pending.remove(number)
+            self._put_pending()
 
     def advance(self, position: tuple[int, int]) -> None:
         """Move on: everything before this position is on disk."""
         put_sealed(json.dumps(position).encode(), self._journal / POSITION)
         self.position = position
 
-    def finish(self) -> None:
-        """Complete the group, and make a NetCDF file of it if one is asked."""
+    def finish(self, attributes: Mapping[str, Attribute]) -> None:
+        """Complete the group with further attributes, and make a NetCDF file of it if one is asked."""
         import zarr
 
-        self.group.attrs.put({key: v for key, v in self.group.attrs.asdict().items() if key != "incomplete"})
+        own = self._writer.group.attrs
+        own.put({key: v for key, v in own.asdict().items() if key != "incomplete"} | dict(attributes))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # the journal is not a part of the group
             complete = zarr.consolidate_metadata(self.part, zarr_format=2)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from jointplay.errors import InputError
-from jointplay.result import Result, Variable
+from jointplay.result import Attribute, Result, Variable
 
 from .plan import Array, Entry, Plan, Region
 
@@ -74,9 +74,11 @@ class MemoryStore:
         """Move on."""
         self.position = position
 
-    def finish(self) -> None:
+    def finish(self, attributes: Mapping[str, Attribute]) -> None:
         """Nothing is left to do."""
         self._journal.clear()
+        done = self.result
+        self._result = Result(done.coords, done.data, {**done.attrs, **attributes})
 
     def close(self) -> None:
         """Nothing more will be done."""

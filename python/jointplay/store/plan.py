@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
-from jointplay.result import Result, Variable
+from jointplay.result import Attribute, Result, Variable
 
 Array = NDArray[Any]
 Region = tuple[slice, ...]
@@ -87,8 +87,8 @@ class Store(Protocol):
     def advance(self, position: tuple[int, int]) -> None:
         """Move on: everything before this position is kept."""
 
-    def finish(self) -> None:
-        """Nothing is left to do."""
+    def finish(self, attributes: Mapping[str, Attribute]) -> None:
+        """Nothing is left to do; the map gets further attributes."""
 
     def close(self) -> None:
         """Nothing more will be done."""

@@ -385,7 +385,7 @@ mod tests {
         let forms = forms();
         let x = forms.linear(0.5, [1.0, 2.0, 3.0].into_iter(), 0.0);
         let (a, b) = (x * x, (x - Form::from_f64(1.0)) * x);
-        assert!((x - x).range().size() < 1e-15);
+        assert!((x - x).range().size() < 1e-14);
         // x^2 - (x - 1) x = x, but for the two remainders.
         assert!((a - b - x).range().size() <= 2.0 * 0.6_f64.powi(2));
     }

@@ -11,34 +11,33 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from jointplay.analyses.loaded import require_loads
-from jointplay.analyses.nominal import Interrupted, Nominal, Progress, carried
+from jointplay.analyses.nominal import Interrupted, Progress
 from jointplay.analyses.offsets import parameters
 from jointplay.analyses.questions import check_options, computation
+from jointplay.cluster import Here, Workers, connected
 from jointplay.compile import Grid
-from jointplay.errors import InputError, in_range, listed
+from jointplay.errors import InputError, in_range
 from jointplay.model import Mechanism
-from jointplay.result import SEVERAL, Result, Variable, quantity, to_dataset, version
+from jointplay.result import SEVERAL, Result, quantity, to_dataset, version
 from jointplay.store import MemoryStore, Plan, open_store
 from jointplay.typed import typed
 
+from .answering import OWN, QUESTIONS, Ask, Asking, axis_names, drive_names, unassembled
 from .lattice import Lattice
-from .run import OWN, Ask, Work, axis_names, drive_names, unassembled
+from .run import Work
 
 if TYPE_CHECKING:
     import xarray as xr
 
-QUESTIONS = ("loaded", "worst", "random", "given", "solve")
+    from jointplay.cluster import Scheduler
+
 #: nodes of a chunk: some seconds of work, some ten megabytes
 CHUNKS = {"loaded": 2**14, "given": 2**13, "solve": 2**12, "worst": 2**9, "random": 2**6}
-#: questions whose results do not say how near a node is to a singularity
-MEASURED = ("solve", "worst", "random")
 #: of the largest map: some ten gigabytes where only the error is kept
 MOST_NODES = 10**9
 #: parameters of a question on which its numbers do not depend, or that the map gives
-NO_OPTIONS = ("m", "at", "progress", "threads", "offset")
+NO_OPTIONS = ("m", "at", "progress", "threads", "offset", "scheduler")
 
 
 class Stopped(KeyboardInterrupt):
@@ -54,6 +53,7 @@ def map(
     path: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
     chunk: int | None = None,
+    scheduler: Scheduler | None = None,
     **options: Any,
 ) -> xr.Dataset:
     """Ask a question at every node of a grid of drives or of output poses.
@@ -72,6 +72,10 @@ def map(
         Whether something else at the path is replaced.
     chunk : int, optional
         Nodes that are computed at a time; memory grows with it.
+    scheduler : distributed.Client or str, optional
+        A Dask client, or the address of a scheduler, whose workers are asked in place of this process. They write their
+        chunks themselves, in a folder that all machines share. The result has the same bits; the attribute `retried`
+        says how many tasks had to be begun again, if any.
     **options
         Of the question, such as ``samples`` or ``offsets``; ``details=False`` of ``loaded`` makes large maps several
         times faster and smaller.
@@ -87,7 +91,8 @@ def map(
     Raises
     ------
     InputError
-        When there is no grid, it does not fit the mechanism, or the path holds something else.
+        When there is no grid, it does not fit the mechanism, or the path holds something else; when the scheduler does
+        not answer, or a worker does not see the path or is not like this process.
 
     Examples
     --------
@@ -99,7 +104,7 @@ def map(
            [-0.091, -0.07 ],
            [-0.087, -0.069]])
     """
-    made = compute(m, question, grid, path=path, overwrite=overwrite, chunk=chunk, **options)
+    made = compute(m, question, grid, path=path, overwrite=overwrite, chunk=chunk, scheduler=scheduler, **options)
     if made is not None:
         return to_dataset(made)
     assert path is not None
@@ -124,6 +129,7 @@ def compute(
     overwrite: bool = False,
     chunk: int | None = None,
     progress: Progress | None = None,
+    scheduler: Scheduler | None = None,
     **options: Any,
 ) -> Result | None:
     """The light form of `map`; None when the map goes to a file.
@@ -135,25 +141,36 @@ def compute(
     Stopped
         On Ctrl-C, when the map goes to a file.
     """
-    whole, m, grid_of, answer = _prepared(m, question, grid, options)
+    grid_of, ask = _prepared(m, question, grid, options)
     if chunk is not None:
         in_range(chunk, "chunk", "a number of nodes", 1, MOST_NODES)
     nodes = math.prod(grid_of.shape)
     if nodes > MOST_NODES:
         raise InputError(f"{nodes:.3g} nodes; up to {MOST_NODES:.0e} are possible", file=m.file, key="grid")
     lattice = Lattice(grid_of, chunk or CHUNKS[question])
-    names = drive_names(m, grid_of, unassembled(m, answer))
-    plan = Plan(
-        axis_names(grid_of, names), lattice.shape, lattice.chunk, _fingerprint(whole, question, lattice, options)
-    )
+    asking = Asking(ask, lattice, drive_names(ask.m, grid_of, unassembled(ask.m, ask)))
+    with connected(scheduler) as workers:
+        return _made(asking, path, workers, overwrite=overwrite, progress=progress)
+
+
+def _made(
+    asking: Asking,
+    path: str | os.PathLike[str] | None,
+    workers: Here | Workers,
+    *,
+    overwrite: bool,
+    progress: Progress | None,
+) -> Result | None:
+    """The map in memory; None where it goes to a file."""
+    lattice, ask = asking.lattice, asking.ask
+    fingerprint = _fingerprint(ask.whole, ask.question, lattice, ask.options)
+    plan = Plan(axis_names(lattice.grid, asking.names), lattice.shape, lattice.chunk, fingerprint)
     store = MemoryStore(plan) if path is None else open_store(Path(path), plan, overwrite=overwrite)
     try:
         if not isinstance(store, MemoryStore) and store.is_complete():
             store.clean()
             return None
-        work = Work(m, lattice, store, answer, names, measure=question in MEASURED)
-        work.keep_offset = options.get("details", True)
-        work.run(progress)
+        Work(asking, store, workers).run(progress)
     except KeyboardInterrupt:
         done = min(store.position[1], len(lattice)) if store.position[0] == 1 else len(lattice)
         words = f"interrupted after {done} of {len(lattice)} chunks"
@@ -183,10 +200,10 @@ def check_variable(
     InputError
         When there is no such variable, or its labels do not pick one number per node.
     """
-    _, m, _, answer = _prepared(m, question, grid, options)
+    _, ask = _prepared(m, question, grid, options)
     if variable.partition(".")[0] in OWN:
         return
-    found = unassembled(m, answer)
+    found = unassembled(ask.m, ask)
     for dim in (dim for dim in SEVERAL if dim in found.sizes):
         found = found.isel(dim, 0)
     quantity(found, variable)
@@ -194,26 +211,17 @@ def check_variable(
 
 def _prepared(
     m: Mechanism, question: str, grid: Mapping[str, Any] | None, options: Mapping[str, Any]
-) -> tuple[Mechanism, Mechanism, Grid, Ask]:
-    """The mechanism with its grid, the part of it that is brought to the nodes, the grid, and the question."""
-    ask = computation(question, QUESTIONS)
+) -> tuple[Grid, Ask]:
+    """The grid, and the question of the mechanism that has it."""
+    computation(question, QUESTIONS)
     _check_options(m, question, options)
     if grid is not None:
         m = m.with_({"grid": dict(grid)})
-    whole, m = m, leading(m)
-    if m.grid is None:
+    ask = Ask(m, question, options)
+    if ask.m.grid is None:
         problem = "say what is mapped: a [grid] in the file, grid={...}, or --grid x=-100:100:201"
         raise InputError(problem, file=m.file, key="grid")
-    # Where contacts change sides is seen from the offsets. The nodes of a grid are no path.
-    also = {"offset": True} if question == "loaded" else {"path": False} if question == "random" else {}
-
-    def answer(at: Nominal) -> Result:
-        if whole is m:
-            return ask(m, at=at, **options, **also)
-        # The axes of the grid come first.
-        return _configurations_first(ask(whole, at=carried(at, m, whole), **options, **also))
-
-    return whole, m, m.grid, answer
+    return ask.m.grid, ask
 
 
 def _check_options(m: Mechanism, question: str, options: Mapping[str, Any]) -> None:
@@ -223,34 +231,6 @@ def _check_options(m: Mechanism, question: str, options: Mapping[str, Any]) -> N
         require_loads(m)
     if question == "given":
         parameters(m, 1, options.get("offsets") or {}, options.get("deviations") or {})
-
-
-def leading(m: Mechanism) -> Mechanism:
-    """The mechanism that is brought to the nodes of a grid: with the output that the grid speaks of.
-
-    Raises
-    ------
-    InputError
-        When the grid is one of positions and does not say of which output.
-    """
-    if not (m.outputs or m.load_cases):
-        return m.leader if m.grid is not None and m.grid.of_output else m
-    if m.grid is not None and m.grid.of_output and len(m.outputs) > 1 and not m.names_leader:
-        problem = f"which output is meant? Say leads = true in one of [outputs.NAME]: {listed(m.outputs)}"
-        raise InputError(problem, file=m.file, key="grid")
-    return m.leader if m.grid is not None and m.grid.of_output else m.first
-
-
-def _configurations_first(result: Result) -> Result:
-    def moved(variable: Variable) -> Variable:
-        if "configuration" not in variable.dims:
-            return variable
-        place = variable.dims.index("configuration")
-        dims = ("configuration", *(dim for dim in variable.dims if dim != "configuration"))
-        return Variable(dims, np.moveaxis(variable.values, place, 0), variable.units, variable.long_name)
-
-    coords = {name: moved(v) for name, v in result.coords.items()}
-    return Result(coords, {name: moved(v) for name, v in result.data.items()}, result.attrs)
 
 
 def _fingerprint(m: Mechanism, question: str, lattice: Lattice, options: Mapping[str, Any]) -> str:

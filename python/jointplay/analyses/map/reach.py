@@ -108,14 +108,6 @@ class Reach:
         nothing = np.full((n, 0), np.nan)
         return Nominal(drives, there, found["output"], found["status"], np.full(n, np.nan), nothing)
 
-    def measured(self, at: Nominal) -> Nominal:
-        """With the nearness to a singularity of the mechanism itself."""
-        found = self.m.core.measure(at.drives, at.poses)
-        status = np.where(at.status != 0, at.status, found["status"])
-        return Nominal(
-            at.drives, at.poses, at.output, status, found["singular_value"], found["singular_motion"], at.units
-        )
-
     def _trace_grid(self, shape: list[int], rows: Floats, seeds: Sequence[Seed], *, spread: bool = True) -> Traced:
         width, bodies = rows.shape[1], self.start.poses.shape[1:]
         return self.core.trace_grid(

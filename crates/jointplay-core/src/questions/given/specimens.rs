@@ -138,7 +138,9 @@ impl Mechanism {
             interrupt::check();
             let rows = specimens.chunks_exact(width).zip(beside.chunks_exact(width));
             for (values, (specimen, beside)) in found.chunks_exact_mut(width).zip(rows) {
-                clearances.iter().for_each(|source| put(source, specimen, beside, values));
+                for source in &clearances {
+                    put(source, specimen, beside, values);
+                }
             }
         });
         found

@@ -1,0 +1,264 @@
+"""The question, asked at the nodes of a chunk of a map, here or in another process.
+
+It has no part in the way from node to node: a chunk is asked as soon as its nodes are reached, whatever else is done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay.analyses.nominal import Floats, Nominal, carried
+from jointplay.analyses.questions import computation
+from jointplay.analyses.solve import coordinates, within_limits
+from jointplay.compile import Grid
+from jointplay.errors import InputError, listed
+from jointplay.mobility import require_determinate
+from jointplay.model import Mechanism
+from jointplay.result import Result, Variable, axes_of, coordinate_names
+from jointplay.store import Stamps, Writer
+
+from .contact import Contacts
+from .lattice import Lattice
+
+QUESTIONS = ("loaded", "worst", "random", "given", "solve")
+#: questions whose results do not say how near a node is to a singularity
+MEASURED = ("solve", "worst", "random")
+#: what a map has beside the answers at its nodes
+OWN = ("across", "contact_change", "within_limits")
+NOT_ASSEMBLED = 1
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Ask:
+    """A question of a mechanism.
+
+    Attributes
+    ----------
+    whole : Mechanism
+        With all outputs and load cases.
+    question : str
+    options : mapping
+        Of the question.
+    """
+
+    whole: Mechanism
+    question: str
+    options: Mapping[str, Any]
+
+    @cached_property
+    def m(self) -> Mechanism:
+        """The part of the mechanism that is brought to the nodes of a grid."""
+        return leading(self.whole)
+
+    def __call__(self, at: Nominal) -> Result:
+        """The answer at configurations that are solved."""
+        ask, m = computation(self.question, QUESTIONS), self.m
+        # Where contacts change sides is seen from the offsets. The nodes of a grid are no path.
+        also = {"loaded": {"offset": True}, "random": {"path": False}}.get(self.question, {})
+        if self.whole is m:
+            return ask(m, at=at, **self.options, **also)
+        # The axes of the grid come first.
+        return _configurations_first(ask(self.whole, at=carried(at, m, self.whole), **self.options, **also))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The answer at the nodes of a chunk.
+
+    Attributes
+    ----------
+    part : Result or None
+        Over the axes of the grid; None where it is written already.
+    stamps : dict
+        Of the files of the chunk, where it is written already.
+    contacts : dict
+        States of contact at the faces of the chunk, by the face; empty where there is no load.
+    """
+
+    part: Result | None
+    stamps: Stamps
+    contacts: dict[str, Floats]
+
+
+@dataclass(frozen=True)
+class Asking:
+    """Asks the question chunk by chunk.
+
+    Attributes
+    ----------
+    ask : Ask
+    lattice : Lattice
+    names : mapping
+        What the drives are called in the map, see `drive_names`.
+    writer : Writer or None
+        Writes chunks where they are computed; without it they are handed over.
+    """
+
+    ask: Ask
+    lattice: Lattice
+    names: Mapping[str, str]
+    writer: Writer | None = None
+
+    def writing(self, writer: Writer | None) -> Asking:
+        """The same, which writes what is answered."""
+        return replace(self, writer=writer)
+
+    @cached_property
+    def _contacts(self) -> Contacts:
+        return Contacts(self.ask.m)
+
+    def __call__(self, chunk: tuple[int, Nominal]) -> Answer:
+        """The answer at the nodes of a chunk, of which these are the configurations."""
+        number, at = chunk
+        part, states = self._part(number, measured(self.ask.m, at) if self.ask.question in MEASURED else at)
+        contacts = {} if states is None else faces(self.lattice, number, {"contacts": states})
+        if self.writer is None:
+            return Answer(part, {}, contacts)
+        return Answer(None, self.writer.write(self.lattice.region(number), part), contacts)
+
+    def _part(self, number: int, at: Nominal) -> tuple[Result, Floats | None]:
+        """The answer at the nodes of a chunk, over the axes of the grid, and under load the states of contact."""
+        m, flat = self.ask.m, self.ask(at)
+        data = dict(flat.data)
+        if m.limits.joints or m.limits.drives:
+            within = within_limits(m, at, coordinates(m, at)[0])
+            words = "whether joints and drives keep to their ranges"
+            data["within_limits"] = Variable(("configuration",), within, "", words)
+        result = _on_grid(Result(flat.coords, data, flat.attrs), m, self.lattice, number, self.names)
+        if flat.attrs["question"] != "loaded":
+            return result, None
+        states = self._contacts.states(result.get("offset"))
+        axes = axis_names(self.lattice.grid, self.names)
+        several = result.data["offset"].dims[len(axes) : -1]
+        changed = np.zeros((*states.shape[:-1], len(axes)), dtype=bool)
+        for axis in range(len(axes)):
+            along = np.moveaxis(states, axis, 0)
+            np.moveaxis(changed[..., axis], axis, 0)[:-1] = self._contacts.change(along[:-1], along[1:])
+        words = "whether a contact changes sides between this node and the next one along the axis"
+        change = Variable((*axes, *several, "across"), changed, "", words)
+        across = Variable(("across",), np.array(axes), "", "axis of the grid along which the next node lies")
+        data, coords = {**result.data, "contact_change": change}, {**result.coords, "across": across}
+        if not self.ask.options.get("details", True):
+            del data["offset"]
+            coords = {name: v for name, v in coords.items() if "parameter" not in v.dims}
+        return Result(coords, data, result.attrs), states
+
+
+def faces(lattice: Lattice, number: int, values: Mapping[str, Array]) -> dict[str, Array]:
+    """Of values at the nodes of a chunk those at the faces that it shares with others, by name, axis and side."""
+    return {
+        f"{name}.{neighbour.axis}.{neighbour.side}": np.array(face(of, neighbour.axis, neighbour.side))
+        for neighbour in lattice.neighbours(number)
+        for name, of in values.items()
+    }
+
+
+def face(values: Array, axis: int, side: int) -> Array:
+    """The first or the last nodes along an axis."""
+    return np.asarray(np.take(values, -side, axis=axis))
+
+
+def measured(m: Mechanism, at: Nominal) -> Nominal:
+    """Configurations with their nearness to a singularity."""
+    found = m.core.measure(at.drives, at.poses)
+    status = np.where(at.status != 0, at.status, found["status"])
+    return replace(at, status=status, singular_value=found["singular_value"], singular_motion=found["singular_motion"])
+
+
+def leading(m: Mechanism) -> Mechanism:
+    """The mechanism that is brought to the nodes of a grid: with the output that the grid speaks of.
+
+    Raises
+    ------
+    InputError
+        When the grid is one of positions and does not say of which output.
+    """
+    if not (m.outputs or m.load_cases):
+        return m.leader if m.grid is not None and m.grid.of_output else m
+    if m.grid is not None and m.grid.of_output and len(m.outputs) > 1 and not m.names_leader:
+        problem = f"which output is meant? Say leads = true in one of [outputs.NAME]: {listed(m.outputs)}"
+        raise InputError(problem, file=m.file, key="grid")
+    return m.leader if m.grid is not None and m.grid.of_output else m.first
+
+
+def _configurations_first(result: Result) -> Result:
+    def moved(variable: Variable) -> Variable:
+        if "configuration" not in variable.dims:
+            return variable
+        place = variable.dims.index("configuration")
+        dims = ("configuration", *(dim for dim in variable.dims if dim != "configuration"))
+        return Variable(dims, np.moveaxis(variable.values, place, 0), variable.units, variable.long_name)
+
+    coords = {name: moved(v) for name, v in result.coords.items()}
+    return Result(coords, {name: moved(v) for name, v in result.data.items()}, result.attrs)
+
+
+def unassembled(m: Mechanism, ask: Ask) -> Result:
+    """What the question answers where nothing is assembled: the names that all its answers have."""
+    require_determinate(m, over_constrained=True)
+    bodies, components = len(m.bodies), len(m.components)
+    value, pose, motion = (np.full((1, *shape), np.nan) for shape in ((), (bodies, m.pose_size), (bodies, components)))
+    output, status = np.full((1, components), np.nan), np.array([NOT_ASSEMBLED], dtype=np.uint8)
+    return ask(Nominal(m.start_drives[None], pose, output, status, value, motion))
+
+
+def drive_names(m: Mechanism, grid: Grid, flat: Result) -> dict[str, str]:
+    """What the drives are called in a map, by their own names.
+
+    They are dimensions of the store, which is there before the first answer; so it needs the `unassembled` one.
+    """
+    taken = {*flat.data, *flat.attrs, *flat.sizes, *OWN, *(name for name in flat.coords if name not in flat.drives)}
+    if grid.of_output:
+        taken |= {*grid.axes, *grid.held}
+    return dict(zip(m.drives, coordinate_names(m.drives, taken), strict=True))
+
+
+def axis_names(grid: Grid, names: Mapping[str, str]) -> tuple[str, ...]:
+    """Dimensions of a map."""
+    return grid.axes if grid.of_output else tuple(names[axis] for axis in grid.axes)
+
+
+def _on_grid(flat: Result, m: Mechanism, lattice: Lattice, number: int, names: Mapping[str, str]) -> Result:
+    """A result over the nodes of a chunk as one over the axes of the grid."""
+    grid, size = lattice.grid, lattice.size(number)
+    axes = axis_names(grid, names)
+
+    def shaped(variable: Variable) -> Variable:
+        if variable.dims[:1] != ("configuration",):
+            return variable
+        values = variable.values.reshape(*size, *variable.values.shape[1:])
+        return Variable((*axes, *variable.dims[1:]), values, variable.units, variable.long_name)
+
+    commanded = _commanded(m, grid, {} if grid.of_output else names)
+    known = {name: v for name, v in flat.coords.items() if name not in flat.drives and name != "configuration"}
+    values = [shaped(v) for v in flat.drives.values()]
+    drives = dict(zip(names.values(), values, strict=True)) if grid.of_output else {}
+    coords = {**commanded, **drives, **{name: shaped(v) for name, v in known.items()}}
+    attrs = {**flat.attrs, "grid": ", ".join(axes), "drives": ", ".join(drives or commanded)}
+    return Result(coords, {name: shaped(v) for name, v in flat.data.items()}, attrs)
+
+
+def _commanded(m: Mechanism, grid: Grid, called: Mapping[str, str]) -> dict[str, Variable]:
+    """Coordinates of the axes, and of what is held, in file units."""
+    along = axes_of(m)["component" if grid.of_output else "drive"]
+    names, units = (
+        along.labels,
+        {name: str(getattr(m.units, f"{kind}_name")) for name, kind in zip(along.labels, along.kinds, strict=True)},
+    )
+    factors = m.component_factors if grid.of_output else m.drive_factors
+    words = {name: f"{name} of the output" if grid.of_output else f"value of drive {name}" for name in names}
+    coords = {
+        called.get(name, name): Variable((called.get(name, name),), labels, units[name], words[name])
+        for name, labels in zip(grid.axes, grid.labels, strict=True)
+    }
+    for name, value in grid.held.items():
+        factor = factors[names.index(name)]
+        coords[called.get(name, name)] = Variable((), np.array(value / factor), units[name], f"{words[name]}, held")
+    return coords
