@@ -80,6 +80,7 @@ test-machines: $(STAMPS)/build $(STAMPS)/develop  ## the Python tests as on othe
 verify: $(STAMPS)/build $(STAMPS)/develop  ## independent engines and long measurements; writes docs/verification.md, docs/checks.md has the tables of the others
 	$(BIN)/python tests/verify_examples.py
 	$(BIN)/python tests/verify_worst.py
+	$(BIN)/python tests/verify_certificate.py
 	$(BIN)/python tests/verify_loaded.py
 	$(BIN)/python tests/verify_reports.py
 

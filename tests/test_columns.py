@@ -21,6 +21,7 @@ TYPES: dict[str, Any] = {
     "loaded": answers.Loaded,
     "loaded_specimens": answers.LoadedSpecimens,
     "worst": answers.Worst,
+    "certificate": answers.Certificate,
     "region": answers.Region,
     "random": answers.Random,
 }
@@ -53,6 +54,9 @@ def asked(m: jp.Mechanism) -> dict[str, Any]:
         "region": m.core.region(drives, poses, np.eye(2 if m.pose_size == 3 else 3)),
         "random": m.core.random(drives, poses, 16, 1, levels, keep=True),
     }
+    worst = found["worst"]
+    attained = worst["position"], worst["rotation"], worst["component"]
+    found["certificate"] = m.core.certificate(drives, poses, *attained, 1)
     if m.core.isostatic:
         found["nearness"] = m.core.nearness(poses, m.length, [0, 1])
     return found
@@ -77,7 +81,7 @@ def test_arrays_have_the_declared_elements_and_dimensions(name: str) -> None:
     for question, found in asked(m).items():
         declared = _core.COLUMNS[question]
         assert set(found) - set(declared) == TOTALS.get(question, set())
-        rows = len(found["status"] if "status" in found else found["closure"])
+        rows = len(next(found[name] for name in ("status", "reason", "closure") if name in found))
         for column, (element, dims) in declared.items():
             if column not in found:
                 continue

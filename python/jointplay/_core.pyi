@@ -4,6 +4,7 @@ from typing import final
 
 from jointplay.answers import (
     Assembled,
+    Certificate,
     Cones,
     Floats,
     Given,
@@ -86,6 +87,16 @@ class Mechanism:
     def worst(
         self, drives: Floats, poses: Floats, starts: int = 24, lanes: bool = True, partly: bool = False
     ) -> Worst: ...
+    def certificate(
+        self,
+        drives: Floats,
+        poses: Floats,
+        position: Floats,
+        rotation: Floats,
+        component: Floats,
+        parts: int,
+        partly: bool = False,
+    ) -> Certificate: ...
     def region(self, drives: Floats, poses: Floats, directions: Floats, starts: int = 4) -> Region: ...
     def specimens(self, samples: int, seed: int, law: str | None = None, sampling: str = "sobol") -> Floats: ...
     def count_scores(self, law: str | None = None) -> int: ...

@@ -133,6 +133,17 @@ class Worst(TypedDict):
     status: Codes
 
 
+class Certificate(TypedDict):
+    """What the largest errors certainly do not exceed."""
+
+    position: Floats
+    rotation: Floats
+    component: Floats
+    assembled: Flags
+    parts: Counts
+    reason: Counts
+
+
 class Region(TypedDict):
     """The region of the output point's error."""
 

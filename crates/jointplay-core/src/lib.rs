@@ -7,7 +7,7 @@
 //! The layers. Each imports from those below it only (`tests/test_core_layers.py` holds them):
 //!
 //! ```text
-//!    questions   given, loaded, worst, random: plainly, on lanes, and for over-constrained mechanisms
+//!    questions   given, loaded, worst and its certificate, random: plainly, on lanes, and for over-constrained mechanisms
 //!    nominal     the nominal mechanism along a path, over a grid; inverse kinematics
 //!    contact     where a load presses every offset against its clearance
 //!    redundancy  over-constrained and elastic mechanisms: basis, compatibility, equilibrium, sequences of programs
@@ -16,7 +16,7 @@
 //!    cone        cone programs, one at a time and eight at a time
 //!    clearance   sets of admissible offsets, their faces, laws of scatter and draws
 //!    program     recorded straight-line programs, interpreted and as machine code
-//!    math        numbers, vectors, rotations, poses, elimination, lanes, statistics
+//!    math        numbers, intervals, vectors, rotations, poses, elimination, lanes, statistics
 //!    interrupt   long work can be stopped from outside
 //! ```
 

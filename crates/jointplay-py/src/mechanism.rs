@@ -2,6 +2,7 @@
 
 use jointplay_core::Keep;
 use jointplay_core::clearance::Law;
+use jointplay_core::questions::certificate::Attained;
 use jointplay_core::questions::random::{Request, Sampling};
 use jointplay_core::{Case, Mechanism as Core, Spec};
 use numpy::ndarray::Array2;
@@ -395,6 +396,40 @@ impl Mechanism {
         let cases = configurations.cases();
         let worst = || core.worst(&cases, starts, lanes);
         Table::of(py, work_in_part(py, 0, worst, |found| !partly || found.is_empty())?)
+    }
+
+    /// Upper bounds of the worst errors, from what is attained: largest displacement, largest rotation, lowest and highest
+    /// error of every component. Each from so many parts of the sets at most.
+    #[pyo3(signature = (drives, poses, position, rotation, component, parts, partly = false))]
+    #[allow(clippy::too_many_arguments)] // what `worst` found, column by column
+    fn certificate<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        position: PyReadonlyArray1<'py, f64>,
+        rotation: PyReadonlyArray1<'py, f64>,
+        component: PyReadonlyArray3<'py, f64>,
+        parts: u64,
+        partly: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let core = &self.core;
+        let configurations = Configurations::new(core, &drives, &poses)?;
+        let cases = configurations.cases();
+        let (position, rotation) = (position.as_array().to_vec(), rotation.as_array().to_vec());
+        let (_, component) = leading(&component, &[core.size(), 2], "component")?;
+        let n = cases.len();
+        if position.len() != n || rotation.len() != n || component.len() != n * core.size() * 2 {
+            return Err(PyValueError::new_err("one row of attained values per configuration is needed"));
+        }
+        let attained = |k: usize| Attained {
+            position: position[k],
+            rotation: rotation[k],
+            component: &component[k * core.size() * 2..(k + 1) * core.size() * 2],
+        };
+        let attained: Vec<Attained<'_>> = (0..n).map(attained).collect();
+        let certificate = || core.certificate(&cases, &attained, parts);
+        Table::of(py, work_in_part(py, 0, certificate, |found| !partly || found.is_empty())?)
     }
 
     /// The extremes along unit vectors, a row each.

@@ -13,13 +13,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from jointplay.answers import Worst
-from jointplay.errors import in_range
+from jointplay.errors import InputError, in_range
 from jointplay.gaps import tight
 from jointplay.model import Mechanism
 from jointplay.result import Result, to_dataset
 from jointplay.typed import typed
 from jointplay.verdict import judge
 
+from .certificate import MOST_PARTS, PARTS, add_bounds, certified
 from .linear_worst import is_linear, linear_worst
 from .nominal import Nominal, Progress, batched, finished, nominal, report
 from .several import of_each
@@ -34,7 +35,9 @@ MOST_STARTS = 10_000
 
 
 @typed
-def worst(m: Mechanism, *, starts: int = 24, exact: bool = True) -> xr.Dataset:
+def worst(
+    m: Mechanism, *, starts: int = 24, exact: bool = True, certify: bool = False, parts: int = PARTS
+) -> xr.Dataset:
     """Find the largest pose errors that clearances and tolerances allow.
 
     Parameters
@@ -48,6 +51,13 @@ def worst(m: Mechanism, *, starts: int = 24, exact: bool = True) -> xr.Dataset:
         Whether the extremes are found on the exact closure. If not, everything is given to first order, many times
         faster for a determinate mechanism without meshing flanks: `worst_position` then is
         `worst_position_first_order`, without upper bounds.
+    certify : bool
+        Whether the extremes get upper bounds that hold for all offsets in the sets, on the exact closure, rounding
+        included. Sets of tolerances with the distribution `normal` end at three standard deviations, and so do the
+        bounds. For statically determinate mechanisms.
+    parts : int
+        With `certify`: how many parts of the sets may be looked at for each bound. The more, the closer a bound that
+        is not close yet; bounds depend neither on time nor on threads.
 
     Returns
     -------
@@ -60,7 +70,16 @@ def worst(m: Mechanism, *, starts: int = 24, exact: bool = True) -> xr.Dataset:
         largest value met is given), `nominal`, `status`. Where members are elastic, specimens that can only be
         assembled under strain count as well (`strained`), each at its pose of least energy, and `contribution_elastic`
         (per joint) is the contribution of its compliance; these add up to zero. Loads do not count: `loaded` gives the
-        deformation under a load.
+        deformation under a load. With `certify` also `worst_position_bound`, `worst_rotation_bound`,
+        `worst_component_bound` (no offsets in the sets make larger errors), `worst_position_gap`,
+        `worst_rotation_gap` (by which part the bound is above the value), `certified` (whether there are bounds),
+        `certified_reason` (why not), `certified_assembly` (whether it is proved that the mechanism can be assembled
+        for all offsets in the sets, in one pose each, without a singular one), `certified_parts`.
+
+    Raises
+    ------
+    InputError
+        When starts or parts are out of range, or `certify` is asked for without `exact`.
 
     Examples
     --------
@@ -68,8 +87,14 @@ def worst(m: Mechanism, *, starts: int = 24, exact: bool = True) -> xr.Dataset:
     >>> result = jp.worst(jp.loads(jp.examples.text("four-bar")))
     >>> result.worst_position[[0, 5, 10]].values.round(3)
     array([3.245, 3.297, 3.848])
+
+    No offsets make more than this:
+
+    >>> sure = jp.worst(jp.loads(jp.examples.text("four-bar")), certify=True)
+    >>> sure.worst_position_bound[[0, 5, 10]].values.round(3)
+    array([3.245, 3.297, 3.848])
     """
-    return to_dataset(compute(m, starts=starts, exact=exact))
+    return to_dataset(compute(m, starts=starts, exact=exact, certify=certify, parts=parts))
 
 
 @of_each(lambda _: False)
@@ -78,11 +103,17 @@ def compute(
     *,
     starts: int = 24,
     exact: bool = True,
+    certify: bool = False,
+    parts: int = PARTS,
     at: Nominal | None = None,
     progress: Progress | None = None,
 ) -> Result:
     """The light form of `worst`."""
     in_range(starts, "starts", "a number of starts", 1, MOST_STARTS)
+    if certify:
+        in_range(parts, "parts", "a number of parts", 1, MOST_PARTS)
+    if certify and not exact:
+        raise InputError("bounds are those of the exact closure: certify needs exact", key="certify")
     at = at or nominal(m)
     drives, poses = at.drives, at.poses
 
@@ -90,6 +121,8 @@ def compute(
         if not exact and is_linear(m):
             return linear_worst(m, drives[part], poses[part])
         found = m.core.worst(drives[part], poses[part], starts, partly=True)
+        if certify:
+            found = certified(m, drives[part], poses[part], found, parts)
         return found if exact else _to_first_order(found)
 
     found, done = batched(len(at), BATCH, run, progress)
@@ -127,6 +160,8 @@ def compute(
         builder.add("contribution_elastic", dims, found["contribution_elastic"], words, "extreme")
     words = "extremes whose ascent reached its limit of steps"
     builder.add("unsettled", "configuration", found["unsettled"], words)
+    if certify:
+        add_bounds(builder, found)
     judge(builder)
     builder.status(at.worse(found["status"]))
     return finished(builder, done, len(drives))

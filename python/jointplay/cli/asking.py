@@ -53,6 +53,13 @@ def error(
     rare: Annotated[
         bool, typer.Option("--rare", help="random: search for specimens outside the limits where hardly any are.")
     ] = False,
+    certify: Annotated[
+        bool, typer.Option("--certify", help="worst: upper bounds that no offsets within the sets exceed.")
+    ] = False,
+    parts: Annotated[
+        int,
+        typer.Option("--parts", metavar="N", help="worst: with --certify, parts of the sets looked at for each bound."),
+    ] = 100,
     scheduler: Scheduler = None,
     sizes: Sizes = Sized.middle,
     output_point: Point = None,
@@ -82,7 +89,7 @@ def error(
     found: dict[str, Result] = {}
 
     def ask_worst(m: Mechanism, progress: Any) -> Result:
-        found["worst"] = worst.compute(m, progress=progress)
+        found["worst"] = worst.compute(m, certify=certify, parts=parts, progress=progress)
         return found["worst"]
 
     def ask_random(m: Mechanism, progress: Any) -> Result:

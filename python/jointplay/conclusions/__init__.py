@@ -17,9 +17,10 @@ from .motion import KINDS, motion, of_compensate, of_singularities, of_solve
 from .pairs import Tops, missed, of_pairs, tops
 from .series import beyond, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import MOST_NAMES, first_missed, of_allocate, of_allow, share_of
-from .words import READABLE, Conclusion, Sentence, owners, plural, which
+from .words import BOUND_DIGITS, READABLE, Conclusion, Sentence, owners, plural, rounded_up, which
 
 __all__ = [
+    "BOUND_DIGITS",
     "FITS",
     "KINDS",
     "MOST_NAMES",
@@ -38,6 +39,7 @@ __all__ = [
     "owners",
     "plural",
     "quantile",
+    "rounded_up",
     "rounding",
     "share_of",
     "shares_over_nodes",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -10,7 +11,7 @@ import numpy as np
 from jointplay.result import LOAD, TYPICAL, Array, Result, in_words, size, typical, unit_of
 from jointplay.verdict import SIZES, Verdict, cause, ends, rounding, verdict
 
-from .words import Conclusion, Sentence, at, farthest, of_statuses, say
+from .words import BOUND_DIGITS, Conclusion, Sentence, at, farthest, of_statuses, rounded_up, say, which
 
 #: what of the output is meant, in words
 WORDS = {"position": "position error", "rotation": "rotation"}
@@ -26,7 +27,7 @@ def of_errors(result: Result) -> Conclusion:
     limits = [] if found.sentences else [Sentence("The file has no [limits] to judge it by.", is_common=True)]
     # Without limits the largest error is the answer.
     first = 0 if judged else 1
-    sentences = (*judged, *sizes[:first], *of_statuses(result), *sizes[first:], *limits)
+    sentences = (*judged, *sizes[:first], *of_statuses(result), *sizes[first:], *_proved(result), *limits)
     largest = [_largest(result, quantity) for quantity in WORDS]
     severity = (float(found.missed), found.used, *(0.0 if value is None else value[0] for value in largest))
     return Conclusion(sentences, severity)
@@ -69,6 +70,31 @@ def _sizes(result: Result, judged: Verdict) -> Iterator[Sentence]:
         else:
             text = f"Largest {words}: {say(value, unit)}{where}"
         yield Sentence(f"{text}{blamed(result, quantity, configuration)}.")
+
+
+def _proved(result: Result) -> Iterator[Sentence]:
+    """What the bounds of the worst case prove, and where there are none."""
+    if "certified" not in result.data:
+        return
+    certified = result.get("certified")
+    if certified.any():
+        parts = []
+        for quantity, words in WORDS.items():
+            bounds, unit = result.get(f"worst_{quantity}_bound")[certified], result.unit(f"worst_{quantity}_bound")
+            gap = float(np.nanmax(result.get(f"worst_{quantity}_gap")[certified], initial=0.0))
+            if np.nanmax(bounds, initial=0.0) > rounding(result, unit):
+                highest = f"{rounded_up(bounds).max():.{BOUND_DIGITS}g} {unit}"
+                parts.append(
+                    f"a {words} above {highest} (at most {math.ceil(1e5 * gap) / 1e3:g} % above what is attained)"
+                )
+        if parts:
+            yield Sentence(f"Proved: no offsets within the sets make {' or '.join(parts)}.")
+    if not certified.all():
+        missing = np.flatnonzero(~certified)
+        reasons = dict.fromkeys(result.get("certified_reason")[missing].tolist())
+        where = which(missing.tolist()) if certified.size > 1 else "No configuration"
+        lacks = "without a bound" if certified.size > 1 else "has a bound"
+        yield Sentence(f"{where} {lacks}: {'; '.join(reasons)}.")
 
 
 def _is_open(result: Result, quantity: str, unit: str) -> bool:

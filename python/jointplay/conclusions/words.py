@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,8 @@ from jointplay.verdict import place
 READABLE = ("ok", "undetermined", "strained")
 #: as many configurations are named one by one
 FEW = 8
+#: digits of an upper bound
+BOUND_DIGITS = 5
 #: relative difference of numbers of which none is the larger one
 ALIKE = 1e-9
 
@@ -58,6 +61,17 @@ class Conclusion:
 def say(value: float, unit: str = "") -> str:
     """A number with four digits and its unit."""
     return f"{value:.4g} {unit}".rstrip()
+
+
+def rounded_up(values: Array) -> Array:
+    """Numbers with few digits that are not below the given ones."""
+    sizes = np.abs(values[np.isfinite(values)])
+    largest = float(sizes.max(initial=0.0))
+    if largest == 0.0:
+        return values
+    scale = 10.0 ** (BOUND_DIGITS - 1 - math.floor(math.log10(largest)))
+    up: Array = np.ceil(values * scale) / scale
+    return up
 
 
 def plural(count: int, one: str, more: str = "") -> str:

@@ -72,6 +72,9 @@ def _notes(result: Result) -> Iterable[str]:
             f"{result.attrs['correlations_ignored']}: correlated, but the worst case takes each of them at any of its"
             " limits; `random` knows the correlation."
         )
+    if "bounded_at_three_sigma" in result.attrs:
+        endless = result.attrs["bounded_at_three_sigma"]
+        yield f"{endless}: without limits; the bounds hold up to three standard deviations."
     if question in ("loaded", "given") and "offsets_of" not in result.attrs:
         yield from sizes_taken(result, "; --sizes takes the largest or the smallest play")
     if question == "loaded" and "undetermined" in result.data and status.ndim == 1:

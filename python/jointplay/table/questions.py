@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointplay.conclusions import beyond, conclude, figure, figures, quantile, rounding
+from jointplay.conclusions import BOUND_DIGITS, beyond, conclude, figure, figures, quantile, rounded_up, rounding
 from jointplay.result import Result, blame, in_words, parts, size, split, unit_of
 from jointplay.verdict import limits_in_words, verdict
 
@@ -197,12 +197,24 @@ def _error(result: Result) -> list[Column]:
 def _worst(result: Result) -> list[Column]:
     return [
         _figures(result, "worst_position", "position"),
+        *_bound(result, "position"),
         replace(_figures(result, "worst_position_first_order", "position\nfirst order"), spare=2),
         _blamed(result, "position"),
         _figures(result, "worst_rotation", "rotation"),
+        *_bound(result, "rotation"),
         replace(_figures(result, "worst_rotation_first_order", "rotation\nfirst order"), spare=2),
         replace(_blamed(result, "rotation"), spare=1),
     ]
+
+
+def _bound(result: Result, which: str) -> list[Column]:
+    """The bound of an error, and by how much it is above the value."""
+    if "certified" not in result.data:
+        return []
+    unit = result.unit(f"worst_{which}_bound")
+    bounds = rounded_up(result.get(f"worst_{which}_bound"))
+    gap = numbers(f"{which}\ngap", "%", 100 * result.get(f"worst_{which}_gap"), digits=2)
+    return [numbers(f"{which}\nbound", unit, bounds, rounding(result, unit), BOUND_DIGITS), gap]
 
 
 def _random(result: Result) -> list[Column]:

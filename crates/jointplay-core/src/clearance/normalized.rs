@@ -1,8 +1,9 @@
 //! Offsets in coordinates of the set's own, in which projections are simple.
 
-use crate::clearance::offset::{MAX_SIZE, padded};
+use crate::clearance::offset::{MAX_SIZE, padded, padded_with};
 use crate::clearance::projection::{onto_ball, onto_ball_along, onto_box_along};
 use crate::clearance::{Set, Shape};
+use crate::math::real::Real;
 
 impl Set {
     /// The set's own coordinates of an offset.
@@ -28,12 +29,22 @@ impl Set {
     /// The offset of coordinates of the set's own.
     #[must_use]
     pub fn of_unit(&self, unit: &[f64]) -> [f64; MAX_SIZE] {
+        self.of_own(unit)
+    }
+
+    /// The same of other numbers.
+    pub(crate) fn of_own<S: Real>(&self, unit: &[S]) -> [S; MAX_SIZE] {
+        let times = |factor: f64, x: S| S::from_f64(factor) * x;
         match self.shape() {
-            Shape::Round { radius, size } => std::array::from_fn(|k| if k < size { radius * unit[k] } else { 0.0 }),
+            Shape::Round { radius, size } => padded_with(size, |k| times(radius, unit[k])),
             Shape::Diamond { gap, half_length } => {
-                padded([0.5 * gap * (unit[0] + unit[1]), 0.5 * gap / half_length * (unit[0] - unit[1])])
+                let shift_and_turn =
+                    [times(0.5 * gap, unit[0] + unit[1]), times(0.5 * gap / half_length, unit[0] - unit[1])];
+                padded_with(2, |k| shift_and_turn[k])
             }
-            Shape::Interval { low, high } => padded([0.5 * (low + high) + 0.5 * (high - low) * unit[0]]),
+            Shape::Interval { low, high } => {
+                padded_with(1, |_| S::from_f64(0.5 * (low + high)) + times(0.5 * (high - low), unit[0]))
+            }
             Shape::Pin(pin) => pin.of_unit(unit),
             Shape::Tapered(tapered) => tapered.of_unit(unit),
         }
@@ -42,13 +53,20 @@ impl Set {
     /// A gradient along the offset, along the set's own coordinates.
     #[must_use]
     pub fn unit_gradient(&self, w: &[f64]) -> [f64; MAX_SIZE] {
+        self.own_gradient(w)
+    }
+
+    /// The same of other numbers.
+    pub(crate) fn own_gradient<S: Real>(&self, w: &[S]) -> [S; MAX_SIZE] {
+        let times = |factor: f64, x: S| S::from_f64(factor) * x;
         match self.shape() {
-            Shape::Round { radius, size } => std::array::from_fn(|k| if k < size { radius * w[k] } else { 0.0 }),
+            Shape::Round { radius, size } => padded_with(size, |k| times(radius, w[k])),
             Shape::Diamond { gap, half_length } => {
-                let (a, b) = (gap * w[0], gap / half_length * w[1]);
-                padded([0.5 * (a + b), 0.5 * (a - b)])
+                let (a, b) = (times(gap, w[0]), times(gap / half_length, w[1]));
+                let along = [times(0.5, a + b), times(0.5, a - b)];
+                padded_with(2, |k| along[k])
             }
-            Shape::Interval { low, high } => padded([0.5 * (high - low) * w[0]]),
+            Shape::Interval { low, high } => padded_with(1, |_| times(0.5 * (high - low), w[0])),
             Shape::Pin(pin) => pin.unit_gradient(w),
             Shape::Tapered(tapered) => tapered.unit_gradient(w),
         }

@@ -7,10 +7,11 @@
 //! `h(F, M) = r (|R+| + |R-|) + axial |F . q|`.
 
 use crate::clearance::law::Law;
-use crate::clearance::offset::{MAX_SIZE, padded};
+use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::projection::{onto_ball, onto_ball_along, onto_box_along};
 use crate::clearance::undecided::Unforced;
 use crate::clearance::variance;
+use crate::math::real::Real;
 
 /// A pin in a bore. Its components are the one along the axis, where shoulders hold it, and then side,
 /// normal, tilt about side, tilt about normal.
@@ -25,7 +26,7 @@ pub(crate) struct Pin {
 }
 
 /// The ends of the pin, each with its two components across the axis: side and normal.
-type Ends = [[f64; 2]; 2];
+type Ends<S = f64> = [[S; 2]; 2];
 
 impl Pin {
     /// Index of the first component across the axis.
@@ -36,8 +37,8 @@ impl Pin {
 
     /// Puts axial play (if any) and four numbers one after the other.
     #[inline(always)]
-    fn join(&self, along: f64, [a, b, c, d]: [f64; 4]) -> [f64; MAX_SIZE] {
-        if self.axial.is_some() { [along, a, b, c, d] } else { padded([a, b, c, d]) }
+    fn join<S: Real>(&self, along: S, [a, b, c, d]: [S; 4]) -> [S; MAX_SIZE] {
+        if self.axial.is_some() { [along, a, b, c, d] } else { [a, b, c, d, S::from_f64(0.0)] }
     }
 
     /// Displacements of the ends across the axis. With axis x side = normal, tilt x axis is
@@ -51,13 +52,13 @@ impl Pin {
 
     /// The offset of the displacements of the ends and of the axial one.
     #[inline(always)]
-    fn offset(&self, along: f64, [first, second]: Ends) -> [f64; MAX_SIZE] {
-        let half_turn = 0.5 / self.half_length;
+    fn offset<S: Real>(&self, along: S, [first, second]: Ends<S>) -> [S; MAX_SIZE] {
+        let [half, half_turn] = [0.5, 0.5 / self.half_length].map(S::from_f64);
         self.join(
             along,
             [
-                0.5 * (first[0] + second[0]),
-                0.5 * (first[1] + second[1]),
+                half * (first[0] + second[0]),
+                half * (first[1] + second[1]),
                 half_turn * (second[1] - first[1]),
                 half_turn * (first[0] - second[0]),
             ],
@@ -66,13 +67,13 @@ impl Pin {
 
     /// Reactions of the ends.
     #[inline(always)]
-    fn reactions(&self, w: &[f64]) -> Ends {
+    fn reactions<S: Real>(&self, w: &[S]) -> Ends<S> {
         let w = &w[self.across()..];
-        let per_lever = 1.0 / self.half_length;
+        let [half, per_lever] = [0.5, 1.0 / self.half_length].map(S::from_f64);
         let (about_side, about_normal) = (per_lever * w[2], per_lever * w[3]);
         [
-            [0.5 * (w[0] + about_normal), 0.5 * (w[1] - about_side)],
-            [0.5 * (w[0] - about_normal), 0.5 * (w[1] + about_side)],
+            [half * (w[0] + about_normal), half * (w[1] - about_side)],
+            [half * (w[0] - about_normal), half * (w[1] + about_side)],
         ]
     }
 
@@ -129,16 +130,16 @@ impl Pin {
         self.join(along, [first[0], first[1], second[0], second[1]])
     }
 
-    pub(super) fn of_unit(&self, unit: &[f64]) -> [f64; MAX_SIZE] {
+    pub(super) fn of_unit<S: Real>(&self, unit: &[S]) -> [S; MAX_SIZE] {
         let e = &unit[self.across()..];
-        let r = self.radius;
-        let along = self.axial.map_or(0.0, |axial| axial * unit[0]);
+        let r = S::from_f64(self.radius);
+        let along = self.axial.map_or(S::from_f64(0.0), |axial| S::from_f64(axial) * unit[0]);
         self.offset(along, [[r * e[0], r * e[1]], [r * e[2], r * e[3]]])
     }
 
-    pub(super) fn unit_gradient(&self, w: &[f64]) -> [f64; MAX_SIZE] {
-        let [first, second] = self.reactions(w).map(|end| end.map(|f| self.radius * f));
-        let along = self.axial.map_or(0.0, |axial| axial * w[0]);
+    pub(super) fn unit_gradient<S: Real>(&self, w: &[S]) -> [S; MAX_SIZE] {
+        let [first, second] = self.reactions(w).map(|end| end.map(|f| S::from_f64(self.radius) * f));
+        let along = self.axial.map_or(S::from_f64(0.0), |axial| S::from_f64(axial) * w[0]);
         self.join(along, [first[0], first[1], second[0], second[1]])
     }
 

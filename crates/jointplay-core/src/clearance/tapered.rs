@@ -20,6 +20,7 @@ use crate::clearance::law::Law;
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::undecided::Unforced;
 use crate::clearance::variance;
+use crate::math::real::Real;
 
 /// A component, and what turns its conjugate into a force: 1, or 1/lever for an angle's moment.
 pub(crate) type Arm = (usize, f64);
@@ -67,8 +68,8 @@ impl Tapered {
     /// Own coordinates of numbers along the axis and along the diagonals: p and q of each square are sum
     /// and difference, times `half`.
     #[inline(always)]
-    fn own(&self, number: impl Fn(Arm) -> f64, half: f64) -> [f64; MAX_SIZE] {
-        let mut own = [0.0; MAX_SIZE];
+    fn own<S: Real>(&self, number: impl Fn(Arm) -> S, half: f64) -> [S; MAX_SIZE] {
+        let (mut own, half) = ([S::from_f64(0.0); MAX_SIZE], S::from_f64(half));
         own[0] = number(self.axis);
         for s in 0..self.n {
             let [a, b] = self.squares[s].map(&number);
@@ -85,20 +86,20 @@ impl Tapered {
 
     /// Forces along the own coordinates.
     #[inline(always)]
-    fn forces(&self, w: &[f64]) -> [f64; MAX_SIZE] {
-        self.own(|(k, arm)| w[k] * arm, 0.5)
+    fn forces<S: Real>(&self, w: &[S]) -> [S; MAX_SIZE] {
+        self.own(|(k, arm)| w[k] * S::from_f64(arm), 0.5)
     }
 
     #[inline(always)]
-    pub fn of_unit(&self, unit: &[f64]) -> [f64; MAX_SIZE] {
-        let mut offset = [0.0; MAX_SIZE];
-        let mut put = |(k, arm): Arm, part: f64| offset[k] = self.gap * arm * part;
+    pub fn of_unit<S: Real>(&self, unit: &[S]) -> [S; MAX_SIZE] {
+        let (mut offset, half) = ([S::from_f64(0.0); MAX_SIZE], S::from_f64(0.5));
+        let mut put = |(k, arm): Arm, part: S| offset[k] = S::from_f64(self.gap * arm) * part;
         put(self.axis, unit[0]);
         for s in 0..self.n {
             let (p, q) = (unit[1 + 2 * s], unit[2 + 2 * s]);
             let [a, b] = self.squares[s];
-            put(a, 0.5 * (p + q));
-            put(b, 0.5 * (p - q));
+            put(a, half * (p + q));
+            put(b, half * (p - q));
         }
         offset
     }
@@ -124,8 +125,8 @@ impl Tapered {
         masked_force
     }
 
-    pub(super) fn unit_gradient(&self, w: &[f64]) -> [f64; MAX_SIZE] {
-        self.forces(w).map(|f| self.gap * f)
+    pub(super) fn unit_gradient<S: Real>(&self, w: &[S]) -> [S; MAX_SIZE] {
+        self.forces(w).map(|f| S::from_f64(self.gap) * f)
     }
 
     /// The set as its own largest face.

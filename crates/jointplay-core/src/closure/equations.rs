@@ -69,10 +69,7 @@ impl<S: Real> Command<S> {
 impl Inputs<f64> {
     /// The inputs as the closure equations take them.
     pub(crate) fn commands(&self, mechanism: &Mechanism) -> Inputs<Command<f64>, f64> {
-        let drives = mechanism.driven().map(|(_, by)| Command::of(by.coefficient * self.drives[by.drive]));
-        // The phases of what slides are given in full.
-        let slides = mechanism.sliding().map(|_| Command { value: 0.0, sine: 0.0, cosine: 1.0 });
-        Inputs { drives: drives.chain(slides).collect(), parameters: self.parameters.clone() }
+        mechanism.commands(&self.drives, self.parameters.clone())
     }
 
     /// Perfect joints and dimensions.
@@ -93,6 +90,15 @@ impl Mechanism {
     /// The inputs at given drive values with every deviation at its known value and no play taken.
     pub(crate) fn built(&self, drives: &[f64]) -> Inputs<f64> {
         Inputs { drives: drives.to_vec(), parameters: self.centre.clone() }
+    }
+
+    /// The inputs as the closure equations take them.
+    pub(crate) fn commands<S: Real>(&self, drives: &[S], parameters: Vec<S>) -> Inputs<Command<S>, S> {
+        let driven = self.driven().map(|(_, by)| Command::of(S::from_f64(by.coefficient) * drives[by.drive]));
+        // The phases of what slides are given in full.
+        let [zero, one] = [0.0, 1.0].map(S::from_f64);
+        let slides = self.sliding().map(|_| Command { value: zero, sine: zero, cosine: one });
+        Inputs { drives: driven.chain(slides).collect(), parameters }
     }
 
     /// Where a point is.
@@ -339,32 +345,44 @@ impl Mechanism {
         gradient: &mut Inputs<S>,
     ) {
         for (row, &l) in self.rows.iter().zip(multipliers) {
-            if let Some(p) = row.parameter {
-                gradient.parameters[p] = gradient.parameters[p] + self.slope(row, poses, parameters) * l;
-            }
-            if let Some((p, coefficient)) = row.shift {
-                gradient.parameters[p] = gradient.parameters[p] + S::from_f64(coefficient) * l;
-            }
-            if let Some(by) = row.drive {
-                gradient.drives[by.drive] = gradient.drives[by.drive] + S::from_f64(by.coefficient) * l;
-            }
-            let joint = &self.joints[row.joint];
-            let ends = [(joint.first, true), (joint.second, false)];
-            let is_moved = |point: &Point| match row.component {
-                Component::About(_) => point.turns(),
-                Component::Along(_) => point.moves(),
-            };
-            if ends.iter().all(|&(point, _)| !is_moved(&self.points[point])) {
-                continue;
-            }
-            let rate = self.row_rate(row, poses, parameters);
-            for (point, is_first) in ends {
-                let (away, turning) =
-                    if is_first { (rate.linear, rate.first) } else { (rate.linear.map(|v| -v), rate.second) };
-                for (parameter, [velocity, rotation]) in self.ground_rates(point, poses, parameters) {
-                    let slot = &mut gradient.parameters[parameter];
-                    *slot = *slot + l * (dot(away, velocity) - dot(turning, rotation));
-                }
+            self.pull_row_back(row, poses, parameters, l, gradient);
+        }
+    }
+
+    /// The part of one row in it.
+    pub(crate) fn pull_row_back<S: Real>(
+        &self,
+        row: &Row,
+        poses: &[Pose<S>],
+        parameters: &[S],
+        l: S,
+        gradient: &mut Inputs<S>,
+    ) {
+        if let Some(p) = row.parameter {
+            gradient.parameters[p] = gradient.parameters[p] + self.slope(row, poses, parameters) * l;
+        }
+        if let Some((p, coefficient)) = row.shift {
+            gradient.parameters[p] = gradient.parameters[p] + S::from_f64(coefficient) * l;
+        }
+        if let Some(by) = row.drive {
+            gradient.drives[by.drive] = gradient.drives[by.drive] + S::from_f64(by.coefficient) * l;
+        }
+        let joint = &self.joints[row.joint];
+        let ends = [(joint.first, true), (joint.second, false)];
+        let is_moved = |point: &Point| match row.component {
+            Component::About(_) => point.turns(),
+            Component::Along(_) => point.moves(),
+        };
+        if ends.iter().all(|&(point, _)| !is_moved(&self.points[point])) {
+            return;
+        }
+        let rate = self.row_rate(row, poses, parameters);
+        for (point, is_first) in ends {
+            let (away, turning) =
+                if is_first { (rate.linear, rate.first) } else { (rate.linear.map(|v| -v), rate.second) };
+            for (parameter, [velocity, rotation]) in self.ground_rates(point, poses, parameters) {
+                let slot = &mut gradient.parameters[parameter];
+                *slot = *slot + l * (dot(away, velocity) - dot(turning, rotation));
             }
         }
     }

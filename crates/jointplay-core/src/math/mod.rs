@@ -1,6 +1,8 @@
 //! Numbers, vectors, rotations, poses, sparse elimination, lanes of registers, statistics: nothing of mechanisms.
 
+pub(crate) mod affine;
 pub(crate) mod decomposition;
+pub(crate) mod interval;
 pub mod lanes;
 pub(crate) mod memory;
 pub(crate) mod mesh;

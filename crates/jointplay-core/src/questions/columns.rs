@@ -140,6 +140,23 @@ columns! {
 }
 
 columns! {
+    /// What the largest errors certainly do not exceed.
+    Certificate in CertificateTable by CertificateRows:
+    /// Largest distance of the output point from nominal.
+    position: f64 [];
+    /// Largest rotation from nominal, absolute.
+    rotation: f64 [];
+    /// Lowest and highest error of every component.
+    component: f64 [Component, Side];
+    /// Whether the mechanism has exactly one pose near its own for everything that the sets allow.
+    assembled: bool [];
+    /// Parts of the sets that were looked at.
+    parts: u64 [];
+    /// Why there is no bound; zero where there is.
+    reason: u64 [];
+}
+
+columns! {
     /// The region of the output point's error.
     Region in RegionTable by RegionRows:
     /// How far the point can be displaced along the direction.
@@ -226,13 +243,14 @@ columns! {
 
 /// The columns that a question can have.
 #[must_use]
-pub fn declared() -> [(&'static str, Vec<Declared>); 7] {
+pub fn declared() -> [(&'static str, Vec<Declared>); 8] {
     [
         ("given", [Given::DECLARED, Forced::DECLARED].concat()),
         ("sensitivity", Sensitivity::DECLARED.to_vec()),
         ("loaded", [Loaded::DECLARED, Strain::DECLARED].concat()),
         ("loaded_specimens", Specimen::DECLARED.to_vec()),
         ("worst", Worst::DECLARED.to_vec()),
+        ("certificate", Certificate::DECLARED.to_vec()),
         ("region", Region::DECLARED.to_vec()),
         ("random", [Scatter::DECLARED, StrainScatter::DECLARED, Sample::DECLARED].concat()),
     ]

@@ -1,5 +1,6 @@
 //! The four questions, each with its form on lanes and its form for over-constrained mechanisms.
 
+pub mod certificate;
 pub mod columns;
 mod form;
 pub mod given;

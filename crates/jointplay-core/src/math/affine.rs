@@ -1,0 +1,392 @@
+//! Affine forms: numbers that are known to depend on some unknowns linearly but for a remainder.
+//!
+//! ```text
+//! value = centre + sum coefficient_k d_k + remainder,    |d_k| <= size_k,  |remainder| <= rest
+//! ```
+//!
+//! Intervals forget where they come from, so that a sum of what cancels is as wide as one of what does not. Forms cancel:
+//! what they lose is of second order. A product keeps what is linear, the rest of it goes to the remainder; a
+//! function is its tangent with the mean value theorem, `f(x) = f(c) + f'(X) (x - c)`, f' an interval around the slope.
+//!
+//! Everything rounded is paid for: the coefficients are numbers like others, and what a sum or product of them may be off
+//! by, for unknowns of their sizes, is added to the remainder.
+
+use std::cell::RefCell;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::math::interval::Interval;
+use crate::math::real::Real;
+use crate::math::vector::norm;
+
+/// What sums of non-negative numbers are raised by, so that their own rounding is covered.
+const RAISED: f64 = 1.0 + 1e-12;
+const EPSILON: f64 = 2.0 * f64::EPSILON;
+/// Numbers of a form before its coefficients: centre, rest, and what the linear part reaches.
+const HEAD: usize = 3;
+
+/// Unknowns after each other that are bounded together besides: the length of their vector by a radius.
+pub(crate) struct Group {
+    pub range: std::ops::Range<usize>,
+    pub radius: f64,
+}
+
+/// Where forms of one set of unknowns are kept.
+pub(crate) struct Forms {
+    sizes: Vec<f64>,
+    groups: Vec<Group>,
+    numbers: RefCell<Vec<f64>>,
+}
+
+/// A number: of its own, or by its place among the forms.
+#[derive(Clone, Copy)]
+pub(crate) enum Form<'f> {
+    Constant(Interval),
+    Linear(usize, &'f Forms),
+}
+
+impl Forms {
+    /// For unknowns of given sizes, in groups.
+    pub fn new(sizes: Vec<f64>, groups: Vec<Group>) -> Self {
+        Self { sizes, groups, numbers: RefCell::new(Vec::new()) }
+    }
+
+    /// A form by centre, coefficients, and what it may be off by.
+    pub fn linear(&self, centre: f64, coefficients: impl Iterator<Item = f64>, rest: f64) -> Form<'_> {
+        let mut numbers = self.numbers.borrow_mut();
+        let place = numbers.len();
+        numbers.extend([centre, rest, 0.0]);
+        numbers.extend(coefficients);
+        self.finish(&mut numbers, place)
+    }
+
+    /// Finds what the linear part of the last form reaches.
+    fn finish(&self, numbers: &mut [f64], place: usize) -> Form<'_> {
+        let (head, coefficients) = numbers[place..].split_at_mut(HEAD);
+        let of = |group: &Group| {
+            let (of, sizes) = (&coefficients[group.range.clone()], &self.sizes[group.range.clone()]);
+            let apart: f64 = of.iter().zip(sizes).map(|(c, size)| c.abs() * size).sum();
+            if group.range.len() > 1 { apart.min(norm(of) * group.radius) } else { apart }
+        };
+        let reach: f64 = self.groups.iter().map(of).sum();
+        head[2] = reach * RAISED;
+        // Written so that what is not a number is the whole line.
+        if !(head[0].abs() + head[1] + head[2] < f64::INFINITY) {
+            return Form::Constant(Interval::LINE);
+        }
+        Form::Linear(place, self)
+    }
+
+    /// Centre, rest and coefficients of a sum of forms times numbers.
+    fn summed<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>) -> Vec<f64> {
+        let mut sum = vec![0.0; HEAD + self.sizes.len()];
+        let (mut count, mut weight) = (0.0, 0.0);
+        let numbers = self.numbers.borrow();
+        for (factor, form) in terms {
+            count += 1.0;
+            match form {
+                Form::Constant(c) => {
+                    let (centre, rest) = c.split();
+                    sum[0] += factor * centre;
+                    sum[1] += factor.abs() * rest;
+                    weight += factor.abs() * (centre.abs() + rest);
+                }
+                Form::Linear(place, _) => {
+                    let of = &numbers[place..place + sum.len()];
+                    sum[0] += factor * of[0];
+                    sum[1] += factor.abs() * of[1];
+                    weight += factor.abs() * (of[0].abs() + of[1] + of[2]);
+                    sum[HEAD..].iter_mut().zip(&of[HEAD..]).for_each(|(sum, c)| *sum += factor * c);
+                }
+            }
+        }
+        sum[1] = (sum[1] + EPSILON * (count + 2.0) * weight) * RAISED + f64::MIN_POSITIVE * count;
+        sum
+    }
+
+    /// The sum of forms times numbers.
+    pub fn sum<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>) -> Form<'f> {
+        let mut sum = self.summed(terms);
+        match self.finish(&mut sum, 0) {
+            Form::Constant(line) => Form::Constant(line),
+            Form::Linear(..) => {
+                let mut numbers = self.numbers.borrow_mut();
+                let place = numbers.len();
+                numbers.extend_from_slice(&sum);
+                Form::Linear(place, self)
+            }
+        }
+    }
+
+    /// All values of such a sum.
+    pub fn reached<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>) -> Interval {
+        let mut sum = self.summed(terms);
+        match self.finish(&mut sum, 0) {
+            Form::Constant(line) => line,
+            Form::Linear(..) => Interval::from_point(sum[0]) + Interval::of_size((sum[1] + sum[2]) * RAISED),
+        }
+    }
+}
+
+impl Form<'_> {
+    /// All values.
+    pub fn range(self) -> Interval {
+        match self {
+            Self::Constant(c) => c,
+            Self::Linear(place, forms) => {
+                let numbers = forms.numbers.borrow();
+                Interval::from_point(numbers[place])
+                    + Interval::of_size((numbers[place + 1] + numbers[place + 2]) * RAISED)
+            }
+        }
+    }
+
+    /// Centre, coefficients and rest.
+    pub fn parts(self, n: usize) -> (f64, Vec<f64>, f64) {
+        match self {
+            Self::Constant(c) => {
+                let (centre, rest) = c.split();
+                (centre, vec![0.0; n], rest)
+            }
+            Self::Linear(place, forms) => {
+                let numbers = forms.numbers.borrow();
+                (numbers[place], numbers[place + HEAD..place + HEAD + n].to_vec(), numbers[place + 1])
+            }
+        }
+    }
+
+    pub fn is_zero(self) -> bool {
+        matches!(self, Self::Constant(c) if c.is_zero())
+    }
+
+    /// `factor * self + other_factor * other` and something of at most this size.
+    fn with(self, factor: f64, (other, other_factor): (Self, f64), off: f64) -> Self {
+        let ((Self::Linear(_, forms), _) | (_, Self::Linear(_, forms))) = (self, other) else {
+            return Self::Constant(Interval::LINE);
+        };
+        let off = Self::Constant(Interval::of_size(off));
+        forms.sum([(factor, self), (other_factor, other), (1.0, off)].into_iter())
+    }
+
+    /// A function of it by its values and its slopes.
+    fn mapped(self, value: impl Fn(Interval) -> Interval, slope: impl Fn(Interval) -> Interval) -> Self {
+        match self {
+            Self::Constant(c) => Self::Constant(value(c)),
+            Self::Linear(place, forms) => {
+                let range = self.range();
+                let (centre, far) = {
+                    let numbers = forms.numbers.borrow();
+                    (numbers[place], (numbers[place + 1] + numbers[place + 2]) * RAISED)
+                };
+                let (at, slopes) = (value(Interval::from_point(centre)), slope(range));
+                if !at.is_finite() || !slopes.is_finite() {
+                    return Self::Constant(Interval::LINE);
+                }
+                let (steepness, bend) = slopes.split();
+                // f(c) - f' c, and f' times the form
+                let rest = at - Interval::from_point(steepness) * Interval::from_point(centre);
+                self.with(steepness, (Self::Constant(rest), 1.0), bend * far * RAISED)
+            }
+        }
+    }
+
+    fn inverse(self) -> Self {
+        self.mapped(|x| Interval::ONE / x, |x| -(Interval::ONE / x.square()))
+    }
+
+    fn angle(sine: Self, cosine: Self) -> Self {
+        if let (Self::Constant(sine), Self::Constant(cosine)) = (sine, cosine) {
+            return Self::Constant(Interval::small_angle(sine, cosine));
+        }
+        if !(cosine.range().low > 0.0) {
+            return Self::Constant(Interval::LINE);
+        }
+        let arc = |x| Interval::small_angle(x, Interval::ONE);
+        (sine / cosine).mapped(arc, |x| Interval::ONE / (Interval::ONE + x.square()))
+    }
+}
+
+impl Add for Form<'_> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a + b),
+            _ if self.is_zero() => other,
+            _ if other.is_zero() => self,
+            _ => self.with(1.0, (other, 1.0), 0.0),
+        }
+    }
+}
+
+impl Sub for Form<'_> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a - b),
+            _ if other.is_zero() => self,
+            _ => self.with(1.0, (other, -1.0), 0.0),
+        }
+    }
+}
+
+impl Mul for Form<'_> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a * b),
+            _ if self.is_zero() || other.is_zero() => Self::Constant(Interval::ZERO),
+            (Self::Constant(c), form) | (form, Self::Constant(c)) => {
+                if c == Interval::ONE {
+                    return form;
+                }
+                if !c.is_finite() {
+                    return Self::Constant(Interval::LINE);
+                }
+                let (factor, rest) = c.split();
+                form.with(factor, (Self::Constant(Interval::ZERO), 1.0), rest * form.range().size() * RAISED)
+            }
+            (Self::Linear(a, forms), Self::Linear(b, _)) => {
+                let [[a, rest_a, reach_a], [b, rest_b, reach_b]] = {
+                    let numbers = forms.numbers.borrow();
+                    [a, b].map(|place| [numbers[place], numbers[place + 1], numbers[place + 2]])
+                };
+                // (a + A)(b + B) = b (a + A) + a (b + B) - a b + A B, what is left out being in A and B
+                let both = (rest_a + reach_a) * (rest_b + reach_b) * RAISED;
+                let product = Interval::from_point(a) * Interval::from_point(b);
+                let (centre, rounding) = product.split();
+                let once = Self::Constant(Interval::from_point(-centre));
+                forms.sum(
+                    [
+                        (b, self),
+                        (a, other),
+                        (1.0, once),
+                        (1.0, Self::Constant(Interval::of_size((both + rounding) * RAISED))),
+                    ]
+                    .into_iter(),
+                )
+            }
+        }
+    }
+}
+
+impl Div for Form<'_> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => Self::Constant(a / b),
+            _ => self * other.inverse(),
+        }
+    }
+}
+
+impl Neg for Form<'_> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        match self {
+            Self::Constant(c) => Self::Constant(-c),
+            Self::Linear(..) => self.with(-1.0, (Self::Constant(Interval::ZERO), 1.0), 0.0),
+        }
+    }
+}
+
+impl Real for Form<'_> {
+    fn from_f64(value: f64) -> Self {
+        Self::Constant(Interval::from_f64(value))
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        let (sine, cosine) = (|x: Interval| x.sin_cos().0, |x: Interval| x.sin_cos().1);
+        (self.mapped(sine, cosine), self.mapped(cosine, |x| -sine(x)))
+    }
+    fn wide_sin_cos(self) -> (Self, Self) {
+        self.sin_cos()
+    }
+    fn angle_residual(sine: Self, cosine: Self) -> (Self, Self) {
+        (Self::angle(sine, cosine), Self::from_f64(1.0))
+    }
+    fn small_angle(sine: Self, cosine: Self) -> Self {
+        Self::angle(sine, cosine)
+    }
+    fn wide_angle(sine: Self, cosine: Self) -> Self {
+        Self::angle(sine, cosine)
+    }
+    fn whole_angle(sine: Self, cosine: Self) -> Self {
+        Self::angle(sine, cosine)
+    }
+    fn tilt(sine: Self, cosine: Self) -> Self {
+        if cosine.range().low > 0.5 { sine } else { Self::Constant(Interval::LINE) }
+    }
+    // f' = (1 / (1 + s) - f / 2) / s, which is from -2/3 to 0.
+    fn double_arc(square: Self) -> Self {
+        let slope = |s: Interval| {
+            let far = (Interval::ONE / (Interval::ONE + s) - Interval::double_arc(s).scaled(0.5)) / s;
+            far.common(Interval::new(-0.67, 0.0)).unwrap_or(Interval::LINE)
+        };
+        square.mapped(Interval::double_arc, slope)
+    }
+    // An offset is within its set.
+    fn within_one(self) -> (Self, Self) {
+        (self, Self::from_f64(1.0))
+    }
+    fn reciprocal_root(self, near: f64) -> Self {
+        Real::root(self, near).inverse()
+    }
+    fn root(self, _: f64) -> Self {
+        self.mapped(Interval::root, |x| Interval::from_f64(0.5) / Interval::root(x))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+
+    fn forms() -> Forms {
+        let groups = vec![Group { range: 0..1, radius: f64::INFINITY }, Group { range: 1..3, radius: 0.1 }];
+        Forms::new(vec![0.2, 0.1, 0.1], groups)
+    }
+
+    fn function<S: Real>(x: &[S]) -> Vec<S> {
+        let (sine, cosine) = (x[0] + x[1]).sin_cos();
+        let long = x[0] * x[0] + x[2] * x[2] + S::from_f64(1.0);
+        let quotient = (x[1] - x[2]) / (long + x[0]);
+        vec![
+            sine * x[2] - cosine,
+            S::small_angle(x[1], x[0] + S::from_f64(2.0)) * quotient,
+            S::double_arc(x[0] * x[0]) + Real::root(long, 1.0),
+            -quotient.wide_sin_cos().0 * long.reciprocal_root(1.0),
+        ]
+    }
+
+    #[test]
+    fn values_lie_within_the_linear_part_and_the_rest() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+        for _ in 0..500 {
+            let forms = forms();
+            let x: Vec<f64> = (0..3).map(|_| rng.random_range(-1.0..1.0)).collect();
+            let unknown = |k: usize| forms.linear(x[k], (0..3).map(|j| f64::from(u8::from(j == k))), 0.0);
+            let found = function(&[unknown(0), unknown(1), unknown(2)]);
+            for _ in 0..20 {
+                let angle = rng.random_range(0.0..std::f64::consts::TAU);
+                let d = [rng.random_range(-0.2..0.2), 0.1 * angle.cos(), 0.1 * angle.sin()];
+                let values = function(&[x[0] + d[0], x[1] + d[1], x[2] + d[2]]);
+                for (form, value) in found.iter().zip(values) {
+                    let (centre, coefficients, rest) = form.parts(3);
+                    let linear: f64 = coefficients.iter().zip(d).map(|(c, d)| c * d).sum();
+                    assert!((value - centre - linear).abs() <= rest + 1e-15, "{value} {centre} {linear} {rest}");
+                    assert!(form.range().contains(value));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_cancels_leaves_nothing_but_rounding() {
+        let forms = forms();
+        let x = forms.linear(0.5, [1.0, 2.0, 3.0].into_iter(), 0.0);
+        let (a, b) = (x * x, (x - Form::from_f64(1.0)) * x);
+        assert!((x - x).range().size() < 1e-14);
+        // x^2 - (x - 1) x = x, but for the two remainders.
+        assert!((a - b - x).range().size() <= 2.0 * 0.6_f64.powi(2));
+    }
+}

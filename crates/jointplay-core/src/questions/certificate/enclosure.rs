@@ -1,0 +1,317 @@
+//! Where the poses of parts of the sets are, proved; and what is linear in it.
+//!
+//! With F(q, u) = 0 the closure, u(x) the parameters of own coordinates x = x0 + d and C near the inverse of `F_q`, a pose is
+//!
+//! ```text
+//! q(x) = q0 + S d + z        q0 near q(x0),  S near dq / dx there,  z in a box Z
+//! ```
+//!
+//! All that depends on poses and parameters is an affine form in d then, z being a remainder. Krawczyk's operator on z,
+//!
+//! ```text
+//! K(Z) = -C F(q0 + S d, u(x)) + (1 - C F_q(q0 + S d + Z, u(x))) Z
+//! ```
+//!
+//! holds z where Z does. Where K(Z) lies inside Z, every x of the part has exactly one pose with its z in Z, it depends on
+//! x without a jump, and the closure is nowhere singular there: the mechanism can be assembled everywhere in the part
+//! and stays on its branch. Of a part of a part the same poses are sought, so that they need to be held only.
+
+use crate::closure::newton::{Solver, State};
+use crate::math::affine::{Form, Forms, Group};
+use crate::math::interval::Interval;
+use crate::math::real::Real;
+use crate::mechanism::Source;
+use crate::questions::certificate::blocks::{Block, Part, Product};
+use crate::questions::certificate::chart::{Chart, Equations, Poses};
+use crate::questions::certificate::linear::{Defect, Inverse, fixed_point};
+
+/// Rounds in which a box is widened until it holds its image.
+const WIDENED: usize = 12;
+/// How much wider than its image a box is tried.
+const WIDER: f64 = 1.2;
+/// A box that has grown by this factor is given up.
+const LOST: f64 = 1e3;
+/// Below this a box is rounding.
+const ROUNDING: f64 = 1e-15;
+/// Newton steps to the pose of a point at most, and the step below which it is close enough: the rest is enclosed.
+const STEPS: usize = 60;
+const CLOSE: f64 = 1e-15;
+/// Corrections of the first derivative of the pose.
+const CORRECTIONS: usize = 3;
+
+/// The pose of one point.
+pub(super) struct At {
+    pub x: Vec<f64>,
+    /// Near the pose.
+    near: Vec<f64>,
+    /// A box that holds it.
+    pub v: Vec<Interval>,
+    pub parameters: Vec<Interval>,
+}
+
+/// The poses of a part, and of the lines to it from the point that they are expanded about.
+pub(super) struct Enclosure {
+    pub part: Part,
+    /// The point, what is near its pose, and the slopes from there.
+    from: Vec<f64>,
+    near: Vec<f64>,
+    slopes: Vec<f64>,
+    /// What poses are off by from that line.
+    z: Vec<Interval>,
+    defect: Defect,
+}
+
+/// What depends on the poses of an enclosure, as forms.
+pub(super) struct Expanded<'f> {
+    pub v: Vec<Form<'f>>,
+    pub poses: Poses<Form<'f>>,
+    pub parameters: Vec<Form<'f>>,
+    pub equations: Equations<Form<'f>>,
+}
+
+/// Encloses poses of one branch.
+pub(super) struct Encloser<'m> {
+    pub chart: Chart<'m>,
+    pub product: Product,
+    sources: &'m [Source],
+    /// The parameters that the offsets of the sources add to.
+    centre: Vec<f64>,
+    inverse: Inverse,
+}
+
+fn points(x: &[f64]) -> Vec<Interval> {
+    x.iter().map(|&x| Interval::from_point(x)).collect()
+}
+
+impl Enclosure {
+    /// Whether the pose of a point is among those that are enclosed.
+    fn holds(&self, at: &At) -> bool {
+        let n = at.x.len();
+        let off = |i: usize| {
+            let slopes = self.slopes[i * n..(i + 1) * n].iter().zip(at.x.iter().zip(&self.from));
+            let moved = slopes.fold(Interval::from_point(self.near[i]), |sum, (s, (x, from))| {
+                sum + (Interval::from_point(*x) - Interval::from_point(*from)).scaled(*s)
+            });
+            at.v[i] - moved
+        };
+        (0..at.v.len()).all(|i| self.z[i].surrounds(off(i)))
+    }
+}
+
+impl<'m> Encloser<'m> {
+    /// About a closed state at its drive values, for offsets of some sources from given parameters; `None` where the
+    /// closure is singular.
+    pub fn new(solver: &Solver<'m>, state: &State, sources: &'m [Source], centre: &[f64]) -> Option<Self> {
+        let m = solver.mechanism;
+        let inverse = Inverse::of(m.n_unknowns(), &solver.linearise(state)?.factors)?;
+        let chart = Chart::new(m, &state.inputs.drives, &state.coordinates);
+        Some(Self { chart, product: Product::of(sources), sources, centre: centre.to_vec(), inverse })
+    }
+
+    /// Parameter values of own coordinates.
+    fn parameters<S: Real>(&self, x: &[S]) -> Vec<S> {
+        let mut parameters: Vec<S> = self.centre.iter().map(|&c| S::from_f64(c)).collect();
+        for source in self.sources {
+            let offset = source.set.of_own(&x[source.range()]);
+            parameters[source.range()].iter_mut().zip(offset).for_each(|(p, offset)| *p = *p + offset);
+        }
+        parameters
+    }
+
+    /// What goes along the parameters, along the own coordinates.
+    fn own_gradient<S: Real>(&self, gradient: &[S]) -> Vec<S> {
+        let of = |source: &Source| source.set.own_gradient(&gradient[source.range()])[..source.set.size()].to_vec();
+        self.sources.iter().flat_map(of).collect()
+    }
+
+    /// The unknowns of a part about a point.
+    pub fn forms(&self, part: &Part, from: &[f64]) -> Forms {
+        let far = |(x, from): (&Interval, &f64)| (*x - Interval::from_point(*from)).size();
+        let sizes: Vec<f64> = part.around(from).iter().zip(from).map(far).collect();
+        let group = |block: &Block| Group { range: block.range(), radius: block.radius(from) };
+        Forms::new(sizes, self.product.blocks.iter().map(group).collect())
+    }
+
+    /// All that depends on poses `q0 + S d` and on their parameters, and on what of z is in a box.
+    fn expand<'f>(&self, forms: &'f Forms, x: &[f64], near: &[f64], slopes: &[f64], z: &[Interval]) -> Expanded<'f> {
+        let n = x.len();
+        let v: Vec<Form<'_>> = (0..near.len())
+            .map(|i| {
+                let (middle, rest) = z[i].split();
+                let linear = forms.linear(near[i], slopes[i * n..(i + 1) * n].iter().copied(), 0.0);
+                let z = Form::Constant(Interval::from_point(middle) + Interval::of_size(rest));
+                forms.sum([(1.0, linear), (1.0, z)].into_iter())
+            })
+            .collect();
+        let unknown = |k: usize| forms.linear(x[k], (0..n).map(|j| if j == k { 1.0 } else { 0.0 }), 0.0);
+        let parameters = self.parameters(&(0..n).map(unknown).collect::<Vec<_>>());
+        let poses = self.chart.poses(&v);
+        let equations = self.chart.equations(&v, &poses, &parameters, Form::is_zero);
+        Expanded { v, poses, parameters, equations }
+    }
+
+    /// Near `dq / dx` at a point, row by row: `C F_u`, corrected by what C is not the inverse there.
+    fn slopes(&self, x: &[f64], near: &[f64]) -> Vec<f64> {
+        let (v, parameters) = (points(near), self.parameters(&points(x)));
+        let equations = self.chart.equations(&v, &self.chart.poses(&v), &parameters, Interval::is_zero);
+        let (n, rows) = (x.len(), near.len());
+        let mut right = vec![Interval::ZERO; rows * self.centre.len()];
+        for &(row, p, value) in &equations.along_parameters {
+            right[row * self.centre.len() + p] = value;
+        }
+        let right = right.chunks_exact(self.centre.len().max(1)).flat_map(|row| self.own_gradient(row));
+        let right: Vec<f64> = right.map(Interval::middle).collect();
+        let mut slopes = self.inverse.times_rows(&right, n);
+        for _ in 0..CORRECTIONS {
+            let mut left = right.clone();
+            for &(row, column, value) in &equations.along_poses {
+                let value = value.middle();
+                for k in 0..n {
+                    left[row * n + k] -= value * slopes[column * n + k];
+                }
+            }
+            let more = self.inverse.times_rows(&left, n);
+            slopes.iter_mut().zip(more).for_each(|(s, more)| *s += more);
+        }
+        slopes
+    }
+
+    /// The operator without its second term: what z is where the Jacobian does not change.
+    fn bent(&self, forms: &Forms, part: &Part, x: &[f64], residual: &[Form<'_>]) -> Vec<Interval> {
+        let row = |i: usize| {
+            let terms = residual.iter().enumerate().map(|(r, f)| (-self.inverse.at(i, r), *f));
+            self.ranged(part, x, forms.sum(terms.filter(|(c, _)| *c != 0.0)))
+        };
+        (0..self.inverse.n).map(row).collect()
+    }
+
+    /// All values of a form on a part and on the lines to it.
+    fn ranged(&self, part: &Part, x: &[f64], form: Form<'_>) -> Interval {
+        let (centre, coefficients, rest) = form.parts(x.len());
+        let range = Interval::from_point(centre) + self.product.spread(part, &points(&coefficients), x);
+        (range + Interval::of_size(rest)).common(form.range()).unwrap_or(Interval::LINE)
+    }
+
+    /// The poses of a part about a point.
+    pub fn enclose<'f>(&self, forms: &'f Forms, part: &Part, at: &At) -> Option<(Enclosure, Expanded<'f>)> {
+        let slopes = self.slopes(&at.x, &at.near);
+        let straight = self.expand(forms, &at.x, &at.near, &slopes, &vec![Interval::ZERO; self.inverse.n]);
+        let bent = self.bent(forms, part, &at.x, &straight.equations.residual);
+        let wider = |image: &Interval| {
+            image.hull(Interval::ZERO).scaled(WIDER) + Interval::of_size(0.1 * image.size() + ROUNDING)
+        };
+        let mut z: Vec<Interval> = bent.iter().map(wider).collect();
+        let largest = |z: &[Interval]| z.iter().fold(ROUNDING, |largest, z| largest.max(z.size()));
+        for _ in 0..WIDENED {
+            if !z.iter().all(|z| z.is_finite()) || largest(&z) > LOST * largest(&bent) {
+                return None;
+            }
+            let expanded = self.expand(forms, &at.x, &at.near, &slopes, &z);
+            let defect = Defect::of(&self.inverse, forms, &expanded.equations.along_poses);
+            let image: Vec<Interval> = defect.times(&z).iter().zip(&bent).map(|(e, bent)| *bent + *e).collect();
+            if z.iter().zip(&image).all(|(z, image)| z.surrounds(*image)) {
+                let found =
+                    Enclosure { part: part.clone(), from: at.x.clone(), near: at.near.clone(), slopes, z, defect };
+                // The pose of the point is one of those that are enclosed, and with it all poses of its branch.
+                return found.holds(at).then_some((found, expanded));
+            }
+            z = image.iter().map(wider).collect();
+        }
+        None
+    }
+
+    /// The pose that the chart begins at, for the middle of the whole product.
+    pub fn middle(&self) -> Option<At> {
+        self.closed(self.product.centre(&self.product.whole()), vec![0.0; self.inverse.n])
+    }
+
+    /// The pose of a point of an enclosure.
+    pub fn at(&self, x: Vec<f64>, within: &Enclosure) -> Option<At> {
+        let n = x.len();
+        let moved = |i: usize| {
+            let slopes = &within.slopes[i * n..(i + 1) * n];
+            slopes.iter().zip(x.iter().zip(&within.from)).map(|(s, (x, from))| s * (x - from)).sum::<f64>()
+        };
+        let near = (0..within.near.len()).map(|i| within.near[i] + moved(i)).collect();
+        self.closed(x, near).filter(|at| within.holds(at))
+    }
+
+    /// The pose of a point, near given coordinates.
+    fn closed(&self, x: Vec<f64>, mut near: Vec<f64>) -> Option<At> {
+        let parameters = self.parameters(&points(&x));
+        let newton_step = |near: &[f64]| {
+            let v = points(near);
+            self.inverse.times(&self.chart.residual(&self.chart.poses(&v), &parameters))
+        };
+        let mut newton = newton_step(&near);
+        let mut last = f64::INFINITY;
+        for _ in 0..STEPS {
+            let largest = newton.iter().fold(0.0, |largest: f64, step| largest.max(step.middle().abs()));
+            if largest <= CLOSE || !(largest < last) {
+                break;
+            }
+            last = largest;
+            near.iter_mut().zip(&newton).for_each(|(near, step)| *near -= step.middle());
+            newton = newton_step(&near);
+        }
+        // Krawczyk's operator on a box a few times as wide as the last step and its rounding.
+        let mut off: Vec<Interval> = newton.iter().map(|step| Interval::of_size(step.size())).collect();
+        for _ in 0..WIDENED {
+            let wider = off.iter().map(|off| Interval::of_size(2.0 * off.size() + ROUNDING)).collect::<Vec<_>>();
+            let v: Vec<Interval> =
+                wider.iter().zip(&near).map(|(off, near)| *off + Interval::from_point(*near)).collect();
+            let equations = self.chart.equations(&v, &self.chart.poses(&v), &parameters, Interval::is_zero);
+            let defect = Defect::of_intervals(&self.inverse, &equations.along_poses);
+            off = defect.times(&wider).iter().zip(&newton).map(|(e, step)| *e - *step).collect();
+            if wider.iter().zip(&off).all(|(wider, off)| wider.surrounds(*off)) {
+                let v = off.iter().zip(&near).map(|(off, near)| *off + Interval::from_point(*near)).collect();
+                return Some(At { x, near, v, parameters });
+            }
+        }
+        None
+    }
+
+    /// The gradient along the own coordinates, over an enclosure, of a cost given by its gradients along twists and
+    /// parameters: with `J^T l = c_q` it is `c_u - F_u^T l`.
+    pub fn gradient<'f>(
+        &self,
+        forms: &'f Forms,
+        (enclosure, expanded, x): (&Enclosure, &Expanded<'f>, &[f64]),
+        twists: &[Form<'f>],
+        parameters: &[Form<'f>],
+    ) -> Option<Vec<Interval>> {
+        let size = self.chart.mechanism.size();
+        let bodies = twists.chunks_exact(size).zip(expanded.v.chunks_exact(size));
+        let along: Vec<Form<'_>> = bodies.flat_map(|(twist, v)| self.chart.along_body(twist, v)).collect();
+        // y' = c_q' F_q^-1 C^-1 = c_q' + y' (1 - C F_q); with y0 the middle of c_q
+        //    = c_q' + y0' - (y0' C) F_q + (y - y0)' (1 - C F_q)
+        let ranges: Vec<Interval> = along.iter().map(|f| f.range()).collect();
+        let y = fixed_point(&ranges, |y| enclosure.defect.transposed_times(y))?;
+        let y0: Vec<f64> = ranges.iter().map(|r| r.middle()).collect();
+        let off: Vec<Interval> = y.iter().zip(&y0).map(|(y, y0)| *y - Interval::from_point(*y0)).collect();
+        let rest = enclosure.defect.transposed_times(&off);
+        let weights = self.inverse.transposed_times(&points(&y0));
+        let mut terms: Vec<Vec<(f64, Form<'_>)>> = along
+            .iter()
+            .zip(rest.iter().zip(&y0))
+            .map(|(c, (rest, y0))| {
+                vec![(1.0, *c), (1.0, Form::Constant(*rest)), (1.0, Form::Constant(Interval::from_point(*y0)))]
+            })
+            .collect();
+        for &(row, column, value) in &expanded.equations.along_poses {
+            terms[column].push((-1.0, Form::Constant(weights[row]) * value));
+        }
+        let y: Vec<Form<'_>> = terms.into_iter().map(|terms| forms.sum(terms.into_iter())).collect();
+        // l = C' y
+        let multiplier = |r: usize| {
+            let terms = y.iter().enumerate().map(|(i, y)| (self.inverse.at(i, r), *y));
+            forms.sum(terms.filter(|(c, _)| *c != 0.0))
+        };
+        let multipliers: Vec<Form<'_>> = (0..self.inverse.n).map(multiplier).collect();
+        let mut gradient = parameters.to_vec();
+        for &(row, p, value) in &expanded.equations.along_parameters {
+            gradient[p] = gradient[p] + value * multipliers[row];
+        }
+        Some(self.own_gradient(&gradient).into_iter().map(|g| self.ranged(&enclosure.part, x, g)).collect())
+    }
+}

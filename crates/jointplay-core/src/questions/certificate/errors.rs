@@ -1,0 +1,145 @@
+//! The error of the output over parts of the sets: its value at a point, and its derivative over the part.
+
+use std::ops::Range;
+
+use crate::closure::newton::{Solver, State};
+use crate::math::affine::Form;
+use crate::math::interval::Interval;
+use crate::math::vector::{Vec3, sub};
+use crate::questions::certificate::blocks::Part;
+use crate::questions::certificate::chart::{Poses, rate_of_vector};
+use crate::questions::certificate::enclosure::{At, Encloser, Enclosure};
+
+/// The error over a part, about a point.
+pub(super) struct Expansion {
+    pub enclosure: Enclosure,
+    /// The point.
+    pub x: Vec<f64>,
+    /// The error there, by component.
+    pub error: Vec<Interval>,
+    /// The derivative of every component over the part, along the own coordinates; of those that were asked for.
+    pub gradient: Vec<Vec<Interval>>,
+}
+
+/// Errors of one configuration.
+pub(super) struct Errors<'m> {
+    pub encloser: Encloser<'m>,
+    nominal: Nominal,
+}
+
+/// The nominal output.
+struct Nominal {
+    place: Vec3<Interval>,
+    poses: Poses<Interval>,
+}
+
+/// Why a configuration has no bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u64)]
+pub(super) enum Refused {
+    /// The mechanism is over-constrained or elastic.
+    NotDeterminate = 1,
+    /// There is no pose to begin with.
+    NotAssembled = 2,
+    /// The closure is singular to working precision.
+    Singular = 3,
+    /// The poses could not be enclosed over all of the sets.
+    NotEnclosed = 4,
+    /// The parts that were looked at did not bound it.
+    NotBounded = 5,
+    /// The flanks of a coupling would have to pass through each other somewhere in the sets.
+    FlanksMeet = 6,
+}
+
+impl Refused {
+    /// The number that arrays carry; zero is none of these.
+    pub const fn code(self) -> u64 {
+        self as u64
+    }
+}
+
+impl<'m> Errors<'m> {
+    /// Of a nominal state and of a state in the middle of all sets, with the expansion over all of the sets.
+    pub fn new(solver: &Solver<'m>, nominal: &State, middle: &State) -> Result<(Self, Expansion), Refused> {
+        let m = solver.mechanism;
+        let encloser = Encloser::new(solver, middle, m.sources(), &m.centre).ok_or(Refused::Singular)?;
+        let nominal = Nominal::of(solver, nominal).ok_or(Refused::Singular)?;
+        let at = encloser.middle().ok_or(Refused::Singular)?;
+        let errors = Self { encloser, nominal };
+        let part = errors.encloser.product.whole();
+        let whole = errors.expansion(&part, at, &(0..m.size()))?;
+        Ok((errors, whole))
+    }
+
+    /// Over a part that belongs to the one of another expansion, and to the whole.
+    pub fn expanded(
+        &self,
+        part: &Part,
+        within: &Expansion,
+        whole: &Expansion,
+        components: &Range<usize>,
+    ) -> Option<Expansion> {
+        let x = self.encloser.product.centre(part);
+        // The point may lie beside the part.
+        let known = if within.enclosure.part.has(&x) { within } else { whole };
+        let at = self.encloser.at(x, &known.enclosure)?;
+        self.expansion(part, at, components).ok()
+    }
+
+    fn expansion(&self, part: &Part, at: At, components: &Range<usize>) -> Result<Expansion, Refused> {
+        let (encloser, chart) = (&self.encloser, &self.encloser.chart);
+        let m = chart.mechanism;
+        let poses = chart.poses(&at.v);
+        let moved = sub(chart.place(&poses, &at.parameters), self.nominal.place);
+        let error = m.pose_components(moved, &chart.turned(&self.nominal.poses, &poses));
+        let forms = encloser.forms(part, &at.x);
+        let (enclosure, expanded) = encloser.enclose(&forms, part, &at).ok_or(Refused::NotEnclosed)?;
+        let gap = |row| m.coupled_row(row, &expanded.poses.bodies, &expanded.parameters, &[]).gap.range();
+        if m.flanks().any(|row| !(gap(row).low >= 0.0)) {
+            return Err(Refused::FlanksMeet);
+        }
+        let translations = m.n_translations();
+        // The rates of a rotation vector need all of the angular velocity.
+        let turns = components.end > translations;
+        let needed = if turns { components.start.min(translations)..m.size() } else { components.clone() };
+        let of = |component: usize| {
+            if !needed.contains(&component) {
+                return Some(Vec::new());
+            }
+            let cost = m.component_cost(component, &expanded.poses.bodies, &expanded.parameters);
+            encloser.gradient(&forms, (&enclosure, &expanded, &at.x), &cost.twists, &cost.parameters)
+        };
+        let gradient: Option<Vec<_>> = (0..m.size()).map(of).collect();
+        let mut gradient = gradient.ok_or(Refused::NotEnclosed)?;
+        if turns {
+            let nominal = self.nominal.poses.map(Form::Constant);
+            let turned = chart.turned(&nominal, &expanded.poses);
+            self.rates_of_vector(&turned, &mut gradient[translations..]);
+        }
+        Ok(Expansion { enclosure, x: at.x, error, gradient })
+    }
+
+    /// Makes rates of the rotation components of angular velocities.
+    fn rates_of_vector(&self, turned: &[Form<'_>], rows: &mut [Vec<Interval>]) {
+        let m = self.encloser.chart.mechanism;
+        if m.points[m.output].body.is_none() {
+            rows.iter_mut().flatten().for_each(|rate| *rate = Interval::ZERO);
+        }
+        if let [a, b, c] = rows {
+            let vector = [turned[0], turned[1], turned[2]].map(Form::range);
+            for ((a, b), c) in a.iter_mut().zip(b).zip(c) {
+                [*a, *b, *c] = rate_of_vector(vector, [*a, *b, *c]);
+            }
+        }
+    }
+}
+
+impl Nominal {
+    /// The exact nominal state near a computed one.
+    fn of(solver: &Solver<'_>, nominal: &State) -> Option<Self> {
+        let encloser = Encloser::new(solver, nominal, &[], &nominal.inputs.parameters)?;
+        let at = encloser.middle()?;
+        let poses = encloser.chart.poses(&at.v);
+        Some(Self { place: encloser.chart.place(&poses, &at.parameters), poses })
+    }
+}

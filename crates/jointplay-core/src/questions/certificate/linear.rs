@@ -1,0 +1,155 @@
+//! Linear systems with matrices of intervals near one that is inverted.
+
+use crate::math::affine::{Form, Forms};
+use crate::math::interval::Interval;
+use crate::math::sparse::Factored;
+use crate::questions::certificate::chart::Entries;
+
+/// Rounds of an iteration that bounds the solution of a linear system.
+const ROUNDS: usize = 200;
+/// A bound is raised by this part, so that rounding does not hide that it holds.
+const RAISED: f64 = 1e-9;
+/// A bound that gains less than this part in a round has settled.
+const SETTLED: f64 = 0.99;
+
+/// Numbers near the inverse of the closure Jacobian.
+pub(super) struct Inverse {
+    pub n: usize,
+    /// Column by column.
+    columns: Vec<f64>,
+}
+
+impl Inverse {
+    pub fn of(n: usize, factors: &Factored<'_>) -> Option<Self> {
+        let mut columns = vec![0.0; n * n];
+        for (k, column) in columns.chunks_exact_mut(n).enumerate() {
+            let mut unit = vec![0.0; n];
+            unit[k] = 1.0;
+            factors.solve(&mut unit, column);
+        }
+        columns.iter().all(|c| c.is_finite()).then_some(Self { n, columns })
+    }
+
+    pub fn at(&self, row: usize, column: usize) -> f64 {
+        self.columns[column * self.n + row]
+    }
+
+    pub fn times(&self, residual: &[Interval]) -> Vec<Interval> {
+        let mut product = vec![Interval::ZERO; self.n];
+        for (column, r) in self.columns.chunks_exact(self.n).zip(residual).filter(|(_, r)| !r.is_zero()) {
+            product.iter_mut().zip(column).for_each(|(sum, c)| *sum = *sum + r.scaled(*c));
+        }
+        product
+    }
+
+    /// The product with a matrix of numbers, row by row, which has so many columns.
+    pub fn times_rows(&self, matrix: &[f64], n_columns: usize) -> Vec<f64> {
+        let mut product = vec![0.0; self.n * n_columns];
+        for (r, row) in matrix.chunks_exact(n_columns.max(1)).enumerate() {
+            for i in 0..self.n {
+                let c = self.at(i, r);
+                if c != 0.0 {
+                    product[i * n_columns..(i + 1) * n_columns].iter_mut().zip(row).for_each(|(p, x)| *p += c * x);
+                }
+            }
+        }
+        product
+    }
+
+    pub fn transposed_times(&self, y: &[Interval]) -> Vec<Interval> {
+        let along = |column: &[f64]| column.iter().zip(y).fold(Interval::ZERO, |sum, (c, y)| sum + y.scaled(*c));
+        self.columns.chunks_exact(self.n).map(along).collect()
+    }
+}
+
+/// `1 - C F_q`, row by row.
+pub(super) struct Defect {
+    n: usize,
+    entries: Vec<Interval>,
+}
+
+impl Defect {
+    pub fn of<'f>(inverse: &Inverse, forms: &'f Forms, along_poses: &Entries<Form<'f>>) -> Self {
+        let n = inverse.n;
+        let mut columns: Vec<Vec<(usize, Form<'_>)>> = vec![Vec::new(); n];
+        for &(row, column, value) in along_poses {
+            columns[column].push((row, value));
+        }
+        let entry = |i: usize, j: usize| {
+            let terms = columns[j].iter().map(|&(row, value)| (-inverse.at(i, row), value));
+            let unit = if i == j { Interval::ONE } else { Interval::ZERO };
+            let product = forms.reached(terms.filter(|(c, _)| *c != 0.0));
+            unit + product
+        };
+        let entries = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
+        Self { n, entries }
+    }
+
+    /// Of a Jacobian that is given as intervals.
+    pub fn of_intervals(inverse: &Inverse, along_poses: &Entries<Interval>) -> Self {
+        let n = inverse.n;
+        let mut entries = vec![Interval::ZERO; n * n];
+        (0..n).for_each(|i| entries[i * (n + 1)] = Interval::ONE);
+        for &(row, column, value) in along_poses {
+            for i in 0..n {
+                let c = inverse.at(i, row);
+                if c != 0.0 {
+                    let entry = &mut entries[i * n + column];
+                    *entry = *entry - value.scaled(c);
+                }
+            }
+        }
+        Self { n, entries }
+    }
+
+    pub fn times(&self, x: &[Interval]) -> Vec<Interval> {
+        let row = |row: &[Interval]| row.iter().zip(x).fold(Interval::ZERO, |sum, (e, x)| sum + *e * *x);
+        self.entries.chunks_exact(self.n).map(row).collect()
+    }
+
+    pub fn transposed_times(&self, y: &[Interval]) -> Vec<Interval> {
+        let mut sum = vec![Interval::ZERO; self.n];
+        for (row, y) in self.entries.chunks_exact(self.n).zip(y).filter(|(_, y)| !y.is_zero()) {
+            sum.iter_mut().zip(row).for_each(|(sum, e)| *sum = *sum + *e * *y);
+        }
+        sum
+    }
+}
+
+/// All solutions of `x = b + A x` for matrices with a spectral radius below one, A given by its product.
+///
+/// Numbers `m >= |b| + |A| m` bound |x|, which follows from the series of x. Then x is put in its own equation.
+pub(super) fn fixed_point(b: &[Interval], product: impl Fn(&[Interval]) -> Vec<Interval>) -> Option<Vec<Interval>> {
+    let image = |m: &[f64]| -> Vec<f64> {
+        let all: Vec<Interval> = m.iter().map(|&m| Interval::of_size(m)).collect();
+        product(&all).iter().zip(b).map(|(p, b)| (*p + Interval::of_size(b.size())).size()).collect()
+    };
+    let mut m: Vec<f64> = b.iter().map(|b| b.size()).collect();
+    let mut is_bound = false;
+    for _ in 0..ROUNDS {
+        let next = image(&m);
+        if !next.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        is_bound = next.iter().zip(&m).all(|(next, m)| next <= m);
+        if is_bound {
+            break;
+        }
+        m = next.iter().zip(&m).map(|(next, m)| next.max(*m) * (1.0 + RAISED) + f64::MIN_POSITIVE).collect();
+    }
+    if !is_bound {
+        return None;
+    }
+    let mut x: Vec<Interval> = m.iter().map(|&m| Interval::of_size(m)).collect();
+    for _ in 0..ROUNDS {
+        let images = product(&x);
+        let next = images.iter().zip(b).zip(&x).map(|((p, b), x)| (*p + *b).common(*x));
+        let next = next.collect::<Option<Vec<Interval>>>()?;
+        let still = next.iter().zip(&x).all(|(next, x)| next.width() > SETTLED * x.width());
+        x = next;
+        if still {
+            break;
+        }
+    }
+    Some(x)
+}

@@ -1,0 +1,237 @@
+//! What an error does not exceed, by parts of the sets and of the directions that a maximum can have.
+//!
+//! A component, or the size of a vector of them, is `n . e(x)` with a direction n that is fixed at the maximum: where
+//! |e| is largest, n = e / |e|, and x* makes `n . e` largest, too. With G the derivative of e over a part,
+//!
+//! ```text
+//! value      |e(x*)| <= |e(x0)| + sum over blocks of sup (n . G) (x - x0)
+//! optimality each block of x* is where it is farthest along its part of n . G(x*)
+//! direction  n = e / |e|
+//! ```
+//!
+//! The second and third line make the part of x and the box of n smaller, over which G is computed again: near a maximum
+//! the parts shrink by the share that the gradient changes by over them, and what the first line loses by the square of
+//! it. What does not shrink is halved, the part with the largest bound first.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+use std::rc::Rc;
+
+use crate::interrupt;
+use crate::math::interval::Interval;
+use crate::questions::certificate::blocks::Part;
+use crate::questions::certificate::directions::Direction;
+use crate::questions::certificate::errors::{Errors, Expansion};
+
+/// A part is expanded anew when the spread of what is sought over it has shrunk by this factor.
+const SHRUNK: f64 = 0.7;
+/// After so many parts the bound must have come closer by this part of what it lacks, or it is left as it is.
+const CHECKED: u64 = 25;
+const GAIN: f64 = 0.02;
+/// Rounds in which one part is made smaller before it is halved.
+const ROUNDS: usize = 12;
+/// Directions are halved before anything is expanded while a ratio of their components is wider than this, and not below that.
+const COARSE: f64 = 0.26;
+const FINEST: f64 = 1e-9;
+/// Parts that are only bounded anew, for each part that may be expanded.
+const SEEN: u64 = 20;
+
+/// What is bounded: some components of the error, and the directions in which they can be largest.
+#[derive(Clone, Debug)]
+pub(super) struct Sought {
+    pub components: std::ops::Range<usize>,
+    pub directions: Vec<Direction>,
+}
+
+impl Sought {
+    /// One end of a component.
+    pub fn end(component: usize, sign: f64) -> Self {
+        Self { components: component..component + 1, directions: vec![Direction::single(sign)] }
+    }
+
+    /// The size of some components.
+    pub fn size(components: std::ops::Range<usize>) -> Self {
+        let directions = Direction::all(components.len());
+        Self { components, directions }
+    }
+}
+
+/// A part in which a maximum can be.
+#[derive(Clone)]
+struct Node {
+    part: Part,
+    direction: Direction,
+    /// Of a part around it.
+    expansion: Rc<Expansion>,
+    bound: f64,
+}
+
+impl PartialEq for Node {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Node {}
+
+impl PartialOrd for Node {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Node {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.bound.total_cmp(&other.bound)
+    }
+}
+
+/// The bound and how many parts were expanded.
+pub(super) struct Bounded {
+    pub bound: f64,
+    pub parts: u64,
+}
+
+/// The search for one bound.
+pub(super) struct Search<'s, 'm> {
+    pub errors: &'s Errors<'m>,
+    pub whole: &'s Rc<Expansion>,
+    pub sought: Sought,
+    /// A bound below this is good enough.
+    pub enough: f64,
+    /// Parts that may be expanded.
+    pub budget: u64,
+}
+
+impl Search<'_, '_> {
+    /// From the expansion over all of the sets.
+    pub fn run(&self) -> Bounded {
+        let node = |direction: &Direction| {
+            let (part, expansion) = (self.whole.enclosure.part.clone(), Rc::clone(self.whole));
+            self.bounded(Node { part, direction: direction.clone(), expansion, bound: f64::INFINITY })
+        };
+        let mut open: BinaryHeap<Node> = self.sought.directions.iter().map(node).collect();
+        // Of the parts that were bounded well enough, and of those that could not be looked at.
+        let (mut closed, mut parts, mut seen) = (f64::NEG_INFINITY, 0, 0);
+        // The largest bound when progress was last looked at, and when it is looked at again.
+        let (mut before, mut checked, mut is_stuck) = (f64::INFINITY, CHECKED, false);
+        while let Some(mut node) = open.pop() {
+            interrupt::check();
+            if parts >= checked {
+                is_stuck = before - node.bound <= GAIN * (node.bound - self.enough);
+                (before, checked) = (node.bound, parts + CHECKED);
+            }
+            if node.bound <= self.enough || is_stuck || parts >= self.budget || seen >= SEEN * self.budget {
+                closed = closed.max(node.bound);
+                continue;
+            }
+            seen += 1;
+            if !self.shrink(&mut node, &mut parts) {
+                continue;
+            }
+            let halves = if node.bound <= self.enough { Vec::new() } else { self.halves(&node, &mut parts) };
+            if halves.is_empty() {
+                closed = closed.max(node.bound);
+            }
+            open.extend(halves);
+        }
+        Bounded { bound: closed, parts }
+    }
+
+    /// The gradient along a box of directions.
+    fn gradient(&self, expansion: &Expansion, direction: &[Interval]) -> Vec<Interval> {
+        let rows = &expansion.gradient[self.sought.components.clone()];
+        let along = |k: usize| rows.iter().zip(direction).fold(Interval::ZERO, |sum, (row, n)| sum + row[k] * *n);
+        (0..expansion.x.len()).map(along).collect()
+    }
+
+    /// Makes a part smaller as far as that goes by itself; false where no maximum is in it.
+    fn shrink(&self, node: &mut Node, parts: &mut u64) -> bool {
+        let product = &self.errors.encloser.product;
+        for _ in 0..ROUNDS {
+            let expansion = Rc::clone(&node.expansion);
+            if node.direction.width() > 0.0 && !self.leave_directions(node, &expansion) {
+                return false;
+            }
+            let g = self.gradient(&expansion, &node.direction.components());
+            if !product.leave_optima(&mut node.part, &g) {
+                return false;
+            }
+            node.bound = node.bound.min(self.bound(node, &expansion, &g));
+            if node.bound <= self.enough || *parts >= self.budget || node.direction.width() > COARSE {
+                return true;
+            }
+            let spread = |part: &Part| product.spread(part, &g, &expansion.x).width();
+            if !(spread(&node.part) < SHRUNK * spread(&expansion.enclosure.part)) {
+                return true;
+            }
+            *parts += 1;
+            let expanded = self.errors.expanded(&node.part, &expansion, self.whole, &self.sought.components);
+            let Some(next) = expanded else { return true };
+            node.expansion = Rc::new(next);
+        }
+        true
+    }
+
+    /// A part with its bound by what is known around it.
+    fn bounded(&self, mut node: Node) -> Node {
+        let g = self.gradient(&node.expansion, &node.direction.components());
+        node.bound = node.bound.min(self.bound(&node, &node.expansion, &g));
+        node
+    }
+
+    /// The bound by an expansion over a part around the part.
+    fn bound(&self, node: &Node, expansion: &Expansion, g: &[Interval]) -> f64 {
+        let error = &expansion.error[self.sought.components.clone()];
+        let sum = |start: f64, g: &[Interval]| {
+            let supports = self.errors.encloser.product.supports(&node.part, g, &expansion.x);
+            supports.fold(Interval::from_point(start), |sum, s| sum + Interval::from_point(s)).high
+        };
+        let along = |n: &[Interval]| error.iter().zip(n).fold(Interval::ZERO, |sum, (e, n)| sum + *e * *n).high;
+        let size = error.iter().fold(Interval::ZERO, |sum, e| sum + e.square()).root().high;
+        let direct = sum(along(&node.direction.components()).min(size), g);
+        let (corners, factor) = node.direction.corners();
+        let in_corner = |corner: &Vec<f64>| {
+            let n: Vec<Interval> = corner.iter().map(|&x| Interval::from_point(x)).collect();
+            sum(along(&n), &self.gradient(expansion, &n))
+        };
+        let by_corners = if corners.len() > 1 {
+            factor * corners.iter().map(in_corner).fold(0.0, f64::max) * (1.0 + f64::EPSILON)
+        } else {
+            f64::INFINITY
+        };
+        let bound = direct.min(by_corners);
+        if bound.is_nan() { f64::INFINITY } else { bound }
+    }
+
+    /// Leaves of the directions those of the errors on the part.
+    fn leave_directions(&self, node: &mut Node, expansion: &Expansion) -> bool {
+        let product = &self.errors.encloser.product;
+        let reached = |c: usize| expansion.error[c] + product.spread(&node.part, &expansion.gradient[c], &expansion.x);
+        node.direction.leave(&self.sought.components.clone().map(reached).collect::<Vec<_>>())
+    }
+
+    /// Two parts of a part that has not shrunk enough; to halve what is expanded counts, too.
+    fn halves(&self, node: &Node, parts: &mut u64) -> Vec<Node> {
+        let (expansion, product) = (&node.expansion, &self.errors.encloser.product);
+        let from = product.centre(&node.part);
+        let total = |direction: &[Interval]| -> Vec<f64> {
+            product.supports(&node.part, &self.gradient(expansion, direction), &from).collect()
+        };
+        let middle: Vec<Interval> = node.direction.middle().into_iter().map(Interval::from_point).collect();
+        let (all, own) = (total(&node.direction.components()), total(&middle));
+        let width = node.direction.width();
+        if width > COARSE || width > FINEST && all.iter().sum::<f64>() > 2.0 * own.iter().sum::<f64>() {
+            let half = |direction: Direction| self.bounded(Node { direction, ..node.clone() });
+            return node.direction.halves().into_iter().map(half).collect();
+        }
+        let g = self.gradient(expansion, &node.direction.components());
+        let widths = |c: usize| node.part.x[c].width() * g[c].size();
+        let costly = (0..product.blocks.len()).max_by(|&a, &b| own[a].total_cmp(&own[b]));
+        let coordinate =
+            costly.and_then(|b| product.blocks[b].range().max_by(|&a, &b| widths(a).total_cmp(&widths(b))));
+        let Some(coordinate) = coordinate else { return Vec::new() };
+        *parts += 1;
+        node.part.halves(coordinate).map(|part| self.bounded(Node { part, ..node.clone() })).into()
+    }
+}

@@ -1,0 +1,88 @@
+"""The certificate of `worst`: upper bounds that hold for all offsets in the sets, on the exact closure.
+
+What `worst` attains is a lower bound of the worst case. The core encloses all poses that the sets allow by interval
+arithmetic and bounds the errors from above. Both together say how much the worst case can be missed by.
+"""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+
+from jointplay.answers import Worst
+from jointplay.model import Mechanism
+from jointplay.result import Array, Builder
+
+from .nominal import Floats
+
+#: in front of the names of its columns beside those of `worst`
+PREFIX = "certificate_"
+#: parts of the sets that are expanded at most for each of the bounds
+PARTS = 100
+MOST_PARTS = 1_000_000
+#: why there is no bound, in the order of the core's numbers
+REASONS = (
+    "",
+    "the mechanism is over-constrained or elastic",
+    "the nominal mechanism, or the one in the middle of all sets, cannot be assembled",
+    "the nominal pose is singular",
+    "the poses could not be enclosed over all of the sets: they are too large, or a singular pose is too near",
+    "the error could not be bounded within the limit of parts",
+    "flanks would have to pass through each other in a part of the sets",
+)
+#: what a bound is moved outwards by, as a part of it, because its conversion to the units of the file rounds
+ROUNDED = 2.0**-49
+
+
+def certified(m: Mechanism, drives: Floats, poses: Floats, found: Worst, parts: int) -> Worst:
+    """What `worst` has found with its bounds; after Ctrl-C of fewer configurations."""
+    count = len(found["status"])
+    attained = found["position"], found["rotation"], found["component"]
+    bounds = m.core.certificate(drives[:count], poses[:count], *attained, parts, partly=True)
+    done = len(bounds["reason"])
+    both = {name: np.asarray(values)[:done] for name, values in found.items()} | {
+        f"{PREFIX}{name}": values for name, values in bounds.items()
+    }
+    return cast("Worst", both)
+
+
+def add_bounds(builder: Builder, worst: Worst) -> None:
+    """Add the bounds and what they are worth to the result of `worst`."""
+    found = {name.removeprefix(PREFIX): np.asarray(values) for name, values in worst.items() if name.startswith(PREFIX)}
+    attained = {"position": worst["position"], "rotation": worst["rotation"]}
+    certified = found["reason"] == 0
+    for name, kind in (("position", "length"), ("rotation", "angle")):
+        bound = np.where(certified, _above(found[name]), np.nan)
+        words = f"upper bound of the largest {name} error, for all offsets in the sets"
+        builder.add(f"worst_{name}_bound", "configuration", bound, words, kind)
+        words = f"upper bound of the largest {name} error, as a part above the value that is attained"
+        builder.add(f"worst_{name}_gap", "configuration", _gap(attained[name], bound), words)
+    low, high = np.moveaxis(found["component"], -1, 0)
+    ends = np.stack([-_above(-low), _above(high)], axis=-1)
+    ends[~certified] = np.nan
+    words = "bounds of the lowest and highest error of the component, for all offsets in the sets"
+    builder.add("worst_component_bound", ("configuration", "component", "side"), ends, words, "component")
+    builder.add("certified", "configuration", certified, "whether there are bounds")
+    words = "whether it is proved that there is one pose, and no singular one, for all offsets in the sets"
+    builder.add("certified_assembly", "configuration", found["assembled"], words)
+    reasons = np.array(REASONS)[found["reason"].astype(int)]
+    builder.add("certified_reason", "configuration", reasons, "why there are no bounds")
+    words = "number of parts of the sets that were expanded"
+    builder.add("certified_parts", "configuration", found["parts"], words)
+    sources = zip(builder.m.sources, builder.m.core_spec["sources"], strict=True)
+    if endless := [name for name, source in sources if source["law"] == "gauss"]:
+        builder.attrs["bounded_at_three_sigma"] = ", ".join(endless)
+
+
+def _above(values: Array) -> Array:
+    """Numbers that stay above after a conversion of their unit."""
+    raised: Array = values + np.abs(values) * ROUNDED
+    return raised
+
+
+def _gap(value: Array, bound: Array) -> Array:
+    """By which part a bound is above a value; zero where nothing moves."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        gap: Array = np.where(bound > 0.0, bound / value - 1.0, 0.0 * bound)
+    return gap
