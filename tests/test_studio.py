@@ -434,7 +434,9 @@ def test_what_cannot_be_served_is_refused(
 ) -> None:
     monkeypatch.chdir(folder)
     assert cli.run(["studio", "nothing.toml"]) == 2
-    assert capsys.readouterr().err == "error: nothing.toml: there is no such file\n"
+    assert capsys.readouterr().err == (
+        "error: nothing.toml: there is no such file; `jointplay studio` alone begins with an example\n"
+    )
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert cli.run(["studio", "--port", str(port), "--no-browser"]) == 2

@@ -19,9 +19,11 @@ import os, resource, signal, sys, threading
 import numpy, xarray
 import jointplay as jp
 from jointplay import _core
+from jointplay.result.build import version
 jp.random, jp.worst, jp.examples
 # Loads what it loads when it is first used, from places that the other user cannot read.
 xarray.Dataset({"x": ("x", [1.0])})
+version()
 m = jp.loads(jp.examples.text("delta"))
 os.setgid(12345)
 os.setuid(12345)
