@@ -14,7 +14,8 @@ from jointplay.analyses.allocate.program import Formula, Plan, Prices, Program
 #: Shaft and housing: K. W. Chase, Tolerance allocation methods for designers, ADCATS report 99-6, Brigham Young
 #: University, 1999: gap = -A + B - C + D - E + F - G within 0.015 inch, cost 1 + B / t^k of the shaft, two bearing
 #: sleeves and the housing; ring A and bearings C, G are bought. The optimum is that of these numbers, by its
-#: optimality conditions below; the report prints 0.00254, 0.001736, 0.002498 for the worst case.
+#: optimality conditions below. The tables of the report were not at hand: these numbers, and 0.00254, 0.001736,
+#: 0.002498 for the worst case, are recalled.
 B = (0.15997, 0.07202, 0.12576, 0.07202)
 K = (0.43899, 0.46823, 0.46537, 0.46823)
 #: share of a range, or of a limit, within which an end or a row counts as reached: the barrier leaves that much

@@ -10,13 +10,15 @@ from pathlib import Path
 
 import jointplay as jp
 
-from . import coupled, first_order, monte_carlo, planar, spatial
+from . import coupled, first_order, monte_carlo, planar, record_page, spatial
 from .random_mechanisms import Family, RandomRow
 from .subject import FIGURES, Check, Found, Subject, subjects
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "verification.md"
 CHECKS: tuple[Check, ...] = (*planar.CHECKS, *monte_carlo.CHECKS, *spatial.CHECKS, *coupled.CHECKS, *first_order.CHECKS)
 HEAD = ("example", "engine", "version", "numbers", "largest difference", "tolerance", "reason for the tolerance")
+#: the section after the published figures
+DIFFERENCES = "Known differences"
 RANDOM_HEAD = ("mechanisms", "figure", *HEAD[1:])
 OUTSIDE = "**outside**"
 
@@ -40,6 +42,7 @@ known differences and what no engine covers. [How it is checked](checks.md) has 
   compared in the first, the middle and the last one. The exact worst case and the Monte Carlo take the middle one, the
   loaded pose of planar linkages all.
 * "First order" is the linear theory at the nominal pose. The other figures are on the exact loop closure.
+* [Published figures](#published-figures) are compared with their printed digits.
 
 `make verify` computes all rows and writes this page. `make test` checks that the page has every example and that every
 row is within its tolerance, and it computes some rows again. Last digits depend on the processor and on the versions.
@@ -91,7 +94,8 @@ def written(rows: list[Row], random: list[RandomRow]) -> str:
     parts.append(_families(random))
     cells = ([f"{row.mechanisms} {row.family.name}", row.check.figure, *_cells(row.check, row.found)] for row in random)
     parts.append(_table(RANDOM_HEAD, cells))
-    parts.append("## Known differences\n")
+    parts.append(record_page.section())
+    parts.append(f"## {DIFFERENCES}\n")
     parts.append(_remarks(rows, random))
     parts.append("## What is not covered\n")
     parts.append("These figures of these examples have no independent engine yet.\n")
@@ -99,6 +103,11 @@ def written(rows: list[Row], random: list[RandomRow]) -> str:
     parts.append(_table(("figure", "examples"), missing))
     parts.append(OTHER)
     return "\n".join(parts)
+
+
+def with_record(text: str) -> str:
+    """The page with its published figures computed again, and nothing else."""
+    return record_page.replaced(text, DIFFERENCES)
 
 
 def read(text: str) -> list[dict[str, str]]:
