@@ -120,6 +120,28 @@ def contact_angle(hub: float, roller: float, ring: float) -> Array:
     return np.radians(jp.solve(m).nominal.sel(component="angle").values)
 
 
+# --- arms ------------------------------------------------------------------------------------------------------------
+
+
+def tip_of_arm(length: float, arc_seconds: float) -> Array:
+    """How far the end of an arm moves when its drive is off by an angle, by jointplay."""
+    m = jp.Mechanism(
+        {
+            "format": 1,
+            "units": {"length": "mm", "angle": "deg", "force": "N"},
+            "joints": {"pivot": {"type": "revolute", "on": {"ground": [0, 0], "arm": [0, 0]}}},
+            "drives": {"pivot": {"joint": "pivot", "values": [0], "error": arc_seconds / 3600.0}},
+            "output": {"body": "arm", "at": [length, 0]},
+        }
+    )
+    return np.asarray(jp.worst(m).worst_position.values)
+
+
+def abbe_rule(offset: float, arc_seconds: float) -> Array:
+    """The error of a length at an offset, with 5e-6 for an arc second."""
+    return np.array([offset * 5e-6 * arc_seconds])
+
+
 # --- tables of standards ---------------------------------------------------------------------------------------------
 
 
