@@ -212,6 +212,27 @@ def test_what_mujoco_says_in_two_lines_is_one() -> None:
     assert "'nowhere.xml', Element 'include', line" in str(caught.value)
 
 
+WELDED = """<mujoco><worldbody>
+  <body name="crank"><joint name="A" axis="0 0 1" ref="20"/><geom size=".01"/>
+    <body name="coupler" pos=".04 .05 0"><joint name="B" axis="0 0 -1"/><geom size=".01"/></body></body>
+  <body name="rocker" pos=".14 0 0"><joint name="D" axis="0 0 1"/><geom size=".01"/>
+    <body name="end" pos=".02 .11 0"><joint name="C" axis="0 0 1" ref="-30"/><geom size=".01"/></body></body>
+  </worldbody><equality><weld body1="coupler" body2="end"/></equality></mujoco>"""
+
+
+@pytest.mark.parametrize(("driven", "values", "other"), [("A", [12.0, 28.0], "C"), ("C", [-38.0, -22.0], "D")])
+def test_in_the_plane_a_driven_angle_counts_from_the_zero_of_the_format(
+    driven: str, values: list[float], other: str
+) -> None:
+    """Two references in one loop: axes of bodies can have one of them, and it was that of any joint."""
+    found = {}
+    for planar in (False, True):
+        one = read("a.xml", WELDED, Options(output="coupler", drives={driven: values}, planar=planar))
+        found[planar] = jp.solve(one.mechanism).nominal.sel(component=["x", "y"]).values
+    np.testing.assert_allclose(found[True], found[False], atol=1e-7)
+    assert sum("count from another zero" in note and note.endswith(f": {other}.") for note in one.notes) == 1
+
+
 # --- worlds of SDF --------------------------------------------------------------------------------------------------
 
 

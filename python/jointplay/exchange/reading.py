@@ -141,9 +141,9 @@ def _imported(path: Path, options: Options) -> Imported:
     skeleton = leading(bounded(merged(with_loops(renamed(skeleton), options.loops))))
     if len(skeleton.bodies) < 2:
         raise InputError("has no joint that lets something move")
-    if options.planar:
-        skeleton = projected(skeleton)
     drives = _drives(skeleton, options)
+    if options.planar:
+        skeleton = projected(skeleton, drives or ())
     chosen = choose(skeleton, drives)
     if chosen.free:
         free = f"{chosen.free} free motion{'s' * (chosen.free > 1)}"
