@@ -14,7 +14,9 @@ from typing import Any
 
 import jedi
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
 import jointplay as jp
 import signatures
@@ -188,6 +190,23 @@ def test_a_slip_in_a_parameter_is_refused_like_a_key_of_the_file() -> None:
     b.revolute("J2", crank=(100, 0), rod=(0, 0), clearence=jp.radial(0.1))  # type: ignore[arg-type]
     with pytest.raises(jp.InputError, match=r"joints\.J2: 'clearence' is not a key here; did you mean 'clearance'"):
         b.mechanism()
+
+
+def test_columns_of_tables_are_lists_and_what_has_no_order_is_none() -> None:
+    """A generator was read once, and the mechanism could not be changed after that."""
+    b = arm()
+    b.revolute("J2", crank=pd.Series([100.0, 0.0]), rod=xr.DataArray([0.0, 0.0]))  # type: ignore[arg-type]
+    b.drive("q2", joint="J2", values=pd.Series([5.0]))  # type: ignore[arg-type]
+    assert b.mechanism().value("joints.J2.on.crank") == [100, 0]
+    assert b.mechanism().value("drives.q2.values") == [5]
+    for values in ({1.0}, (x for x in [1.0]), {1.0: 2}.keys()):
+        b = arm()
+        b.revolute("J2", crank=(100, 0), rod=(0, 0))
+        b.drive("q2", joint="J2", values=values)  # type: ignore[arg-type]
+        with pytest.raises(
+            jp.InputError, match=r"test_builder\.py:\d+: drives\.q2\.values: a list in brackets is needed"
+        ):
+            b.mechanism()
 
 
 def test_a_body_may_have_the_name_of_a_parameter() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -330,6 +331,7 @@ def test_a_folder_that_workers_do_not_see_is_refused(client: Any, m: jp.Mechanis
     [
         ("tcp://127.0.0.1:1", "no Dask scheduler answers at tcp://127.0.0.1:1 within 0.3 seconds"),
         ("nowhere", "'nowhere' is not an address such as tcp://HOST:8786"),
+        ("tls://127.0.0.1:1", "certificates are missing in the configuration of Dask: TLS expects"),
     ],
 )
 def test_an_address_without_a_scheduler_is_refused(
@@ -341,6 +343,44 @@ def test_an_address_without_a_scheduler_is_refused(
     assert run(["map", "m.toml", *AXES, "-o", "map.zarr", "--scheduler", wrong]) == 2
     assert f"error: scheduler: {said}" in capsys.readouterr().err
     assert sorted(path.name for path in Path().iterdir()) == ["m.toml"]
+
+
+def test_a_worker_is_no_scheduler(client: Any, m: jp.Mechanism) -> None:
+    """Dask's client waited 20 seconds after its error, and then had another one."""
+    worker = next(iter(client.scheduler_info()["workers"]))
+    with pytest.raises(jp.InputError, match=f"scheduler: {worker} is the address of a worker; that of its scheduler"):
+        jp.map(m, grid=GRID, scheduler=worker)
+
+
+def test_what_listens_and_does_not_answer_is_no_scheduler(m: jp.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A server of another kind waits for more."""
+    monkeypatch.setattr(cluster, "CONNECT", 0.3)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        with pytest.raises(
+            jp.InputError, match=f"scheduler: no Dask scheduler answers at {address} within 0.3 seconds"
+        ):
+            jp.map(m, grid=GRID, scheduler=address)
+
+
+def test_a_client_that_is_closed_before_or_in_the_middle_is_named(address: str, m: jp.Mechanism) -> None:
+    """Closing what is closed had an error of its own, of the kind that prints a traceback."""
+    from distributed import Client
+
+    closed = Client(address, set_as_default=False)
+
+    def items() -> Iterator[int]:
+        yield 1
+        closed.close()
+        yield 2
+
+    with (
+        pytest.raises(jp.InputError, match=r"scheduler: the scheduler has ended, .* or its client is closed"),
+        cluster.connected(closed) as workers,
+    ):
+        list(workers.each(abs, (), items()))
+    with pytest.raises(jp.InputError, match="scheduler: the client is closed; an open one is needed"):
+        jp.map(m, grid=GRID, scheduler=closed)
 
 
 def test_a_scheduler_without_workers_is_waited_for_a_while(m: jp.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:

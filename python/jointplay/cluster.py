@@ -7,6 +7,7 @@ machine, bit by bit. A worker whose numbers could differ is refused.
 
 from __future__ import annotations
 
+import asyncio
 import functools
 import hashlib
 import logging
@@ -35,7 +36,9 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 T = TypeVar("T")
 KEY = "scheduler"
-ENDED = "the scheduler has ended, or cannot be reached any more"
+ENDED = "the scheduler has ended, or cannot be reached any more, or its client is closed"
+#: states of a client that asks nothing any more
+CLOSED = ("closing", "closed")
 #: seconds until a scheduler has to answer
 CONNECT = 10
 #: seconds without a single worker after which none is expected any more
@@ -95,10 +98,13 @@ class Workers:
         try:
             # It reads what it hands out.
             client.run_on_scheduler(identity)
+            identities = client.run(identity, on_error="return")
         except ImportError as error:
             problem = f"the scheduler at {self._address()} needs jointplay in its environment, too: {error}"
             raise InputError(problem, key=KEY) from None
-        for worker, found in client.run(identity, on_error="return").items():
+        except OSError:
+            raise InputError(ENDED, key=KEY) from None
+        for worker, found in identities.items():
             if isinstance(found, Exception):
                 raise InputError(f"worker {worker} needs jointplay in its environment: {found}", key=KEY)
             _require_same(found, identity(), worker)
@@ -106,8 +112,9 @@ class Workers:
 
     def close(self) -> None:
         """Nothing more will be asked, and nobody waits for what was."""
-        self.client.unsubscribe_topic("all")
-        self.client.cancel(list(self._pending.values()))
+        if self.client.status not in CLOSED:
+            self.client.unsubscribe_topic("all")
+            self.client.cancel(list(self._pending.values()))
         self._pending.clear()
 
     def each(self, function: Callable[..., T], shared: tuple[Any, ...], items: Iterable[Any]) -> Iterator[T]:
@@ -132,6 +139,8 @@ class Workers:
             yield self._first(waiting, task)
 
     def _begun(self, task: bytes, item: bytes) -> Future[Any]:
+        if self.client.status in CLOSED:
+            raise InputError(ENDED, key=KEY)
         self._count += 1
         key = f"jointplay-{self._run}-{self._count}"
         future = self.client.submit(_answered, identity(), task, item, key=key, pure=False)
@@ -240,6 +249,8 @@ def connected(scheduler: Scheduler | Here | Workers | None) -> Iterator[Here | W
             client = scheduler
         if client.asynchronous:
             raise InputError("the client is asynchronous; Client(..., asynchronous=False) is needed", key=KEY)
+        if client.status in CLOSED:
+            raise InputError(f"the client is {client.status}; an open one is needed", key=KEY)
         opened.enter_context(dask.config.set(LARGE))
         yield opened.enter_context(closing(Workers(client)))
 
@@ -253,10 +264,35 @@ def _client(address: str) -> Client:
     except ValueError as error:
         raise InputError(f"'{address}' is not an address such as tcp://HOST:8786: {error}", key=KEY) from None
     try:
+        # A client that cannot be made waits, too, before it ends.
+        kind = _kind(address)
+        if kind != "Scheduler":
+            raise InputError(f"{address} is the address of a {kind.lower()}; that of its scheduler is needed", key=KEY)
         return Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, TimeoutError):
         problem = f"no Dask scheduler answers at {address} within {CONNECT} seconds; 'dask scheduler' starts one"
         raise InputError(problem, key=KEY) from None
+    except TypeError as error:
+        raise InputError(f"certificates are missing in the configuration of Dask: {error}", key=KEY) from None
+
+
+def _kind(address: str) -> str:
+    """What answers at an address: "Scheduler", "Worker", "Nanny"."""
+    from distributed.core import rpc
+    from distributed.security import Security
+    from distributed.utils import LoopRunner
+
+    async def asked() -> dict[str, Any]:
+        certificates = Security().get_connection_args("client")
+        async with rpc(address, timeout=CONNECT, connection_args=certificates) as there:
+            return dict(await asyncio.wait_for(there.identity(), CONNECT))
+
+    runner = LoopRunner(asynchronous=False)
+    runner.start()
+    try:
+        return str(runner.run_sync(asked)["type"])
+    finally:
+        runner.stop()
 
 
 def with_workers(compute: Callable[P, Result]) -> Callable[P, Result]:

@@ -6,7 +6,7 @@ import copy
 import importlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
@@ -471,13 +471,16 @@ def _tables(text: str, name: str) -> dict[str, Any]:
 
 
 def plain(value: object) -> Any:
-    """A copy of a value as TOML would give it: numpy arrays and scalars, tuples and mappings become plain ones."""
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
+    """A copy of a value as TOML would give it: arrays, also of pandas and xarray, tuples and mappings become plain."""
+    if hasattr(value, "__array__"):
+        return np.asarray(value).tolist()
     if isinstance(value, Mapping):
         return {str(k): plain(v) for k, v in value.items() if v is not None}
     if isinstance(value, list | tuple | range):
         return [plain(v) for v in value]
+    if isinstance(value, Iterable) and not isinstance(value, str | bytes):
+        # A set has no order, and a generator can be read once: as texts they are refused where they stand.
+        return str(value)
     return value
 
 

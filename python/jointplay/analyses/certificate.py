@@ -13,6 +13,7 @@ import numpy as np
 from jointplay.answers import Worst
 from jointplay.model import Mechanism
 from jointplay.result import Array, Builder
+from jointplay.verdict import ROUNDING
 
 from .nominal import Floats
 
@@ -57,7 +58,8 @@ def add_bounds(builder: Builder, worst: Worst) -> None:
         words = f"upper bound of the largest {name} error, for all offsets in the sets"
         builder.add(f"worst_{name}_bound", "configuration", bound, words, kind)
         words = f"upper bound of the largest {name} error, as a part above the value that is attained"
-        builder.add(f"worst_{name}_gap", "configuration", _gap(attained[name], bound), words)
+        resting = ROUNDING * (builder.m.length if kind == "length" else 1.0)
+        builder.add(f"worst_{name}_gap", "configuration", _gap(attained[name], bound, resting), words)
     low, high = np.moveaxis(found["component"], -1, 0)
     ends = np.stack([-_above(-low), _above(high)], axis=-1)
     ends[~certified] = np.nan
@@ -81,8 +83,8 @@ def _above(values: Array) -> Array:
     return raised
 
 
-def _gap(value: Array, bound: Array) -> Array:
-    """By which part a bound is above a value; zero where nothing moves."""
+def _gap(value: Array, bound: Array, resting: float) -> Array:
+    """By which part a bound is above a value; zero where the bound proves that nothing moves but by rounding."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        gap: Array = np.where(bound > 0.0, bound / value - 1.0, 0.0 * bound)
+        gap: Array = np.where(bound > resting, bound / np.maximum(value, 0.0) - 1.0, 0.0 * bound)
     return gap

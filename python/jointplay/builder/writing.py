@@ -132,7 +132,7 @@ def _given(keys: Mapping[str, object], places: Mapping[str, object]) -> dict[str
 def _is_place(value: object) -> bool:
     if isinstance(value, Mapping):
         return any(key in value for key in PLACEMENT)
-    return isinstance(value, list | tuple | str | np.ndarray)
+    return isinstance(value, list | tuple | str) or (hasattr(value, "__array__") and np.ndim(value) > 0)
 
 
 def _line() -> str:

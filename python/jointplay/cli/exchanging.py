@@ -77,8 +77,11 @@ def import_(
     from jointplay.write import create
 
     path = output or Path(Path(file).stem + ".toml")
-    if require_writable(path).is_file() and not force:
-        raise InputError("exists already; --force replaces it", file=os.fspath(path))
+    if require_writable(path).is_file():
+        if Path(file).exists() and path.samefile(file):
+            raise InputError("is the file that is read; name another one", file=os.fspath(path), key="--output")
+        if not force:
+            raise InputError("exists already; --force replaces it", file=os.fspath(path))
     options = Options(
         output=output_point,
         drives=_drives(drives),

@@ -158,7 +158,7 @@ def _document(path: Path) -> Any:
     except UnicodeDecodeError:
         raise InputError("is no DXF: it is not text") from None
     except (OSError, library.DXFError, *DAMAGED) as error:
-        raise InputError(f"is no DXF: {error}") from None
+        raise InputError(f"is no DXF: {str(error) or 'it ends too early'}") from None
 
 
 def _unit(document: Any, found: Drawing) -> float:

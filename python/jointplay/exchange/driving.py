@@ -71,7 +71,9 @@ def choose(skeleton: Skeleton, wanted: Iterable[str] | None) -> Driven:
     if wanted is None:
         far = distances(skeleton)
         near = {name: min(far.get(body, len(far)) for body in joints[name].bodies) for name in can}
-        order = sorted(can, key=lambda name: (not joints[name].is_driven, near[name]))
+        # What follows a joint does so by its drive.
+        leaders = {joint.follows[0] for joint in joints.values() if joint.follows}
+        order = sorted(can, key=lambda name: (not joints[name].is_driven, name not in leaders, near[name]))
     else:
         order = list(wanted)
         for name in order:

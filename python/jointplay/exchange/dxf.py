@@ -81,6 +81,7 @@ def read(path: Path, options: Options) -> Skeleton:
         space="planar",
         ground=names[layers[0]],
         frames=frames,
+        has_origins=False,
         gravity=(0.0, 0.0, 0.0),
         notes=tuple(notes),
     )
@@ -197,14 +198,16 @@ def _points(found: Drawing, names: dict[str, str], tolerance: float, used: set[s
     points: dict[str, tuple[str, Vector]] = {}
     for layer, at in found.marks:
         words = _words(found, at, tolerance)
-        only = len(found.marks) == 1
-        wanted = OUTPUT if only or OUTPUT in words else words[0] if words else f"{names[layer]}-point"
+        is_output = OUTPUT in words or (len(found.marks) == 1 and not words)
+        wanted = OUTPUT if is_output else words[0] if words else f"{names[layer]}-point"
         used.add(wanted)
         number, name = 1, wanted
         while name in points:
             number += 1
             name = f"{wanted}_{number}"
         points[name] = (layer, at)
+    if len(points) == 1:
+        points.setdefault(OUTPUT, *points.values())
     return points
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from jointplay.errors import InputError, not_known, shown
 from jointplay.schema.values import is_number
 
-from .shaping import legal
+from .shaping import legal, link_called
 from .skeleton import Frame, Joint, Place, Skeleton
 from .writing import UNITS
 
@@ -28,7 +28,7 @@ def with_loops(skeleton: Skeleton, loops: Mapping[str, object]) -> Skeleton:
         When a table is not that of a joint, or names no link.
     """
     for name, table in loops.items():
-        if name in (joint.name for joint in skeleton.joints):
+        if legal(name) in (joint.name for joint in skeleton.joints):
             raise InputError("there is a joint of this name already", key=f"loops {name}")
         if not isinstance(table, Mapping):
             raise InputError(f"a table is needed, not {shown(table)}", key=f"loops {name}")
@@ -51,9 +51,10 @@ def _joint(skeleton: Skeleton, name: str, table: Mapping[str, Any]) -> Joint:
     known = {link: (link, body.frame) for link, body in skeleton.bodies.items()} | dict(skeleton.frames)
     bodies, places = [], []
     for link, value in on.items():
-        if legal(link) not in known:
+        called = link_called(skeleton, link)
+        if called not in known:
             raise InputError(not_known(link, "a link", known), key=key)
-        body, frame = known[legal(link)]
+        body, frame = known[called]
         bodies.append(body)
         places.append(_place(f"{key} on.{link}", value, frame))
     first, second = places

@@ -18,7 +18,7 @@ import numpy as np
 from jointplay.errors import InputError, listed, one_line
 
 from .options import Options
-from .skeleton import Body, Frame, Joint, Place, Skeleton, fixed, floating, limits
+from .skeleton import Body, Frame, Joint, Place, Skeleton, fixed, floating, free
 from .xml import parse
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def _compiled(mj: Any, path: Path, name: str) -> tuple[Any, list[str]]:
     try:
         spec = mj.MjSpec.from_file(str(path))
     except ValueError as error:
-        raise InputError(f"MuJoCo cannot read it: {one_line(str(error))}", file=name) from None
+        raise InputError(f"MuJoCo cannot read it: {_sentence(error)}", file=name) from None
     try:
         return spec.compile(), []
     except ValueError as error:
@@ -95,17 +95,20 @@ def _compiled(mj: Any, path: Path, name: str) -> tuple[Any, list[str]]:
     try:
         return spec.compile(), ["Files of meshes are missing: masses that follow from them are missing as well."]
     except ValueError:
-        raise InputError(f"MuJoCo cannot compile it: {one_line(str(first))}", file=name) from None
+        raise InputError(f"MuJoCo cannot compile it: {_sentence(first)}", file=name) from None
+
+
+def _sentence(error: Exception) -> str:
+    """What MuJoCo says in several lines, in one."""
+    return one_line(", ".join(line.strip() for line in str(error).splitlines() if line.strip()))
 
 
 def _all_named(names: list[str], word: str) -> list[str]:
     """The names, and for things without one the word with their number, which no other thing is called."""
     found = list(names)
     for k, name in enumerate(names):
-        free = name or f"{word}{k}"
-        while not name and free in names:
-            free += "_"
-        found[k] = free
+        if not name:
+            found[k] = free(f"{word}{k}", names)
     return found
 
 
@@ -132,7 +135,8 @@ class _Reading:
             first, number = model.body_jntadr[k], model.body_jntnum[k]
             own = [j for j in range(first, first + number) if model.jnt_type[j] != self.mj.mjtJoint.mjJNT_FREE]
             chain = [self.names[model.body_parentid[k]]]
-            chain += [f"{self.names[k]}-{self.joint_names[j]}" for j in own[:-1]]
+            for j in own[:-1]:
+                chain.append(free(f"{self.names[k]}-{self.joint_names[j]}", {*self.names, *bodies, *chain}))
             chain.append(self.names[k])
             bodies |= {between: Body(frame) for between in chain[1:-1]}
             bodies[self.names[k]] = Body(frame, float(model.body_mass[k]), centre)
@@ -151,9 +155,17 @@ class _Reading:
             left_out.append("damping and friction")
         if (model.jnt_stiffness > 0).any():
             left_out.append("springs of joints")
+        if (model.jnt_limited.astype(bool) & (model.jnt_type == self.mj.mjtJoint.mjJNT_BALL)).any():
+            left_out.append("limits of ball joints")
+        if model.body_gravcomp.any():
+            left_out.append("compensation of gravity")
         if left_out:
             self.notes.insert(0, f"Left out: {', '.join(left_out)}.")
-        gx, gy, gz = map(float, model.opt.gravity)
+        moved = [self.names[k] for k in range(1, model.nbody) if model.body_mocapid[k] >= 0]
+        if moved:
+            self.notes.append(f"Bodies that a program moves (mocap) are held: {listed(moved)}.")
+        is_light = self._is_disabled("GRAVITY")
+        gx, gy, gz = (0.0, 0.0, 0.0) if is_light else map(float, model.opt.gravity)
         return Skeleton(
             title=str(self._title() or self.stem),
             bodies=bodies,
@@ -163,6 +175,13 @@ class _Reading:
             gravity=(gx, gy, gz),
             notes=tuple(self.notes),
         )
+
+    def _is_disabled(self, what: str) -> bool:
+        """Whether a flag of the model switches something off."""
+        return bool(self.model.opt.disableflags & getattr(self.mj.mjtDisableBit, f"mjDSBL_{what}"))
+
+    def _is_limited(self, j: int) -> bool:
+        return bool(self.model.jnt_limited[j]) and not self._is_disabled("LIMIT")
 
     def _title(self) -> str:
         return str(bytes(self.model.names).split(b"\0", 1)[0].decode("utf-8", "replace"))
@@ -202,7 +221,7 @@ class _Reading:
             bodies=(one, other),
             place=Place(at, self.data.xaxis[j].copy()),
             coordinate=float(model.qpos0[model.jnt_qposadr[j]]),
-            limits=limits(low, high) if model.jnt_limited[j] else None,
+            limits=(low, high) if self._is_limited(j) else None,
             is_driven=name in self.driven,
         )
 
@@ -212,17 +231,19 @@ class _Reading:
         """The joints with what equality constraints add: laws, and joints that close loops."""
         model, kinds = self.model, self.mj.mjtEq
         laws: dict[str, tuple[str, float, float]] = {}
-        closing, ignored = [], []
+        closing: list[Joint] = []
+        ignored = []
         for k in range(model.neq):
-            name = model.equality(k).name or f"equality{k}"
+            # A joint may have the same name.
+            name = free(model.equality(k).name or f"equality{k}", {*self.joint_names, *(one.name for one in closing)})
             kind = model.eq_type[k]
-            if not model.eq_active0[k]:
+            if not model.eq_active0[k] or self._is_disabled("EQUALITY"):
                 ignored.append(f"{name} (not active)")
             elif kind == kinds.mjEQ_CONNECT:
                 closing.append(self._connect(k, name))
             elif kind == kinds.mjEQ_WELD:
                 closing.append(self._weld(k, name))
-            elif kind == kinds.mjEQ_JOINT and model.eq_obj2id[k] >= 0 and not model.eq_data[k][2:5].any():
+            elif kind == kinds.mjEQ_JOINT and model.eq_obj2id[k] >= 0 and self._is_ratio(k):
                 follower, leader = model.eq_obj1id[k], model.eq_obj2id[k]
                 zero, ahead = (float(model.qpos0[model.jnt_qposadr[j]]) for j in (follower, leader))
                 offset, factor = map(float, model.eq_data[k][:2])
@@ -234,6 +255,11 @@ class _Reading:
         for joint in joints:
             yield replace(joint, follows=laws.get(joint.name))
         yield from closing
+
+    def _is_ratio(self, k: int) -> bool:
+        """Whether a polynomial of one joint in another one has no powers, and a factor."""
+        factor, *powers = self.model.eq_data[k][1:5]
+        return bool(factor) and not any(powers)
 
     def _ends(self, k: int) -> tuple[tuple[int, Frame], tuple[int, Frame]]:
         """The two bodies, or the sites that are named instead, with their frames."""

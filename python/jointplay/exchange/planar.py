@@ -6,7 +6,7 @@ All pins are parallel to the normal n of the plane, all guides across it. A poin
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -21,10 +21,18 @@ TILT = 1e-3
 #: what a joint in space is in the plane, where its axis is along the normal
 ALONG = {"revolute": "revolute", "cylindrical": "revolute", "spherical": "revolute"}
 Z = np.array([0.0, 0.0, 1.0])
+#: by how much the zero of an angle may be off by rounding, rad
+ZERO = 1e-9
 
 
-def projected(skeleton: Skeleton) -> Skeleton:
+def projected(skeleton: Skeleton, driven: Iterable[str]) -> Skeleton:
     """The mechanism in its plane.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    driven : iterable of str
+        Joints whose coordinates have to be those of the format, as those of joints that follow one another.
 
     Raises
     ------
@@ -39,13 +47,18 @@ def projected(skeleton: Skeleton) -> Skeleton:
             within.append(joint.name)
         else:
             kept.append(_joint(joint, plane))
-    angles = _angles(kept)
+    exact = {*driven, *(name for joint in kept if joint.follows for name in (joint.name, joint.follows[0]))}
+    angles = _angles(skeleton.bodies, sorted(kept, key=lambda joint: joint.name not in exact))
+    joints = tuple(_closed(joint, angles) for joint in kept)
     gravity = plane @ np.array(skeleton.gravity)
     notes = [*skeleton.notes, "Seen along the pins: distances across the plane are left out."]
     if within:
         notes.append(f"Joints that hold bodies in the plane are left out: {listed(within)}.")
     if abs(gravity[2]) > TILT * max(1.0, float(np.linalg.norm(gravity))):
         notes.append("Gravity across the plane is left out.")
+    moved = [old.name for old, new in zip(kept, joints, strict=True) if abs(new.coordinate - old.coordinate) > ZERO]
+    if moved:
+        notes.append(f"Angles of these joints count from another zero, because loops are closed: {listed(moved)}.")
     bodies = {name: _body(body, plane, angles.get(name, 0.0)) for name, body in skeleton.bodies.items()}
     if not any(angles.values()):
         # All axes are those of the ground then, and may have its origin, too: every joint has one place.
@@ -54,7 +67,7 @@ def projected(skeleton: Skeleton) -> Skeleton:
         skeleton,
         space="planar",
         bodies=bodies,
-        joints=tuple(_closed(joint, angles) for joint in kept),
+        joints=joints,
         frames={name: (body, Frame(_flat(plane, frame.at))) for name, (body, frame) in _every_frame(skeleton)},
         gravity=(float(gravity[0]), float(gravity[1]), 0.0),
         notes=tuple(notes),
@@ -128,21 +141,23 @@ def _joint(joint: Joint, plane: Matrix) -> Joint:
     return replace(flat, bodies=(second, first), place=flat.second or flat.place, second=flat.second and flat.place)
 
 
-def _angles(joints: list[Joint]) -> dict[str, float]:
-    """Angles of the bodies' axes in the drawing, so that the coordinates of joints are those of the format."""
-    angles = {GROUND: 0.0}
-    waiting = [GROUND]
-    while waiting:
-        body = waiting.pop(0)
-        for joint in joints:
-            turn = joint.coordinate if joint.kind == "revolute" else 0.0
-            first, second = joint.bodies
-            # The drawing shows the second body turned by the coordinate, so that its axes are turned back.
-            for one, other, sign in ((first, second, 1.0), (second, first, -1.0)):
-                if one == body and other not in angles:
-                    angles[other] = angles[body] + sign * turn
-                    waiting.append(other)
-    return angles
+def _angles(bodies: Iterable[str], joints: Iterable[Joint]) -> dict[str, float]:
+    """Angles of the bodies' axes in the drawing, so that the coordinates of joints are those of the format.
+
+    Of the joints of a loop the last one has the coordinate that is left.
+    """
+    groups = {name: {name: 0.0} for name in bodies}
+    for joint in joints:
+        first, second = joint.bodies
+        one, other = groups[first], groups[second]
+        if one is other:
+            continue
+        # The drawing shows the second body turned by the coordinate, so that its axes are turned back.
+        turn = one[first] + (joint.coordinate if joint.kind == "revolute" else 0.0) - other[second]
+        one |= {body: angle + turn for body, angle in other.items()}
+        groups |= dict.fromkeys(other, one)
+    own = groups[GROUND]
+    return {body: angle - own[GROUND] for body, angle in own.items()}
 
 
 def _closed(joint: Joint, angles: dict[str, float]) -> Joint:

@@ -75,6 +75,7 @@ def read(path: Path, options: Options) -> Skeleton:
         space="planar",
         ground=ground,
         frames=frames,
+        has_origins=False,
         gravity=(0.0, 0.0, 0.0),
         notes=("pylinkage has no units: its lengths are read as mm.", *notes),
     )

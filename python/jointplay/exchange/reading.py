@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analyses.check import compute
-from jointplay.errors import InputError, in_range, not_known, shown
+from jointplay.errors import InputError, in_range, listed, not_known, shown
 from jointplay.model import Mechanism, loads
 from jointplay.schema.kinds import PLANAR, SPATIAL
 from jointplay.schema.values import is_number
@@ -22,7 +22,7 @@ from .looping import with_loops
 from .options import Options
 from .planar import projected
 from .registry import reader
-from .shaping import grounded, leading, legal, merged, renamed
+from .shaping import bounded, grounded, joint_called, leading, link_called, merged, renamed
 from .skeleton import GROUND, Skeleton, Vector
 from .writing import has_loops, text
 
@@ -138,16 +138,20 @@ def _imported(path: Path, options: Options) -> Imported:
     in_range(len(skeleton.joints), "", "a number of joints that is read", 0, MOST_JOINTS)
     if options.ground is not None:
         skeleton = grounded(skeleton, options.ground)
-    skeleton = leading(merged(with_loops(renamed(skeleton), options.loops)))
+    skeleton = leading(bounded(merged(with_loops(renamed(skeleton), options.loops))))
     if len(skeleton.bodies) < 2:
         raise InputError("has no joint that lets something move")
+    drives = _drives(skeleton, options)
     if options.planar:
-        skeleton = projected(skeleton)
-    drives = _drives(options)
+        skeleton = projected(skeleton, drives or ())
     chosen = choose(skeleton, drives)
     if chosen.free:
         free = f"{chosen.free} free motion{'s' * (chosen.free > 1)}"
         note = f"{free} without a drive: `jointplay check` says which, and which of them are spins that do not matter."
+        skeleton = replace(skeleton, notes=(*skeleton.notes, note))
+    loose = [joint.name for joint in skeleton.joints if joint.follows and joint.follows[0] not in chosen.joints]
+    if loose:
+        note = f"These joints follow joints without a drive, which is left out: {listed(loose)}."
         skeleton = replace(skeleton, notes=(*skeleton.notes, note))
     values = {name: drives[name] if drives else None for name in chosen.joints}
     clearance, options_of = _clearances(skeleton, options.clearance)
@@ -161,7 +165,7 @@ def _imported(path: Path, options: Options) -> Imported:
     return Imported(written, m, skeleton.notes)
 
 
-def _drives(options: Options) -> dict[str, list[float] | None] | None:
+def _drives(skeleton: Skeleton, options: Options) -> dict[str, list[float] | None] | None:
     if options.drives is None:
         return None
     found: dict[str, list[float] | None] = {}
@@ -169,23 +173,24 @@ def _drives(options: Options) -> dict[str, list[float] | None] | None:
         values: list[Any] = list(given) if isinstance(given, list | tuple) else [given]
         if given is not None and not all(is_number(value) for value in values):
             raise InputError(f"a number or a list of them is needed, not {shown(given)}", key=f"drives {name}")
-        found[legal(name)] = None if given is None else [float(value) for value in values]
+        found[joint_called(skeleton, name)] = None if given is None else [float(value) for value in values]
     return found
 
 
 def _output(skeleton: Skeleton, wanted: str | None) -> tuple[str, Vector]:
     """Body and point of the output, in the drawing."""
-    frames = {name: (name, body.frame) for name, body in skeleton.bodies.items() if name != GROUND}
-    frames |= skeleton.frames
+    origins = skeleton.bodies if skeleton.has_origins else {}
+    frames = {name: (name, body.frame) for name, body in origins.items() if name != GROUND} | dict(skeleton.frames)
     if wanted is None and OUTPUT in skeleton.frames:
         wanted = OUTPUT
     if wanted is None:
         far = distances(skeleton)
         body = max(frames, key=lambda name: far.get(frames[name][0], 0) if name in skeleton.bodies else -1)
         return body, frames[body][1].at
-    name = legal(wanted)
+    name = link_called(skeleton, wanted)
     if name not in frames:
-        raise InputError(not_known(wanted, "a link", frames), key="output")
+        what = "a link" if skeleton.has_origins else "a point or a joint"
+        raise InputError(not_known(wanted, what, frames), key="output")
     body, frame = frames[name]
     if body == GROUND:
         raise InputError(f"'{wanted}' is fixed to the ground and has no error", key="output")
@@ -199,12 +204,12 @@ def _clearances(skeleton: Skeleton, given: Mapping[str, object]) -> tuple[dict[s
     found: dict[str, Mapping[str, Any]] = {}
     asked: dict[str, str] = {}
     # What is said of one joint counts more than what is said of its kind.
-    for word, table in sorted(given.items(), key=lambda item: legal(item[0]) in joints):
+    for word, table in sorted(given.items(), key=lambda item: joint_called(skeleton, item[0]) in joints):
         key = f"clearance {word}"
         if not isinstance(table, Mapping):
             raise InputError("a table is needed, such as { radial = 0.02 }", key=key)
-        if legal(word) in joints:
-            names = [legal(word)]
+        if joint_called(skeleton, word) in joints:
+            names = [joint_called(skeleton, word)]
         elif word in kinds:
             names = [name for name, joint in joints.items() if joint.kind == word]
         elif word in {**PLANAR, **SPATIAL}:

@@ -23,7 +23,7 @@ from jointplay.poses import matrix
 
 from .options import Options
 from .rotations import from_rpy
-from .skeleton import STANDARD_GRAVITY, Body, Frame, Joint, Matrix, Place, Skeleton, Vector, fixed, floating, limits
+from .skeleton import STANDARD_GRAVITY, Body, Frame, Joint, Matrix, Place, Skeleton, Vector, fixed, floating, free
 from .xml import DEEPEST, Reading, counts, parse
 
 WORLD = "world"
@@ -42,7 +42,14 @@ KINDS = {
 #: types that are two pins in series
 DOUBLE = ("universal", "revolute2")
 LEFT_OUT = (
-    *("visual", "visual shapes", "collision", "collision shapes", "dynamics", "entries of friction and damping"),
+    *(
+        "visual",
+        "visual shapes",
+        "collision",
+        "collision shapes",
+        "dynamics",
+        "entries of friction, damping and springs",
+    ),
     *("sensor", "sensors", "plugin", "plugins", "light", "lights", "actor", "actors"),
 )
 
@@ -95,15 +102,22 @@ class _File:
         self.static: list[str] = []
         self.placed: dict[str, Frame] = {WORLD: Frame()}
         self.notes: list[str] = []
+        worlds = root.findall("world")
+        if len(worlds) > 1:
+            raise reading.refuse(f"has {len(worlds)} worlds; one is read", "<world>")
         models = [*root.findall("model"), *root.findall("world/model")]
         if not models:
             raise reading.refuse("has no <model>")
         for include in root.iter("include"):
             uri = (include.findtext("uri") or "").strip()
             raise reading.refuse(f"includes '{uri}', which is not read; put that model into this file", "<include>")
+        # A joint of the world calls links by their models, even if there is one only.
+        shared = [element for world in worlds for tag in ("joint", "frame") for element in world.findall(tag)]
+        is_alone = len(models) == 1 and not shared
         for model in models:
-            name = reading.name(model)
-            self._collect(model, "" if len(models) == 1 else f"{name}{SEPARATOR}", WORLD)
+            self._collect(model, "" if is_alone else f"{reading.name(model)}{SEPARATOR}", WORLD)
+        for world in worlds:
+            self._members(world, "", WORLD)
 
     def _collect(self, model: Element, scope: str, above: str) -> None:
         """Name what is in a model."""
@@ -115,19 +129,25 @@ class _File:
             self.static.append(own)
         for link in model.findall("link"):
             self._name(link, scope, _Named(link, scope, own), self.links)
-        for joint in model.findall("joint"):
-            child = self._end(joint, scope, "child")
-            self._name(joint, scope, _Named(joint, scope, child, child), self.joints)
-        for frame in model.findall("frame"):
-            carrier = (frame.get("attached_to") or "").strip()
-            on = scope + carrier if carrier else own
-            self._name(frame, scope, _Named(frame, scope, on, on), [])
+        self._members(model, scope, own)
         for inner in model.findall("model"):
             name = self.reading.name(inner)
             self._collect(inner, f"{scope}{name}{SEPARATOR}", own)
 
+    def _members(self, above: Element, scope: str, own: str) -> None:
+        """Name the joints and frames of a model or of the world."""
+        for joint in above.findall("joint"):
+            child = self._end(joint, scope, "child")
+            self._name(joint, scope, _Named(joint, scope, child, child), self.joints)
+        for frame in above.findall("frame"):
+            carrier = (frame.get("attached_to") or "").strip()
+            on = scope + carrier if carrier else own
+            self._name(frame, scope, _Named(frame, scope, on, on), [])
+
     def _name(self, element: Element, scope: str, named: _Named, listed_in: list[str]) -> None:
         name = scope + self.reading.name(element)
+        if name in (scope + WORLD, scope + MODEL):
+            raise self.reading.refuse("the format keeps this name for itself", f"{element.tag} '{name}'")
         if name in self.named:
             raise self.reading.refuse("is named twice", f"{element.tag} '{name}'")
         self.named[name] = named
@@ -231,6 +251,9 @@ class _File:
         }
         left_out = list(counts(self.root, *LEFT_OUT))
         notes = [f"Left out: {', '.join(left_out)}."] if left_out else []
+        shapes = [name for name in self.links if self.named[name].element.find("inertial[@auto='true']") is not None]
+        if shapes:
+            notes.append(f"Masses that follow from collision shapes are left out: {listed(shapes)}.")
         gravity = self.root.findtext("world/gravity")
         gx, gy, gz = map(float, self.reading.vector(gravity, STANDARD_GRAVITY, "world", "<gravity>"))
         return Skeleton(
@@ -246,7 +269,7 @@ class _File:
     def _body(self, name: str) -> Body:
         frame = self._frame(name)
         inertial = self.named[name].element.find("inertial")
-        if inertial is None:
+        if inertial is None or inertial.get("auto") == "true":
             return Body(frame)
         place = f"link '{name}'"
         mass = self.reading.number(inertial.findtext("mass"), 1.0, place, "<mass>")
@@ -264,10 +287,11 @@ class _File:
         if written == "gearbox":
             self.notes.append(f"The ratio of the gearbox '{name}' is left out.")
         if written in DOUBLE:
-            cross = f"{name}-cross"
+            cross = free(f"{name}-cross", bodies)
             bodies[cross] = Body(frame)
-            yield self._pin(f"{name}-first", (one, cross), frame, element.find("axis"), named, "revolute")
-            yield self._pin(f"{name}-second", (cross, other), frame, element.find("axis2"), named, "revolute")
+            first, second = (free(f"{name}-{which}", self.joints) for which in ("first", "second"))
+            yield self._pin(first, (one, cross), frame, element.find("axis"), named, "revolute")
+            yield self._pin(second, (cross, other), frame, element.find("axis2"), named, "revolute")
         elif written in ("fixed", "ball"):
             yield Joint(name, KINDS[written], (one, other), Place(frame.at))
         else:
@@ -286,7 +310,7 @@ class _File:
             kind=kind,
             bodies=bodies,
             place=Place(frame.at, self._axis(axis, frame, named, place)),
-            limits=limits(low, high),
+            limits=(low, high),
             follows=self._follows(axis, named.scope, place),
             lead=self._lead(named.element, place) if kind == "screw" else 0.0,
         )

@@ -15,6 +15,10 @@ from .skeleton import GROUND, Body, Frame, Joint, Skeleton
 #: what a name of the mechanism file cannot have
 FORBIDDEN = re.compile(r"""[\s\x00-\x1f\x7f./*"'=\[\]]+""")
 LONGEST = 100
+#: larger limits of a coordinate (rad, m) are none: formats write 1e16 for a joint that turns without end
+LARGEST_LIMIT = 1e4
+#: kinds that cannot follow another joint, nor be followed
+NO_COORDINATE = ("planar", "spherical")
 
 
 def legal(name: str) -> str:
@@ -47,6 +51,9 @@ def renamed(skeleton: Skeleton) -> Skeleton:
     if skeleton.ground != GROUND and legal(skeleton.ground) not in bodies.values():
         # What the file calls its fixed link can still be asked for.
         named[legal(skeleton.ground)] = (GROUND, skeleton.bodies[skeleton.ground].frame)
+    links = {old: new for old, new in {**bodies, **frames}.items() if new not in (legal(old), GROUND)}
+    others = {old: new for old, new in joints.items() if new != legal(old)}
+    said = [f"'{old}' is {new}" for old, new in (*links.items(), *others.items())]
     return replace(
         skeleton,
         # The ground has the axes of the drawing.
@@ -57,7 +64,20 @@ def renamed(skeleton: Skeleton) -> Skeleton:
         joints=tuple(joint(old) for old in skeleton.joints),
         ground=GROUND,
         frames=named,
+        other_links=links,
+        other_joints=others,
+        notes=(*skeleton.notes, *([f"Another one has the name already: {listed(said)}."] if said else ())),
     )
+
+
+def link_called(skeleton: Skeleton, name: str) -> str:
+    """Name of a link or frame by what the format calls it."""
+    return skeleton.other_links.get(name, legal(name))
+
+
+def joint_called(skeleton: Skeleton, name: str) -> str:
+    """Name of a joint by what the format calls it."""
+    return skeleton.other_joints.get(name, legal(name))
 
 
 def _names(names: Iterable[str], fixed: Mapping[str, str], taken: set[str]) -> dict[str, str]:
@@ -73,6 +93,28 @@ def _names(names: Iterable[str], fixed: Mapping[str, str], taken: set[str]) -> d
         taken.add(free)
         found[name] = free
     return found
+
+
+def bounded(skeleton: Skeleton) -> Skeleton:
+    """With limits that the mechanism file can have: two finite ones, the lower one first. The others are named."""
+    no_range, one_sided, made = [], [], []
+    for joint in skeleton.joints:
+        if joint.limits is None:
+            made.append(joint)
+            continue
+        low, high = joint.limits
+        ends = sum(abs(end) < LARGEST_LIMIT for end in joint.limits)
+        if low >= high:
+            no_range.append(joint.name)
+        elif ends == 1:
+            one_sided.append(joint.name)
+        made.append(joint if low < high and ends == 2 else replace(joint, limits=None))
+    notes = list(skeleton.notes)
+    if no_range:
+        notes.append(f"Limits that leave no range are left out: {listed(no_range)}.")
+    if one_sided:
+        notes.append(f"Limits on one side only are left out: {listed(one_sided)}.")
+    return replace(skeleton, joints=tuple(made), notes=tuple(notes))
 
 
 def grounded(skeleton: Skeleton, name: str) -> Skeleton:
@@ -187,6 +229,12 @@ def leading(skeleton: Skeleton) -> Skeleton:
         if leader == joint.name:
             made.append(replace(joint, follows=None))
             continue
+        key = f"joint '{joint.name}' <mimic>"
+        if not factor:
+            raise InputError("its factor is zero, so that it never moves: a fixed joint is needed", key=key)
+        for one in (joint, joints[leader]):
+            if one.kind in NO_COORDINATE:
+                raise InputError(f"'{one.name}' is a {one.kind} joint, which has no coordinate", key=key)
         limits = joint.limits and (joint.limits[0] - offset, joint.limits[1] - offset)
         made.append(replace(joint, follows=(leader, factor, 0.0), coordinate=joint.coordinate - offset, limits=limits))
         if offset:

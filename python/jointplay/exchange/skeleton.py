@@ -7,7 +7,7 @@ z is zero, and axes of revolute joints are (0, 0, 1).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,8 +18,6 @@ Matrix = NDArray[np.float64]
 
 #: the fixed body of every mechanism
 GROUND = "ground"
-#: larger limits of a coordinate (rad, m) are none: formats write 1e16 for a joint that turns without end
-LARGEST_LIMIT = 1e4
 #: gravity where a format has no other
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
@@ -83,11 +81,6 @@ class Place:
         return Place(frame.point(self.at), None if self.axis is None else np.asarray(frame.axes @ self.axis))
 
 
-def limits(low: float, high: float) -> tuple[float, float] | None:
-    """Limits of a coordinate; None where there are none."""
-    return (low, high) if low < high and max(abs(low), abs(high)) < LARGEST_LIMIT else None
-
-
 @dataclass(frozen=True)
 class Joint:
     """A joint between two bodies.
@@ -106,7 +99,7 @@ class Joint:
     coordinate : float
         Angle or travel in the drawing: rad or m.
     limits : tuple or None
-        Range of the coordinate.
+        Range of the coordinate; as the format has it until `shaping.bounded`.
     is_driven : bool
         Whether the format says that a motor moves it.
     follows : tuple or None
@@ -130,6 +123,13 @@ class Joint:
 def fixed(one: str, other: str) -> Joint:
     """A joint that makes one body of two; where it is does not matter."""
     return Joint(f"{other}-fixed", "fixed", (one, other), Place(np.zeros(3)))
+
+
+def free(name: str, taken: Container[str]) -> str:
+    """The name, or one like it that nothing else has."""
+    while name in taken:
+        name += "_"
+    return name
 
 
 def floating(bodies: Iterable[str], joints: Iterable[Joint], ground: str) -> list[list[str]]:
@@ -160,9 +160,13 @@ class Skeleton:
     ground : str
         The body that is fixed. It gets the name "ground".
     frames : mapping
-        ``name: (body, frame)`` of what can be an output besides bodies: tools, sites, links that are merged.
+        ``name: (body, frame)`` of what can be an output: tools, sites, links that are merged, points of a drawing.
+    has_origins : bool
+        Whether the origins of bodies can be the output as well. Those of a drawing are nowhere on its bodies.
     gravity : tuple
         m/s^2, axes of the drawing.
+    other_links, other_joints : mapping
+        What the format calls links, frames and joints whose legal names others have: the names that they have instead.
     notes : tuple of str
         What the format says and the mechanism file does not: one sentence each.
     """
@@ -173,5 +177,8 @@ class Skeleton:
     space: str = "spatial"
     ground: str = GROUND
     frames: Mapping[str, tuple[str, Frame]] = field(default_factory=dict)
+    has_origins: bool = True
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    other_links: Mapping[str, str] = field(default_factory=dict)
+    other_joints: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

@@ -14,7 +14,7 @@ from jointplay.errors import listed, not_known
 
 from .options import Options
 from .rotations import from_rpy
-from .skeleton import Body, Frame, Joint, Place, Skeleton, limits
+from .skeleton import Body, Frame, Joint, Place, Skeleton
 from .xml import Reading, counts, parse, refuse_twice
 
 #: type of URDF: kind of the mechanism file
@@ -134,6 +134,8 @@ def _body(reading: Reading, name: str, link: Element, frame: Frame) -> Body:
         return Body(frame)
     place = f"link '{name}'"
     mass = inertial.find("mass")
+    if mass is not None and mass.get("value") is None:
+        raise reading.refuse("its value is missing: <mass value=...>", place, "<mass>")
     kilograms = reading.number(None if mass is None else mass.get("value"), 0.0, place, "<mass>")
     centre = _origin(reading, inertial, place).at
     return Body(frame, kilograms, frame.point(centre))
@@ -171,7 +173,7 @@ def _limits(reading: Reading, joint: Element, place: str) -> tuple[float, float]
     low = reading.number(limit.get("lower"), 0.0, place, "<limit>")
     high = reading.number(limit.get("upper"), 0.0, place, "<limit>")
     # Without either, both are zero by default: the file says efforts only.
-    return limits(low, high)
+    return (low, high) if low or high else None
 
 
 def _follows(reading: Reading, joint: Element, place: str) -> tuple[str, float, float] | None:

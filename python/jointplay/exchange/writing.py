@@ -264,7 +264,8 @@ def _proposal(skeleton: Skeleton, joint: Joint, count: int) -> list[str]:
 
 def _output(skeleton: Skeleton, body: str, point: Vector) -> str:
     at = skeleton.bodies[body].frame.inverse().point(point)
-    on = {name: name for name in skeleton.bodies} | {name: on for name, (on, _) in skeleton.frames.items()}
+    origins = skeleton.bodies if skeleton.has_origins else ()
+    on = {name: name for name in origins} | {name: on for name, (on, _) in skeleton.frames.items()}
     others = [name for name, where in on.items() if name != body and where != GROUND]
     known = _comment(f"Other points for --output-point: {', '.join(others)}") if others else ()
     return "\n".join(["[output]", f"body = {_string(body)}", f"at   = {_length(skeleton, at)}", *known])

@@ -115,7 +115,8 @@ class Reading:
     def numbers(self, text: str, count: int, *places: str) -> Vector:
         """As many finite numbers, with blanks between them."""
         try:
-            found = np.array([float(word) for word in text.split()])
+            # Python reads 1_0 as ten.
+            found = np.array([float(word.replace("_", "?")) for word in text.split()])
         except ValueError:
             found = np.empty(0)
         if len(found) != count or not np.isfinite(found).all():
