@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 import jointplay as jp
 from jointplay.cli import run
-from jointplay.exchange.contacts import PIECES, to_mjcf
+from jointplay.exchange.contact_model import PIECES
+from jointplay.exchange.contacts import to_mjcf
 
 Floats = NDArray[np.float64]
 #: part of a clearance: a corner of a ring is up to a degree beside the load, so that a pin is pi / 180 of its clearance
