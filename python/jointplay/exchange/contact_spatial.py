@@ -113,7 +113,9 @@ class Spatial(Model):
                 kind = self.spec["joints"][move["joint"]]["kind"]
                 usual = "angle" if kind == "revolute" else "along"
                 self.held.setdefault(move["joint"], set()).add(move.get("component", usual))
-        self.tight = {k: found for k in range(len(m.joints)) if (found := self._freedoms(k)) is not None}
+        # Loops are closed by balls where they can be, which needs no carriage.
+        order = sorted(range(len(m.joints)), key=lambda k: self.spec["joints"][k]["kind"] == "spherical")
+        self.tight = {k: found for k in order if (found := self._freedoms(k)) is not None}
         self.hanging = list(self._tree())
 
     # --- joints as relations between coordinates --------------------------------------------------------------------
