@@ -156,6 +156,11 @@ at = [80, 0]
     assert Model(m, 1).settle(1500) == pytest.approx(want, abs=CLOSE * 0.1)
 
 
+def test_drive_values_may_come_from_a_path() -> None:
+    m = example("five-bar")
+    assert Model(m, 4).start / m.units.length == pytest.approx(jp.solve(m).nominal.values[4, :2], abs=1e-9)
+
+
 def test_titles_of_all_kinds_are_in_the_model() -> None:
     title = 'a "title" <with> \x01 -- & more'
     model = mujoco.MjModel.from_xml_string(to_mjcf(example("four-bar", title=title)))
@@ -183,7 +188,6 @@ REFUSED = [
     ("rack-slider", {}, "joints.mesh: is a rack, whose flanks are no convex pieces"),
     ("redundant-bar", {}, "has elastic bodies"),
     ("slider-crank-cases", {}, "has several outputs or load cases; name one of them"),
-    ("five-bar", {}, "needs drives with values"),
     (
         "four-bar",
         {"drives.theta1.values": [0, 900]},

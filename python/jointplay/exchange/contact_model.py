@@ -57,8 +57,8 @@ class Model:
     #: classes of solids: what they touch by themselves, and their colours
     SOLIDS: tuple[tuple[str, str, str, str], ...]
 
-    def __init__(self, m: Mechanism, poses: Floats, configuration: int, pieces: int) -> None:
-        self.m, self.poses, self.configuration, self.pieces = m, poses, configuration, pieces
+    def __init__(self, m: Mechanism, drives: Floats, poses: Floats, pieces: int) -> None:
+        self.m, self.drives, self.poses, self.pieces = m, drives, poses, pieces
         self.spec = m.core_spec
         self.size = m.length
         self.radius, self.wall = PIN * self.size, WALL * self.size
@@ -162,9 +162,8 @@ class Model:
             SubElement(inner, "geom", contype=kind, conaffinity=mask, rgba=colour)
 
     def _remarks(self) -> Iterator[str]:
-        assert self.m.drive_values is not None
-        held = self.m.drive_values[self.configuration] / self.m.drive_factors
-        drives = ", ".join(f"{name} = {value:.10g}" for name, value in zip(self.m.drives, held, strict=True))
+        held = zip(self.m.drives, self.drives / self.m.drive_factors, strict=True)
+        drives = ", ".join(f"{name} = {value:.10g}" for name, value in held)
         yield f"Exported from {self.m.file}: lengths in m, masses in kg, times in s."
         if drives:
             yield f"Drives are held at {drives}."

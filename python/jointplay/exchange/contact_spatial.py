@@ -103,8 +103,8 @@ class Spatial(Model):
     # Only what is paired touches.
     SOLIDS = (("pin", "0", "0", "0.8 0.5 0.2 1"), ("hole", "0", "0", "0.5 0.6 0.7 0.3"))
 
-    def __init__(self, m: Mechanism, poses: Floats, configuration: int, pieces: int) -> None:
-        super().__init__(m, poses, configuration, pieces)
+    def __init__(self, m: Mechanism, drives: Floats, poses: Floats, pieces: int) -> None:
+        super().__init__(m, drives, poses, pieces)
         self.places = np.vstack([poses[:, :3], np.zeros(3)])  # the ground has index -1
         self.turned = np.concatenate([matrix(poses), np.eye(3)[None]])
         self.held: dict[int, set[str]] = {}
@@ -299,14 +299,14 @@ class Spatial(Model):
         reach
             How far the balls are from the joint along each axis, nothing if left out.
         """
-        made = [self._ball(number, *ball) for ball in balls]
-        walls = []
+        made, walls = [self._ball(number, *ball) for ball in balls], []
         for axis, gap in gaps.items():
-            beyond = self.radius + gap + self.wall / 2 + (0.0 if reach is None else reach[axis])
-            half = size.copy()
+            out, half = np.eye(3)[axis], size.copy()
             half[axis] = self.wall / 2
+            beyond = self.radius + gap + self.wall / 2 + (0.0 if reach is None else reach[axis])
             for k, side in enumerate(SIDES):
-                walls.append(self._wall(number, f"{'asn'[axis]}{k}", side * beyond * np.eye(3)[axis], half, np.eye(3)))
+                name = f"{OF_JOINT['slide'][axis]}{k}"
+                walls.append(self._wall(number, name, side * beyond * out, half, np.eye(3)))
         self._pair(made, walls)
 
     def _ball(self, number: int, name: str, at: Floats) -> str:

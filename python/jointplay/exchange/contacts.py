@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from jointplay.analyses.nominal import nominal
 from jointplay.errors import InputError, in_range
 from jointplay.model import Mechanism
 
@@ -43,13 +44,13 @@ def to_mjcf(m: Mechanism, configuration: int = 0, pieces: int = PIECES) -> str:
         When it has something that the model cannot have.
     """
     _check(m)
-    values = np.ascontiguousarray(m.drive_values)
-    in_range(configuration, "configuration", "the number of a configuration", 0, len(values) - 1)
-    poses = m.core.solve(values)["poses"][configuration]
+    at = nominal(m)
+    in_range(configuration, "configuration", "the number of a configuration", 0, len(at.poses) - 1)
+    drives, poses = at.drives[configuration], at.poses[configuration]
     if not np.isfinite(poses).all():
         raise InputError(f"configuration {configuration} cannot be assembled", file=m.file)
     kind = Planar if m.data.space == "planar" else Spatial
-    return kind(m.under_loads_of(configuration), poses, configuration, pieces).text()
+    return kind(m.under_loads_of(configuration), drives, poses, pieces).text()
 
 
 def _check(m: Mechanism) -> None:
@@ -60,9 +61,7 @@ def _check(m: Mechanism) -> None:
             raise InputError(
                 f"is {REFUSED[kind]}; the model for MuJoCo cannot have it", file=m.file, key=f"joints.{name}"
             )
-    if m.drive_values is None:
-        problem = "needs drives with values"
-    elif m.members:
+    if m.members:
         problem = "has elastic bodies, which the model for MuJoCo cannot have"
     elif m.core_spec["torsions"] or any(not spring["stiffness"] for spring in m.core_spec["springs"]):
         problem = "has torsion springs or constant springs, which the model for MuJoCo cannot have"
