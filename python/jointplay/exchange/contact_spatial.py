@@ -167,12 +167,12 @@ class Spatial(Model):
             self._add_freedoms(body, one.body, self.tight[one.joint], self._joint_place(one.joint), reverse=is_first)
 
     def _carried(self, body: int) -> list[int]:
-        """A body and all that hangs on it."""
+        """A body and all that hangs on it, the ground left out."""
         found = [body]
         for one in self.hanging:
             if one.on in found:
                 found.append(one.body)
-        return found
+        return [k for k in found if k >= 0]
 
     def _add_freedoms(
         self, element: Element, body: int, freedoms: Freedoms, place: Place, *, reverse: bool = False
