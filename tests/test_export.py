@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 import jointplay as jp
 from jointplay.cli import run
-from jointplay.exchange.contacts import PIECES, to_mjcf
+from jointplay.exchange.contact_model import PIECES
+from jointplay.exchange.contacts import to_mjcf
 
 Floats = NDArray[np.float64]
 #: part of a clearance: a corner of a ring is up to a degree beside the load, so that a pin is pi / 180 of its clearance
@@ -155,6 +156,11 @@ at = [80, 0]
     assert Model(m, 1).settle(1500) == pytest.approx(want, abs=CLOSE * 0.1)
 
 
+def test_drive_values_may_come_from_a_path() -> None:
+    m = example("five-bar")
+    assert Model(m, 4).start / m.units.length == pytest.approx(jp.solve(m).nominal.values[4, :2], abs=1e-9)
+
+
 def test_titles_of_all_kinds_are_in_the_model() -> None:
     title = 'a "title" <with> \x01 -- & more'
     model = mujoco.MjModel.from_xml_string(to_mjcf(example("four-bar", title=title)))
@@ -169,7 +175,6 @@ def test_a_body_without_a_mass_has_no_weight() -> None:
 
 
 REFUSED = [
-    ("serial-6r", {}, "is in space; the model for MuJoCo is that of a planar mechanism"),
     (
         "four-bar",
         {
@@ -180,10 +185,9 @@ REFUSED = [
         },
         "has a body 'world'",
     ),
-    ("rack-slider", {}, "has joints that the model for MuJoCo cannot have: rack"),
+    ("rack-slider", {}, "joints.mesh: is a rack, whose flanks are no convex pieces"),
     ("redundant-bar", {}, "has elastic bodies"),
     ("slider-crank-cases", {}, "has several outputs or load cases; name one of them"),
-    ("five-bar", {}, "needs drives with values"),
     (
         "four-bar",
         {"drives.theta1.values": [0, 900]},

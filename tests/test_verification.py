@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import jointplay as jp
-from verification import planar
+from verification import contact, planar
 from verification.page import CHECKS, HEAD, PAGE, RANDOM_HEAD, Row, read, read_uncovered, uncovered, wanted
 from verification.subject import FIGURES, Check, Subject, subject
 
@@ -56,6 +56,12 @@ def test_rows_hold(name: str) -> None:
     for check in checks:
         row = Row(name, check, check.compare(s))
         assert row.good, (name, check.figure, check.engine, row.found)
+
+
+def test_a_linkage_rests_in_mujoco_where_it_is_loaded() -> None:
+    """In the plane; the examples above have two in space."""
+    (check,) = contact.CHECKS
+    assert Row("four-bar", check, check.compare(subject("four-bar"))).good
 
 
 def test_a_wrong_engine_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -153,7 +153,7 @@ def export(
 ) -> int:
     """Write a model of MuJoCo, or a drawing in DXF.
 
-    Clearances of the model are gaps between solids in contact, for a study of the dynamics of a planar mechanism.
+    Clearances of the model are gaps between solids in contact, for a study of dynamics.
     """
     from jointplay.exchange.exporting import export as write
 

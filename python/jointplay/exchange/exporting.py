@@ -26,7 +26,7 @@ def export(m: Mechanism, path: str | os.PathLike[str], *, configuration: int = 0
     """Write a mechanism in a foreign format.
 
     As `.xml` or `.mjcf` it is a model of MuJoCo, whose joints are contacts with the clearances of the mechanism: for a
-    study of its dynamics. It has to be a planar mechanism of rigid bodies without couplings.
+    study of its dynamics. It has to be a mechanism of rigid bodies without couplings.
 
     As `.dxf` it is a drawing (needs the extra `dxf`): a layer for each body, pins as circles, guides as centre lines,
     the output with its path. `read` makes the same mechanism of it where it is planar and has pins, guides and slots.
