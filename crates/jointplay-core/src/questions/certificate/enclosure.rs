@@ -14,7 +14,7 @@
 //!
 //! holds z where Z does. Where K(Z) lies inside Z, every x of the part has exactly one pose with its z in Z, it depends on
 //! x without a jump, and the closure is nowhere singular there: the mechanism can be assembled everywhere in the part
-//! and stays on its branch. Of a part of a part the same poses are sought, so that they need to be held only.
+//! and stays on its branch. The box is one of z itself, or of other coordinates of it ([`Modes`]). Of a part of a part the same poses are sought, so that they need to be held only.
 
 use std::rc::Rc;
 
