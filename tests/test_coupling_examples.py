@@ -7,6 +7,7 @@ of their size, and pressure angles by about backlash / module. The tolerances sa
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import xarray as xr
 
 import jointplay as jp
@@ -171,6 +172,19 @@ class TestPlanetaryGear:
         planet = carrier - self.sun / self.planet * (drive - carrier)
         for name in ("planet1", "planet2", "planet3"):
             np.testing.assert_allclose(np.diff(turned(self.m, name)), np.diff(planet), **EXACT)
+
+    @pytest.mark.parametrize("turns", [25, 100, 900])
+    def test_as_many_turns_at_once_are_followed(self, turns: int) -> None:
+        """No configuration lies between; 25 turns once ended as if the links could not reach the pose."""
+        m = self.m.with_({"drives.sun": {"joint": "sun_bearing", "values": [0.0, 360.0 * turns]}})
+        carrier = 360.0 * turns / (1.0 + self.ring / self.sun)
+        first, last = jp.solve(m).pose.sel(body="carrier", component="angle").values
+        assert last - first == pytest.approx(carrier, rel=1e-11)
+
+    def test_more_turns_at_once_than_are_followed_are_refused(self) -> None:
+        problem = r"drives\.sun: from one configuration to the next, .* 1,001 times; at most 1000 turns are followed"
+        with pytest.raises(jp.InputError, match=problem):
+            self.m.with_({"drives.sun": {"joint": "sun_bearing", "values": [0.0, 360.0 * 1001]}})
 
     def test_two_constraints_are_redundant(self) -> None:
         assert jp.check(self.m).attrs["redundancy"] == 2

@@ -22,6 +22,7 @@ from jointplay.conclusions import Sentence, conclude
 from jointplay.result import from_dataset
 from jointplay.table import Answer, Column, Console, Table, numbers, show, tables
 from jointplay.table.fit import MOST_ROWS, chosen_rows, fitted
+from jointplay.verdict import verdict
 
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
 
@@ -417,3 +418,23 @@ def test_configurations_are_selected_by_the_only_drive_and_by_number() -> None:
     # Results at other drive values, such as corrected ones, can still be compared.
     corrected = jp.worst(example("four-bar").with_({"drives.theta1.values": (worst.theta1.values + 0.3).tolist()}))
     assert (corrected.worst_position - worst.worst_position).sizes == {"configuration": 11}
+
+
+SYMMETRIC = """
+format = 1
+units = { length = "mm", angle = "deg", force = "N" }
+joints.A = { type = "revolute", on = { ground = [0, 0], arm = [0, 0] }, clearance = { radial = 0.05 } }
+drives.turn = { joint = "A", values = [10, 47, 130, 211, 300], error = 0.1 }
+output = { body = "arm", at = [100, 0] }
+limits.position = 0.2
+"""
+
+
+def test_of_maxima_that_are_equal_to_rounding_every_part_names_the_first() -> None:
+    """An arm errs as much wherever it points; the verdict named configuration 3 and the conclusion configuration 0."""
+    found = jp.worst(jp.loads(SYMMETRIC))
+    sizes = found.worst_position.values
+    assert sizes.argmax() != 0
+    np.testing.assert_allclose(sizes, sizes[0], rtol=1e-12)
+    (sentence,) = verdict(from_dataset(found)).sentences
+    assert "at configuration 0" in sentence

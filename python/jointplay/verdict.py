@@ -23,6 +23,7 @@ from jointplay.result import (
     Variable,
     blame,
     commanded,
+    first_largest,
     in_words,
     largest,
     parts,
@@ -262,9 +263,12 @@ class _Extreme:
         self.result, self.quantity = result, quantity
         self.name = str(result.labels("quantity")[quantity])
         self.unit = result.unit("limit", quantity=self.name)
-        self.at = int(np.nanargmin(result.get("margin")[:, quantity]))
-        self.margin = float(result.get("margin")[self.at, quantity])
-        low, high = result.get("limit")[quantity].tolist()
+        limits, margin = result.get("limit")[quantity], result.get("margin")[:, quantity]
+        # Margins are alike to the rounding of what they are left of.
+        whole = np.abs(limits[np.isfinite(limits)]).max()
+        self.at = int(first_largest(np.where(np.isfinite(margin), whole - margin, -np.inf)))
+        self.margin = float(margin[self.at])
+        low, high = limits.tolist()
         lowest, highest = (float(end[self.at, quantity]) for end in ends(result))
         above = np.isfinite(high) and not (np.isfinite(low) and lowest - low < high - highest)
         self.side = "high" if above else "low"

@@ -281,17 +281,23 @@ impl Mechanism {
         poses: PyReadonlyArray3<'py, f64>,
         u: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Matrix<'py>> {
-        let core = &self.core;
-        let specimens = flat_rows(&u, "u", core.n_parameters())?;
-        let configurations = Configurations::new(core, &drives, &poses)?;
-        let &[case] = &configurations.cases()[..] else {
-            return Err(PyValueError::new_err("one configuration is needed"));
-        };
-        if !core.is_isostatic() {
-            return Err(PyValueError::new_err("the mechanism is not determinate"));
-        }
-        let errors = work(py, || core.errors_of(case, &specimens))?;
-        in_matrix(py, u.shape()[0], core.size(), errors)
+        self.closed(py, &drives, &poses, &u, Core::errors_of)
+    }
+
+    /// The errors of specimens whose offsets are drawn anew by pseudo-random numbers.
+    #[pyo3(signature = (drives, poses, u, seed, law = None))]
+    fn errors_redrawn<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        poses: PyReadonlyArray3<'py, f64>,
+        u: PyReadonlyArray2<'py, f64>,
+        seed: u64,
+        law: Option<&str>,
+    ) -> PyResult<Matrix<'py>> {
+        let (samples, sampling) = (u.shape()[0], Sampling::Plain);
+        let request = Request { samples, seed, law: named(law)?, sampling, ..Request::default() };
+        self.closed(py, &drives, &poses, &u, |core, case, specimens| core.errors_redrawn(case, specimens, &request))
     }
 
     /// Specimens with the offsets of their clearances where they reach farthest along weights of the parameters.
@@ -545,6 +551,27 @@ impl Mechanism {
 
 impl Mechanism {
     /// What the core makes of rows of parameters, and of as many others beside them.
+    fn closed<'py>(
+        &self,
+        py: Python<'py>,
+        drives: &PyReadonlyArray2<'py, f64>,
+        poses: &PyReadonlyArray3<'py, f64>,
+        u: &PyReadonlyArray2<'py, f64>,
+        errors: impl Fn(&Core, Case<'_>, &[f64]) -> Vec<f64> + Sync,
+    ) -> PyResult<Matrix<'py>> {
+        let core = &self.core;
+        let specimens = flat_rows(u, "u", core.n_parameters())?;
+        let configurations = Configurations::new(core, drives, poses)?;
+        let &[case] = &configurations.cases()[..] else {
+            return Err(PyValueError::new_err("one configuration is needed"));
+        };
+        if !core.is_isostatic() {
+            return Err(PyValueError::new_err("the mechanism is not determinate"));
+        }
+        let errors = work(py, || errors(core, case, &specimens))?;
+        in_matrix(py, u.shape()[0], core.size(), errors)
+    }
+
     fn beside<'py>(
         &self,
         py: Python<'py>,

@@ -108,9 +108,8 @@ class _Specimens:
     def within(self, place: tuple[int, Nominal]) -> Flags:
         """Which of them keep to the limits at a configuration with this number."""
         k, at = place
-        offsets = self.m.core.specimens(self.count, _seed(self.seed, k), self.law, PLAIN)
-        parameters = self.m.core.with_offsets_of(self.drawn, offsets)
-        return _within(self.m, self.m.core.errors_of(at.drives, at.poses, parameters), self.limits)
+        errors = self.m.core.errors_redrawn(at.drives, at.poses, self.drawn, _seed(self.seed, k), self.law)
+        return _within(self.m, errors, self.limits)
 
 
 def repeatability(m: Mechanism, at: Nominal, samples: int, seed: int, law: str | None) -> tuple[Floats, Floats]:

@@ -15,7 +15,8 @@ from .graph import CompiledJoint, Graph
 #: components of a pose, and which of them are lengths; the others are angles
 COMPONENTS = {"planar": ("x", "y", "angle"), "spatial": ("x", "y", "z", "rx", "ry", "rz")}
 LENGTHS = ("x", "y", "z")
-
+#: turns of a drive that are followed from one configuration to the next
+MOST_TURNS = 1000
 
 #: indices of the joints that one drive moves, each with its coefficient
 Moves = tuple[tuple[int, float], ...]
@@ -114,6 +115,7 @@ def _values(data: MechanismFile, graph: Graph) -> NDArray[np.float64]:
         problem = f"drives run together and need as many values each (or a single one that is held); here: {counts}"
         raise graph.refuse(problem, f"drives.{odd[0]}")
     _check_ranges(data, graph, commands)
+    _check_turns(data, graph, commands)
     columns = [np.broadcast_to(np.array(values, dtype=np.float64), (count,)) for values in commands.values()]
     return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
 
@@ -125,6 +127,22 @@ def _check_ranges(data: MechanismFile, graph: Graph, commands: dict[str, tuple[f
                 key = f"drives.{name}.values.{k}" if data.drives[name].values is not None else f"drives.{name}"
                 problem = f"{value:g} is outside limits.drives.{name} = {shown([low, high])}"
                 raise graph.refuse(problem, key)
+
+
+def _check_turns(data: MechanismFile, graph: Graph, commands: dict[str, tuple[float, ...]]) -> None:
+    # With couplings the start is followed, too: they mesh as the joints start, where drives are zero.
+    start = [0.0] if any(isinstance(joint, Coupling) for joint in data.joints.values()) else []
+    for name, values in commands.items():
+        joint = graph.joints[graph.joint_index(next(iter(data.drives[name].moves)), f"drives.{name}")]
+        if not joint.is_angular:
+            continue
+        turns = np.abs(np.diff([*start, *values])) * graph.units.angle / (2.0 * np.pi)
+        if turns.size and turns.max() > MOST_TURNS:
+            problem = (
+                f"from one configuration to the next, or from zero to the first, it turns {turns.max():,.0f} times; "
+                f"at most {MOST_TURNS} turns are followed"
+            )
+            raise graph.refuse(problem, f"drives.{name}")
 
 
 def _targets(data: MechanismFile, graph: Graph) -> tuple[NDArray[np.float64] | None, tuple[str, ...]]:

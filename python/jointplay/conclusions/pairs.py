@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jointplay.result import Array, Result
+from jointplay.result import Array, Result, first_largest
 from jointplay.verdict import verdict
 
 from .errors import blamed, figure, figures
@@ -61,7 +61,7 @@ def tops(result: Result) -> list[Tops]:
         largest = sizes.max(axis=2)
         short = "singular value" if is_least else "position" if "position" in words else "rotation"
         worst = np.where(np.isfinite(largest), sign * largest, np.nan)
-        found.append(Tops(short, words, unit, worst, sizes.argmax(axis=2), is_least))
+        found.append(Tops(short, words, unit, worst, first_largest(sizes), is_least))
     return found
 
 

@@ -6,7 +6,17 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from jointplay.result import Array, Result, in_words, largest, parts_by_cause, quantities, quantity, split
+from jointplay.result import (
+    Array,
+    Result,
+    first_largest,
+    in_words,
+    largest,
+    parts_by_cause,
+    quantities,
+    quantity,
+    split,
+)
 from jointplay.verdict import verdict
 
 from .errors import WORDS, blamed, figure, figures
@@ -50,7 +60,7 @@ def of_sweep(result: Result) -> Conclusion:
             continue
         low, high = (int(np.where(known, part, np.inf).argmin()) for part in (sign * tops, -sign * tops))
         severity = max(severity, float(sign * tops[high])) if "position" in words else severity
-        k = int(worst[high].argmax())
+        k = int(first_largest(worst[high]))
         part = each(result)[high]
         kind = "position" if "position" in words else "rotation"
         cause = blamed(part, kind, k) if question != "solve" else ""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from jointplay.result import Result
+from jointplay.result import Result, first_largest
 
 from .words import Conclusion, Sentence
 
@@ -97,7 +97,7 @@ def of_allocate(result: Result) -> Conclusion:
         text = f"No sizes are found: configuration {result.attrs['without_pose']} is {status.replace('_', ' ')}."
         return Conclusion((Sentence(text, is_alarm=True),))
     used = result.get("used")
-    limit, configuration = np.unravel_index(int(used.argmax()), used.shape)
+    limit, configuration = np.unravel_index(int(first_largest(used.reshape(-1))), used.shape)
     name, share = result.labels("limited")[limit], float(used[limit, configuration])
     place = f"{name} at configuration {configuration}"
     if status == "infeasible":

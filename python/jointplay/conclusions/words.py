@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.result import Array, Result
+from jointplay.result import Array, Result, first_largest
 from jointplay.verdict import place
 
 #: outcomes of configurations that have a pose whose numbers can be read
@@ -17,8 +17,6 @@ READABLE = ("ok", "undetermined", "strained")
 FEW = 8
 #: digits of an upper bound
 BOUND_DIGITS = 5
-#: relative difference of numbers of which none is the larger one
-ALIKE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -116,5 +114,4 @@ def farthest(values: Array, status: Array) -> int | None:
     known = np.isfinite(values) & np.isin(status, READABLE)
     if not known.any():
         return None
-    top = float(values[known].max())
-    return int((known & (values >= top - ALIKE * abs(top))).argmax())
+    return int(first_largest(np.where(known, values, -np.inf)))

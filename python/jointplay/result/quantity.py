@@ -27,6 +27,8 @@ BEHIND = {
     "random": {"position": "error_quantile", "rotation": "error_quantile"},
     "solve": {"singular_value": "singular_value"},
 }
+#: relative difference of numbers of which none is the larger one
+ALIKE = 1e-9
 #: part of the largest drive value, or of one, that is rounding
 ROUNDING = 1e-9
 #: share of the specimens below the value that stands for the scatter
@@ -184,3 +186,10 @@ def _behind(result: Result, source: str, name: str) -> Variable:
 
 def _without(found: Variable, dims: tuple[str, ...], values: Array, units: str, words: str) -> Variable:
     return Variable(tuple(d for d in found.dims if d not in dims), values, units, words)
+
+
+def first_largest(values: Array) -> Array:
+    """Along the last axis the place of the largest value, the first one where several are as large to rounding."""
+    top = values.max(axis=-1, keepdims=True)
+    room = ALIKE * np.where(np.isfinite(top), np.abs(top), 0.0)
+    return np.asarray((values >= top - room).argmax(axis=-1))

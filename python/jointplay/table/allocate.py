@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from jointplay.errors import listed
-from jointplay.result import Result
+from jointplay.result import Result, first_largest
 
 from .layout import Column, Table, numbers, words
 
@@ -64,7 +64,7 @@ def _limits(result: Result) -> Iterator[Column]:
     yield words("unit", units)
     yield Column("value", "", tuple(f"{value:.6g}" for value in result.get("limit_value")))
     yield numbers("used", "%", 100.0 * used.max(axis=1))
-    yield Column("at #", "", tuple(map(str, used.argmax(axis=1).tolist())))
+    yield Column("at #", "", tuple(map(str, first_largest(used).tolist())))
     if "shadow_price" in result.data:
         steps, prices = result.get("shadow_step"), result.get("shadow_price")
         yield Column("loosened by", "", tuple(f"{step:.3g}" for step in steps))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from jointplay.conclusions import BOUND_DIGITS, beyond, conclude, figure, figures, quantile, rounded_up, rounding
-from jointplay.result import Result, blame, in_words, parts, size, split, unit_of
+from jointplay.result import Result, blame, first_largest, in_words, parts, size, split, unit_of
 from jointplay.verdict import limits_in_words, verdict
 
 from .allocate import overview as allocate_overview
@@ -339,7 +339,7 @@ def _sweep(result: Result) -> list[Table]:
         for k, word in enumerate(("least", "mean", "largest")):
             part = cells[k * count : (k + 1) * count]
             columns.append(Column(f"{short}\n{word}", unit, part, spare=0 if word == "largest" else 1))
-        places = [str(k) if ok else NOTHING for k, ok in zip(safe.argmax(axis=1).tolist(), known.tolist(), strict=True)]
+        places = [str(k) if ok else NOTHING for k, ok in zip(first_largest(safe).tolist(), known.tolist(), strict=True)]
         columns.append(Column(f"{short}\nat #", "", tuple(places)))
     if any(map(any, found := beyond(result))):
         counts = [sum(map(bool, marks)) for marks in found]

@@ -1,5 +1,7 @@
 //! Newton's method on the loop closure and continuation along a change of the inputs.
 
+use std::f64::consts::TAU;
+
 use crate::closure::coupling::Mesh;
 use crate::closure::equations::Inputs;
 use crate::interrupt;
@@ -18,14 +20,14 @@ const NEWTON_STEPS: usize = 14;
 const LAST_STEP: f64 = 1e-9;
 /// The largest move (length-scaled; radians) taken at once, so that the branch is not left.
 const LARGEST_MOVE: f64 = 0.35;
-/// Continuation gives up when a step of this part of the way fails.
+/// Continuation gives up when a step of this part of the way, or of a radian of a drive that turns farther, fails.
 const SMALLEST_PART: f64 = 1e-6;
 /// Inverse iterations for the smallest singular value of a large mechanism.
 const INVERSE_ITERATIONS: usize = 300;
-/// Continuation gives up after this many steps, or twice as many as a drive of many turns takes at least, ...
+/// Continuation gives up after this many steps, or after this many for every turn of a drive, ...
 const MOST_STEPS: usize = 600;
-/// ... up to this many.
-const STEPS_OF_MANY_TURNS: usize = 20_000;
+/// ... up to this many turns.
+const MOST_TURNS: f64 = 2000.0;
 
 /// The Newton steps that a search may still take; it ends when they are spent.
 #[derive(Clone, Debug)]
@@ -319,7 +321,7 @@ impl<'m> Solver<'m> {
                 part = (2.0 * part).min(most);
             } else {
                 part *= 0.5;
-                if part < SMALLEST_PART || budget.is_spent() {
+                if part < SMALLEST_PART * most || budget.is_spent() {
                     break;
                 }
             }
@@ -377,7 +379,8 @@ impl Mechanism {
 
     /// Steps after which a continuation between inputs gives up.
     fn most_steps(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> usize {
-        MOST_STEPS.max((2.0 / self.largest_part(from, to)).min(STEPS_OF_MANY_TURNS as f64) as usize)
+        let turns = (self.largest_part(from, to) * TAU).recip().clamp(1.0, MOST_TURNS);
+        MOST_STEPS * turns.ceil() as usize
     }
 }
 

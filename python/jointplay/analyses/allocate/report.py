@@ -14,7 +14,7 @@ import numpy as np
 from jointplay.analyses.nominal import Nominal
 from jointplay.analyses.nominal import report as started
 from jointplay.model import Mechanism
-from jointplay.result import Attribute, Builder, Result, Variable
+from jointplay.result import Attribute, Builder, Result, Variable, first_largest
 
 from .items import Item
 from .looks import Limit, merged
@@ -151,7 +151,7 @@ def _limits(builder: Builder, answer: Answer, outcome: Outcome) -> None:
     per = ("limited", "configuration")
     builder.data["used"] = Variable(per, used, "", "error / limit; of a yield the share that it needs of the limit")
     builder.data["binding"] = Variable(per, used >= BINDS * used.max(), "", "whether it uses as much as any limit does")
-    most = np.unravel_index(int(used.argmax()), used.shape)
+    most = np.unravel_index(int(first_largest(used.reshape(-1))), used.shape)
     if answer.limits[int(most[0])].quantity == "position" and answer.attributes["asked"] == "worst":
         words = "direction of the largest position error where it uses most of its limit"
         builder.add("binding_direction", "axis", outcome.look.direction[most], words)
