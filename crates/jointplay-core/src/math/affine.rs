@@ -50,12 +50,15 @@ impl Forms {
         Self { sizes, groups, numbers: RefCell::new(Vec::new()) }
     }
 
-    /// A form by centre, coefficients, and what it may be off by.
-    pub fn linear(&self, centre: f64, coefficients: impl Iterator<Item = f64>, rest: f64) -> Form<'_> {
+    /// A form by centre, coefficients that are not zero, and what it may be off by.
+    pub fn linear(&self, centre: f64, coefficients: impl Iterator<Item = (usize, f64)>, rest: f64) -> Form<'_> {
         let mut numbers = self.numbers.borrow_mut();
         let place = numbers.len();
         numbers.extend([centre, rest, 0.0]);
-        numbers.extend(coefficients);
+        numbers.resize(place + HEAD + self.sizes.len(), 0.0);
+        for (k, coefficient) in coefficients {
+            numbers[place + HEAD + k] = coefficient;
+        }
         self.finish(&mut numbers, place)
     }
 
@@ -117,6 +120,13 @@ impl Forms {
         }
     }
 
+    /// Centre, the first coefficients, and the rest, to which the other unknowns belong then.
+    fn first(&self, numbers: &[f64], n: usize) -> (f64, Vec<f64>, f64) {
+        let (head, coefficients) = numbers.split_at(HEAD);
+        let others: f64 = coefficients[n..].iter().zip(&self.sizes[n..]).map(|(c, size)| c.abs() * size).sum();
+        (head[0], coefficients[..n].to_vec(), (head[1] + others) * RAISED)
+    }
+
     /// All values of such a sum.
     pub fn reached<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>) -> Interval {
         let mut sum = self.summed(terms);
@@ -140,7 +150,7 @@ impl Form<'_> {
         }
     }
 
-    /// Centre, coefficients and rest.
+    /// Centre, the coefficients of the first unknowns, and what the form is off by without the others.
     pub fn parts(self, n: usize) -> (f64, Vec<f64>, f64) {
         match self {
             Self::Constant(c) => {
@@ -149,7 +159,7 @@ impl Form<'_> {
             }
             Self::Linear(place, forms) => {
                 let numbers = forms.numbers.borrow();
-                (numbers[place], numbers[place + HEAD..place + HEAD + n].to_vec(), numbers[place + 1])
+                forms.first(&numbers[place..place + HEAD + forms.sizes.len()], n)
             }
         }
     }
@@ -335,58 +345,4 @@ impl Real for Form<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use rand::{Rng, SeedableRng};
-    use rand_xoshiro::Xoshiro256PlusPlus;
-
-    use super::*;
-
-    fn forms() -> Forms {
-        let groups = vec![Group { range: 0..1, radius: f64::INFINITY }, Group { range: 1..3, radius: 0.1 }];
-        Forms::new(vec![0.2, 0.1, 0.1], groups)
-    }
-
-    fn function<S: Real>(x: &[S]) -> Vec<S> {
-        let (sine, cosine) = (x[0] + x[1]).sin_cos();
-        let long = x[0] * x[0] + x[2] * x[2] + S::from_f64(1.0);
-        let quotient = (x[1] - x[2]) / (long + x[0]);
-        vec![
-            sine * x[2] - cosine,
-            S::small_angle(x[1], x[0] + S::from_f64(2.0)) * quotient,
-            S::double_arc(x[0] * x[0]) + Real::root(long, 1.0),
-            -quotient.wide_sin_cos().0 * long.reciprocal_root(1.0),
-        ]
-    }
-
-    #[test]
-    fn values_lie_within_the_linear_part_and_the_rest() {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
-        for _ in 0..500 {
-            let forms = forms();
-            let x: Vec<f64> = (0..3).map(|_| rng.random_range(-1.0..1.0)).collect();
-            let unknown = |k: usize| forms.linear(x[k], (0..3).map(|j| f64::from(u8::from(j == k))), 0.0);
-            let found = function(&[unknown(0), unknown(1), unknown(2)]);
-            for _ in 0..20 {
-                let angle = rng.random_range(0.0..std::f64::consts::TAU);
-                let d = [rng.random_range(-0.2..0.2), 0.1 * angle.cos(), 0.1 * angle.sin()];
-                let values = function(&[x[0] + d[0], x[1] + d[1], x[2] + d[2]]);
-                for (form, value) in found.iter().zip(values) {
-                    let (centre, coefficients, rest) = form.parts(3);
-                    let linear: f64 = coefficients.iter().zip(d).map(|(c, d)| c * d).sum();
-                    assert!((value - centre - linear).abs() <= rest + 1e-15, "{value} {centre} {linear} {rest}");
-                    assert!(form.range().contains(value));
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn what_cancels_leaves_nothing_but_rounding() {
-        let forms = forms();
-        let x = forms.linear(0.5, [1.0, 2.0, 3.0].into_iter(), 0.0);
-        let (a, b) = (x * x, (x - Form::from_f64(1.0)) * x);
-        assert!((x - x).range().size() < 1e-14);
-        // x^2 - (x - 1) x = x, but for the two remainders.
-        assert!((a - b - x).range().size() <= 2.0 * 0.6_f64.powi(2));
-    }
-}
+mod tests;

@@ -86,6 +86,31 @@ impl Block {
         if self.corners.is_empty() { UNIT * (UNIT + norm(&from[self.range()])) } else { f64::INFINITY }
     }
 
+    /// What the distance from a point to any in the part does not exceed.
+    pub fn reach(&self, part: &Part, from: &[f64]) -> f64 {
+        let far = |k: usize| (part.x[k].hull(Interval::from_point(from[k])) - Interval::from_point(from[k])).size();
+        (norm(&self.range().map(far).collect::<Vec<_>>()) * UNIT).min(self.radius(from))
+    }
+
+    /// A ball around the part, that is the part itself where it is all of a ball or one interval: its middle as seen from
+    /// a point, and its radius; `None` for other polytopes.
+    pub fn ball(&self, part: &Part, from: &[f64]) -> Option<(Vec<f64>, f64)> {
+        if !self.corners.is_empty() && self.size > 1 {
+            return None;
+        }
+        let middle: Vec<f64> = self.range().map(|k| part.x[k].middle()).collect();
+        let half: Vec<f64> =
+            self.range().zip(&middle).map(|(k, m)| (part.x[k] - Interval::from_point(*m)).size()).collect();
+        let radius = norm(&half) * UNIT;
+        let from = &from[self.range()];
+        if self.corners.is_empty() && radius >= UNIT {
+            return Some((from.iter().map(|f| -f).collect(), UNIT * UNIT));
+        }
+        // The difference, rounded, is off by less than its radius grows.
+        let far = middle.iter().chain(from).fold(0.0, |far: f64, x| far.max(x.abs()));
+        Some((middle.iter().zip(from).map(|(m, f)| m - f).collect(), radius + 1e-15 * far))
+    }
+
     /// What `g . (x - from)` does not exceed on the part.
     pub fn support(&self, part: &Part, number: usize, g: &[Interval], from: &[f64]) -> f64 {
         let (g, from) = (&g[self.range()], &from[self.range()]);

@@ -10,6 +10,7 @@
 //! The equations and their derivatives are those of [`crate::closure::equations`], run on intervals and on affine forms.
 
 use crate::closure::equations::Inputs;
+use crate::math::affine::Form;
 use crate::math::interval::Interval;
 use crate::math::real::Real;
 use crate::math::space::{Pose, Space};
@@ -48,9 +49,8 @@ impl<S: Real> Poses<S> {
     }
 }
 
-/// The closure equations at poses and parameters.
+/// Derivatives of the closure equations at poses and parameters.
 pub(super) struct Equations<S> {
-    pub residual: Vec<S>,
     /// Derivatives along the coordinates of the bodies.
     pub along_poses: Entries<S>,
     /// Derivatives along the parameters, with the opposite sign.
@@ -102,7 +102,7 @@ impl<'m> Chart<'m> {
         residual
     }
 
-    /// The equations with their derivatives, in which `is_zero` tells what is left out.
+    /// The derivatives, in which `is_zero` tells what is left out.
     pub fn equations<S: Real>(
         &self,
         v: &[S],
@@ -112,7 +112,7 @@ impl<'m> Chart<'m> {
     ) -> Equations<S> {
         let m = self.mechanism;
         let (size, zero) = (m.size(), S::from_f64(0.0));
-        let [residual, derivatives] = self.rows(poses, parameters);
+        let [_, derivatives] = self.rows(poses, parameters);
         let mut along_poses = Vec::new();
         for (side, part) in derivatives.chunks_exact(size).enumerate() {
             let Some(body) = m.row_bodies(side / 2)[side % 2] else { continue };
@@ -128,7 +128,7 @@ impl<'m> Chart<'m> {
                 along_parameters.push((k, p, std::mem::replace(slot, zero)));
             }
         }
-        Equations { residual, along_poses, along_parameters }
+        Equations { along_poses, along_parameters }
     }
 
     /// What is given along the twist of a body, along its coordinates.
@@ -173,18 +173,13 @@ impl<'m> Chart<'m> {
     }
 }
 
-/// The square of a vector's length.
-pub(super) fn square(v: Vec3<Interval>) -> Interval {
-    v.iter().fold(Interval::ZERO, |sum, x| sum + x.square())
-}
-
-/// The rates of a rotation vector in a box for angular velocities: the inverse of the left Jacobian of the exponential
-/// map, `w - v x w / 2 + c v x (v x w)` with `c = (1 - (a / 2) cot(a / 2)) / a^2`, a = |v|. It grows from 1 / 12 to
-/// 0.0848 at one radian.
-pub(super) fn rate_of_vector(v: Vec3<Interval>, w: Vec3<Interval>) -> Vec3<Interval> {
-    let c = if square(v).high <= 1.0 { Interval::new(0.0833, 0.0848) } else { Interval::LINE };
+/// The rates of a rotation vector v for angular velocities w: the inverse of the left Jacobian of the exponential map,
+/// `w - v x w / 2 + c v x (v x w)` with `c = (1 - (a / 2) cot(a / 2)) / a^2`, a = |v|. It grows from 1 / 12 to 0.0848 at
+/// one radian.
+pub(super) fn rate_of_vector<'f>(v: Vec3<Form<'f>>, w: Vec3<Form<'f>>) -> Vec3<Form<'f>> {
+    let square = v.iter().fold(Interval::ZERO, |sum, x| sum + x.range().square());
+    let c = if square.high <= 1.0 { Interval::new(0.0833, 0.0848) } else { Interval::LINE };
     let across = cross(v, w);
-    // v x (v x w) = v (v . w) - w (v . v)
-    let twice = add(scale(v, dot(v, w)), scale(w, -square(v)));
-    add(add(w, scale(across, Interval::from_f64(-0.5))), scale(twice, c))
+    let [half, c] = [Interval::from_f64(-0.5), c].map(Form::Constant);
+    add(add(w, scale(across, half)), scale(cross(v, across), c))
 }

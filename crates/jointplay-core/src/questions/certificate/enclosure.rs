@@ -14,7 +14,9 @@
 //!
 //! holds z where Z does. Where K(Z) lies inside Z, every x of the part has exactly one pose with its z in Z, it depends on
 //! x without a jump, and the closure is nowhere singular there: the mechanism can be assembled everywhere in the part
-//! and stays on its branch. Of a part of a part the same poses are sought, so that they need to be held only.
+//! and stays on its branch. The box is one of z itself, or of other coordinates of it ([`Modes`]). Of a part of a part the same poses are sought, so that they need to be held only.
+
+use std::rc::Rc;
 
 use crate::closure::newton::{Solver, State};
 use crate::math::affine::{Form, Forms, Group};
@@ -24,6 +26,8 @@ use crate::mechanism::Source;
 use crate::questions::certificate::blocks::{Block, Part, Product};
 use crate::questions::certificate::chart::{Chart, Equations, Poses};
 use crate::questions::certificate::linear::{Defect, Inverse, fixed_point};
+use crate::questions::certificate::modes::Modes;
+use crate::questions::certificate::second::Second;
 
 /// Rounds in which a box is widened until it holds its image.
 const WIDENED: usize = 12;
@@ -56,7 +60,8 @@ pub(super) struct Enclosure {
     from: Vec<f64>,
     near: Vec<f64>,
     slopes: Vec<f64>,
-    /// What poses are off by from that line.
+    /// What poses are off by from that line, in these coordinates.
+    modes: Rc<Modes>,
     z: Vec<Interval>,
     defect: Defect,
 }
@@ -77,6 +82,8 @@ pub(super) struct Encloser<'m> {
     /// The parameters that the offsets of the sources add to.
     centre: Vec<f64>,
     inverse: Inverse,
+    /// Coordinates of z, those that are tried first coming first.
+    modes: Vec<Rc<Modes>>,
 }
 
 fn points(x: &[f64]) -> Vec<Interval> {
@@ -94,7 +101,8 @@ impl Enclosure {
             });
             at.v[i] - moved
         };
-        (0..at.v.len()).all(|i| self.z[i].surrounds(off(i)))
+        let z = self.modes.coordinates_of(&(0..at.v.len()).map(off).collect::<Vec<_>>());
+        self.z.iter().zip(z).all(|(enclosed, z)| enclosed.surrounds(z))
     }
 }
 
@@ -104,8 +112,10 @@ impl<'m> Encloser<'m> {
     pub fn new(solver: &Solver<'m>, state: &State, sources: &'m [Source], centre: &[f64]) -> Option<Self> {
         let m = solver.mechanism;
         let inverse = Inverse::of(m.n_unknowns(), &solver.linearise(state)?.factors)?;
+        let all = [Some(Modes::components(&inverse)), Modes::singular(m, &inverse)];
+        let modes = all.into_iter().flatten().map(Rc::new).collect();
         let chart = Chart::new(m, &state.inputs.drives, &state.coordinates);
-        Some(Self { chart, product: Product::of(sources), sources, centre: centre.to_vec(), inverse })
+        Some(Self { chart, product: Product::of(sources), sources, centre: centre.to_vec(), inverse, modes })
     }
 
     /// Parameter values of own coordinates.
@@ -124,27 +134,37 @@ impl<'m> Encloser<'m> {
         self.sources.iter().flat_map(of).collect()
     }
 
-    /// The unknowns of a part about a point.
-    pub fn forms(&self, part: &Part, from: &[f64]) -> Forms {
+    /// The unknowns of a part about a point; and, with `off`, one between -1 and 1 for what each pose coordinate is off.
+    pub fn forms(&self, part: &Part, from: &[f64], off: bool) -> Forms {
         let far = |(x, from): (&Interval, &f64)| (*x - Interval::from_point(*from)).size();
-        let sizes: Vec<f64> = part.around(from).iter().zip(from).map(far).collect();
+        let mut sizes: Vec<f64> = part.around(from).iter().zip(from).map(far).collect();
         let group = |block: &Block| Group { range: block.range(), radius: block.radius(from) };
-        Forms::new(sizes, self.product.blocks.iter().map(group).collect())
+        let mut groups: Vec<Group> = self.product.blocks.iter().map(group).collect();
+        for _ in 0..if off { self.inverse.n } else { 0 } {
+            groups.push(Group { range: sizes.len()..sizes.len() + 1, radius: f64::INFINITY });
+            sizes.push(1.0);
+        }
+        Forms::new(sizes, groups)
     }
 
-    /// All that depends on poses `q0 + S d` and on their parameters, and on what of z is in a box.
-    fn expand<'f>(&self, forms: &'f Forms, x: &[f64], near: &[f64], slopes: &[f64], z: &[Interval]) -> Expanded<'f> {
-        let n = x.len();
-        let v: Vec<Form<'_>> = (0..near.len())
-            .map(|i| {
-                let (middle, rest) = z[i].split();
-                let linear = forms.linear(near[i], slopes[i * n..(i + 1) * n].iter().copied(), 0.0);
-                let z = Form::Constant(Interval::from_point(middle) + Interval::of_size(rest));
-                forms.sum([(1.0, linear), (1.0, z)].into_iter())
-            })
-            .collect();
-        let unknown = |k: usize| forms.linear(x[k], (0..n).map(|j| if j == k { 1.0 } else { 0.0 }), 0.0);
-        let parameters = self.parameters(&(0..n).map(unknown).collect::<Vec<_>>());
+    /// All that depends on poses `q0 + S d + z` and on their parameters, for z with its coordinates in a box, if any.
+    fn expand<'f>(&self, forms: &'f Forms, at: &At, slopes: &[f64], z: Option<(&Modes, &[Interval])>) -> Expanded<'f> {
+        let n = at.x.len();
+        let unknown = |k: usize, size: f64| forms.linear(0.0, [(k, size)].into_iter(), 0.0);
+        let coordinate = |(j, z): (usize, &Interval)| {
+            let (middle, size) = z.split();
+            unknown(n + j, size) + Form::from_f64(middle)
+        };
+        let coordinates: Vec<Form<'_>> = z.map_or(&[][..], |(_, z)| z).iter().enumerate().map(coordinate).collect();
+        let v = |i: usize| {
+            let line = forms.linear(at.near[i], slopes[i * n..(i + 1) * n].iter().copied().enumerate(), 0.0);
+            let motion = z.map_or(&[][..], |(modes, _)| modes.motion(i));
+            let moved = motion.iter().copied().zip(coordinates.iter().copied()).filter(|(c, _)| *c != 0.0);
+            forms.sum([(1.0, line)].into_iter().chain(moved))
+        };
+        let v: Vec<Form<'_>> = (0..at.near.len()).map(v).collect();
+        let x = |k: usize| unknown(k, 1.0) + Form::from_f64(at.x[k]);
+        let parameters = self.parameters(&(0..n).map(x).collect::<Vec<_>>());
         let poses = self.chart.poses(&v);
         let equations = self.chart.equations(&v, &poses, &parameters, Form::is_zero);
         Expanded { v, poses, parameters, equations }
@@ -176,17 +196,50 @@ impl<'m> Encloser<'m> {
         slopes
     }
 
-    /// The operator without its second term: what z is where the Jacobian does not change.
-    fn bent(&self, forms: &Forms, part: &Part, x: &[f64], residual: &[Form<'_>]) -> Vec<Interval> {
-        let row = |i: usize| {
-            let terms = residual.iter().enumerate().map(|(r, f)| (-self.inverse.at(i, r), *f));
-            self.ranged(part, x, forms.sum(terms.filter(|(c, _)| *c != 0.0)))
+    /// The operator without its second term: what z is where the Jacobian does not change. On the way from the point,
+    ///
+    /// ```text
+    /// F(q0 + S d, u(x)) = F(q0, u0) + sum over k of d_k times the mean of (F_q S + F_u)_k on the way
+    /// ```
+    ///
+    /// so that what is of second order is known from what these derivatives are in first order. It is summed over all rows
+    /// before it is bounded, because most of it cancels.
+    fn bent(&self, modes: &Modes, part: &Part, at: &At, slopes: &[f64]) -> Vec<Interval> {
+        let forms = &self.forms(part, &at.x, false);
+        let straight = self.expand(forms, at, slopes, None).equations;
+        let (n, rows) = (at.x.len(), self.inverse.n);
+        let v = points(&at.near);
+        let there = modes.corrections_of(&self.chart.residual(&self.chart.poses(&v), &at.parameters));
+        let mut along_poses = vec![Vec::new(); rows];
+        for &(row, column, value) in &straight.along_poses {
+            along_poses[row].push((column, value));
+        }
+        let mut along_parameters = vec![vec![Form::Constant(Interval::ZERO); self.centre.len()]; rows];
+        for &(row, p, value) in &straight.along_parameters {
+            along_parameters[row][p] = value;
+        }
+        let derivatives = |row: usize| -> Vec<Form<'_>> {
+            let own = self.own_gradient(&along_parameters[row]);
+            let along = |k: usize| {
+                let moved = along_poses[row].iter().map(|&(column, value)| (slopes[column * n + k], value));
+                forms.sum(moved.chain([(-1.0, own[k])]).filter(|(c, form)| *c != 0.0 && !form.is_zero()))
+            };
+            (0..n).map(along).collect()
         };
-        (0..self.inverse.n).map(row).collect()
+        let derivatives: Vec<Vec<Form<'_>>> = (0..rows).map(derivatives).collect();
+        let coordinate = |i: usize| {
+            let along = |k: usize| {
+                let terms = modes.correction(i).iter().zip(&derivatives).map(|(c, of)| (*c, of[k]));
+                forms.sum(terms.filter(|(c, form)| *c != 0.0 && !form.is_zero())).parts(n)
+            };
+            let gained = Second::of(&self.product, (0..n).map(along)).reach(&self.product, part, &at.x);
+            Interval::of_size(gained) - there[i]
+        };
+        (0..rows).map(coordinate).collect()
     }
 
     /// All values of a form on a part and on the lines to it.
-    fn ranged(&self, part: &Part, x: &[f64], form: Form<'_>) -> Interval {
+    pub fn ranged(&self, part: &Part, x: &[f64], form: Form<'_>) -> Interval {
         let (centre, coefficients, rest) = form.parts(x.len());
         let range = Interval::from_point(centre) + self.product.spread(part, &points(&coefficients), x);
         (range + Interval::of_size(rest)).common(form.range()).unwrap_or(Interval::LINE)
@@ -195,8 +248,18 @@ impl<'m> Encloser<'m> {
     /// The poses of a part about a point.
     pub fn enclose<'f>(&self, forms: &'f Forms, part: &Part, at: &At) -> Option<(Enclosure, Expanded<'f>)> {
         let slopes = self.slopes(&at.x, &at.near);
-        let straight = self.expand(forms, &at.x, &at.near, &slopes, &vec![Interval::ZERO; self.inverse.n]);
-        let bent = self.bent(forms, part, &at.x, &straight.equations.residual);
+        self.modes.iter().find_map(|modes| self.enclosed(forms, part, at, (&slopes, modes)))
+    }
+
+    /// The same in given coordinates.
+    fn enclosed<'f>(
+        &self,
+        forms: &'f Forms,
+        part: &Part,
+        at: &At,
+        (slopes, modes): (&[f64], &Rc<Modes>),
+    ) -> Option<(Enclosure, Expanded<'f>)> {
+        let bent = self.bent(modes, part, at, slopes);
         let wider = |image: &Interval| {
             image.hull(Interval::ZERO).scaled(WIDER) + Interval::of_size(0.1 * image.size() + ROUNDING)
         };
@@ -206,12 +269,12 @@ impl<'m> Encloser<'m> {
             if !z.iter().all(|z| z.is_finite()) || largest(&z) > LOST * largest(&bent) {
                 return None;
             }
-            let expanded = self.expand(forms, &at.x, &at.near, &slopes, &z);
-            let defect = Defect::of(&self.inverse, forms, &expanded.equations.along_poses);
+            let expanded = self.expand(forms, at, slopes, Some((modes, &z)));
+            let defect = Defect::of(modes, forms, &expanded.equations.along_poses);
             let image: Vec<Interval> = defect.times(&z).iter().zip(&bent).map(|(e, bent)| *bent + *e).collect();
             if z.iter().zip(&image).all(|(z, image)| z.surrounds(*image)) {
-                let found =
-                    Enclosure { part: part.clone(), from: at.x.clone(), near: at.near.clone(), slopes, z, defect };
+                let (from, near, slopes) = (at.x.clone(), at.near.clone(), slopes.to_vec());
+                let found = Enclosure { part: part.clone(), from, near, slopes, modes: Rc::clone(modes), z, defect };
                 // The pose of the point is one of those that are enclosed, and with it all poses of its branch.
                 return found.holds(at).then_some((found, expanded));
             }
@@ -276,42 +339,47 @@ impl<'m> Encloser<'m> {
     pub fn gradient<'f>(
         &self,
         forms: &'f Forms,
-        (enclosure, expanded, x): (&Enclosure, &Expanded<'f>, &[f64]),
+        (enclosure, expanded): (&Enclosure, &Expanded<'f>),
         twists: &[Form<'f>],
         parameters: &[Form<'f>],
-    ) -> Option<Vec<Interval>> {
-        let size = self.chart.mechanism.size();
-        let bodies = twists.chunks_exact(size).zip(expanded.v.chunks_exact(size));
-        let along: Vec<Form<'_>> = bodies.flat_map(|(twist, v)| self.chart.along_body(twist, v)).collect();
-        // y' = c_q' F_q^-1 C^-1 = c_q' + y' (1 - C F_q); with y0 the middle of c_q
-        //    = c_q' + y0' - (y0' C) F_q + (y - y0)' (1 - C F_q)
-        let ranges: Vec<Interval> = along.iter().map(|f| f.range()).collect();
-        let y = fixed_point(&ranges, |y| enclosure.defect.transposed_times(y))?;
-        let y0: Vec<f64> = ranges.iter().map(|r| r.middle()).collect();
-        let off: Vec<Interval> = y.iter().zip(&y0).map(|(y, y0)| *y - Interval::from_point(*y0)).collect();
-        let rest = enclosure.defect.transposed_times(&off);
-        let weights = self.inverse.transposed_times(&points(&y0));
-        let mut terms: Vec<Vec<(f64, Form<'_>)>> = along
-            .iter()
-            .zip(rest.iter().zip(&y0))
-            .map(|(c, (rest, y0))| {
-                vec![(1.0, *c), (1.0, Form::Constant(*rest)), (1.0, Form::Constant(Interval::from_point(*y0)))]
-            })
-            .collect();
-        for &(row, column, value) in &expanded.equations.along_poses {
-            terms[column].push((-1.0, Form::Constant(weights[row]) * value));
-        }
-        let y: Vec<Form<'_>> = terms.into_iter().map(|terms| forms.sum(terms.into_iter())).collect();
-        // l = C' y
-        let multiplier = |r: usize| {
-            let terms = y.iter().enumerate().map(|(i, y)| (self.inverse.at(i, r), *y));
-            forms.sum(terms.filter(|(c, _)| *c != 0.0))
+    ) -> Option<Vec<Form<'f>>> {
+        let (size, modes) = (self.chart.mechanism.size(), &enclosure.modes);
+        let nonzero = |(c, form): &(f64, Form<'f>)| *c != 0.0 && !form.is_zero();
+        let along_modes = |row: &[Form<'f>]| -> Vec<Form<'f>> {
+            let along =
+                |j: usize| forms.sum(row.iter().enumerate().map(|(i, c)| (modes.motion(i)[j], *c)).filter(nonzero));
+            (0..modes.n).map(along).collect()
         };
-        let multipliers: Vec<Form<'_>> = (0..self.inverse.n).map(multiplier).collect();
+        let bodies = twists.chunks_exact(size).zip(expanded.v.chunks_exact(size));
+        let cost: Vec<Form<'_>> = bodies.flat_map(|(twist, v)| self.chart.along_body(twist, v)).collect();
+        // With l = C' y:  y' = c_q' U (C F_q U)^-1 = c_q' U + y' (1 - C F_q U); with y0 in the middle of c_q' U
+        //    = y0' + (c_q' - y0' C F_q) U + (y - y0)' (1 - C F_q U)
+        let y0: Vec<f64> = along_modes(&cost).iter().map(|f| f.range().middle()).collect();
+        let weight = |row: usize| {
+            let terms = (0..modes.n).map(|j| Interval::from_point(y0[j]).scaled(modes.correction(j)[row]));
+            Form::Constant(terms.fold(Interval::ZERO, |sum, term| sum + term))
+        };
+        let weights: Vec<Form<'_>> = (0..modes.n).map(weight).collect();
+        let mut terms: Vec<Vec<(f64, Form<'_>)>> = cost.iter().map(|c| vec![(1.0, *c)]).collect();
+        for &(row, column, value) in &expanded.equations.along_poses {
+            terms[column].push((-1.0, weights[row] * value));
+        }
+        let change: Vec<Form<'_>> = terms.into_iter().map(|terms| forms.sum(terms.into_iter())).collect();
+        let change = along_modes(&change);
+        let ranges: Vec<Interval> = change.iter().map(|f| f.range()).collect();
+        let off = fixed_point(&ranges, |y| enclosure.defect.transposed_times(y))?;
+        let rest = enclosure.defect.transposed_times(&off);
+        let y = |j: usize| change[j] + Form::Constant(rest[j]) + Form::from_f64(y0[j]);
+        let y: Vec<Form<'_>> = (0..modes.n).map(y).collect();
+        let multiplier = |row: usize| {
+            let terms = y.iter().enumerate().map(|(j, y)| (modes.correction(j)[row], *y));
+            forms.sum(terms.filter(nonzero))
+        };
+        let multipliers: Vec<Form<'_>> = (0..modes.n).map(multiplier).collect();
         let mut gradient = parameters.to_vec();
         for &(row, p, value) in &expanded.equations.along_parameters {
             gradient[p] = gradient[p] + value * multipliers[row];
         }
-        Some(self.own_gradient(&gradient).into_iter().map(|g| self.ranged(&enclosure.part, x, g)).collect())
+        Some(self.own_gradient(&gradient))
     }
 }

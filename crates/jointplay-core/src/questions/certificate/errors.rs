@@ -9,6 +9,7 @@ use crate::math::vector::{Vec3, sub};
 use crate::questions::certificate::blocks::Part;
 use crate::questions::certificate::chart::{Poses, rate_of_vector};
 use crate::questions::certificate::enclosure::{At, Encloser, Enclosure};
+use crate::questions::certificate::second::Second;
 
 /// The error over a part, about a point.
 pub(super) struct Expansion {
@@ -19,6 +20,8 @@ pub(super) struct Expansion {
     pub error: Vec<Interval>,
     /// The derivative of every component over the part, along the own coordinates; of those that were asked for.
     pub gradient: Vec<Vec<Interval>>,
+    /// The same with what is linear in it.
+    pub second: Vec<Second>,
 }
 
 /// Errors of one configuration.
@@ -92,7 +95,7 @@ impl<'m> Errors<'m> {
         let poses = chart.poses(&at.v);
         let moved = sub(chart.place(&poses, &at.parameters), self.nominal.place);
         let error = m.pose_components(moved, &chart.turned(&self.nominal.poses, &poses));
-        let forms = encloser.forms(part, &at.x);
+        let forms = encloser.forms(part, &at.x, true);
         let (enclosure, expanded) = encloser.enclose(&forms, part, &at).ok_or(Refused::NotEnclosed)?;
         let gap = |row| m.coupled_row(row, &expanded.poses.bodies, &expanded.parameters, &[]).gap.range();
         if m.flanks().any(|row| !(gap(row).low >= 0.0)) {
@@ -107,7 +110,7 @@ impl<'m> Errors<'m> {
                 return Some(Vec::new());
             }
             let cost = m.component_cost(component, &expanded.poses.bodies, &expanded.parameters);
-            encloser.gradient(&forms, (&enclosure, &expanded, &at.x), &cost.twists, &cost.parameters)
+            encloser.gradient(&forms, (&enclosure, &expanded), &cost.twists, &cost.parameters)
         };
         let gradient: Option<Vec<_>> = (0..m.size()).map(of).collect();
         let mut gradient = gradient.ok_or(Refused::NotEnclosed)?;
@@ -116,17 +119,21 @@ impl<'m> Errors<'m> {
             let turned = chart.turned(&nominal, &expanded.poses);
             self.rates_of_vector(&turned, &mut gradient[translations..]);
         }
-        Ok(Expansion { enclosure, x: at.x, error, gradient })
+        let second = |row: &Vec<Form<'_>>| Second::of(&encloser.product, row.iter().map(|g| g.parts(at.x.len())));
+        let second: Vec<Second> = gradient.iter().map(second).collect();
+        let ranged = |row: Vec<Form<'_>>| row.into_iter().map(|g| encloser.ranged(part, &at.x, g)).collect();
+        let gradient = gradient.into_iter().map(ranged).collect();
+        Ok(Expansion { enclosure, x: at.x, error, gradient, second })
     }
 
     /// Makes rates of the rotation components of angular velocities.
-    fn rates_of_vector(&self, turned: &[Form<'_>], rows: &mut [Vec<Interval>]) {
+    fn rates_of_vector<'f>(&self, turned: &[Form<'f>], rows: &mut [Vec<Form<'f>>]) {
         let m = self.encloser.chart.mechanism;
         if m.points[m.output].body.is_none() {
-            rows.iter_mut().flatten().for_each(|rate| *rate = Interval::ZERO);
+            rows.iter_mut().flatten().for_each(|rate| *rate = Form::Constant(Interval::ZERO));
         }
         if let [a, b, c] = rows {
-            let vector = [turned[0], turned[1], turned[2]].map(Form::range);
+            let vector = [turned[0], turned[1], turned[2]];
             for ((a, b), c) in a.iter_mut().zip(b).zip(c) {
                 [*a, *b, *c] = rate_of_vector(vector, [*a, *b, *c]);
             }

@@ -4,11 +4,12 @@ use crate::math::affine::{Form, Forms};
 use crate::math::interval::Interval;
 use crate::math::sparse::Factored;
 use crate::questions::certificate::chart::Entries;
+use crate::questions::certificate::modes::Modes;
 
 /// Rounds of an iteration that bounds the solution of a linear system.
 const ROUNDS: usize = 200;
-/// A bound is raised by this part, so that rounding does not hide that it holds.
-const RAISED: f64 = 1e-9;
+/// A bound of a solution is that of a system larger by this part, so that rounding does not hide that it holds.
+const RAISED: f64 = 1e-6;
 /// A bound that gains less than this part in a round has settled.
 const SETTLED: f64 = 0.99;
 
@@ -56,32 +57,41 @@ impl Inverse {
         product
     }
 
-    pub fn transposed_times(&self, y: &[Interval]) -> Vec<Interval> {
-        let along = |column: &[f64]| column.iter().zip(y).fold(Interval::ZERO, |sum, (c, y)| sum + y.scaled(*c));
-        self.columns.chunks_exact(self.n).map(along).collect()
+    /// The product of another square matrix, row by row, with it.
+    pub fn transposed_rows(&self, matrix: &[f64]) -> Vec<f64> {
+        let along = |row: &[f64], column: &[f64]| row.iter().zip(column).map(|(a, b)| a * b).sum::<f64>();
+        let rows = matrix.chunks_exact(self.n);
+        rows.flat_map(|row| self.columns.chunks_exact(self.n).map(move |column| along(row, column))).collect()
     }
 }
 
-/// `1 - C F_q`, row by row.
+/// `1 - C F_q` for corrections C, row by row, or the same along other coordinates of motions.
 pub(super) struct Defect {
     n: usize,
     entries: Vec<Interval>,
 }
 
 impl Defect {
-    pub fn of<'f>(inverse: &Inverse, forms: &'f Forms, along_poses: &Entries<Form<'f>>) -> Self {
-        let n = inverse.n;
+    pub fn of<'f>(modes: &Modes, forms: &'f Forms, along_poses: &Entries<Form<'f>>) -> Self {
+        let n = modes.n;
         let mut columns: Vec<Vec<(usize, Form<'_>)>> = vec![Vec::new(); n];
         for &(row, column, value) in along_poses {
             columns[column].push((row, value));
         }
-        let entry = |i: usize, j: usize| {
-            let terms = columns[j].iter().map(|&(row, value)| (-inverse.at(i, row), value));
-            let unit = if i == j { Interval::ONE } else { Interval::ZERO };
-            let product = forms.reached(terms.filter(|(c, _)| *c != 0.0));
-            unit + product
-        };
-        let entries = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
+        let mut entries = Vec::with_capacity(n * n);
+        for i in 0..n {
+            let correction = modes.correction(i);
+            let corrected = |column: &Vec<(usize, Form<'f>)>| {
+                let terms = column.iter().map(|&(row, value)| (-correction[row], value));
+                forms.sum(terms.filter(|(c, _)| *c != 0.0))
+            };
+            let row: Vec<Form<'_>> = columns.iter().map(corrected).collect();
+            entries.extend((0..n).map(|j| {
+                let terms = row.iter().enumerate().map(|(k, value)| (modes.motion(k)[j], *value));
+                let unit = if i == j { Interval::ONE } else { Interval::ZERO };
+                unit + forms.reached(terms.filter(|(c, _)| *c != 0.0))
+            }));
+        }
         Self { n, entries }
     }
 
@@ -135,7 +145,7 @@ pub(super) fn fixed_point(b: &[Interval], product: impl Fn(&[Interval]) -> Vec<I
         if is_bound {
             break;
         }
-        m = next.iter().zip(&m).map(|(next, m)| next.max(*m) * (1.0 + RAISED) + f64::MIN_POSITIVE).collect();
+        m = next.iter().map(|next| next * (1.0 + RAISED) + f64::MIN_POSITIVE).collect();
     }
     if !is_bound {
         return None;

@@ -13,7 +13,9 @@ mod directions;
 mod enclosure;
 mod errors;
 mod linear;
+mod modes;
 mod search;
+mod second;
 
 use std::rc::Rc;
 

@@ -22,6 +22,7 @@ use crate::math::interval::Interval;
 use crate::questions::certificate::blocks::Part;
 use crate::questions::certificate::directions::Direction;
 use crate::questions::certificate::errors::{Errors, Expansion};
+use crate::questions::certificate::second::Second;
 
 /// A part is expanded anew when the spread of what is sought over it has shrunk by this factor.
 const SHRUNK: f64 = 0.7;
@@ -30,8 +31,9 @@ const CHECKED: u64 = 25;
 const GAIN: f64 = 0.02;
 /// Rounds in which one part is made smaller before it is halved.
 const ROUNDS: usize = 12;
-/// Directions are halved before anything is expanded while a ratio of their components is wider than this, and not below that.
-const COARSE: f64 = 0.26;
+/// A cell of directions is halved before its part is looked at closer where it makes more than this part of what a bound
+/// lacks, and it is not narrower than that.
+const COARSE: f64 = 0.5;
 const FINEST: f64 = 1e-9;
 /// Parts that are only bounded anew, for each part that may be expanded.
 const SEEN: u64 = 20;
@@ -158,7 +160,7 @@ impl Search<'_, '_> {
                 return false;
             }
             node.bound = node.bound.min(self.bound(node, &expansion, &g));
-            if node.bound <= self.enough || *parts >= self.budget || node.direction.width() > COARSE {
+            if node.bound <= self.enough || *parts >= self.budget || self.is_coarse(node) {
                 return true;
             }
             let spread = |part: &Part| product.spread(part, &g, &expansion.x).width();
@@ -183,25 +185,42 @@ impl Search<'_, '_> {
     /// The bound by an expansion over a part around the part.
     fn bound(&self, node: &Node, expansion: &Expansion, g: &[Interval]) -> f64 {
         let error = &expansion.error[self.sought.components.clone()];
-        let sum = |start: f64, g: &[Interval]| {
-            let supports = self.errors.encloser.product.supports(&node.part, g, &expansion.x);
-            supports.fold(Interval::from_point(start), |sum, s| sum + Interval::from_point(s)).high
-        };
-        let along = |n: &[Interval]| error.iter().zip(n).fold(Interval::ZERO, |sum, (e, n)| sum + *e * *n).high;
+        let along = error.iter().zip(node.direction.components()).fold(Interval::ZERO, |sum, (e, n)| sum + *e * n).high;
         let size = error.iter().fold(Interval::ZERO, |sum, e| sum + e.square()).root().high;
-        let direct = sum(along(&node.direction.components()).min(size), g);
+        let direct = self.gained(node, expansion, g, along.min(size));
         let (corners, factor) = node.direction.corners();
-        let in_corner = |corner: &Vec<f64>| {
-            let n: Vec<Interval> = corner.iter().map(|&x| Interval::from_point(x)).collect();
-            sum(along(&n), &self.gradient(expansion, &n))
-        };
+        let highest = corners.iter().map(|corner| self.along(node, expansion, corner));
         let by_corners = if corners.len() > 1 {
-            factor * corners.iter().map(in_corner).fold(0.0, f64::max) * (1.0 + f64::EPSILON)
+            factor * highest.fold(0.0, f64::max) * (1.0 + f64::EPSILON)
         } else {
-            f64::INFINITY
+            highest.fold(f64::NEG_INFINITY, f64::max)
         };
         let bound = direct.min(by_corners);
         if bound.is_nan() { f64::INFINITY } else { bound }
+    }
+
+    /// The same with a box of gradients g, from a value at the point.
+    fn gained(&self, node: &Node, expansion: &Expansion, g: &[Interval], value: f64) -> f64 {
+        let supports = self.errors.encloser.product.supports(&node.part, g, &expansion.x);
+        supports.fold(Interval::from_point(value), |sum, s| sum + Interval::from_point(s)).high
+    }
+
+    /// The bound along one direction, where what is quadratic is bounded as such.
+    fn along(&self, node: &Node, expansion: &Expansion, direction: &[f64]) -> f64 {
+        let components = self.sought.components.clone();
+        let n: Vec<Interval> = direction.iter().map(|&x| Interval::from_point(x)).collect();
+        let error = expansion.error[components.clone()].iter().zip(&n);
+        let value = error.fold(Interval::ZERO, |sum, (e, n)| sum + *e * *n).high;
+        let second = Second::sum(&expansion.second[components], direction);
+        let most = second.most(&self.errors.encloser.product, &node.part, &expansion.x);
+        let quadratic = (Interval::from_point(value) + Interval::from_point(most)).high;
+        self.gained(node, expansion, &self.gradient(expansion, &n), value).min(quadratic)
+    }
+
+    /// Whether the bound of a part is for its cell of directions more than for all else.
+    fn is_coarse(&self, node: &Node) -> bool {
+        let lost = |bound: f64| bound - self.along(node, &node.expansion, &node.direction.middle());
+        node.direction.width() > FINEST && lost(node.bound) > COARSE * (node.bound - self.enough)
     }
 
     /// Leaves of the directions those of the errors on the part.
@@ -215,16 +234,12 @@ impl Search<'_, '_> {
     fn halves(&self, node: &Node, parts: &mut u64) -> Vec<Node> {
         let (expansion, product) = (&node.expansion, &self.errors.encloser.product);
         let from = product.centre(&node.part);
-        let total = |direction: &[Interval]| -> Vec<f64> {
-            product.supports(&node.part, &self.gradient(expansion, direction), &from).collect()
-        };
-        let middle: Vec<Interval> = node.direction.middle().into_iter().map(Interval::from_point).collect();
-        let (all, own) = (total(&node.direction.components()), total(&middle));
-        let width = node.direction.width();
-        if width > COARSE || width > FINEST && all.iter().sum::<f64>() > 2.0 * own.iter().sum::<f64>() {
+        if self.is_coarse(node) {
             let half = |direction: Direction| self.bounded(Node { direction, ..node.clone() });
             return node.direction.halves().into_iter().map(half).collect();
         }
+        let middle: Vec<Interval> = node.direction.middle().into_iter().map(Interval::from_point).collect();
+        let own: Vec<f64> = product.supports(&node.part, &self.gradient(expansion, &middle), &from).collect();
         let g = self.gradient(expansion, &node.direction.components());
         let widths = |c: usize| node.part.x[c].width() * g[c].size();
         let costly = (0..product.blocks.len()).max_by(|&a, &b| own[a].total_cmp(&own[b]));

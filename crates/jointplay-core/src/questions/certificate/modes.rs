@@ -1,0 +1,95 @@
+//! Coordinates of small motions.
+//!
+//! Motions z are enclosed by a box of their own components first. Near a singular pose a mechanism has a few motions in
+//! which all of its bodies move together and which small offsets make large; a box of components forgets that they do.
+//! With C the inverse of the closure Jacobian in lengths of the mechanism's own size, and `C = U D V^T`, the box is one of
+//! the coordinates k of `z = U k` then.
+
+use nalgebra::DMatrix;
+
+use crate::math::decomposition::singular_values;
+use crate::math::interval::Interval;
+use crate::math::space::Component;
+use crate::mechanism::Mechanism;
+use crate::questions::certificate::linear::Inverse;
+
+/// Coordinates k of motions `z = U k`.
+pub(super) struct Modes {
+    pub n: usize,
+    /// U, row by row.
+    motions: Vec<f64>,
+    /// Near the inverse of U; what their product is off by from one: the largest sum over a row.
+    back: Vec<f64>,
+    off: f64,
+    /// Near the inverse of U, times C: the coordinates that correct residuals.
+    corrections: Vec<f64>,
+}
+
+fn times(matrix: &[f64], x: &[Interval]) -> Vec<Interval> {
+    let sum = |row: &[f64]| {
+        let terms = row.iter().zip(x).filter(|(c, _)| **c != 0.0);
+        terms.fold(Interval::ZERO, |sum, (c, x)| sum + x.scaled(*c))
+    };
+    matrix.chunks_exact(x.len().max(1)).map(sum).collect()
+}
+
+/// A square matrix by its entries, row by row.
+fn table(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    (0..n * n).map(|k| entry(k / n, k % n)).collect()
+}
+
+impl Modes {
+    /// The components themselves.
+    pub fn components(inverse: &Inverse) -> Self {
+        let one = || table(inverse.n, |i, j| if i == j { 1.0 } else { 0.0 });
+        let corrections = table(inverse.n, |i, row| inverse.at(i, row));
+        Self { n: inverse.n, motions: one(), back: one(), off: 0.0, corrections }
+    }
+
+    /// Along the singular directions of a mechanism's closure.
+    pub fn singular(m: &Mechanism, inverse: &Inverse) -> Option<Self> {
+        let n = inverse.n;
+        let unit = |component: Component| if let Component::Along(_) = component { m.length } else { 1.0 };
+        let components = m.space.components();
+        let units: Vec<f64> = (0..n).map(|i| unit(components[i % components.len()])).collect();
+        let scaled = |i: usize, row: usize| inverse.at(i, row) * unit(m.rows[row].component) / units[i];
+        let u = singular_values(DMatrix::from_fn(n, n, scaled), true, false)?.u?;
+        let motions = table(n, |i, j| units[i] * u[(i, j)]);
+        let back = table(n, |j, i| u[(i, j)] / units[i]);
+        let corrections = inverse.transposed_rows(&back);
+        let mut off = vec![Interval::ZERO; n];
+        for j in 0..n {
+            let column: Vec<Interval> = (0..n).map(|i| Interval::from_point(motions[i * n + j])).collect();
+            for (i, x) in times(&back, &column).into_iter().enumerate() {
+                let x = if i == j { x - Interval::ONE } else { x };
+                off[i] = off[i] + Interval::from_point(x.size());
+            }
+        }
+        let off = off.iter().fold(0.0, |largest: f64, sum| largest.max(sum.high));
+        (off < 0.5).then_some(Self { n, motions, back, off, corrections })
+    }
+
+    /// The components of a motion of unit coordinates.
+    pub fn motion(&self, component: usize) -> &[f64] {
+        &self.motions[component * self.n..(component + 1) * self.n]
+    }
+
+    /// What each residual is corrected by in a coordinate.
+    pub fn correction(&self, coordinate: usize) -> &[f64] {
+        &self.corrections[coordinate * self.n..(coordinate + 1) * self.n]
+    }
+
+    /// The coordinates that correct residuals.
+    pub fn corrections_of(&self, residual: &[Interval]) -> Vec<Interval> {
+        times(&self.corrections, residual)
+    }
+
+    /// The coordinates of a motion: `U^-1 z = B z + (1 - B U) U^-1 z`.
+    pub fn coordinates_of(&self, z: &[Interval]) -> Vec<Interval> {
+        let k = times(&self.back, z);
+        let largest = k.iter().fold(0.0, |largest: f64, k| largest.max(k.size()));
+        let off = Interval::from_point(self.off);
+        let rest = off * Interval::from_point(largest) / (Interval::ONE - off);
+        k.into_iter().map(|k| k + Interval::of_size(rest.high)).collect()
+    }
+}

@@ -1,0 +1,169 @@
+//! Functions by their derivatives: what they gain on the way from a point to another, to second order.
+//!
+//! Where the derivative of a function at `x0 + d` is `g + A d`, give or take r in every component, the function gains
+//!
+//! ```text
+//! g . d + d . A d / 2        give or take sum r |d|
+//! ```
+//!
+//! On a product of balls `|d_b - c_b| <= R_b` a quadratic function is not above its Lagrangian dual,
+//!
+//! ```text
+//! g . d + d . A d / 2 <= g . c + c . A c / 2 + sum l_b R_b^2 / 2 + h . (L - A)^-1 h / 2       h = g + A c
+//! ```
+//!
+//! for all l with `L - A` positive definite, L having l_b on the diagonal of each block. It is where
+//! `l_b R_b > sum over a of |A_ba| R_a` (Gershgorin, by blocks, the coordinates in units of R). The best l has
+//! `l_b R_b = |h + A s|_b` at the maximum s. Where curvature times size is small against the gradient, that is the maximum
+//! itself. The inverse is not needed: for any s, with `t = h - (L - A) s`,
+//!
+//! ```text
+//! h . (L - A)^-1 h = 2 h . s - s . (L - A) s + t . (L - A)^-1 t,     L - A >= l_b - sum over a of |A_ba| R_a / R_b
+//! ```
+
+use crate::math::interval::Interval;
+use crate::math::vector::norm;
+use crate::questions::certificate::blocks::{Part, Product};
+
+/// What sums of non-negative numbers are raised by, and what all other sums may be off by as a part of their terms.
+const RAISED: f64 = 1.0 + 1e-12;
+const ROUNDING: f64 = 1e-12;
+/// Steps to the maximum.
+const STEPS: usize = 5;
+/// How far multipliers are kept from where the quadratic function has no maximum.
+const APART: f64 = 1.25;
+/// Blocks are not taken for smaller than this.
+const SMALLEST: f64 = 1e-12;
+
+/// A function's derivative: its value at the point, its own derivative, and what it is off by.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Second {
+    gradient: Vec<f64>,
+    /// The symmetric part of the derivative, row by row; how much every two blocks of it bend at most; and what every row
+    /// comes to.
+    curvature: Vec<f64>,
+    blocks: Vec<f64>,
+    rows: Vec<f64>,
+    rest: Vec<f64>,
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl Second {
+    /// By value, derivative and rest of every component of the derivative; nothing of none.
+    pub fn of(product: &Product, derivative: impl Iterator<Item = (f64, Vec<f64>, f64)>) -> Self {
+        let mut second = Self::default();
+        let mut curvature = Vec::new();
+        for (centre, row, rest) in derivative {
+            second.gradient.push(centre);
+            curvature.extend(row);
+            second.rest.push(rest);
+        }
+        let n = second.gradient.len();
+        if n == 0 {
+            return second;
+        }
+        for k in 0..n {
+            for l in 0..k {
+                let mean = 0.5 * (curvature[k * n + l] + curvature[l * n + k]);
+                (curvature[k * n + l], curvature[l * n + k]) = (mean, mean);
+            }
+        }
+        second.rows = curvature.chunks_exact(n).map(|row| row.iter().map(|a| a.abs()).sum()).collect();
+        for a in &product.blocks {
+            for b in &product.blocks {
+                let rows = a.range().map(|k| &curvature[k * n..(k + 1) * n][b.range()]);
+                let square: f64 = rows.map(|row| dot(row, row)).sum();
+                second.blocks.push(square.sqrt() * RAISED);
+            }
+        }
+        second.curvature = curvature;
+        second
+    }
+
+    /// Of a sum of functions times numbers.
+    pub fn sum(functions: &[Self], factors: &[f64]) -> Self {
+        let mut sum = functions[0].clone();
+        for list in [&mut sum.gradient, &mut sum.curvature, &mut sum.blocks, &mut sum.rows, &mut sum.rest] {
+            list.fill(0.0);
+        }
+        let add = |sum: &mut [f64], list: &[f64], by: f64| sum.iter_mut().zip(list).for_each(|(sum, x)| *sum += by * x);
+        for (f, &factor) in functions.iter().zip(factors) {
+            add(&mut sum.gradient, &f.gradient, factor);
+            add(&mut sum.curvature, &f.curvature, factor);
+            let size = factor.abs() * RAISED;
+            add(&mut sum.blocks, &f.blocks, size);
+            add(&mut sum.rows, &f.rows, size);
+            for (k, rest) in sum.rest.iter_mut().enumerate() {
+                // No coordinate of a unit ball is farther from another than 2.
+                *rest += size * (f.rest[k] + ROUNDING * (f.gradient[k].abs() + 4.0 * f.rows[k]));
+            }
+        }
+        sum
+    }
+
+    /// The curvature times a vector.
+    fn bend(&self, d: &[f64]) -> Vec<f64> {
+        self.curvature.chunks_exact(d.len().max(1)).map(|row| dot(row, d)).collect()
+    }
+
+    /// What the rests come to on a part.
+    fn rests(&self, part: &Part, from: &[f64]) -> f64 {
+        let far = |k: usize| (part.x[k].hull(Interval::from_point(from[k])) - Interval::from_point(from[k])).size();
+        self.rest.iter().enumerate().map(|(k, rest)| rest * far(k)).sum::<f64>() * RAISED
+    }
+
+    /// What the function does not change by on a part, and on the lines to it from the point.
+    pub fn reach(&self, product: &Product, part: &Part, from: &[f64]) -> f64 {
+        let radii: Vec<f64> = product.blocks.iter().map(|block| block.reach(part, from)).collect();
+        let bent: f64 =
+            self.blocks.chunks_exact(radii.len().max(1)).zip(&radii).map(|(row, r)| r * dot(row, &radii)).sum();
+        let along = |(block, r): (&super::blocks::Block, &f64)| r * norm(&self.gradient[block.range()]);
+        let straight: f64 = product.blocks.iter().zip(&radii).map(along).sum();
+        (straight + 0.5 * bent + self.rests(part, from)) * RAISED
+    }
+
+    /// What the function does not gain more than on a part.
+    pub fn most(&self, product: &Product, part: &Part, from: &[f64]) -> f64 {
+        let n_blocks = product.blocks.len();
+        let (mut g, mut c, mut radii, mut beside) = (self.gradient.clone(), vec![0.0; from.len()], Vec::new(), 0.0);
+        for (number, block) in product.blocks.iter().enumerate() {
+            if let Some((centre, radius)) = block.ball(part, from) {
+                c[block.range()].copy_from_slice(&centre);
+                radii.push(radius.max(SMALLEST));
+            } else {
+                // A polytope: what is linear in it, exactly; what bends, in a ball.
+                let straight: Vec<Interval> = g.iter().map(|&g| Interval::from_point(g)).collect();
+                beside += block.support(part, number, &straight, from);
+                g[block.range()].fill(0.0);
+                radii.push(block.reach(part, from).max(SMALLEST));
+            }
+        }
+        let bent_c = self.bend(&c);
+        let h: Vec<f64> = g.iter().zip(&bent_c).map(|(g, b)| g + b).collect();
+        let sizes = &self.blocks;
+        let least: Vec<f64> =
+            (0..n_blocks).map(|b| dot(&sizes[b * n_blocks..(b + 1) * n_blocks], &radii) / radii[b] * RAISED).collect();
+        let (mut s, mut t, mut l) = (vec![0.0; from.len()], h.clone(), vec![0.0; n_blocks]);
+        for _ in 0..STEPS {
+            for (b, block) in product.blocks.iter().enumerate() {
+                l[b] = (norm(&t[block.range()]) / radii[b]).max(APART * least[b]) + f64::MIN_POSITIVE;
+                block.range().for_each(|k| s[k] = t[k] / l[b]);
+            }
+            t = self.bend(&s).iter().zip(&h).map(|(b, h)| h + b).collect();
+        }
+        let (mut sum, mut weight) = (dot(&g, &c) + 0.5 * dot(&c, &bent_c), 0.0);
+        for (b, block) in product.blocks.iter().enumerate() {
+            for k in block.range() {
+                let left = t[k] - l[b] * s[k];
+                sum += 0.5 * (h[k] + left) * s[k] + 0.5 * left * left / (l[b] - least[b]);
+                weight += g[k].abs() * c[k].abs() + 4.0 * h[k].abs() * s[k].abs();
+            }
+            sum += 0.5 * l[b] * radii[b].powi(2);
+            weight += (l[b] + 4.0 * least[b]) * radii[b].powi(2);
+        }
+        sum + ROUNDING * (weight + dot(&c, &bent_c).abs()) + (beside + self.rests(part, from)) * RAISED
+    }
+}
