@@ -10,6 +10,9 @@ import pytest
 
 import jointplay as jp
 from answers import example
+from jointplay.analyses.assemble.report import place
+from jointplay.analyses.assemble.state import Held
+from jointplay.analyses.assemble.steps import steps
 
 LENGTH_BD, LENGTH_ED = math.hypot(212, 32), math.hypot(198, 93)
 STIFFNESS = {"BD": 4e4, "ED": 3e4, "DF": 2e4}
@@ -276,3 +279,16 @@ def test_what_a_load_bends_is_there_in_all_questions() -> None:
     assert worst.worst_shaft.sel(step=2, joint="seam").item() == pytest.approx(at_seam + 300.0 * tilt, rel=1e-3)
     # Nothing bends before the end is there that the load acts on.
     assert worst.worst_shaft.sel(step=1, joint="seam").item() == pytest.approx(300.0 * tilt, rel=1e-6)
+
+
+@pytest.mark.parametrize("options", [{}, {"locked": "false", "elastic": "redundant", "radial": "0.5"}])
+def test_errors_without_details_are_those_with_them(options: dict[str, str]) -> None:
+    m = jp.loads(jp.examples.text("antenna-support", options))
+    at = place(m, 0)
+    (*_, step) = steps(m, at.poses)
+    held = Held(step)
+    for point in held.points():
+        full, bare = held.loaded(point), held.loaded(point, details=False)
+        assert "undetermined_contribution" not in bare
+        for name in ("error", "undetermined", "status"):
+            assert full[name].tobytes() == bare[name].tobytes()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import jointplay as jp
 from answers import OVER_CONSTRAINED, example
-from jointplay import _core, poses
+from jointplay import _core, mobility, poses
 from jointplay.analyses.check import compute
 from jointplay.mobility import SelfStress, examine
 from jointplay.mobility.self_stress import sparse_basis
@@ -42,6 +42,31 @@ def unbalanced(m: jp.Mechanism, stress: SelfStress) -> float:
             if end["body"] >= 0:
                 left[end["body"]] += sign * wrench
     return float(np.abs(left).max())
+
+
+def plate(pins: int) -> str:
+    """The file of a plate on so many pins: all of their constraints but three are redundant."""
+    around = [(f"P{k}", 2.0 * math.pi * k / pins) for k in range(pins)]
+    joints = "".join(
+        f'[joints.{name}]\ntype = "revolute"\nbodies = ["ground", "plate"]\n'
+        f"at = [{100.0 * math.cos(a)}, {100.0 * math.sin(a)}]\nclearance = {{ radial = 0.05 }}\n"
+        for name, a in around
+    )
+    units = 'format = 1\nunits = { length = "mm", angle = "deg", force = "N" }\n'
+    rest = '[output]\nbody = "plate"\nat = [0, 0]\n[[loads]]\nforce = [10, -20]\n[assembly]\nsteps = [["plate"]]\n'
+    return units + joints + rest
+
+
+def test_only_who_reads_self_stresses_waits_for_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    m = jp.loads(plate(22))
+    asked = []
+    monkeypatch.setattr(mobility, "self_stresses", lambda *_: asked.append(True) or [])
+    assert jp.assemble(m).redundancy.values.tolist() == [41]
+    jp.loaded(m)
+    assert not asked
+    assert examine(m).joint_redundancy == 41
+    examine(m).self_stresses  # noqa: B018
+    assert asked
 
 
 @pytest.mark.parametrize("name", OVER_CONSTRAINED)

@@ -8,6 +8,8 @@ function theorem, it only does where the closure is singular). Each is then clos
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 from jointplay import poses
 from jointplay.compile import ANGULAR
 
+from .bracketing import edge, minimum
 from .nominal import Nominal
 from .singular_values import Scaled, kind
 
@@ -31,9 +34,10 @@ STEP = 0.03
 MOST_STEPS = 5_000
 #: steps that are followed at once
 RUN = 1_024
-#: halvings, or golden sections, that close in on a singularity: to the last digit of a double, and to half of them
-HALVINGS, SECTIONS = 50, 45
-GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+#: a singular value below it is zero as far as one can tell: so large are the last steps of Newton's method
+ZERO = 1e-9
+#: the same for the square of the singular value at the end of a branch, which is as small as the way that is left
+LEFT = sys.float_info.epsilon
 
 
 @dataclass(frozen=True)
@@ -271,51 +275,60 @@ class Path:
             found = []
         else:
             edges = [pair for pair, there in (((left, first), has_left), ((right, last), has_right)) if there]
-            found = [self._closed_in(track, a, b, lambda s: self._value(s) >= self.limit) for a, b in edges]
+            found = [self._closed_in(track, a, b, lambda s: self._value(s) - self.limit, ZERO) for a, b in edges]
         inside = [self._at_step(track, k) for k in range(first, last + 1)]
         return found + [state for state in inside if state.is_closed]
 
     def _crossing(self, track: _Track, near: int, far: int) -> _State:
-        """Where the determinant changes its sign."""
+        """Where the determinant changes its sign: the singular value of that sign goes through zero."""
         sign = track.sign[near]
-        return self._closed_in(track, near, far, lambda s: s.is_closed and self.scaled.sign(s.pose) == sign)
+
+        def height(state: _State) -> float:
+            if not state.is_closed:
+                return math.nan
+            value, its = self.scaled.closure(state.pose[None])
+            return float(value[0] * its[0] * sign)
+
+        return self._closed_in(track, near, far, height, ZERO, -float(track.value[far]))
 
     def _end(self, track: _Track, near: int, far: int) -> _State:
-        """Where the branch ends."""
-        return self._closed_in(track, near, far, lambda s: s.is_closed)
+        """Where the branch ends: the square of the singular value goes to zero there as the way that is left."""
 
-    def _closed_in(self, track: _Track, near: int, far: int, is_near: Callable[[_State], bool]) -> _State:
-        """The last state, between two steps, of which something holds that holds at the first."""
-        anchor = state = self._at_step(track, near)
-        low, high = track.along[near], track.along[far]
-        for _ in range(HALVINGS):
-            trial = self._state(anchor, 0.5 * (low + high))
-            if is_near(trial):
-                low, state = trial.along, trial
-            else:
-                high = trial.along
-        return state
+        def left(state: _State) -> float:
+            return self._value(state) ** 2 if state.is_closed else math.nan
+
+        return self._closed_in(track, near, far, left, LEFT)
+
+    def _closed_in(
+        self,
+        track: _Track,
+        near: int,
+        far: int,
+        height: Callable[[_State], float],
+        zero: float,
+        at_far: float = math.nan,
+    ) -> _State:
+        """Where, between two steps, a figure ends to be positive that is so at the first."""
+        anchor = self._at_step(track, near)
+        found = {anchor.along: anchor}
+
+        def tried(along: float) -> float:
+            found[along] = self._state(anchor, along)
+            return height(found[along])
+
+        return found[edge(tried, anchor.along, float(track.along[far]), height(anchor), at_far, zero)]
 
     def _lowest(self, track: _Track, near: int, far: int) -> _State:
-        """Where the singular value is smallest between two steps."""
+        """Where the singular value is smallest between two steps; its square has the form of a parabola."""
         anchor = self._at_step(track, near)
-        low, high = track.along[near], track.along[far]
+        found = {anchor.along: anchor}
 
-        def tried(part: float) -> tuple[float, _State]:
-            state = self._state(anchor, low + part * (high - low))
-            return self._value(state), state
+        def tried(along: float) -> float:
+            found[along] = self._state(anchor, along)
+            return self._value(found[along]) ** 2
 
-        first, second = tried(1.0 - GOLDEN), tried(GOLDEN)
-        best = (float(track.value[near]), anchor)
-        for _ in range(SECTIONS):
-            best = min([best, *(t for t in (first, second) if t[1].is_closed)], key=lambda t: t[0])
-            if first[0] <= second[0]:
-                high, second = second[1].along, first
-                first = tried(1.0 - GOLDEN)
-            else:
-                low, first = first[1].along, second
-                second = tried(GOLDEN)
-        return best[1]
+        minimum(tried, anchor.along, float(track.along[far]))
+        return min((state for state in found.values() if state.is_closed), key=self._value)
 
     def _at_step(self, track: _Track, step: int) -> _State:
         """A step of the path with its poses, which are not kept: followed anew from its regular configuration."""

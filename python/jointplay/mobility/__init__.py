@@ -12,7 +12,9 @@ configuration which happens to be singular does not count as a freedom.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -75,12 +77,12 @@ class Mobility:
         Joint components that depend on one another, such as ``J4.x``.
     redundant_drives : tuple of str
         Drives that depend on one another or on the joints.
-    self_stresses : tuple of SelfStress
-        As many as `joint_redundancy`: how the joints can be strained against one another.
     motors : tuple of str
         Drives that move several joints.
     misfit : Misfit or None
         What stays open in the nominal pose of parts that are not drawn to fit.
+    strained : callable
+        Finds the self-stresses, which takes longer than all of the rest where there are many.
     """
 
     assembled: bool
@@ -91,9 +93,14 @@ class Mobility:
     drive_redundancy: int
     redundant_constraints: tuple[str, ...]
     redundant_drives: tuple[str, ...]
-    self_stresses: tuple[SelfStress, ...] = ()
     motors: tuple[str, ...] = ()
     misfit: Misfit | None = None
+    strained: Callable[[], list[SelfStress]] = field(default=list, repr=False, compare=False)
+
+    @cached_property
+    def self_stresses(self) -> tuple[SelfStress, ...]:
+        """As many as `joint_redundancy`: how the joints can be strained against one another."""
+        return tuple(self.strained())
 
     @property
     def is_determinate(self) -> bool:
@@ -223,8 +230,8 @@ def _mobility(probe: Probe, sample: Sample) -> Mobility:
         drive_redundancy=len(closure) - rank_all - joint_redundancy,
         redundant_constraints=tuple(f"{m.joints[joint]}.{component}" for joint, component in rows),
         redundant_drives=tuple(m.drives[k] for k in dict.fromkeys(drives)),
-        self_stresses=tuple(self_stresses(probe, sample)),
         motors=tuple(drive for drive, moves in zip(m.drives, m.drive_moves, strict=True) if len(moves) > 1),
+        strained=lambda: self_stresses(probe, sample),
     )
 
 

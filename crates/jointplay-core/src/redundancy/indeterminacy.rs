@@ -24,15 +24,15 @@ impl System<'_> {
         self.elements.iter().any(|element| self.face(element, c, forces).is_some_and(|face| !face.is_point()))
     }
 
-    /// Widens what every source leaves open in the output, source by source, tells which sources the load does
-    /// not decide, and gives how far all together reach from where they are; `map` is the output by displacements.
+    /// Widens what every source leaves open in the output, source by source where that is wanted, tells which sources
+    /// the load does not decide, and gives how far all together reach from where they are.
     pub async fn leave_open(
         &self,
         rounds: &Rounds,
         c: &Compatibility,
         right: &DVector<f64>,
         balance: &Balance,
-        open: &mut [f64],
+        mut open: Option<&mut [f64]>,
         decided: &mut [bool],
     ) -> Vec<f64> {
         let size = self.mechanism.size();
@@ -48,7 +48,9 @@ impl System<'_> {
             }
             for k in 0..size {
                 let width = face.half_width(&row_of(element, map, k));
-                open[source * size + k] = width.max(open[source * size + k]);
+                if let Some(open) = &mut open {
+                    open[source * size + k] = width.max(open[source * size + k]);
+                }
                 widths[k] += width;
             }
         }
@@ -59,14 +61,14 @@ impl System<'_> {
     }
 
     /// What the tied clearances leave open: how far they reach from where they are, together in `widths`, each
-    /// by itself in `open`.
+    /// by itself in `open` where that is wanted.
     async fn widen(
         &self,
         rounds: &Rounds,
         c: &Compatibility,
         right: &DVector<f64>,
         balance: &Balance,
-        open: &mut [f64],
+        mut open: Option<&mut [f64]>,
         widths: &mut [f64],
     ) {
         let Some(answer) = &balance.answer else { return };
@@ -110,6 +112,7 @@ impl System<'_> {
                 most
             };
             widths[k] += reach(&|_| true).await;
+            let Some(open) = &mut open else { continue };
             for (g, (element, _)) in tied.iter().enumerate() {
                 let (Some(source), Some(_)) = (element.source, &open_faces[g]) else { continue };
                 let slot = &mut open[source * size + k];

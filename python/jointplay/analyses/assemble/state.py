@@ -96,9 +96,9 @@ class Held:
         """Whether no joint has any compliance."""
         return all("compliance" not in joint for joint in self.part.spec["joints"])
 
-    def loaded(self, output: int | None = None, **changes: Unpack[Changes]) -> Loaded:
-        """What the core says of the part under its loads."""
-        return self.core(output, **changes).loaded(self.drives, self.poses, True)
+    def loaded(self, output: int | None = None, *, details: bool = True, **changes: Unpack[Changes]) -> Loaded:
+        """What the core says of the part under its loads; without details of the error of the output alone."""
+        return self.core(output, **changes).loaded(self.drives, self.poses, offset=details, details=details)
 
     def status(self, *answers: Given | Loaded) -> str:
         """The most serious outcome of some answers."""
@@ -137,7 +137,8 @@ def state(step: Step, members: Members) -> State:
     held = Held(step)
     part, m = held.part, held.part.m
     centres, output = held.centres(), held.output
-    answers = {point: held.loaded(point) for point in held.points()}
+    # What all of the part does is the same for every point.
+    answers = {point: held.loaded(point, details=k == 0) for k, point in enumerate(held.points())}
     joints, size = len(m.joints), len(m.components)
     found = np.full((2, 2, joints, size), np.nan)
     for k, ends in centres.items():

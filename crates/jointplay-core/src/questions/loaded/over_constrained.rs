@@ -94,9 +94,9 @@ impl Mechanism {
             (nan(self.sources.len() * self.size()), nan(self.n_joints() * self.size()))
         };
         let error_first_order = self.first_order_error(system, &c, &known, case, nominal, &balance);
-        let mut open = vec![0.0; self.sources.len() * self.size()];
+        let mut open = details.then(|| vec![0.0; self.sources.len() * self.size()]);
         let mut decided = vec![true; self.sources.len()];
-        let widths = system.leave_open(rounds, &c, &right, &balance, &mut open, &mut decided).await;
+        let widths = system.leave_open(rounds, &c, &right, &balance, open.as_deref_mut(), &mut decided).await;
         let mut widths = self.observable(&c, widths);
         let mut loaded = Loaded {
             error: error_first_order.clone(),
@@ -130,7 +130,7 @@ impl Mechanism {
                     return apart(Status::Singular, strain.clearance_factor);
                 };
                 let right = c.right(&state.inputs.parameters, &known);
-                let wider = system.leave_open(rounds, &c, &right, balance, &mut open, &mut decided).await;
+                let wider = system.leave_open(rounds, &c, &right, balance, open.as_deref_mut(), &mut decided).await;
                 let wider = self.observable(&c, wider);
                 widths.iter_mut().zip(wider).for_each(|(width, wider)| *width = width.max(wider));
             }
@@ -150,7 +150,7 @@ impl Mechanism {
         }
         let observable = widths.iter().any(|width| *width > 0.0);
         loaded.undetermined = widths;
-        (loaded.undetermined_contribution, loaded.decided) = (open, decided);
+        (loaded.undetermined_contribution, loaded.decided) = (open.unwrap_or_default(), decided);
         loaded.status = match status {
             Status::Ok if is_apart(strain.clearance_factor) => Status::Strained,
             Status::Ok if observable || !settled_all => Status::Undetermined,
