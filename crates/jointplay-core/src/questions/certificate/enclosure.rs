@@ -261,7 +261,8 @@ impl<'m> Encloser<'m> {
         (slopes, modes): (&[f64], &Rc<Modes>),
     ) -> Option<(Enclosure, Expanded<'f>)> {
         let bent = self.bent(modes, part, at, slopes);
-        let point: Vec<Interval> = at.v.iter().zip(&at.near).map(|(v, near)| *v - Interval::from_point(*near)).collect();
+        let point: Vec<Interval> =
+            at.v.iter().zip(&at.near).map(|(v, near)| *v - Interval::from_point(*near)).collect();
         let point = modes.coordinates_of(&point);
         let wider = |(image, point): (&Interval, &Interval)| {
             let more = 0.1 * image.size() + POINTS * point.size() + ROUNDING;
