@@ -3,6 +3,7 @@
     python tests/verify_certificate.py                        10,000 planar and 1,000 spatial mechanisms
     python tests/verify_certificate.py --planar 90 --spatial 0
     python tests/verify_certificate.py --examples             the table of bundled examples in docs/checks.md
+    python tests/verify_certificate.py --map                  that of the 3-UPU over positions, by its clearances
 
 Planar mechanisms are those of `wide`, with clearances of 0.1 to 10 % of their size, and of 0.1 to 1 % for every
 other one. Spatial ones are the loops and platforms of `oracles.loops`, with clearances of 1 to 100 micrometres on some
@@ -27,6 +28,8 @@ from wide import KINDS, mechanism
 
 #: of the gaps of all bounds, these quantiles are told
 LEVELS = (0.5, 0.9, 0.99)
+#: of the joints of the 3-UPU, micrometres
+CLEARANCES = (1, 2, 5, 10)
 
 
 def planar(number: int, parts: int) -> Bounded:
@@ -66,15 +69,39 @@ def examples(parts: int) -> None:
             print(f"<!-- {name}: {REASONS[reason]} -->")
 
 
+def robot(parts: int) -> None:
+    """Prints the gaps of the 3-UPU over positions, by its clearances, and draws them to the folder it is run in."""
+    print("| clearance, um | nodes | with bounds | position: median, largest | rotation: median, largest |")
+    print("|---|---|---|---|---|")
+    places = np.linspace(-100.0, 100.0, 5).tolist()
+    grid = {"x": places, "y": places, "z": 400.0}
+    for micrometres in CLEARANCES:
+        size = 1e-3 * micrometres
+        sizes = {"radial": size, "axial": 2.0 * size, "gap": size}
+        m = jp.loads(jp.examples.text("3-upu")).with_({f"joints.*.clearance.{k}": v for k, v in sizes.items()})
+        found = jp.map(m, "worst", grid, certify=True, parts=parts)
+        certified = found.certified.values
+        cells = [str(micrometres), str(certified.size), str(int(certified.sum()))]
+        for which in ("position", "rotation"):
+            gaps = found[f"worst_{which}_gap"].values[certified]
+            cells.append(f"{100 * np.median(gaps):.2g} %, {100 * gaps.max():.2g} %" if len(gaps) else "")
+        print("| " + " | ".join(cells) + " |", flush=True)
+        jp.plot.map(found, variable="worst_position_gap").savefig(f"3-upu-{micrometres}-um.png")
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--planar", type=int, default=10_000, metavar="MECHANISMS")
     parser.add_argument("--spatial", type=int, default=1_000, metavar="MECHANISMS")
     parser.add_argument("--parts", type=int, default=40, metavar="N")
     parser.add_argument("--examples", action="store_true")
+    parser.add_argument("--map", action="store_true")
     options = parser.parse_args()
     if options.examples:
         examples(100)
+        return 0
+    if options.map:
+        robot(options.parts)
         return 0
     excluded = 0
     for name, ask, count in (("planar", planar, options.planar), ("spatial", spatial, options.spatial)):

@@ -52,7 +52,7 @@ def in_space(values: Sequence[float]) -> Floats:
 
 
 class Model:
-    """One mechanism on its way to a model; what is solid in it is told by the plane or by space."""
+    """One mechanism on its way to a model; the plane or space says what is solid in it."""
 
     #: classes of solids: what they touch by themselves, and their colours
     SOLIDS: tuple[tuple[str, str, str, str], ...]
