@@ -45,7 +45,7 @@ fn values_lie_within_the_linear_part_and_the_rest() {
 #[test]
 fn what_cancels_leaves_nothing_but_rounding() {
     let forms = forms();
-    let x = forms.linear(0.5, [1.0, 2.0, 3.0].into_iter(), 0.0);
+    let x = forms.linear(0.5, [1.0, 2.0, 3.0].into_iter().enumerate(), 0.0);
     let (a, b) = (x * x, (x - Form::from_f64(1.0)) * x);
     assert!((x - x).range().size() < 1e-14);
     // x^2 - (x - 1) x = x, but for the two remainders.
