@@ -234,64 +234,74 @@ impl Faces {
                 force.0[i] = if unforced[i].has(k) { 0.0 } else { force.0[i] };
             }
         }
-        for i in 0..LANES {
-            let tolerance = tolerance.0[i];
-            let mut across = 0.0;
-            for s in 0..n {
-                let (p, q) = (own[1 + 2 * s].0[i], own[2 + 2 * s].0[i]);
+        let mut across = zero;
+        for s in 0..n {
+            for i in 0..LANES {
+                let (p, q, tolerance) = (own[1 + 2 * s].0[i], own[2 + 2 * s].0[i], tolerance.0[i]);
                 let larger = p.abs() + q.abs();
-                across += tapers[s] * larger;
+                across.0[i] += tapers[s] * larger;
                 f.signs[2 * s].0[i] = sign_if(larger > tolerance && 2.0 * p.abs() > tolerance, p);
                 f.signs[2 * s + 1].0[i] = sign_if(larger > tolerance && 2.0 * q.abs() > tolerance, q);
             }
-            let along = own[0].0[i].abs();
-            f.side.0[i] = sign_if(along > tolerance, own[0].0[i]);
-            let out = along - across > tolerance;
-            f.low.0[i] = one_if(out);
-            f.high.0[i] = one_if(out || !(across - along > tolerance));
         }
-        let (mut moves, mut decided_at, mut open) = ([zero; MAX_SIZE], [zero; MAX_SIZE], zero);
+        let (mut side, mut along, mut tied) = (zero, zero, 0.0);
         for i in 0..LANES {
-            let (low, high, side) = (f.low.0[i], f.high.0[i], f.side.0[i]);
-            let side_then = if side == 0.0 { 1.0_f64.copysign(unit[0].0[i]) } else { side };
-            let along = side_then * unit[0].0[i];
-            // The size of the axis' coordinate is where the squared distance is smallest: Newton's method from above,
-            // as in `nearest_unit` of one face.
-            let mut size = high;
-            for _ in 0..=2 * n {
-                let (mut slope, mut bend) = (size - along, 1.0);
-                for k in 0..2 * n {
-                    let (g, sign, x) = (tapers[k / 2], f.signs[k].0[i], unit[1 + k].0[i]);
-                    let beyond = if sign == 0.0 { x.abs() } else { sign * x } - 1.0 + g * size;
-                    let counts = one_if(sign != 0.0 || beyond > 0.0);
-                    slope += counts * g * beyond;
-                    bend += counts * g * g;
-                }
-                let next = size - slope / bend;
-                let next = if next > low { next } else { low };
-                size = if slope <= 0.0 || size <= low { size } else { next };
-            }
-            let mut undecided = one_if(!(high == 0.0 || low >= 1.0 && side != 0.0));
-            decided_at[0].0[i] = side_then * size;
-            moves[0].0[i] = side_then * size - unit[0].0[i];
+            let (force, across, tolerance) = (own[0].0[i].abs(), across.0[i], tolerance.0[i]);
+            f.side.0[i] = sign_if(force > tolerance, own[0].0[i]);
+            let out = force - across > tolerance;
+            f.low.0[i] = one_if(out);
+            f.high.0[i] = one_if(out || !(across - force > tolerance));
+            tied += f.high.0[i] - f.low.0[i];
+            let to = if f.side.0[i] == 0.0 { unit[0].0[i] } else { f.side.0[i] };
+            side.0[i] = 1.0_f64.copysign(to);
+            along.0[i] = side.0[i] * unit[0].0[i];
+        }
+        // The size of the axis' coordinate is where the squared distance is smallest: Newton's method from above, as in
+        // `nearest_unit` of one face.
+        let mut size = f.high;
+        for _ in 0..if tied > 0.0 { 2 * n + 1 } else { 0 } {
+            let (mut slope, mut bend) = (size.sub(&along), Block::splat(1.0));
             for k in 0..2 * n {
-                let (g, sign, x) = (tapers[k / 2], f.signs[k].0[i], unit[1 + k].0[i]);
-                let reach = 1.0 - g * size;
+                let g = tapers[k / 2];
+                for i in 0..LANES {
+                    let (sign, x) = (f.signs[k].0[i], unit[1 + k].0[i]);
+                    let beyond = if sign == 0.0 { x.abs() } else { sign * x } - 1.0 + g * size.0[i];
+                    let counts = one_if(sign != 0.0 || beyond > 0.0);
+                    slope.0[i] += counts * g * beyond;
+                    bend.0[i] += counts * g * g;
+                }
+            }
+            for i in 0..LANES {
+                let next = size.0[i] - slope.0[i] / bend.0[i];
+                let next = if next > f.low.0[i] { next } else { f.low.0[i] };
+                size.0[i] = if slope.0[i] <= 0.0 || size.0[i] <= f.low.0[i] { size.0[i] } else { next };
+            }
+        }
+        let (mut there, mut moves, mut open) = ([zero; MAX_SIZE], [zero; MAX_SIZE], zero);
+        for i in 0..LANES {
+            let decided = f.high.0[i] == 0.0 || f.low.0[i] >= 1.0 && f.side.0[i] != 0.0;
+            open.0[i] = one_if(!decided);
+            there[0].0[i] = side.0[i] * size.0[i];
+            moves[0].0[i] = there[0].0[i] - unit[0].0[i];
+        }
+        for k in 0..2 * n {
+            let g = tapers[k / 2];
+            for i in 0..LANES {
+                let (sign, x) = (f.signs[k].0[i], unit[1 + k].0[i]);
+                let reach = 1.0 - g * size.0[i];
                 let inside = if x < reach { x } else { reach };
                 let inside = if inside > -reach { inside } else { -reach };
-                let to = if sign == 0.0 { inside } else { sign * reach };
-                undecided += one_if(sign == 0.0 && g * low < 1.0);
-                decided_at[1 + k].0[i] = to;
-                moves[1 + k].0[i] = to - x;
+                open.0[i] += one_if(sign == 0.0 && g * f.low.0[i] < 1.0);
+                there[1 + k].0[i] = if sign == 0.0 { inside } else { sign * reach };
+                moves[1 + k].0[i] = there[1 + k].0[i] - x;
             }
-            open.0[i] = undecided;
         }
         // Of a face that is open, what does not move keeps its value to the last bit.
-        let (mut nearest, moved) = (of_own(&tapered, &decided_at), of_own(&tapered, &moves));
+        let (mut nearest, moved) = (of_own(&tapered, &there), of_own(&tapered, &moves));
         for k in 0..MAX_SIZE {
             for i in 0..LANES {
-                let there = before[k].0[i] + moved[k].0[i];
-                nearest[k].0[i] = if open.0[i] == 0.0 { nearest[k].0[i] } else { there };
+                let to = before[k].0[i] + moved[k].0[i];
+                nearest[k].0[i] = if open.0[i] == 0.0 { nearest[k].0[i] } else { to };
             }
         }
         Self { nearest, open, extent: Extent::Tapered(tapered, f) }
@@ -342,22 +352,28 @@ impl Faces {
             Extent::Tapered(tapered, f) => {
                 let own = own_forces(tapered, direction);
                 let (n, tapers) = (tapered.n, tapered.tapers);
-                for i in 0..LANES {
-                    let side = f.side.0[i];
-                    let mut width_at = [0.0; 2];
-                    for turned in [1.0, -1.0] {
-                        let along = turned * own[0].0[i];
+                for turned in [1.0, -1.0] {
+                    // With the axis' coordinate at either end of its range.
+                    let (mut low, mut high) = (Block::splat(0.0), Block::splat(0.0));
+                    for i in 0..LANES {
+                        let (side, along) = (f.side.0[i], turned * own[0].0[i]);
                         let along = if side == 0.0 { along.abs() } else { side * along };
-                        let mut top = [f.low.0[i] * along, f.high.0[i] * along];
-                        for k in 0..2 * n {
+                        low.0[i] = f.low.0[i] * along;
+                        high.0[i] = f.high.0[i] * along;
+                    }
+                    for k in 0..2 * n {
+                        let g = tapers[k / 2];
+                        for i in 0..LANES {
                             let (sign, force) = (f.signs[k].0[i], turned * own[1 + k].0[i]);
                             let across = if sign == 0.0 { force.abs() } else { sign * force };
-                            top[0] += (1.0 - tapers[k / 2] * f.low.0[i]) * across;
-                            top[1] += (1.0 - tapers[k / 2] * f.high.0[i]) * across;
+                            low.0[i] += (1.0 - g * f.low.0[i]) * across;
+                            high.0[i] += (1.0 - g * f.high.0[i]) * across;
                         }
-                        width_at[usize::from(turned < 0.0)] = if top[0] > top[1] { top[0] } else { top[1] };
                     }
-                    width.0[i] = 0.5 * tapered.gap * (width_at[0] + width_at[1]);
+                    for i in 0..LANES {
+                        let top = if low.0[i] > high.0[i] { low.0[i] } else { high.0[i] };
+                        width.0[i] += 0.5 * tapered.gap * top;
+                    }
                 }
             }
         }
