@@ -16,7 +16,7 @@ use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::Mechanism;
 
 /// Contacts have found their sides where no offset changes by more than this part of its set.
-pub(crate) const NEAR: f64 = 0.3;
+const NEAR: f64 = 0.1;
 /// A difference counts where it has at least this part of itself, squared, that the one after it has not.
 const INDEPENDENT: f64 = 1e-8;
 

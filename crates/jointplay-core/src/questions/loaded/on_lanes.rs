@@ -17,7 +17,7 @@ use crate::closure::recorded::step::record_step;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::closure::sensitivity::UNOBSERVABLE;
 use crate::contact::flanks::run_at_flanks;
-use crate::contact::mixing_on_lanes::{Mixing, NEAR};
+use crate::contact::mixing_on_lanes::Mixing;
 use crate::contact::push_on_lanes::{change, exposed, push, unforced_of};
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Space;
@@ -32,9 +32,10 @@ use crate::questions::loaded::first_order_on_lanes::share_and_reach_of;
 
 /// Steps to the support points that a block takes at most.
 const STEPS: usize = 25;
-/// Steps to the support points before which the closure is solved by two steps of Newton's method instead of one: while
-/// contacts find their sides, pairs of them compete, and the plain solver closes up to rounding.
-const CLOSED_TWICE: usize = 3;
+/// Steps in which contacts find their sides, or the plain solver looks for them.
+const FIRST: usize = 10;
+/// A contact has changed sides where an offset changes by more than this part of its set.
+const OTHER_SIDE: f64 = 0.5;
 /// Steps in which the first offsets are approached at most.
 const PARTS: f64 = 16.0;
 /// Turn of the output in space (rad) up to which it is told.
@@ -126,7 +127,8 @@ impl<'m> Contact<'m> {
                 self.approach(&statics[n_u..inputs], sign, step, &mut good, &mut steps);
             }
             self.stay_near(&self.close, step, sign, &mut good);
-            if round < CLOSED_TWICE {
+            if round == 0 {
+                // Sides of contacts that compete are chosen at a closed pose, as by the plain solver.
                 self.close.run(step);
                 self.stay_near(&self.close, step, sign, &mut good);
             }
@@ -141,9 +143,11 @@ impl<'m> Contact<'m> {
             for i in 0..cases.len() {
                 steps[i] += u64::from(!settled[i]);
                 settled[i] |= out(to.size).0[i] <= rounding * rounding && changed.0[i] <= m.still();
-                // Contacts that change sides where steps are mixed may settle elsewhere than whole steps, and what nothing
-                // pushes any more stays where it is, which may be outside its set.
-                good[i] &= !mixing.mixed[i] || changed.0[i] < NEAR && undecided.0[i] == open_then.0[i];
+                // Where steps are mixed, contacts that change sides may settle elsewhere than by whole steps, and what
+                // nothing pushes any more stays where it is, which may be outside its set.
+                let turned = changed.0[i] > OTHER_SIDE;
+                good[i] &= !mixing.mixed[i] || !turned && undecided.0[i] == open_then.0[i];
+                good[i] &= !turned || round < FIRST;
                 all &= settled[i] || !good[i];
             }
             if all {
