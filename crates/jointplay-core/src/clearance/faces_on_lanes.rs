@@ -10,6 +10,17 @@ use crate::clearance::undecided::Unforced;
 use crate::clearance::{Set, Shape};
 use crate::math::lanes::block::{Block, LANES};
 
+/// What exposes the faces of a set.
+pub(crate) struct Pressed<'a> {
+    pub forces: &'a [&'a Block],
+    /// As for [`Set::face`].
+    pub tolerance: &'a Block,
+    /// Offsets before.
+    pub before: &'a [Block; MAX_SIZE],
+    /// What pushes these coordinates counts as nothing.
+    pub unforced: &'a [Unforced; LANES],
+}
+
 /// The faces of one set.
 pub(crate) struct Faces {
     /// Of every face the point that is nearest to the offset before, component by component.
@@ -59,35 +70,21 @@ fn sign_if(chosen: bool, x: f64) -> f64 {
 }
 
 impl Faces {
-    /// The faces that forces expose, of a set that is not zero; `tolerance` as for [`Set::face`]. What pushes an
-    /// unforced coordinate counts as nothing.
+    /// The faces that forces expose, of a set that is not zero.
     #[inline(always)]
-    pub fn new(
-        set: &Set,
-        forces: &[&Block],
-        tolerance: &Block,
-        before: &[Block; MAX_SIZE],
-        unforced: &[Unforced; LANES],
-    ) -> Self {
+    pub fn new(set: &Set, by: &Pressed<'_>) -> Self {
         match set.shape() {
-            Shape::Round { radius, .. } => Self::of_round(radius, forces, tolerance, before, unforced),
-            Shape::Diamond { gap, half_length } => {
-                Self::of_diamond(gap, half_length, forces, tolerance, before, unforced)
-            }
-            Shape::Interval { low, high } => Self::of_interval(low, high, forces, tolerance, before, unforced),
-            Shape::Pin(pin) => Self::of_pin(pin, forces, tolerance, before, unforced),
-            Shape::Tapered(tapered) => Self::of_tapered(tapered, forces, tolerance, before, unforced),
+            Shape::Round { radius, .. } => Self::of_round(radius, by),
+            Shape::Diamond { gap, half_length } => Self::of_diamond(gap, half_length, by),
+            Shape::Interval { low, high } => Self::of_interval(low, high, by),
+            Shape::Pin(pin) => Self::of_pin(pin, by),
+            Shape::Tapered(tapered) => Self::of_tapered(tapered, by),
         }
     }
 
     #[inline(always)]
-    fn of_round(
-        radius: f64,
-        forces: &[&Block],
-        tolerance: &Block,
-        before: &[Block; MAX_SIZE],
-        unforced: &[Unforced; LANES],
-    ) -> Self {
+    fn of_round(radius: f64, by: &Pressed<'_>) -> Self {
+        let Pressed { forces, tolerance, before, unforced } = *by;
         let zero = Block::splat(0.0);
         let (mut nearest, mut open, mut part) = ([zero; MAX_SIZE], zero, zero);
         for i in 0..LANES {
@@ -109,14 +106,8 @@ impl Faces {
     }
 
     #[inline(always)]
-    fn of_diamond(
-        gap: f64,
-        half_length: f64,
-        forces: &[&Block],
-        tolerance: &Block,
-        before: &[Block; MAX_SIZE],
-        unforced: &[Unforced; LANES],
-    ) -> Self {
+    fn of_diamond(gap: f64, half_length: f64, by: &Pressed<'_>) -> Self {
+        let Pressed { forces, tolerance, before, unforced } = *by;
         let zero = Block::splat(0.0);
         let (mut nearest, mut open) = ([zero; MAX_SIZE], zero);
         let mut faces = DiamondFaces { gap, half_length, whole: zero, half: [zero; 2] };
@@ -146,14 +137,8 @@ impl Faces {
     }
 
     #[inline(always)]
-    fn of_interval(
-        low: f64,
-        high: f64,
-        forces: &[&Block],
-        tolerance: &Block,
-        before: &[Block; MAX_SIZE],
-        unforced: &[Unforced; LANES],
-    ) -> Self {
+    fn of_interval(low: f64, high: f64, by: &Pressed<'_>) -> Self {
+        let Pressed { forces, tolerance, before, unforced } = *by;
         let zero = Block::splat(0.0);
         let (mut nearest, mut open) = ([zero; MAX_SIZE], zero);
         for i in 0..LANES {
@@ -167,13 +152,8 @@ impl Faces {
     }
 
     #[inline(always)]
-    fn of_pin(
-        pin: Pin,
-        forces: &[&Block],
-        tolerance: &Block,
-        before: &[Block; MAX_SIZE],
-        unforced: &[Unforced; LANES],
-    ) -> Self {
+    fn of_pin(pin: Pin, by: &Pressed<'_>) -> Self {
+        let Pressed { forces, tolerance, before, unforced } = *by;
         let zero = Block::splat(0.0);
         let (mut nearest, mut open, mut parts) = ([zero; MAX_SIZE], zero, [zero; 3]);
         let (across, l) = (pin.across(), pin.half_length);
@@ -218,13 +198,8 @@ impl Faces {
     }
 
     #[inline(always)]
-    fn of_tapered(
-        tapered: Tapered,
-        forces: &[&Block],
-        tolerance: &Block,
-        before: &[Block; MAX_SIZE],
-        unforced: &[Unforced; LANES],
-    ) -> Self {
+    fn of_tapered(tapered: Tapered, by: &Pressed<'_>) -> Self {
+        let Pressed { forces, tolerance, before, unforced } = *by;
         let zero = Block::splat(0.0);
         let mut f = TaperedFaces { low: zero, high: zero, side: zero, signs: [zero; 4] };
         let (mut own, unit) = (own_forces(&tapered, forces), own_coordinates(&tapered, before));
@@ -483,7 +458,10 @@ mod tests {
                     let offset = set.of_unit(&unit);
                     before.iter_mut().zip(offset).for_each(|(b, x)| b.0[lane] = x);
                 }
-                let faces = Faces::new(&set, &w, &Block::splat(TOLERANCE), &before, &unforced);
+                let faces = Faces::new(
+                    &set,
+                    &Pressed { forces: &w, tolerance: &Block::splat(TOLERANCE), before: &before, unforced: &unforced },
+                );
                 let width = faces.half_width(&direction);
                 for lane in 0..LANES {
                     let of = |blocks: &[&Block]| blocks.iter().map(|b| b.0[lane]).collect::<Vec<f64>>();

@@ -40,7 +40,10 @@ impl Mixing {
             let size = |p: usize| source.set.half_width(p - source.first);
             source.range().filter(move |&p| size(p) > 0.0).map(move |p| (p, 1.0 / size(p)))
         });
-        let moving: Vec<(usize, f64)> = moving.collect();
+        Self::of(moving.collect())
+    }
+
+    fn of(moving: Vec<(usize, f64)>) -> Self {
         let none = vec![[Block::splat(0.0); 2]; moving.len()];
         Self {
             moving,
@@ -91,9 +94,9 @@ impl Mixing {
             self.size.0[i] = if near { size.0[i] } else { f64::INFINITY };
         }
         let mut farthest = zero;
-        for (k, _) in self.moving.iter().enumerate() {
+        for (newest, before) in newest.iter().zip(&*before) {
             for i in 0..LANES {
-                let away = (first.0[i] * newest[k][1].0[i] + second.0[i] * before[k][1].0[i]).abs();
+                let away = (first.0[i] * newest[1].0[i] + second.0[i] * before[1].0[i]).abs();
                 farthest.0[i] = if away > farthest.0[i] { away } else { farthest.0[i] };
             }
         }
@@ -116,6 +119,58 @@ impl Mixing {
                 newest[k][0].0[i] *= kept.0[i];
                 newest[k][1].0[i] *= kept.0[i];
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whole steps that change what is left by a factor per lane and coordinate.
+    fn whole_step(u: &[Block], factors: &[[f64; LANES]]) -> Vec<Block> {
+        let to = |(u, factors): (&Block, &[f64; LANES])| {
+            Block::new(std::array::from_fn(|i| 0.5 + factors[i] * (u.0[i] - 0.5)))
+        };
+        u.iter().zip(factors).map(to).collect()
+    }
+
+    fn largest(a: &[Block], b: &[Block]) -> Block {
+        a.iter().zip(b).fold(Block::splat(0.0), |largest, (a, b)| largest.max(&a.sub(b).abs()))
+    }
+
+    /// Two factors in every lane. What creeps settles, what leads away is left to whole steps.
+    #[test]
+    fn steps_that_creep_settle_and_steps_that_lead_away_do_not() {
+        let leads_away = |i: usize| i % 8 == 7;
+        let slow = std::array::from_fn(|i| if leads_away(i) { 1.2 } else { 0.99 - 0.03 * i as f64 });
+        let factors = [slow, [-0.4; LANES], [0.01; LANES]];
+        let moving = (0..factors.len()).map(|p| (p, 1.0)).collect();
+        let mut mixing = Mixing::of(moving);
+        let mut u = vec![Block::splat(0.501); factors.len()];
+        for _ in 0..12 {
+            let g = whole_step(&u, &factors);
+            let changed = largest(&u, &g);
+            mixing.step(&mut u, &g, &changed, &[false; LANES]);
+        }
+        let left = largest(&u, &vec![Block::splat(0.5); factors.len()]);
+        for i in 0..LANES {
+            if leads_away(i) {
+                assert!(left.0[i] > 1e-3, "lane {i}: {}", left.0[i]);
+            } else {
+                assert!(left.0[i] < 1e-12, "lane {i}: {}", left.0[i]);
+            }
+        }
+    }
+
+    #[test]
+    fn settled_lanes_stay() {
+        let mut mixing = Mixing::of(vec![(0, 1.0)]);
+        let settled = std::array::from_fn(|i| i == 3);
+        let (mut u, g) = (vec![Block::splat(0.5)], vec![Block::splat(0.51)]);
+        mixing.step(&mut u, &g, &Block::splat(0.01), &settled);
+        for i in 0..LANES {
+            assert_eq!(u[0].0[i].to_bits(), if i == 3 { 0.5_f64 } else { 0.51 }.to_bits());
         }
     }
 }

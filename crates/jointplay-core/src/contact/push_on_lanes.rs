@@ -1,6 +1,6 @@
 //! Offsets of a block of configurations moved to where the forces push them.
 
-use crate::clearance::faces_on_lanes::Faces;
+use crate::clearance::faces_on_lanes::{Faces, Pressed};
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::math::lanes::block::{Block, LANES};
@@ -68,7 +68,8 @@ pub(crate) fn exposed<'b>(
 ) -> Faces {
     let n = source.set.size();
     let forces: [&Block; MAX_SIZE] = std::array::from_fn(|k| gradient(source.first + k.min(n - 1)));
-    Faces::new(&source.set, &forces[..n], &tolerance.mul(&Block::splat(source.lever)), before, unforced)
+    let tolerance = tolerance.mul(&Block::splat(source.lever));
+    Faces::new(&source.set, &Pressed { forces: &forces[..n], tolerance: &tolerance, before, unforced })
 }
 
 /// Largest change of an offset, as a part of its set.
