@@ -15,10 +15,28 @@ pub(crate) struct Pressed<'a> {
     pub forces: &'a [&'a Block],
     /// As for [`Set::face`].
     pub tolerance: &'a Block,
-    /// Offsets before.
-    pub before: &'a [Block; MAX_SIZE],
-    /// What pushes these coordinates counts as nothing.
-    pub unforced: &'a [Unforced; LANES],
+    /// Offsets before, and the coordinates where what pushes counts as nothing; `None` from the middle with all of it.
+    pub before: Option<(&'a [Block; MAX_SIZE], &'a [Unforced; LANES])>,
+}
+
+impl Pressed<'_> {
+    /// A component of the offset before.
+    #[inline(always)]
+    fn offset(&self, component: usize, lane: usize) -> f64 {
+        match self.before {
+            Some((offset, _)) => offset[component].0[lane],
+            None => 0.0,
+        }
+    }
+
+    /// Whether what pushes a coordinate counts.
+    #[inline(always)]
+    fn counts(&self, coordinate: usize, lane: usize) -> bool {
+        match self.before {
+            Some((_, unforced)) => !unforced[lane].has(coordinate),
+            None => true,
+        }
+    }
 }
 
 /// The faces of one set.
@@ -84,7 +102,7 @@ impl Faces {
 
     #[inline(always)]
     fn of_round(radius: f64, by: &Pressed<'_>) -> Self {
-        let Pressed { forces, tolerance, before, unforced } = *by;
+        let Pressed { forces, tolerance, .. } = *by;
         let zero = Block::splat(0.0);
         let (mut nearest, mut open, mut part) = ([zero; MAX_SIZE], zero, zero);
         for i in 0..LANES {
@@ -93,13 +111,13 @@ impl Faces {
                 square += force.0[i] * force.0[i];
             }
             let size = square.sqrt();
-            let decided = size > tolerance.0[i] && !unforced[i].has(0);
+            let decided = size > tolerance.0[i] && by.counts(0, i);
             part.0[i] = if decided { radius / size } else { 0.0 };
             open.0[i] = one_if(!decided);
         }
         for (k, force) in forces.iter().enumerate() {
             for i in 0..LANES {
-                nearest[k].0[i] = if open.0[i] == 0.0 { part.0[i] * force.0[i] } else { before[k].0[i] };
+                nearest[k].0[i] = if open.0[i] == 0.0 { part.0[i] * force.0[i] } else { by.offset(k, i) };
             }
         }
         Self { nearest, open, extent: Extent::Round(radius) }
@@ -107,19 +125,19 @@ impl Faces {
 
     #[inline(always)]
     fn of_diamond(gap: f64, half_length: f64, by: &Pressed<'_>) -> Self {
-        let Pressed { forces, tolerance, before, unforced } = *by;
+        let Pressed { forces, tolerance, .. } = *by;
         let zero = Block::splat(0.0);
         let (mut nearest, mut open) = ([zero; MAX_SIZE], zero);
         let mut faces = DiamondFaces { gap, half_length, whole: zero, half: [zero; 2] };
         for i in 0..LANES {
             let [along, about] = [forces[0].0[i], forces[1].0[i]];
             let (shift, tilt, tolerance) = (along.abs(), about.abs() / half_length, tolerance.0[i]);
-            let whole = !(shift > tolerance || tilt > tolerance) || unforced[i].has(0);
+            let whole = !(shift > tolerance || tilt > tolerance) || !by.counts(0, i);
             let edge = !whole && (shift - tilt).abs() <= tolerance;
             let corners = [gap.copysign(along), (gap / half_length).copysign(about)];
             let half = [0.5 * corners[0], -0.5 * corners[1]];
             // Along an edge in its own proportions, since its components differ in unit.
-            let (at, middle) = ([before[0].0[i], before[1].0[i]], [half[0], -half[1]]);
+            let (at, middle) = ([by.offset(0, i), by.offset(1, i)], [half[0], -half[1]]);
             let part = 0.5 * ((at[0] - middle[0]) / half[0] + (at[1] - middle[1]) / half[1]);
             let part = if part < 1.0 { part } else { 1.0 };
             let part = if part > -1.0 { part } else { -1.0 };
@@ -138,14 +156,14 @@ impl Faces {
 
     #[inline(always)]
     fn of_interval(low: f64, high: f64, by: &Pressed<'_>) -> Self {
-        let Pressed { forces, tolerance, before, unforced } = *by;
+        let Pressed { forces, tolerance, .. } = *by;
         let zero = Block::splat(0.0);
         let (mut nearest, mut open) = ([zero; MAX_SIZE], zero);
         for i in 0..LANES {
             let force = forces[0].0[i];
-            let decided = force.abs() > tolerance.0[i] && !unforced[i].has(0);
+            let decided = force.abs() > tolerance.0[i] && by.counts(0, i);
             let end = if force > 0.0 { high } else { low };
-            nearest[0].0[i] = if decided { end } else { before[0].0[i] };
+            nearest[0].0[i] = if decided { end } else { by.offset(0, i) };
             open.0[i] = one_if(!decided);
         }
         Self { nearest, open, extent: Extent::Interval(0.5 * (high - low)) }
@@ -153,25 +171,22 @@ impl Faces {
 
     #[inline(always)]
     fn of_pin(pin: Pin, by: &Pressed<'_>) -> Self {
-        let Pressed { forces, tolerance, before, unforced } = *by;
+        let Pressed { forces, tolerance, .. } = *by;
         let zero = Block::splat(0.0);
         let (mut nearest, mut open, mut parts) = ([zero; MAX_SIZE], zero, [zero; 3]);
         let (across, l) = (pin.across(), pin.half_length);
         let (r, half_turn, axial) = (pin.radius, 0.5 / l, pin.axial.unwrap_or(0.0));
         let reactions = end_reactions(pin, forces);
-        let u = &before[across..];
         for i in 0..LANES {
             let tolerance = tolerance.0[i];
             // Displacements of the ends, as the pin has them.
-            let (about_side, about_normal) = (l * u[2].0[i], l * u[3].0[i]);
-            let mut ends = [
-                [u[0].0[i] + about_normal, u[1].0[i] - about_side],
-                [u[0].0[i] - about_normal, u[1].0[i] + about_side],
-            ];
+            let (x, y) = (by.offset(across, i), by.offset(across + 1, i));
+            let (about_side, about_normal) = (l * by.offset(across + 2, i), l * by.offset(across + 3, i));
+            let mut ends = [[x + about_normal, y - about_side], [x - about_normal, y + about_side]];
             for e in 0..2 {
                 let [x, y] = [reactions[e][0].0[i], reactions[e][1].0[i]];
                 let size = (x * x + y * y).sqrt();
-                let decided = size > tolerance && !unforced[i].has(1 + e) || r == 0.0;
+                let decided = size > tolerance && by.counts(1 + e, i) || r == 0.0;
                 let part = if size > 0.0 { r / size } else { 0.0 };
                 ends[e][0] = if decided { part * x } else { ends[e][0] };
                 ends[e][1] = if decided { part * y } else { ends[e][1] };
@@ -187,9 +202,9 @@ impl Faces {
         if across == 1 {
             for i in 0..LANES {
                 let force = forces[0].0[i];
-                let decided = force.abs() > tolerance.0[i] && !unforced[i].has(0);
+                let decided = force.abs() > tolerance.0[i] && by.counts(0, i);
                 let moves = !decided && axial > 0.0;
-                nearest[0].0[i] = if moves { before[0].0[i] } else { axial * sign_if(decided, force) };
+                nearest[0].0[i] = if moves { by.offset(0, i) } else { axial * sign_if(decided, force) };
                 parts[0].0[i] = one_if(moves);
                 open.0[i] += parts[0].0[i];
             }
@@ -199,14 +214,14 @@ impl Faces {
 
     #[inline(always)]
     fn of_tapered(tapered: Tapered, by: &Pressed<'_>) -> Self {
-        let Pressed { forces, tolerance, before, unforced } = *by;
+        let Pressed { forces, tolerance, .. } = *by;
         let zero = Block::splat(0.0);
         let mut f = TaperedFaces { low: zero, high: zero, side: zero, signs: [zero; 4] };
-        let (mut own, unit) = (own_forces(&tapered, forces), own_coordinates(&tapered, before));
+        let (mut own, unit) = (own_forces(&tapered, forces), own_coordinates(&tapered, by));
         let (n, tapers) = (tapered.n, tapered.tapers);
         for (k, force) in own.iter_mut().enumerate() {
             for i in 0..LANES {
-                force.0[i] = if unforced[i].has(k) { 0.0 } else { force.0[i] };
+                force.0[i] = if by.counts(k, i) { force.0[i] } else { 0.0 };
             }
         }
         let mut across = zero;
@@ -275,7 +290,7 @@ impl Faces {
         let (mut nearest, moved) = (of_own(&tapered, &there), of_own(&tapered, &moves));
         for k in 0..MAX_SIZE {
             for i in 0..LANES {
-                let to = before[k].0[i] + moved[k].0[i];
+                let to = by.offset(k, i) + moved[k].0[i];
                 nearest[k].0[i] = if open.0[i] == 0.0 { nearest[k].0[i] } else { to };
             }
         }
@@ -377,8 +392,7 @@ fn end_reactions(pin: Pin, forces: &[&Block]) -> [[Block; 2]; 2] {
 fn own_forces(tapered: &Tapered, forces: &[&Block]) -> [Block; MAX_SIZE] {
     let mut own = [Block::splat(0.0); MAX_SIZE];
     let force = |(k, arm): (usize, f64)| forces[k].mul(&Block::splat(arm));
-    let axis = tapered.axis;
-    own[0] = force(axis);
+    own[0] = force(tapered.axis);
     for s in 0..tapered.n {
         let [a, b] = tapered.squares[s].map(force);
         let half = Block::splat(0.5);
@@ -390,8 +404,9 @@ fn own_forces(tapered: &Tapered, forces: &[&Block]) -> [Block; MAX_SIZE] {
 
 /// Own coordinates of tapered squares.
 #[inline(always)]
-fn own_coordinates(tapered: &Tapered, offset: &[Block; MAX_SIZE]) -> [Block; MAX_SIZE] {
+fn own_coordinates(tapered: &Tapered, by: &Pressed<'_>) -> [Block; MAX_SIZE] {
     let mut unit = [Block::splat(0.0); MAX_SIZE];
+    let Some((offset, _)) = by.before else { return unit };
     let part = |(k, arm): (usize, f64)| offset[k].div(&Block::splat(tapered.gap * arm));
     unit[0] = part(tapered.axis);
     for s in 0..tapered.n {
@@ -460,7 +475,11 @@ mod tests {
                 }
                 let faces = Faces::new(
                     &set,
-                    &Pressed { forces: &w, tolerance: &Block::splat(TOLERANCE), before: &before, unforced: &unforced },
+                    &Pressed {
+                        forces: &w,
+                        tolerance: &Block::splat(TOLERANCE),
+                        before: (round % 2 == 1).then_some((&before, &unforced)),
+                    },
                 );
                 let width = faces.half_width(&direction);
                 for lane in 0..LANES {

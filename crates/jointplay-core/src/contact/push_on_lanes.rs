@@ -48,7 +48,7 @@ pub(crate) fn push<'b>(
             *offset = pushed[p].sub(&Block::splat(m.centre[p]));
         }
         let unforced = unforced.map_or([Unforced::default(); LANES], |unforced| unforced[s]);
-        let faces = exposed(source, &gradient, &tolerance, &before, &unforced);
+        let faces = exposed(source, &gradient, &tolerance, Some((&before, &unforced)));
         for (to, p) in faces.nearest.iter().zip(source.range()) {
             pushed[p] = to.add(&Block::splat(m.centre[p]));
         }
@@ -63,13 +63,12 @@ pub(crate) fn exposed<'b>(
     source: &Source,
     gradient: impl Fn(usize) -> &'b Block,
     tolerance: &Block,
-    before: &[Block; MAX_SIZE],
-    unforced: &[Unforced; LANES],
+    before: Option<(&[Block; MAX_SIZE], &[Unforced; LANES])>,
 ) -> Faces {
     let n = source.set.size();
     let forces: [&Block; MAX_SIZE] = std::array::from_fn(|k| gradient(source.first + k.min(n - 1)));
     let tolerance = tolerance.mul(&Block::splat(source.lever));
-    Faces::new(&source.set, &Pressed { forces: &forces[..n], tolerance: &tolerance, before, unforced })
+    Faces::new(&source.set, &Pressed { forces: &forces[..n], tolerance: &tolerance, before })
 }
 
 /// Largest change of an offset, as a part of its set.

@@ -1,7 +1,7 @@
 //! Load-determined errors of a block of configurations to first order, at their nominal poses.
 
 use crate::clearance::offset::MAX_SIZE;
-use crate::clearance::undecided::{UNDECIDED, Unforced};
+use crate::clearance::undecided::UNDECIDED;
 use crate::closure::newton::{CLEAR, Solver};
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, poses_of, record_statics, statics_outputs};
@@ -85,7 +85,6 @@ impl<'m> FirstOrder<'m> {
         let mut error = [Block::splat(0.0); 6];
         let mut reaches = [Block::splat(0.0); 6];
         let mut openings: Vec<Opening> = Vec::new();
-        let (middle, all_pushed) = ([Block::splat(0.0); MAX_SIZE], [Unforced::default(); LANES]);
         for (s, source) in m.sources().iter().enumerate() {
             let n = source.set.size();
             let mut offsets: [Block; MAX_SIZE] =
@@ -97,7 +96,7 @@ impl<'m> FirstOrder<'m> {
                 }
             }
             if source.is_clearance && !source.set.is_zero() {
-                let faces = exposed(source, |p| out(at.gradient + p), &tolerance, &middle, &all_pushed);
+                let faces = exposed(source, |p| out(at.gradient + p), &tolerance, None);
                 for p in 0..n {
                     offsets[p] = offsets[p].add(&faces.nearest[p]);
                 }

@@ -1,11 +1,11 @@
 //! Load-determined poses of a block of configurations.
 //!
-//! One recorded program gives the statics of the nominal pose (reactions, first-order maps, nearness
-//! to a singular pose), another takes a Newton step of the closure together with the reactions at the
-//! pose it starts from. Offsets that would turn a body too far for one step are approached in several. Between
-//! steps every offset is moved to the support point of its set, until
-//! pose, reactions and contacts have converged together. Lanes where the load decides nothing, contacts
-//! flip or the closure is in doubt are left to the plain solver.
+//! One recorded program gives the statics of the nominal pose (reactions, first-order maps, nearness to a singular
+//! pose). A second one takes a Newton step of the closure, a third one as well, together with the reactions at the pose it
+//! starts from. Offsets that would turn a body too far for one step are approached in several. A round closes for the
+//! offsets, takes the reactions and moves every offset to the support point of its set, or mixes that with the rounds
+//! before ([`crate::contact::mixing_on_lanes`]), until pose, reactions and contacts have converged together. Lanes where
+//! the load decides nothing, contacts flip or the closure is in doubt are left to the plain solver.
 
 use crate::clearance::Unforced;
 use crate::clearance::offset::MAX_SIZE;
@@ -267,7 +267,7 @@ impl Openings {
         let middle = [Block::splat(0.0); MAX_SIZE];
         for (s, source) in m.sources().iter().enumerate().filter(|(_, s)| s.is_clearance && !s.set.is_zero()) {
             let n = source.set.size();
-            let faces = exposed(source, &gradient, &tolerance, &middle, &unforced[s]);
+            let faces = exposed(source, &gradient, &tolerance, Some((&middle, &unforced[s])));
             let mut any = 0.0;
             for i in 0..LANES {
                 self.decided[s][i] &= faces.open.0[i] == 0.0;
