@@ -392,7 +392,8 @@ fn end_reactions(pin: Pin, forces: &[&Block]) -> [[Block; 2]; 2] {
 fn own_forces(tapered: &Tapered, forces: &[&Block]) -> [Block; MAX_SIZE] {
     let mut own = [Block::splat(0.0); MAX_SIZE];
     let force = |(k, arm): (usize, f64)| forces[k].mul(&Block::splat(arm));
-    own[0] = force(tapered.axis);
+    let axis = tapered.axis;
+    own[0] = force(axis);
     for s in 0..tapered.n {
         let [a, b] = tapered.squares[s].map(force);
         let half = Block::splat(0.5);
@@ -408,7 +409,8 @@ fn own_coordinates(tapered: &Tapered, by: &Pressed<'_>) -> [Block; MAX_SIZE] {
     let mut unit = [Block::splat(0.0); MAX_SIZE];
     let Some((offset, _)) = by.before else { return unit };
     let part = |(k, arm): (usize, f64)| offset[k].div(&Block::splat(tapered.gap * arm));
-    unit[0] = part(tapered.axis);
+    let axis = tapered.axis;
+    unit[0] = part(axis);
     for s in 0..tapered.n {
         let [a, b] = tapered.squares[s].map(part);
         unit[1 + 2 * s] = a.add(&b);

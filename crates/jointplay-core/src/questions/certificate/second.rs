@@ -12,7 +12,7 @@
 //! g . d + d . A d / 2 <= g . c + c . A c / 2 + sum l_b R_b^2 / 2 + h . (L - A)^-1 h / 2       h = g + A c
 //! ```
 //!
-//! for all l with `L - A` positive definite, L having l_b on the diagonal of each block. It is where
+//! for all l with `L - A` positive definite, L having `l_b` on the diagonal of each block. It is where
 //! `l_b R_b > sum over a of |A_ba| R_a` (Gershgorin, by blocks, the coordinates in units of R). The best l has
 //! `l_b R_b = |h + A s|_b` at the maximum s. Where curvature times size is small against the gradient, that is the maximum
 //! itself. The inverse is not needed: for any s, with `t = h - (L - A) s`,

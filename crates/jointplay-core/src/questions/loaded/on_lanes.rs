@@ -7,9 +7,9 @@
 //! before ([`crate::contact::mixing_on_lanes`]), until pose, reactions and contacts have converged together. Lanes where
 //! the load decides nothing, contacts flip or the closure is in doubt are left to the plain solver.
 
-use crate::clearance::Unforced;
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::undecided::UNDECIDED;
+use crate::clearance::{Set, Unforced};
 use crate::closure::newton::{CLEAR, Solver};
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, load_statics, record_finish, record_statics};
@@ -21,10 +21,10 @@ use crate::contact::mixing_on_lanes::Mixing;
 use crate::contact::push_on_lanes::{change, exposed, push, unforced_of};
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Space;
-use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::mechanism::columns::Rows;
 use crate::mechanism::status::Status;
+use crate::mechanism::{Mechanism, Source};
 use crate::program::symbol::Recorder;
 use crate::program::tape::Program;
 use crate::questions::columns::{Loaded, LoadedRows};
@@ -116,6 +116,8 @@ impl<'m> Contact<'m> {
         step[..n_u].copy_from_slice(&pushed);
         let to = StepOutputs::new(m, &self.layout);
         let sign = out(at.pivots);
+        let is_round = |source: &Source| matches!(source.set, Set::Disc { .. } | Set::Ball { .. });
+        let has_corners = m.sources().iter().any(|source| source.is_clearance && !is_round(source));
         let mut settled = [false; LANES];
         let mut steps = [0_u64; LANES];
         let mut mixing = Mixing::new(m);
@@ -127,8 +129,8 @@ impl<'m> Contact<'m> {
                 self.approach(&statics[n_u..inputs], sign, step, &mut good, &mut steps);
             }
             self.stay_near(&self.close, step, sign, &mut good);
-            if round == 0 {
-                // Sides of contacts that compete are chosen at a closed pose, as by the plain solver.
+            if round == 0 && has_corners {
+                // Corners that compete are chosen at a closed pose, as by the plain solver.
                 self.close.run(step);
                 self.stay_near(&self.close, step, sign, &mut good);
             }
@@ -146,7 +148,7 @@ impl<'m> Contact<'m> {
                 // Where steps are mixed, contacts that change sides may settle elsewhere than by whole steps, and what
                 // nothing pushes any more stays where it is, which may be outside its set.
                 let turned = changed.0[i] > OTHER_SIDE;
-                good[i] &= !mixing.mixed[i] || !turned && undecided.0[i] == open_then.0[i];
+                good[i] &= !mixing.mixed[i] || !turned && undecided.0[i] - open_then.0[i] == 0.0;
                 good[i] &= !turned || round < FIRST;
                 all &= settled[i] || !good[i];
             }
