@@ -172,3 +172,18 @@ def test_tolerances_without_limits_are_bounded_at_three_sigma() -> None:
     wider = jp.worst(m.with_({"dimensions.l2.tolerance": 0.06}), certify=True)
     np.testing.assert_allclose(result.worst_position_bound, wider.worst_position_bound, rtol=1e-9)
     assert "bounded_at_three_sigma" not in wider.attrs
+
+
+def test_maps_have_bounds_and_say_where_there_are_none(tmp_path, monkeypatch, capsys) -> None:
+    (tmp_path / "five-bar.toml").write_text(jp.examples.text("five-bar"), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "300")
+    asked = ["map", "five-bar.toml", "-g", "x=-60:60:2", "-g", "y=120:200:2", "-q", "worst", "--certify"]
+    assert run(asked) == 0
+    out = capsys.readouterr().out
+    assert "Proved: no offsets within the sets make a position error above 0.2" in out
+    assert "Largest position error: 0.2" in out
+    run([*asked, "--parts", "1", "--set", "joints.*.clearance.radial=6"])
+    out = capsys.readouterr().out
+    assert "Proved at 2 of 4 nodes: " in out
+    assert "2 nodes without a bound: the poses could not be enclosed" in out

@@ -10,12 +10,14 @@ import typer
 from . import answer, arguments
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
+    Certify,
     Contact,
     Correctable,
     File,
     LoadCase,
     Offset,
     Output,
+    Parts,
     Point,
     Points,
     Question,
@@ -53,13 +55,8 @@ def error(
     rare: Annotated[
         bool, typer.Option("--rare", help="random: search for specimens outside the limits where hardly any are.")
     ] = False,
-    certify: Annotated[
-        bool, typer.Option("--certify", help="worst: upper bounds that no offsets within the sets exceed.")
-    ] = False,
-    parts: Annotated[
-        int,
-        typer.Option("--parts", metavar="N", help="worst: with --certify, parts of the sets looked at for each bound."),
-    ] = 100,
+    certify: Certify = False,
+    parts: Parts = 100,
     scheduler: Scheduler = None,
     sizes: Sizes = Sized.middle,
     output_point: Point = None,

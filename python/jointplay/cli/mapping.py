@@ -15,11 +15,13 @@ from jointplay.errors import InputError
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
+    Certify,
     Contact,
     File,
     LoadCase,
     Mapped,
     Offset,
+    Parts,
     Point,
     Points,
     Samples,
@@ -88,6 +90,8 @@ def map_(
             "--details/--no-details", help="loaded: reactions, offsets and shares of the sources at every node, too."
         ),
     ] = True,
+    certify: Certify = False,
+    parts: Parts = 100,
     samples: Samples = 1_024,
     seed: Seed = 0,
     law: Scatter = None,
@@ -118,6 +122,8 @@ def map_(
     options: dict[str, Any] = {}
     if question is Mapped.loaded:
         options = {"exact": not first_order, "details": details}
+    if question is Mapped.worst:
+        options = {"certify": certify, "parts": parts}
     if question is Mapped.random:
         options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
     if question is Mapped.given:

@@ -195,6 +195,11 @@ Shares = Annotated[
 Touching = Annotated[
     Contact, typer.Option("--contact", help="random: clearances scatter, or the load decides where they are.")
 ]
+Certify = Annotated[bool, typer.Option("--certify", help="worst: upper bounds that no offsets within the sets exceed.")]
+Parts = Annotated[
+    int,
+    typer.Option("--parts", metavar="N", help="worst: with --certify, parts of the sets looked at for each bound."),
+]
 Sizes = Annotated[
     Sized, typer.Option("--sizes", help="loaded, given: clearances that scatter have the sizes of this play.")
 ]

@@ -11,7 +11,7 @@ import numpy as np
 from jointplay.result import LOAD, TYPICAL, Array, Result, in_words, size, typical, unit_of
 from jointplay.verdict import SIZES, Verdict, cause, ends, rounding, verdict
 
-from .words import BOUND_DIGITS, Conclusion, Sentence, at, farthest, of_statuses, rounded_up, say, which
+from .words import BOUND_DIGITS, Conclusion, Sentence, at, farthest, of_statuses, plural, rounded_up, say, which
 
 #: what of the output is meant, in words
 WORDS = {"position": "position error", "rotation": "rotation"}
@@ -27,7 +27,7 @@ def of_errors(result: Result) -> Conclusion:
     limits = [] if found.sentences else [Sentence("The file has no [limits] to judge it by.", is_common=True)]
     # Without limits the largest error is the answer.
     first = 0 if judged else 1
-    sentences = (*judged, *sizes[:first], *of_statuses(result), *sizes[first:], *_proved(result), *limits)
+    sentences = (*judged, *sizes[:first], *of_statuses(result), *sizes[first:], *proved(result), *limits)
     largest = [_largest(result, quantity) for quantity in WORDS]
     severity = (float(found.missed), found.used, *(0.0 if value is None else value[0] for value in largest))
     return Conclusion(sentences, severity)
@@ -72,29 +72,42 @@ def _sizes(result: Result, judged: Verdict) -> Iterator[Sentence]:
         yield Sentence(f"{text}{blamed(result, quantity, configuration)}.")
 
 
-def _proved(result: Result) -> Iterator[Sentence]:
+def proved(result: Result, place: str = "configuration") -> Iterator[Sentence]:
     """What the bounds of the worst case prove, and where there are none."""
     if "certified" not in result.data:
         return
     certified = result.get("certified")
-    if certified.any():
+    count = int(certified.sum())
+    if count:
         parts = []
         for quantity, words in WORDS.items():
             bounds, unit = result.get(f"worst_{quantity}_bound")[certified], result.unit(f"worst_{quantity}_bound")
             gap = float(np.nanmax(result.get(f"worst_{quantity}_gap")[certified], initial=0.0))
             if np.nanmax(bounds, initial=0.0) > rounding(result, unit):
                 highest = f"{rounded_up(bounds).max():.{BOUND_DIGITS}g} {unit}"
-                parts.append(
-                    f"a {words} above {highest} (at most {math.ceil(1e5 * gap) / 1e3:g} % above what is attained)"
-                )
+                parts.append(f"a {words} above {highest} (at most {_above(gap)} % above what is attained)")
+        there = f" at {count} of {plural(certified.size, place)}" if count < certified.size else ""
         if parts:
-            yield Sentence(f"Proved: no offsets within the sets make {' or '.join(parts)}.")
-    if not certified.all():
-        missing = np.flatnonzero(~certified)
-        reasons = dict.fromkeys(result.get("certified_reason")[missing].tolist())
-        where = which(missing.tolist()) if certified.size > 1 else "No configuration"
-        lacks = "without a bound" if certified.size > 1 else "has a bound"
-        yield Sentence(f"{where} {lacks}: {'; '.join(reasons)}.")
+            yield Sentence(f"Proved{there}: no offsets within the sets make {' or '.join(parts)}.")
+    if count < certified.size:
+        reasons = "; ".join(dict.fromkeys(result.get("certified_reason")[~certified].tolist()))
+        if certified.size == 1:
+            yield Sentence(f"No {place} has a bound: {reasons}.")
+        else:
+            yield Sentence(f"{_some(certified, place)} without a bound: {reasons}.")
+
+
+def _above(gap: float) -> str:
+    """A gap in percent, raised to three digits or thousandths."""
+    percent = max(100.0 * gap, 1e-3)
+    step = max(1e-3, 10.0 ** (math.floor(math.log10(percent)) - 2))
+    return f"{math.ceil(percent / step - 1e-9) * step:.4g}"
+
+
+def _some(certified: Array, place: str) -> str:
+    """Those without a bound: by their numbers, where they have one."""
+    missing = np.flatnonzero(~certified)
+    return which(missing.tolist()) if certified.ndim == 1 else plural(missing.size, place)
 
 
 def _is_open(result: Result, quantity: str, unit: str) -> bool:

@@ -19,7 +19,7 @@ from jointplay.result import (
 )
 from jointplay.verdict import verdict
 
-from .errors import WORDS, blamed, figure, figures
+from .errors import WORDS, blamed, figure, figures, proved
 from .words import READABLE, Conclusion, Sentence, at, farthest, plural, say
 
 Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -129,7 +129,9 @@ def of_map(result: Result) -> Conclusion:
     """The largest error over the nodes, where, what is to blame, and how many nodes miss a limit or are not ok."""
     good = np.isin(result.get("status"), READABLE)
     sizes = list(_over_nodes(result, good)) if good.any() else []
-    return Conclusion((*_beyond_nodes(result, good), *sizes[:1], *_not_ok_nodes(result), *sizes[1:]))
+    return Conclusion(
+        (*_beyond_nodes(result, good), *sizes[:1], *_not_ok_nodes(result), *sizes[1:], *proved(result, "node"))
+    )
 
 
 def _over_nodes(result: Result, good: Nodes) -> Iterator[Sentence]:
@@ -146,8 +148,9 @@ def _over_nodes(result: Result, good: Nodes) -> Iterator[Sentence]:
             f"{axis} = {say(float(result.coords[axis].values[k]), result.coords[axis].units)}"
             for axis, k in zip(axes, node, strict=True)
         )
-        # Of nearness to a singularity the name says already that it is the smallest one.
-        head = variable.long_name if name == "singular_value" else f"largest {variable.long_name}"
+        # Some names say already that it is the smallest or the largest one.
+        is_extreme = name == "singular_value" or variable.long_name.startswith("largest")
+        head = variable.long_name if is_extreme else f"largest {variable.long_name}"
         text = f"{head[0].upper()}{head[1:]}: {say(float(variable.values[node]), variable.units)} at {where}"
         yield Sentence(f"{text}{_blamed_over_nodes(result, good, name)}.")
 

@@ -46,6 +46,8 @@ def reader(path: Path) -> Reader:
             known = listed(f"<{tag}>" for tag in ROOTS)
             raise InputError(f"has the root element <{root}>; files of robots have one of {known}", file=name)
         return ROOTS[root]
+    if kind == ".toml":
+        raise InputError("is a mechanism already: load it with jp.load, or name it to a question", file=str(path))
     if kind not in READERS:
         what = f"'{kind}' is not the extension of a format that is read" if kind else "has no extension"
         raise InputError(f"{what}; known: {listed([*READERS, '.xml'])}", file=str(path))

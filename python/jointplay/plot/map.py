@@ -26,7 +26,7 @@ from .layout import columns_of
 from .put import check_path as check_drawing
 from .put import put
 from .style import Style, limit_line, series, theme, using
-from .words import headline, is_plan, labelled, legend, title
+from .words import beside, headline, is_plan, labelled, legend, title
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -148,6 +148,11 @@ def _fitting(shown: Layers) -> tuple[float, float]:
     return scale * wide + 2.0, scale * high + 0.9
 
 
+def _words(value: xr.DataArray) -> str:
+    """What the colours mean."""
+    return labelled(str(value.attrs["long_name"]), str(value.attrs["units"]))
+
+
 def _heat(shown: Layers, axes: Axes, *, bar: bool, span: tuple[float, float] | None = None) -> list[Any]:
     value = shown.value
     across, up = value.dims
@@ -155,7 +160,9 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, span: tuple[float, float] | N
     over = bool((value.values > high).any())
     options: dict[str, Any] = {"extend": "max" if over else "neither"}
     if bar:
-        options["cbar_kwargs"] = {"label": labelled(str(value.attrs["long_name"]), str(value.attrs["units"]))}
+        figure = axes.get_figure()
+        assert isinstance(figure, Figure)
+        options["cbar_kwargs"] = {"label": beside(figure, _words(value))}
     value.plot.pcolormesh(
         x=across, y=up, ax=axes, cmap=COLOUR_MAP, vmin=low, vmax=high, add_colorbar=bar, rasterized=True, **options
     )
@@ -247,7 +254,7 @@ def _slices(shown: Layers, figure: Figure, columns: int) -> None:
         handles |= {handle.get_label(): handle for handle in _heat(cut, axes, bar=False, span=(low, high))}
         unit = str(value[third].attrs["units"])
         axes.set_title(f"{third} = {float(value[third][k]):g} {unit}".rstrip())
-    words = labelled(str(value.attrs["long_name"]), str(value.attrs["units"]))
+    words = beside(figure, _words(value))
     extend = "max" if bool((value.values > high).any()) else "neither"
     figure.colorbar(every[-1].collections[0], ax=every, label=words, extend=extend)
     if handles:

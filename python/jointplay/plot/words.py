@@ -31,6 +31,8 @@ HIGH = 1.35
 KEY = 3.6
 #: what the labels of the vertical axis take of the width, and gaps, points
 BESIDE = 46.0
+#: share of the height of a figure that its axes have at least
+HEIGHT = 0.8
 #: as far as errors can be exaggerated
 MOST_TIMES = 1e12
 #: plans that are longer than this times their width are narrow strips
@@ -74,6 +76,11 @@ def headline(figure: Figure, text: str) -> None:
     """Title of a figure."""
     size = float(mpl.rcParams["axes.titlesize"])
     figure.suptitle(wrapped(text, 72.0 * figure.get_figwidth(), size), fontsize=size)
+
+
+def beside(figure: Figure, text: str) -> str:
+    """What stands along the height of a figure, in as many lines as it needs."""
+    return wrapped(text, HEIGHT * 72.0 * figure.get_figheight(), float(mpl.rcParams["axes.labelsize"]))
 
 
 def legend(axes: Axes, entries: tuple[Sequence[Any], Sequence[str]] | None = None) -> None:

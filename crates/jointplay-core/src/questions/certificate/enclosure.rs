@@ -35,8 +35,9 @@ const WIDENED: usize = 12;
 const WIDER: f64 = 1.2;
 /// A box that has grown by this factor is given up.
 const LOST: f64 = 1e3;
-/// Below this a box is rounding.
+/// Below this a box is rounding; and how much wider than the box of a point, so that it holds those of other points, too.
 const ROUNDING: f64 = 1e-15;
+const POINTS: f64 = 4.0;
 /// Newton steps to the pose of a point at most, and the step below which it is close enough: the rest is enclosed.
 const STEPS: usize = 60;
 const CLOSE: f64 = 1e-15;
@@ -260,10 +261,14 @@ impl<'m> Encloser<'m> {
         (slopes, modes): (&[f64], &Rc<Modes>),
     ) -> Option<(Enclosure, Expanded<'f>)> {
         let bent = self.bent(modes, part, at, slopes);
-        let wider = |image: &Interval| {
-            image.hull(Interval::ZERO).scaled(WIDER) + Interval::of_size(0.1 * image.size() + ROUNDING)
+        let point: Vec<Interval> =
+            at.v.iter().zip(&at.near).map(|(v, near)| *v - Interval::from_point(*near)).collect();
+        let point = modes.coordinates_of(&point);
+        let wider = |(image, point): (&Interval, &Interval)| {
+            let more = 0.1 * image.size() + POINTS * point.size() + ROUNDING;
+            image.hull(Interval::ZERO).scaled(WIDER) + Interval::of_size(more)
         };
-        let mut z: Vec<Interval> = bent.iter().map(wider).collect();
+        let mut z: Vec<Interval> = bent.iter().zip(&point).map(wider).collect();
         let largest = |z: &[Interval]| z.iter().fold(ROUNDING, |largest, z| largest.max(z.size()));
         for _ in 0..WIDENED {
             if !z.iter().all(|z| z.is_finite()) || largest(&z) > LOST * largest(&bent) {
@@ -278,7 +283,7 @@ impl<'m> Encloser<'m> {
                 // The pose of the point is one of those that are enclosed, and with it all poses of its branch.
                 return found.holds(at).then_some((found, expanded));
             }
-            z = image.iter().map(wider).collect();
+            z = image.iter().zip(&point).map(wider).collect();
         }
         None
     }

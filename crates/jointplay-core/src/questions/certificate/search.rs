@@ -31,12 +31,11 @@ const CHECKED: u64 = 25;
 const GAIN: f64 = 0.02;
 /// Rounds in which one part is made smaller before it is halved.
 const ROUNDS: usize = 12;
-/// A cell of directions is halved before its part is looked at closer where it makes more than this part of what a bound
-/// lacks, and it is not narrower than that.
-const COARSE: f64 = 0.5;
+/// Cells of directions that are wider are halved, and such that are narrower are not.
+const WIDE: f64 = 0.26;
 const FINEST: f64 = 1e-9;
 /// Parts that are only bounded anew, for each part that may be expanded.
-const SEEN: u64 = 20;
+const SEEN: u64 = 50;
 
 /// What is bounded: some components of the error, and the directions in which they can be largest.
 #[derive(Clone, Debug)]
@@ -217,10 +216,12 @@ impl Search<'_, '_> {
         self.gained(node, expansion, &self.gradient(expansion, &n), value).min(quadratic)
     }
 
-    /// Whether the bound of a part is for its cell of directions more than for all else.
+    /// Whether the cell of directions is to be halved before the part: where it is wide, or where the bound would be good
+    /// enough along its middle alone.
     fn is_coarse(&self, node: &Node) -> bool {
-        let lost = |bound: f64| bound - self.along(node, &node.expansion, &node.direction.middle());
-        node.direction.width() > FINEST && lost(node.bound) > COARSE * (node.bound - self.enough)
+        let width = node.direction.width();
+        let along_middle = || self.along(node, &node.expansion, &node.direction.middle());
+        width > WIDE || width > FINEST && along_middle() <= self.enough
     }
 
     /// Leaves of the directions those of the errors on the part.
