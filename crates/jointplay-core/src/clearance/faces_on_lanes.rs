@@ -1,18 +1,47 @@
 //! Faces of admissible sets that the forces of all lanes expose, as [`crate::clearance`] has them of one.
 //!
 //! Loops over lanes without branches, so that many lanes are judged at once. The formulas are those of
-//! [`super::pin::Pin`] and [`super::tapered::Tapered`]; other sets go lane by lane.
+//! [`Set::face`], [`super::pin::Pin`] and [`super::tapered::Tapered`].
 
-use crate::clearance::face::Face;
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::pin::Pin;
 use crate::clearance::tapered::Tapered;
+use crate::clearance::undecided::Unforced;
 use crate::clearance::{Set, Shape};
 use crate::math::lanes::block::{Block, LANES};
 
-/// The faces of one set, with the joint in the middle of its play before.
+/// What exposes the faces of a set.
+pub(crate) struct Pressed<'a> {
+    pub forces: &'a [&'a Block],
+    /// As for [`Set::face`].
+    pub tolerance: &'a Block,
+    /// Offsets before, and the coordinates where what pushes counts as nothing; `None` from the middle with all of it.
+    pub before: Option<(&'a [Block; MAX_SIZE], &'a [Unforced; LANES])>,
+}
+
+impl Pressed<'_> {
+    /// A component of the offset before.
+    #[inline(always)]
+    fn offset(&self, component: usize, lane: usize) -> f64 {
+        match self.before {
+            Some((offset, _)) => offset[component].0[lane],
+            None => 0.0,
+        }
+    }
+
+    /// Whether what pushes a coordinate counts.
+    #[inline(always)]
+    fn counts(&self, coordinate: usize, lane: usize) -> bool {
+        match self.before {
+            Some((_, unforced)) => !unforced[lane].has(coordinate),
+            None => true,
+        }
+    }
+}
+
+/// The faces of one set.
 pub(crate) struct Faces {
-    /// Of every face the point that is nearest to the middle of the set, component by component.
+    /// Of every face the point that is nearest to the offset before, component by component.
     pub nearest: [Block; MAX_SIZE],
     /// Not zero where a face is more than a point.
     pub open: Block,
@@ -21,10 +50,22 @@ pub(crate) struct Faces {
 
 #[allow(clippy::large_enum_variant)] // one at a time, on the stack
 enum Extent {
+    /// All of a ball where the face is open.
+    Round(f64),
+    Diamond(DiamondFaces),
+    /// All of an interval of this half-width where the face is open.
+    Interval(f64),
     /// The axial play and both ends: 1 where undecided, else 0.
     Pin(Pin, [Block; 3]),
     Tapered(Tapered, TaperedFaces),
-    EachLane(Vec<Face>),
+}
+
+/// 1 where the face is all of the diamond, and half of an edge where it is one.
+struct DiamondFaces {
+    gap: f64,
+    half_length: f64,
+    whole: Block,
+    half: [Block; 2],
 }
 
 /// A range of the axis, its sign and those of the diagonals; zero for both signs.
@@ -47,35 +88,111 @@ fn sign_if(chosen: bool, x: f64) -> f64 {
 }
 
 impl Faces {
-    /// The faces that forces expose, of a set that is not zero; `tolerance` as for [`Set::face`].
+    /// The faces that forces expose, of a set that is not zero.
     #[inline(always)]
-    pub fn new(set: &Set, forces: &[&Block], tolerance: &Block) -> Self {
+    pub fn new(set: &Set, by: &Pressed<'_>) -> Self {
         match set.shape() {
-            Shape::Pin(pin) => Self::of_pin(pin, forces, tolerance),
-            Shape::Tapered(tapered) => Self::of_tapered(tapered, forces, tolerance),
-            _ => Self::of_each_lane(set, forces, tolerance),
+            Shape::Round { radius, .. } => Self::of_round(radius, by),
+            Shape::Diamond { gap, half_length } => Self::of_diamond(gap, half_length, by),
+            Shape::Interval { low, high } => Self::of_interval(low, high, by),
+            Shape::Pin(pin) => Self::of_pin(pin, by),
+            Shape::Tapered(tapered) => Self::of_tapered(tapered, by),
         }
     }
 
     #[inline(always)]
-    fn of_pin(pin: Pin, forces: &[&Block], tolerance: &Block) -> Self {
+    fn of_round(radius: f64, by: &Pressed<'_>) -> Self {
+        let Pressed { forces, tolerance, .. } = *by;
+        let zero = Block::splat(0.0);
+        let (mut nearest, mut open, mut part) = ([zero; MAX_SIZE], zero, zero);
+        for i in 0..LANES {
+            let mut square = 0.0;
+            for force in forces {
+                square += force.0[i] * force.0[i];
+            }
+            let size = square.sqrt();
+            let decided = size > tolerance.0[i] && by.counts(0, i);
+            part.0[i] = if decided { radius / size } else { 0.0 };
+            open.0[i] = one_if(!decided);
+        }
+        for (k, force) in forces.iter().enumerate() {
+            for i in 0..LANES {
+                nearest[k].0[i] = if open.0[i] == 0.0 { part.0[i] * force.0[i] } else { by.offset(k, i) };
+            }
+        }
+        Self { nearest, open, extent: Extent::Round(radius) }
+    }
+
+    #[inline(always)]
+    fn of_diamond(gap: f64, half_length: f64, by: &Pressed<'_>) -> Self {
+        let Pressed { forces, tolerance, .. } = *by;
+        let zero = Block::splat(0.0);
+        let (mut nearest, mut open) = ([zero; MAX_SIZE], zero);
+        let mut faces = DiamondFaces { gap, half_length, whole: zero, half: [zero; 2] };
+        for i in 0..LANES {
+            let [along, about] = [forces[0].0[i], forces[1].0[i]];
+            let (shift, tilt, tolerance) = (along.abs(), about.abs() / half_length, tolerance.0[i]);
+            let whole = !(shift > tolerance || tilt > tolerance) || !by.counts(0, i);
+            let edge = !whole && (shift - tilt).abs() <= tolerance;
+            let corners = [gap.copysign(along), (gap / half_length).copysign(about)];
+            let half = [0.5 * corners[0], -0.5 * corners[1]];
+            // Along an edge in its own proportions, since its components differ in unit.
+            let (at, middle) = ([by.offset(0, i), by.offset(1, i)], [half[0], -half[1]]);
+            let part = 0.5 * ((at[0] - middle[0]) / half[0] + (at[1] - middle[1]) / half[1]);
+            let part = if part < 1.0 { part } else { 1.0 };
+            let part = if part > -1.0 { part } else { -1.0 };
+            let decided = [if shift > tilt { corners[0] } else { 0.0 }, if shift > tilt { 0.0 } else { corners[1] }];
+            for k in 0..2 {
+                let on_edge = middle[k] + part * half[k];
+                let pushed = if edge { on_edge } else { decided[k] };
+                nearest[k].0[i] = if whole { at[k] } else { pushed };
+                faces.half[k].0[i] = if edge { half[k] } else { 0.0 };
+            }
+            faces.whole.0[i] = one_if(whole);
+            open.0[i] = one_if(whole || edge);
+        }
+        Self { nearest, open, extent: Extent::Diamond(faces) }
+    }
+
+    #[inline(always)]
+    fn of_interval(low: f64, high: f64, by: &Pressed<'_>) -> Self {
+        let Pressed { forces, tolerance, .. } = *by;
+        let zero = Block::splat(0.0);
+        let (mut nearest, mut open) = ([zero; MAX_SIZE], zero);
+        for i in 0..LANES {
+            let force = forces[0].0[i];
+            let decided = force.abs() > tolerance.0[i] && by.counts(0, i);
+            let end = if force > 0.0 { high } else { low };
+            nearest[0].0[i] = if decided { end } else { by.offset(0, i) };
+            open.0[i] = one_if(!decided);
+        }
+        Self { nearest, open, extent: Extent::Interval(0.5 * (high - low)) }
+    }
+
+    #[inline(always)]
+    fn of_pin(pin: Pin, by: &Pressed<'_>) -> Self {
+        let Pressed { forces, tolerance, .. } = *by;
         let zero = Block::splat(0.0);
         let (mut nearest, mut open, mut parts) = ([zero; MAX_SIZE], zero, [zero; 3]);
-        let across = pin.across();
-        let (r, half_turn, axial) = (pin.radius, 0.5 / pin.half_length, pin.axial.unwrap_or(0.0));
-        let ends = end_reactions(pin, forces);
+        let (across, l) = (pin.across(), pin.half_length);
+        let (r, half_turn, axial) = (pin.radius, 0.5 / l, pin.axial.unwrap_or(0.0));
+        let reactions = end_reactions(pin, forces);
         for i in 0..LANES {
             let tolerance = tolerance.0[i];
-            let mut at = [[0.0; 2]; 2];
+            // Displacements of the ends, as the pin has them.
+            let (x, y) = (by.offset(across, i), by.offset(across + 1, i));
+            let (about_side, about_normal) = (l * by.offset(across + 2, i), l * by.offset(across + 3, i));
+            let mut ends = [[x + about_normal, y - about_side], [x - about_normal, y + about_side]];
             for e in 0..2 {
-                let [x, y] = [ends[e][0].0[i], ends[e][1].0[i]];
+                let [x, y] = [reactions[e][0].0[i], reactions[e][1].0[i]];
                 let size = (x * x + y * y).sqrt();
-                let decided = size > tolerance;
-                let part = if decided { r / size } else { 0.0 };
-                at[e] = [part * x, part * y];
-                parts[1 + e].0[i] = one_if(!decided && r > 0.0);
+                let decided = size > tolerance && by.counts(1 + e, i) || r == 0.0;
+                let part = if size > 0.0 { r / size } else { 0.0 };
+                ends[e][0] = if decided { part * x } else { ends[e][0] };
+                ends[e][1] = if decided { part * y } else { ends[e][1] };
+                parts[1 + e].0[i] = one_if(!decided);
             }
-            let [first, second] = at;
+            let [first, second] = ends;
             nearest[across].0[i] = 0.5 * (first[0] + second[0]);
             nearest[across + 1].0[i] = 0.5 * (first[1] + second[1]);
             nearest[across + 2].0[i] = half_turn * (second[1] - first[1]);
@@ -84,9 +201,11 @@ impl Faces {
         }
         if across == 1 {
             for i in 0..LANES {
-                let decided = forces[0].0[i].abs() > tolerance.0[i];
-                nearest[0].0[i] = axial * sign_if(decided, forces[0].0[i]);
-                parts[0].0[i] = one_if(!decided && axial > 0.0);
+                let force = forces[0].0[i];
+                let decided = force.abs() > tolerance.0[i] && by.counts(0, i);
+                let moves = !decided && axial > 0.0;
+                nearest[0].0[i] = if moves { by.offset(0, i) } else { axial * sign_if(decided, force) };
+                parts[0].0[i] = one_if(moves);
                 open.0[i] += parts[0].0[i];
             }
         }
@@ -94,73 +213,88 @@ impl Faces {
     }
 
     #[inline(always)]
-    fn of_tapered(tapered: Tapered, forces: &[&Block], tolerance: &Block) -> Self {
+    fn of_tapered(tapered: Tapered, by: &Pressed<'_>) -> Self {
+        let Pressed { forces, tolerance, .. } = *by;
         let zero = Block::splat(0.0);
-        let (mut nearest, mut open) = ([zero; MAX_SIZE], zero);
         let mut f = TaperedFaces { low: zero, high: zero, side: zero, signs: [zero; 4] };
-        let mut unit = [zero; MAX_SIZE];
-        let own = own_forces(&tapered, forces);
+        let (mut own, unit) = (own_forces(&tapered, forces), own_coordinates(&tapered, by));
         let (n, tapers) = (tapered.n, tapered.tapers);
-        for i in 0..LANES {
-            let tolerance = tolerance.0[i];
-            let mut across = 0.0;
-            for s in 0..n {
-                let (p, q) = (own[1 + 2 * s].0[i], own[2 + 2 * s].0[i]);
+        for (k, force) in own.iter_mut().enumerate() {
+            for i in 0..LANES {
+                force.0[i] = if by.counts(k, i) { force.0[i] } else { 0.0 };
+            }
+        }
+        let mut across = zero;
+        for s in 0..n {
+            for i in 0..LANES {
+                let (p, q, tolerance) = (own[1 + 2 * s].0[i], own[2 + 2 * s].0[i], tolerance.0[i]);
                 let larger = p.abs() + q.abs();
-                across += tapers[s] * larger;
+                across.0[i] += tapers[s] * larger;
                 f.signs[2 * s].0[i] = sign_if(larger > tolerance && 2.0 * p.abs() > tolerance, p);
                 f.signs[2 * s + 1].0[i] = sign_if(larger > tolerance && 2.0 * q.abs() > tolerance, q);
             }
-            let along = own[0].0[i].abs();
-            f.side.0[i] = sign_if(along > tolerance, own[0].0[i]);
-            let out = along - across > tolerance;
-            f.low.0[i] = one_if(out);
-            f.high.0[i] = one_if(out || !(across - along > tolerance));
         }
+        let (mut side, mut along, mut tied) = (zero, zero, 0.0);
         for i in 0..LANES {
-            let (low, high, side) = (f.low.0[i], f.high.0[i], f.side.0[i]);
-            // The size of the axis' coordinate is where the squared distance from the middle is smallest.
-            let (mut slope, mut bend, mut undecided) = (high, 1.0, 0.0);
+            let (force, across, tolerance) = (own[0].0[i].abs(), across.0[i], tolerance.0[i]);
+            f.side.0[i] = sign_if(force > tolerance, own[0].0[i]);
+            let out = force - across > tolerance;
+            f.low.0[i] = one_if(out);
+            f.high.0[i] = one_if(out || !(across - force > tolerance));
+            tied += f.high.0[i] - f.low.0[i];
+            let to = if f.side.0[i] == 0.0 { unit[0].0[i] } else { f.side.0[i] };
+            side.0[i] = 1.0_f64.copysign(to);
+            along.0[i] = side.0[i] * unit[0].0[i];
+        }
+        // The size of the axis' coordinate is where the squared distance is smallest: Newton's method from above, as in
+        // `nearest_unit` of one face.
+        let mut size = f.high;
+        for _ in 0..if tied > 0.0 { 2 * n + 1 } else { 0 } {
+            let (mut slope, mut bend) = (size.sub(&along), Block::splat(1.0));
             for k in 0..2 * n {
-                let (g, held) = (tapers[k / 2], f.signs[k].0[i].abs());
-                slope += held * g * (g * high - 1.0);
-                bend += held * g * g;
-                undecided += one_if(held == 0.0 && g * low < 1.0);
+                let g = tapers[k / 2];
+                for i in 0..LANES {
+                    let (sign, x) = (f.signs[k].0[i], unit[1 + k].0[i]);
+                    let beyond = if sign == 0.0 { x.abs() } else { sign * x } - 1.0 + g * size.0[i];
+                    let counts = one_if(sign != 0.0 || beyond > 0.0);
+                    slope.0[i] += counts * g * beyond;
+                    bend.0[i] += counts * g * g;
+                }
             }
-            let size = if slope > 0.0 { (high - slope / bend).max(low) } else { high };
-            let axis_decided = high == 0.0 || low >= 1.0 && side != 0.0;
-            undecided += one_if(!axis_decided);
-            open.0[i] = undecided;
-            unit[0].0[i] = size * if side == 0.0 { 1.0 } else { side };
-            for k in 0..2 * n {
-                unit[1 + k].0[i] = f.signs[k].0[i] * (1.0 - tapers[k / 2] * size);
+            for i in 0..LANES {
+                let next = size.0[i] - slope.0[i] / bend.0[i];
+                let next = if next > f.low.0[i] { next } else { f.low.0[i] };
+                size.0[i] = if slope.0[i] <= 0.0 || size.0[i] <= f.low.0[i] { size.0[i] } else { next };
             }
         }
-        let (axis, arm) = tapered.axis;
-        nearest[axis] = unit[0].mul(&Block::splat(tapered.gap * arm));
-        for (s, [(a, arm_a), (b, arm_b)]) in tapered.squares.into_iter().enumerate().take(n) {
-            let (p, q) = (&unit[1 + 2 * s], &unit[2 + 2 * s]);
-            nearest[a] = p.add(q).mul(&Block::splat(0.5 * tapered.gap * arm_a));
-            nearest[b] = p.sub(q).mul(&Block::splat(0.5 * tapered.gap * arm_b));
+        let (mut there, mut moves, mut open) = ([zero; MAX_SIZE], [zero; MAX_SIZE], zero);
+        for i in 0..LANES {
+            let decided = f.high.0[i] == 0.0 || f.low.0[i] >= 1.0 && f.side.0[i] != 0.0;
+            open.0[i] = one_if(!decided);
+            there[0].0[i] = side.0[i] * size.0[i];
+            moves[0].0[i] = there[0].0[i] - unit[0].0[i];
+        }
+        for k in 0..2 * n {
+            let g = tapers[k / 2];
+            for i in 0..LANES {
+                let (sign, x) = (f.signs[k].0[i], unit[1 + k].0[i]);
+                let reach = 1.0 - g * size.0[i];
+                let inside = if x < reach { x } else { reach };
+                let inside = if inside > -reach { inside } else { -reach };
+                open.0[i] += one_if(sign == 0.0 && g * f.low.0[i] < 1.0);
+                there[1 + k].0[i] = if sign == 0.0 { inside } else { sign * reach };
+                moves[1 + k].0[i] = there[1 + k].0[i] - x;
+            }
+        }
+        // Of a face that is open, what does not move keeps its value to the last bit.
+        let (mut nearest, moved) = (of_own(&tapered, &there), of_own(&tapered, &moves));
+        for k in 0..MAX_SIZE {
+            for i in 0..LANES {
+                let to = by.offset(k, i) + moved[k].0[i];
+                nearest[k].0[i] = if open.0[i] == 0.0 { nearest[k].0[i] } else { to };
+            }
         }
         Self { nearest, open, extent: Extent::Tapered(tapered, f) }
-    }
-
-    #[inline(always)]
-    fn of_each_lane(set: &Set, forces: &[&Block], tolerance: &Block) -> Self {
-        let zero = Block::splat(0.0);
-        let (mut nearest, mut open) = ([zero; MAX_SIZE], zero);
-        let mut faces = Vec::with_capacity(LANES);
-        for i in 0..LANES {
-            let mut w = [0.0; MAX_SIZE];
-            w.iter_mut().zip(forces).for_each(|(w, force)| *w = force.0[i]);
-            let face = set.face(&w[..forces.len()], tolerance.0[i]);
-            let point = face.nearest(&[0.0; MAX_SIZE][..forces.len()]);
-            nearest.iter_mut().zip(point).for_each(|(block, x)| block.0[i] = x);
-            open.0[i] = one_if(!face.is_point());
-            faces.push(face);
-        }
-        Self { nearest, open, extent: Extent::EachLane(faces) }
     }
 
     /// Half of the range of `direction . offset` over every face.
@@ -168,6 +302,29 @@ impl Faces {
     pub fn half_width(&self, direction: &[&Block]) -> Block {
         let mut width = Block::splat(0.0);
         match &self.extent {
+            Extent::Round(radius) => {
+                for i in 0..LANES {
+                    let mut square = 0.0;
+                    for d in direction {
+                        square += d.0[i] * d.0[i];
+                    }
+                    width.0[i] = one_if(self.open.0[i] != 0.0) * radius * square.sqrt();
+                }
+            }
+            Extent::Diamond(faces) => {
+                for i in 0..LANES {
+                    let (along, about) = (direction[0].0[i], direction[1].0[i]);
+                    let (shift, tilt) = (along.abs(), about.abs() / faces.half_length);
+                    let reach = faces.gap * if shift > tilt { shift } else { tilt };
+                    let edge = (along * faces.half[0].0[i] + about * faces.half[1].0[i]).abs();
+                    width.0[i] = faces.whole.0[i] * reach + edge;
+                }
+            }
+            Extent::Interval(half) => {
+                for i in 0..LANES {
+                    width.0[i] = one_if(self.open.0[i] != 0.0) * half * direction[0].0[i].abs();
+                }
+            }
             Extent::Pin(pin, parts) => {
                 let ends = end_reactions(*pin, direction);
                 for i in 0..LANES {
@@ -185,29 +342,28 @@ impl Faces {
             Extent::Tapered(tapered, f) => {
                 let own = own_forces(tapered, direction);
                 let (n, tapers) = (tapered.n, tapered.tapers);
-                for i in 0..LANES {
-                    let side = f.side.0[i];
-                    let mut width_at = [0.0; 2];
-                    for turned in [1.0, -1.0] {
-                        let along = turned * own[0].0[i];
+                for turned in [1.0, -1.0] {
+                    // With the axis' coordinate at either end of its range.
+                    let (mut low, mut high) = (Block::splat(0.0), Block::splat(0.0));
+                    for i in 0..LANES {
+                        let (side, along) = (f.side.0[i], turned * own[0].0[i]);
                         let along = if side == 0.0 { along.abs() } else { side * along };
-                        let mut top = [f.low.0[i] * along, f.high.0[i] * along];
-                        for k in 0..2 * n {
+                        low.0[i] = f.low.0[i] * along;
+                        high.0[i] = f.high.0[i] * along;
+                    }
+                    for k in 0..2 * n {
+                        let g = tapers[k / 2];
+                        for i in 0..LANES {
                             let (sign, force) = (f.signs[k].0[i], turned * own[1 + k].0[i]);
                             let across = if sign == 0.0 { force.abs() } else { sign * force };
-                            top[0] += (1.0 - tapers[k / 2] * f.low.0[i]) * across;
-                            top[1] += (1.0 - tapers[k / 2] * f.high.0[i]) * across;
+                            low.0[i] += (1.0 - g * f.low.0[i]) * across;
+                            high.0[i] += (1.0 - g * f.high.0[i]) * across;
                         }
-                        width_at[usize::from(turned < 0.0)] = if top[0] > top[1] { top[0] } else { top[1] };
                     }
-                    width.0[i] = 0.5 * tapered.gap * (width_at[0] + width_at[1]);
-                }
-            }
-            Extent::EachLane(faces) => {
-                for (i, face) in faces.iter().enumerate() {
-                    let mut d = [0.0; MAX_SIZE];
-                    d.iter_mut().zip(direction).for_each(|(d, block)| *d = block.0[i]);
-                    width.0[i] = face.half_width(&d[..direction.len()]);
+                    for i in 0..LANES {
+                        let top = if low.0[i] > high.0[i] { low.0[i] } else { high.0[i] };
+                        width.0[i] += 0.5 * tapered.gap * top;
+                    }
                 }
             }
         }
@@ -247,6 +403,36 @@ fn own_forces(tapered: &Tapered, forces: &[&Block]) -> [Block; MAX_SIZE] {
     own
 }
 
+/// Own coordinates of tapered squares.
+#[inline(always)]
+fn own_coordinates(tapered: &Tapered, by: &Pressed<'_>) -> [Block; MAX_SIZE] {
+    let mut unit = [Block::splat(0.0); MAX_SIZE];
+    let Some((offset, _)) = by.before else { return unit };
+    let part = |(k, arm): (usize, f64)| offset[k].div(&Block::splat(tapered.gap * arm));
+    let axis = tapered.axis;
+    unit[0] = part(axis);
+    for s in 0..tapered.n {
+        let [a, b] = tapered.squares[s].map(part);
+        unit[1 + 2 * s] = a.add(&b);
+        unit[2 + 2 * s] = a.sub(&b);
+    }
+    unit
+}
+
+/// An offset by own coordinates of tapered squares.
+#[inline(always)]
+fn of_own(tapered: &Tapered, unit: &[Block; MAX_SIZE]) -> [Block; MAX_SIZE] {
+    let mut offset = [Block::splat(0.0); MAX_SIZE];
+    let (axis, arm) = tapered.axis;
+    offset[axis] = unit[0].mul(&Block::splat(tapered.gap * arm));
+    for (s, [(a, arm_a), (b, arm_b)]) in tapered.squares.into_iter().enumerate().take(tapered.n) {
+        let (p, q) = (&unit[1 + 2 * s], &unit[2 + 2 * s]);
+        offset[a] = p.add(q).mul(&Block::splat(0.5 * tapered.gap * arm_a));
+        offset[b] = p.sub(q).mul(&Block::splat(0.5 * tapered.gap * arm_b));
+    }
+    offset
+}
+
 #[cfg(test)]
 mod tests {
     use rand::{Rng, SeedableRng};
@@ -274,17 +460,36 @@ mod tests {
     fn faces_of_all_lanes_are_those_of_each() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
         for set in KINDS.into_iter().chain(DEGENERATE).filter(|s| !s.is_zero()) {
-            for _ in 0..50 {
+            for round in 0..100 {
                 let n = set.size();
                 let (w, direction) = (forces(&mut rng, &set), forces(&mut rng, &set));
                 let (w, direction): (Vec<_>, Vec<_>) = (w.iter().collect(), direction.iter().collect());
-                let faces = Faces::new(&set, &w, &Block::splat(TOLERANCE));
+                // From the middle, and from anywhere with coordinates that are not pushed.
+                let (mut before, mut unforced) = ([Block::splat(0.0); MAX_SIZE], [Unforced::default(); LANES]);
+                for lane in (0..LANES).filter(|_| round % 2 == 1) {
+                    let nothing = forces(&mut rng, &set);
+                    unforced[lane] = set.unforced(&nothing.iter().map(|b| b.0[lane]).collect::<Vec<_>>(), TOLERANCE);
+                    let mut unit = [0.0; MAX_SIZE];
+                    unit[..n].fill_with(|| rng.random_range(-1.0..1.0));
+                    set.project_unit(&mut unit[..n]);
+                    let offset = set.of_unit(&unit);
+                    before.iter_mut().zip(offset).for_each(|(b, x)| b.0[lane] = x);
+                }
+                let faces = Faces::new(
+                    &set,
+                    &Pressed {
+                        forces: &w,
+                        tolerance: &Block::splat(TOLERANCE),
+                        before: (round % 2 == 1).then_some((&before, &unforced)),
+                    },
+                );
                 let width = faces.half_width(&direction);
                 for lane in 0..LANES {
                     let of = |blocks: &[&Block]| blocks.iter().map(|b| b.0[lane]).collect::<Vec<f64>>();
-                    let face = set.face(&of(&w), TOLERANCE);
+                    let masked = set.masked_force(&of(&w), unforced[lane]);
+                    let face = set.face(&masked[..n], TOLERANCE);
                     assert_eq!(faces.open.0[lane] == 0.0, face.is_point(), "{set:?} {:?}", of(&w));
-                    let nearest = face.nearest(&[0.0; MAX_SIZE][..n]);
+                    let nearest = face.nearest(&before.iter().map(|b| b.0[lane]).collect::<Vec<_>>()[..n]);
                     for k in 0..n {
                         assert!((faces.nearest[k].0[lane] - nearest[k]).abs() < 1e-14, "{set:?} {:?}", of(&w));
                     }

@@ -7,7 +7,7 @@ use crate::closure::newton::{Linearised, Solver, State};
 use crate::closure::recorded::statics::StaticsOutputs;
 use crate::closure::sensitivity::Gradient;
 use crate::contact::push_on_lanes::{push, unforced_of};
-use crate::math::lanes::block::{Block, LANES};
+use crate::math::lanes::block::Block;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::program::tape::Program;
@@ -54,7 +54,7 @@ pub(crate) fn run_at_flanks(m: &Mechanism, statics: &Program, registers: &mut [B
         let out = |k: usize| statics.output(registers, k);
         let unforced = unforced_of(m, |p| out(at.gradient + p), out(at.scale));
         let mut pushed: Vec<Block> = m.centre.iter().map(|centre| Block::splat(*centre)).collect();
-        push(m, Some(&unforced), &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
+        push(m, Some(&unforced), |p| out(at.gradient + p), out(at.scale), &mut pushed);
         let moves = |p: usize| pushed[p].0.iter().zip(registers[p].0).any(|(to, from)| (to - from).abs() > 0.0);
         if !m.plays().any(moves) {
             break;

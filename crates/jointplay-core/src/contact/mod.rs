@@ -9,6 +9,7 @@
 mod extent;
 pub(crate) mod flanks;
 mod indeterminacy;
+pub(crate) mod mixing_on_lanes;
 mod open_faces;
 pub(crate) mod push_on_lanes;
 mod semismooth;

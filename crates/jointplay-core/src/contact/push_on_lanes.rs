@@ -1,6 +1,6 @@
 //! Offsets of a block of configurations moved to where the forces push them.
 
-use crate::clearance::Set;
+use crate::clearance::faces_on_lanes::{Faces, Pressed};
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::math::lanes::block::{Block, LANES};
@@ -30,53 +30,45 @@ fn gives_way(source: &Source, loaded: bool) -> bool {
 }
 
 /// Moves every source that gives way to the support point of its set along the gradient; what a tie or a
-/// vanishing force leaves undecided stays where nothing pushes it. Tells the lanes where something is; the
-/// result of lanes that do not ask is undefined. `unforced` is what the load does not push; `None` without a load.
+/// vanishing force leaves undecided stays where nothing pushes it. Tells how much is. `unforced` is
+/// what the load does not push; `None` without a load.
 #[inline(always)]
 pub(crate) fn push<'b>(
     m: &Mechanism,
     unforced: Option<&[[Unforced; LANES]]>,
-    asking: &[bool; LANES],
     gradient: impl Fn(usize) -> &'b Block,
     scale: &Block,
     pushed: &mut [Block],
-) -> [bool; LANES] {
-    let mut undecided = [false; LANES];
+) -> Block {
+    let mut undecided = Block::splat(0.0);
+    let tolerance = scale.mul(&Block::splat(UNDECIDED));
     for (s, source) in m.sources().iter().enumerate().filter(|(_, s)| gives_way(s, unforced.is_some())) {
-        let unforced = |i: usize| unforced.map_or_else(Unforced::default, |unforced| unforced[s][i]);
-        let p = source.first;
-        if let Set::Disc { radius } = source.set {
-            let (x, y) = (gradient(p), gradient(p + 1));
-            let size = x.mul(x).add(&y.mul(y)).sqrt();
-            let mut decided = [false; LANES];
-            for i in 0..LANES {
-                decided[i] = size.0[i] > UNDECIDED * scale.0[i] && unforced(i).is_none();
-                undecided[i] |= !decided[i];
-            }
-            let part = Block::splat(radius).div(&size);
-            for (p, w) in [(p, x), (p + 1, y)] {
-                pushed[p] = Block::splat(m.centre[p]).add(&part.mul(w)).where_else(&decided, &pushed[p]);
-            }
-            continue;
+        let mut before = [Block::splat(0.0); MAX_SIZE];
+        for (offset, p) in before.iter_mut().zip(source.range()) {
+            *offset = pushed[p].sub(&Block::splat(m.centre[p]));
         }
-        let n = source.set.size();
-        for i in (0..LANES).filter(|&i| asking[i]) {
-            let mut w = [0.0; MAX_SIZE];
-            let mut offset = [0.0; MAX_SIZE];
-            for k in 0..n {
-                w[k] = gradient(p + k).0[i];
-                offset[k] = pushed[p + k].0[i] - m.centre[p + k];
-            }
-            let w = source.set.masked_force(&w[..n], unforced(i));
-            let face = source.set.face(&w[..n], source.undecided(UNDECIDED * scale.0[i]));
-            let to = if face.is_point() { face.centre } else { face.nearest(&offset[..n]) };
-            undecided[i] |= !face.is_point();
-            for k in 0..n {
-                pushed[p + k].0[i] = m.centre[p + k] + to[k];
-            }
+        let unforced = unforced.map_or([Unforced::default(); LANES], |unforced| unforced[s]);
+        let faces = exposed(source, &gradient, &tolerance, Some((&before, &unforced)));
+        for (to, p) in faces.nearest.iter().zip(source.range()) {
+            pushed[p] = to.add(&Block::splat(m.centre[p]));
         }
+        undecided = undecided.add(&faces.open);
     }
     undecided
+}
+
+/// The faces of a source that forces along its parameters expose.
+#[inline(always)]
+pub(crate) fn exposed<'b>(
+    source: &Source,
+    gradient: impl Fn(usize) -> &'b Block,
+    tolerance: &Block,
+    before: Option<(&[Block; MAX_SIZE], &[Unforced; LANES])>,
+) -> Faces {
+    let n = source.set.size();
+    let forces: [&Block; MAX_SIZE] = std::array::from_fn(|k| gradient(source.first + k.min(n - 1)));
+    let tolerance = tolerance.mul(&Block::splat(source.lever));
+    Faces::new(&source.set, &Pressed { forces: &forces[..n], tolerance: &tolerance, before })
 }
 
 /// Largest change of an offset, as a part of its set.

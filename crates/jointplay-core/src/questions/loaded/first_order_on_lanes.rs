@@ -1,6 +1,5 @@
 //! Load-determined errors of a block of configurations to first order, at their nominal poses.
 
-use crate::clearance::faces_on_lanes::Faces;
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::undecided::UNDECIDED;
 use crate::closure::newton::{CLEAR, Solver};
@@ -11,6 +10,7 @@ use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::closure::sensitivity::UNOBSERVABLE;
 use crate::closure::tree::on_lanes::OnTree;
 use crate::contact::flanks::run_at_flanks;
+use crate::contact::push_on_lanes::exposed;
 use crate::math::lanes::block::{Block, LANES};
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
@@ -96,9 +96,7 @@ impl<'m> FirstOrder<'m> {
                 }
             }
             if source.is_clearance && !source.set.is_zero() {
-                let forces: [&Block; MAX_SIZE] =
-                    std::array::from_fn(|p| out(at.gradient + source.first + p.min(n - 1)));
-                let faces = Faces::new(&source.set, &forces[..n], &tolerance.mul(&Block::splat(source.lever)));
+                let faces = exposed(source, |p| out(at.gradient + p), &tolerance, None);
                 for p in 0..n {
                     offsets[p] = offsets[p].add(&faces.nearest[p]);
                 }
@@ -115,13 +113,7 @@ impl<'m> FirstOrder<'m> {
                 }
             }
             for k in 0..size {
-                let (share, reach) = match n {
-                    1 => share_and_reach::<1>(source, &row[k], &offsets),
-                    2 => share_and_reach::<2>(source, &row[k], &offsets),
-                    3 => share_and_reach::<3>(source, &row[k], &offsets),
-                    4 => share_and_reach::<4>(source, &row[k], &offsets),
-                    _ => share_and_reach::<MAX_SIZE>(source, &row[k], &offsets),
-                };
+                let (share, reach) = share_and_reach_of(source, |p| row[k][p], &offsets);
                 if source.is_clearance {
                     reaches[k] = reaches[k].add(&reach);
                 }
@@ -209,19 +201,33 @@ fn record_on_tree(solver: &Solver<'_>, layout: &Layout) -> Option<Program> {
     Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs, 0..0))
 }
 
+/// See [`share_and_reach`].
+#[inline(always)]
+pub(super) fn share_and_reach_of<'b>(
+    source: &Source,
+    row: impl Fn(usize) -> &'b Block,
+    offsets: &[Block],
+) -> (Block, Block) {
+    match source.set.size() {
+        1 => share_and_reach::<1>(source, row, offsets),
+        2 => share_and_reach::<2>(source, row, offsets),
+        3 => share_and_reach::<3>(source, row, offsets),
+        4 => share_and_reach::<4>(source, row, offsets),
+        _ => share_and_reach::<MAX_SIZE>(source, row, offsets),
+    }
+}
+
 /// What the offsets of a source make of one component of the output, and how far they could reach there, as
 /// [`crate::clearance::Set::reach`] has it; `N` is the number of its parameters.
 #[inline(always)]
-fn share_and_reach<const N: usize>(
+fn share_and_reach<'b, const N: usize>(
     source: &Source,
-    row: &[&Block; MAX_SIZE],
-    offsets: &[Block; MAX_SIZE],
+    row: impl Fn(usize) -> &'b Block,
+    offsets: &[Block],
 ) -> (Block, Block) {
     let (mut share, mut reach) = (Block::splat(0.0), Block::splat(0.0));
-    let mut sizes = [0.0; N];
-    for p in 0..N {
-        sizes[p] = source.set.half_width(p);
-    }
+    let row: [&Block; N] = std::array::from_fn(row);
+    let sizes: [f64; N] = std::array::from_fn(|p| source.set.half_width(p));
     for i in 0..LANES {
         let (mut sum, mut far) = (0.0, 0.0);
         for p in 0..N {

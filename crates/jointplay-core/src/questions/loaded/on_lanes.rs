@@ -1,32 +1,41 @@
 //! Load-determined poses of a block of configurations.
 //!
-//! One recorded program gives the statics of the nominal pose (reactions, first-order maps, nearness
-//! to a singular pose), another takes a Newton step of the closure together with the reactions at the
-//! pose it starts from. Offsets that would turn a body too far for one step are approached in several. Between
-//! steps every offset is moved to the support point of its set, until
-//! pose, reactions and contacts have converged together. Lanes where the load decides nothing, contacts
-//! flip or the closure is in doubt are left to the plain solver.
+//! One recorded program gives the statics of the nominal pose (reactions, first-order maps, nearness to a singular
+//! pose). A second one takes a Newton step of the closure, a third one as well, together with the reactions at the pose it
+//! starts from. Offsets that would turn a body too far for one step are approached in several. A round closes for the
+//! offsets, takes the reactions and moves every offset to the support point of its set, or mixes that with the rounds
+//! before ([`crate::contact::mixing_on_lanes`]), until pose, reactions and contacts have converged together. Lanes where
+//! the load decides nothing, contacts flip or the closure is in doubt are left to the plain solver.
 
+use crate::clearance::offset::MAX_SIZE;
+use crate::clearance::undecided::UNDECIDED;
+use crate::clearance::{Set, Unforced};
 use crate::closure::newton::{CLEAR, Solver};
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::{SAME_DRIVES, StaticsOutputs, load_statics, record_finish, record_statics};
 use crate::closure::recorded::step::record_step;
 use crate::closure::recorded::{SMALL_ANGLE, structure};
+use crate::closure::sensitivity::UNOBSERVABLE;
 use crate::contact::flanks::run_at_flanks;
-use crate::contact::push_on_lanes::{change, push, unforced_of};
+use crate::contact::mixing_on_lanes::Mixing;
+use crate::contact::push_on_lanes::{change, exposed, push, unforced_of};
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Space;
-use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::mechanism::columns::Rows;
 use crate::mechanism::status::Status;
+use crate::mechanism::{Mechanism, Source};
 use crate::program::symbol::Recorder;
 use crate::program::tape::Program;
 use crate::questions::columns::{Loaded, LoadedRows};
-use crate::questions::loaded::pressing::Pressing;
+use crate::questions::loaded::first_order_on_lanes::share_and_reach_of;
 
-/// Steps that a block takes at most.
-const STEPS: usize = 40;
+/// Steps to the support points that a block takes at most.
+const STEPS: usize = 25;
+/// Steps in which contacts find their sides, or the plain solver looks for them.
+const FIRST: usize = 10;
+/// A contact has changed sides where an offset changes by more than this part of its set.
+const OTHER_SIDE: f64 = 0.5;
 /// Steps in which the first offsets are approached at most.
 const PARTS: f64 = 16.0;
 /// Turn of the output in space (rad) up to which it is told.
@@ -40,6 +49,7 @@ pub struct Contact<'m> {
     statics: Program,
     step: Program,
     finish: Program,
+    close: Program,
 }
 
 impl<'m> Contact<'m> {
@@ -52,19 +62,16 @@ impl<'m> Contact<'m> {
         }
         let layout = Layout::new(m);
         let step = record_contact_step(solver, &layout)?;
-        Some(Self {
-            mechanism: m,
-            statics: record_statics(solver, &layout)?,
-            finish: record_finish(m, &layout, &step),
-            step,
-            layout,
-        })
+        let finish = record_finish(m, &layout, &step);
+        let close = record_close(solver, &layout, &finish)?;
+        Some(Self { mechanism: m, statics: record_statics(solver, &layout)?, step, finish, close, layout })
     }
 
-    /// Registers of the statics, and of the two other programs together.
+    /// Registers of the statics, and of the other programs together.
     #[must_use]
     pub fn workspace(&self) -> [Vec<Block>; 2] {
-        let mut registers = self.finish.registers(&[]);
+        let mut registers = self.close.registers(&[]);
+        self.finish.put_common(&mut registers, &[]);
         self.step.put_common(&mut registers, &[]);
         [self.statics.registers(&[]), registers]
     }
@@ -81,13 +88,11 @@ impl<'m> Contact<'m> {
         mut plainly: impl FnMut(&Case<'_>) -> Loaded,
     ) {
         let m = self.mechanism;
-        let (n_u, size) = (m.n_parameters(), m.size());
+        let n_u = m.n_parameters();
         let [statics, step] = workspace;
-        for lane in 0..LANES {
-            // Idle lanes repeat the first.
-            let case = cases.get(lane).unwrap_or(&cases[0]);
-            Layout::load(m, case.coordinates, case.drives, statics, lane);
-        }
+        // Idle lanes repeat the first.
+        let case = |lane: usize| cases.get(lane).unwrap_or(&cases[0]);
+        self.layout.load_all(m, |lane| (case(lane).coordinates, case(lane).drives), statics);
         run_at_flanks(m, &self.statics, statics);
         let at = StaticsOutputs::new(m);
         let out = |k: usize| self.statics.output(statics, k);
@@ -98,81 +103,90 @@ impl<'m> Contact<'m> {
                 good[i] &= out(at.drives + d).0[i].abs() <= SAME_DRIVES;
             }
         }
-        let mut pushed = vec![Block::splat(0.0); n_u];
-        for (p, centre) in m.centre.iter().enumerate() {
-            pushed[p] = Block::splat(*centre);
-        }
+        let mut pushed: Vec<Block> = m.centre.iter().map(|centre| Block::splat(*centre)).collect();
         let unforced = unforced_of(m, |p| out(at.gradient + p), out(at.scale));
-        let open = push(m, Some(&unforced), &[true; LANES], |p| out(at.gradient + p), out(at.scale), &mut pushed);
-        let at_nominal: Vec<Block> = pushed.clone();
+        push(m, Some(&unforced), |p| out(at.gradient + p), out(at.scale), &mut pushed);
+        let map = |k: usize, p: usize| out(at.map + k * n_u + p);
+        let reaches = put_shares(m, map, &pushed, cases.len(), rows, first);
+        let mut open = Openings::none(m);
+        open.add(m, |p| out(at.gradient + p), out(at.scale), &unforced, map, &reaches);
 
         let inputs = n_u + self.layout.n_varying();
         step[n_u..inputs].copy_from_slice(&statics[n_u..inputs]);
+        step[..n_u].copy_from_slice(&pushed);
         let to = StepOutputs::new(m, &self.layout);
         let sign = out(at.pivots);
-        let mut still = [false; LANES];
-        let mut undecided = [false; LANES];
+        let is_round = |source: &Source| matches!(source.set, Set::Disc { .. } | Set::Ball { .. });
+        let has_corners = m.sources().iter().any(|source| source.is_clearance && !is_round(source));
+        let mut settled = [false; LANES];
         let mut steps = [0_u64; LANES];
+        let mut mixing = Mixing::new(m);
+        let mut undecided = Block::splat(0.0);
         let rounding = m.step_of_rounding();
         for round in 0..STEPS {
-            step[..n_u].copy_from_slice(&pushed);
-            self.step.run(step);
+            self.close.run(step);
             if round == 0 {
                 self.approach(&statics[n_u..inputs], sign, step, &mut good, &mut steps);
             }
+            self.stay_near(&self.close, step, sign, &mut good);
+            if round == 0 && has_corners {
+                // Corners that compete are chosen at a closed pose, as by the plain solver.
+                self.close.run(step);
+                self.stay_near(&self.close, step, sign, &mut good);
+            }
+            self.step.run(step);
+            self.stay_near(&self.step, step, sign, &mut good);
             let out = |k: usize| self.step.output(step, k);
-            undecided = push(m, Some(&unforced), &[true; LANES], |p| out(to.gradient + p), out(to.scale), &mut pushed);
+            pushed.copy_from_slice(&step[..n_u]);
+            let open_then = undecided;
+            undecided = push(m, Some(&unforced), |p| out(to.gradient + p), out(to.scale), &mut pushed);
             let changed = change(m, true, &step[..n_u], &pushed);
             let mut all = true;
             for i in 0..cases.len() {
-                let moved = out(to.size).0[i];
-                good[i] &= moved <= m.small_step() * m.small_step() && out(to.pivots).0[i] * sign.0[i] > 0.0;
-                still[i] = moved <= rounding * rounding && changed.0[i] <= m.still();
-                steps[i] += u64::from(!still[i]);
-                all &= still[i] || !good[i];
+                steps[i] += u64::from(!settled[i]);
+                settled[i] |= out(to.size).0[i] <= rounding * rounding && changed.0[i] <= m.still();
+                // Where steps are mixed, contacts that change sides may settle elsewhere than by whole steps, and what
+                // nothing pushes any more stays where it is, which may be outside its set.
+                let turned = changed.0[i] > OTHER_SIDE;
+                good[i] &= !mixing.mixed[i] || !turned && undecided.0[i] - open_then.0[i] == 0.0;
+                good[i] &= !turned || round < FIRST;
+                all &= settled[i] || !good[i];
             }
             if all {
                 break;
             }
+            mixing.step(&mut step[..n_u], &pushed, &changed, &settled);
         }
         self.finish.run(step);
-        let mut widths = vec![0.0; m.sources().len() * size];
-        let mut decided = vec![true; m.sources().len()];
+        let out = |k: usize| self.step.output(step, k);
+        open.add(m, |p| out(to.gradient + p), out(to.scale), &unforced, map, &reaches);
+        let no_widths = vec![0.0; m.sources().len() * m.size()];
         for (i, case) in cases.iter().enumerate() {
             let row = first + i;
-            if !(good[i] && still[i]) || self.turns_far(step, i) {
-                rows.put(row, &plainly(case));
-                continue;
-            }
-            let map = |k: usize, p: usize| self.statics.output(statics, at.map + k * n_u + p).0[i];
-            let (unforced, mut observable) = (|s: usize| unforced[s][i], false);
-            widths.fill(0.0);
-            decided.fill(true);
-            if open[i] {
-                let force = |p: usize| self.statics.output(statics, at.gradient + p).0[i];
-                let load = Pressing { force, scale: self.statics.output(statics, at.scale).0[i], unforced };
-                observable |= m.leave_open(&load, map, map, &mut widths, &mut decided);
-            }
-            if undecided[i] {
-                let force = |p: usize| self.step.output(step, to.gradient + p).0[i];
-                let load = Pressing { force, scale: self.step.output(step, to.scale).0[i], unforced };
-                observable |= m.leave_open(&load, map, map, &mut widths, &mut decided);
-            }
-            if observable {
+            if !(good[i] && settled[i]) || open.observable[i] || self.turns_far(step, i) {
                 rows.put(row, &plainly(case));
                 continue;
             }
             let lane = |b: &Block| b.0[i];
-            self.put_shares(statics, &at_nominal, i, rows, row);
             let nominal = |k: usize| lane(self.statics.output(statics, at.output + k));
             rows.error.fill(row, |k| lane(self.finish.output(step, k)) - nominal(k));
             rows.undetermined.fill(row, |_| 0.0);
-            rows.undetermined_contribution.put(row, &widths);
-            rows.decided.put(row, &decided);
+            rows.undetermined_contribution.put(row, &no_widths);
+            rows.decided.fill(row, |s| open.decided[s][i]);
             rows.reaction.fill(row, |k| lane(self.step.output(step, to.reactions + k)));
             rows.offset.fill(row, |p| lane(&step[p]));
             rows.iterations.put(row, &[steps[i]]);
             rows.status.put(row, &[Status::Ok]);
+        }
+    }
+
+    /// Drops the lanes where a step went too far, or to another branch.
+    #[inline(always)]
+    fn stay_near(&self, program: &Program, registers: &[Block], sign: &Block, good: &mut [bool; LANES]) {
+        let (small, to) = (self.mechanism.small_step(), StepOutputs::new(self.mechanism, &self.layout));
+        let [size, pivots] = [to.size, to.pivots].map(|k| program.output(registers, k));
+        for i in 0..LANES {
+            good[i] &= size.0[i] <= small * small && pivots.0[i] * sign.0[i] > 0.0;
         }
     }
 
@@ -190,7 +204,7 @@ impl<'m> Contact<'m> {
         let to = StepOutputs::new(self.mechanism, &self.layout);
         let mut parts = Block::splat(1.0);
         for i in 0..LANES {
-            let length = self.step.output(step, to.size).0[i].sqrt();
+            let length = self.close.output(step, to.size).0[i].sqrt();
             if good[i] && length > small {
                 // Steps of half that length: they are not alike.
                 parts.0[i] = (length / (0.5 * small)).ceil();
@@ -210,10 +224,9 @@ impl<'m> Contact<'m> {
                     offset.0[i] = if part < parts.0[i] { whole.0[i] * (part / parts.0[i]) } else { whole.0[i] };
                 }
             }
-            self.step.run(step);
+            self.close.run(step);
+            self.stay_near(&self.close, step, sign, good);
             for i in 0..LANES {
-                good[i] &= self.step.output(step, to.size).0[i] <= small * small
-                    && self.step.output(step, to.pivots).0[i] * sign.0[i] > 0.0;
                 steps[i] += u64::from(part < parts.0[i]);
             }
             part += 1.0;
@@ -227,26 +240,86 @@ impl<'m> Contact<'m> {
         let square = |k: usize| self.finish.output(step, k).0[lane].powi(2);
         m.space == Space::Spatial && (m.n_translations()..m.size()).map(square).sum::<f64>() > LARGEST_TURN.powi(2)
     }
+}
 
-    /// Puts the first-order error of one lane and the share of every source in it.
+/// The sources that forces leave open, as [`Mechanism::leave_open`] has them.
+struct Openings {
+    /// By source, whether everything about its offset is decided.
+    decided: Vec<[bool; LANES]>,
+    /// Whether what is open moves the output.
+    observable: [bool; LANES],
+}
+
+impl Openings {
+    fn none(m: &Mechanism) -> Self {
+        Self { decided: vec![[true; LANES]; m.sources().len()], observable: [false; LANES] }
+    }
+
     #[inline(always)]
-    fn put_shares(&self, statics: &[Block], offsets: &[Block], lane: usize, rows: &mut LoadedRows<'_>, row: usize) {
-        if !rows.contribution.is_kept() {
-            return;
-        }
-        let m = self.mechanism;
-        let (map, n_u, size) = (StaticsOutputs::new(m).map, m.n_parameters(), m.size());
-        let mut error = [0.0; 6];
-        for (s, source) in m.sources().iter().enumerate() {
-            for k in 0..size {
-                let part = |p: usize| self.statics.output(statics, map + k * n_u + p).0[lane] * offsets[p].0[lane];
-                let share: f64 = source.range().map(part).sum();
-                rows.contribution.row(row)[s * size + k] = share;
-                error[k] += share;
+    fn add<'b>(
+        &mut self,
+        m: &Mechanism,
+        gradient: impl Fn(usize) -> &'b Block,
+        scale: &Block,
+        unforced: &[[Unforced; LANES]],
+        map: impl Fn(usize, usize) -> &'b Block,
+        reaches: &[Block; 6],
+    ) {
+        let tolerance = scale.mul(&Block::splat(UNDECIDED));
+        let middle = [Block::splat(0.0); MAX_SIZE];
+        for (s, source) in m.sources().iter().enumerate().filter(|(_, s)| s.is_clearance && !s.set.is_zero()) {
+            let n = source.set.size();
+            let faces = exposed(source, &gradient, &tolerance, Some((&middle, &unforced[s])));
+            let mut any = 0.0;
+            for i in 0..LANES {
+                self.decided[s][i] &= faces.open.0[i] == 0.0;
+                any += faces.open.0[i];
+            }
+            if any == 0.0 {
+                continue;
+            }
+            for k in 0..m.size() {
+                let row: [&Block; MAX_SIZE] = std::array::from_fn(|p| map(k, source.first + p.min(n - 1)));
+                let width = faces.half_width(&row[..n]);
+                for i in 0..LANES {
+                    self.observable[i] |= width.0[i] > UNOBSERVABLE * reaches[k].0[i];
+                }
             }
         }
-        rows.error_first_order.put(row, &error[..size]);
     }
+}
+
+/// Puts the first-order errors and the share of every source in them; gives what all play could do to every
+/// component of the output.
+#[inline(always)]
+fn put_shares<'b>(
+    m: &Mechanism,
+    map: impl Fn(usize, usize) -> &'b Block,
+    offsets: &[Block],
+    n: usize,
+    rows: &mut LoadedRows<'_>,
+    first: usize,
+) -> [Block; 6] {
+    let size = m.size();
+    let (mut error, mut reaches) = ([Block::splat(0.0); 6], [Block::splat(0.0); 6]);
+    for (s, source) in m.sources().iter().enumerate() {
+        for k in 0..size {
+            let (share, reach) = share_and_reach_of(source, |p| map(k, source.first + p), &offsets[source.range()]);
+            if source.is_clearance {
+                reaches[k] = reaches[k].add(&reach);
+            }
+            error[k] = error[k].add(&share);
+            for i in 0..if rows.contribution.is_kept() { n } else { 0 } {
+                rows.contribution.row(first + i)[s * size + k] = share.0[i];
+            }
+        }
+    }
+    for i in 0..if rows.error_first_order.is_kept() { n } else { 0 } {
+        for k in 0..size {
+            rows.error_first_order.row(first + i)[k] = error[k].0[i];
+        }
+    }
+    reaches
 }
 
 /// Where the outputs of the step program stand.
@@ -279,4 +352,16 @@ fn record_contact_step(solver: &Solver<'_>, layout: &Layout) -> Option<Program> 
     outputs.extend(statics.gradient);
     outputs.extend(statics.reactions);
     Some(Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs, layout.state(m)))
+}
+
+/// A Newton step only, on the registers of the others.
+fn record_close(solver: &Solver<'_>, layout: &Layout, after: &Program) -> Option<Program> {
+    let m = solver.mechanism;
+    let recorder = Recorder::new(SMALL_ANGLE, &(structure("closing", solver), after.n_blocks()));
+    let symbolic = layout.varying(m, &recorder);
+    let step = record_step(solver, &symbolic, &layout.turn(m, &recorder))?;
+    let mut outputs = step.numbers;
+    outputs.extend(step.turn);
+    outputs.extend([step.size, step.pivots]);
+    Some(Program::after(after, &recorder, &outputs, layout.state(m)))
 }
