@@ -25,7 +25,8 @@ use crate::math::real::Real;
 use crate::mechanism::Source;
 use crate::questions::certificate::blocks::{Block, Part, Product};
 use crate::questions::certificate::chart::{Chart, Equations, Poses};
-use crate::questions::certificate::linear::{Defect, Inverse, fixed_point};
+use crate::questions::certificate::inverse::Inverse;
+use crate::questions::certificate::linear::{Defect, fixed_point};
 use crate::questions::certificate::modes::Modes;
 use crate::questions::certificate::second::Second;
 

@@ -12,6 +12,7 @@ mod chart;
 mod directions;
 mod enclosure;
 mod errors;
+mod inverse;
 mod linear;
 mod modes;
 mod search;

@@ -11,7 +11,7 @@ use crate::math::decomposition::singular_values;
 use crate::math::interval::Interval;
 use crate::math::space::Component;
 use crate::mechanism::Mechanism;
-use crate::questions::certificate::linear::Inverse;
+use crate::questions::certificate::inverse::Inverse;
 
 /// Coordinates k of motions `z = U k`.
 pub(super) struct Modes {

@@ -1,0 +1,56 @@
+//! Numbers near the inverse of the closure Jacobian.
+
+use crate::math::interval::Interval;
+use crate::math::sparse::Factored;
+
+/// Numbers near the inverse of the closure Jacobian.
+pub(super) struct Inverse {
+    pub n: usize,
+    /// Column by column.
+    columns: Vec<f64>,
+}
+
+impl Inverse {
+    pub fn of(n: usize, factors: &Factored<'_>) -> Option<Self> {
+        let mut columns = vec![0.0; n * n];
+        for (k, column) in columns.chunks_exact_mut(n).enumerate() {
+            let mut unit = vec![0.0; n];
+            unit[k] = 1.0;
+            factors.solve(&mut unit, column);
+        }
+        columns.iter().all(|c| c.is_finite()).then_some(Self { n, columns })
+    }
+
+    pub fn at(&self, row: usize, column: usize) -> f64 {
+        self.columns[column * self.n + row]
+    }
+
+    pub fn times(&self, residual: &[Interval]) -> Vec<Interval> {
+        let mut product = vec![Interval::ZERO; self.n];
+        for (column, r) in self.columns.chunks_exact(self.n).zip(residual).filter(|(_, r)| !r.is_zero()) {
+            product.iter_mut().zip(column).for_each(|(sum, c)| *sum = *sum + r.scaled(*c));
+        }
+        product
+    }
+
+    /// The product with a matrix of numbers, row by row, which has so many columns.
+    pub fn times_rows(&self, matrix: &[f64], n_columns: usize) -> Vec<f64> {
+        let mut product = vec![0.0; self.n * n_columns];
+        for (r, row) in matrix.chunks_exact(n_columns.max(1)).enumerate() {
+            for i in 0..self.n {
+                let c = self.at(i, r);
+                if c != 0.0 {
+                    product[i * n_columns..(i + 1) * n_columns].iter_mut().zip(row).for_each(|(p, x)| *p += c * x);
+                }
+            }
+        }
+        product
+    }
+
+    /// The product of another square matrix, row by row, with it.
+    pub fn transposed_rows(&self, matrix: &[f64]) -> Vec<f64> {
+        let along = |row: &[f64], column: &[f64]| row.iter().zip(column).map(|(a, b)| a * b).sum::<f64>();
+        let rows = matrix.chunks_exact(self.n);
+        rows.flat_map(|row| self.columns.chunks_exact(self.n).map(move |column| along(row, column))).collect()
+    }
+}
