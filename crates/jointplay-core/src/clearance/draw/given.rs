@@ -6,11 +6,10 @@
 
 use crate::clearance::draw::SIGMAS;
 use crate::clearance::draw::shapes::{Draw, Drawn};
-use crate::clearance::draw::truncated::Truncated;
 use crate::clearance::law::Law;
 use crate::clearance::offset::MAX_SIZE;
 use crate::math::lanes::block::{Block, LANES, exp};
-use crate::math::lanes::normal::share_below;
+use crate::math::lanes::normal::{score_in_middle, share_below};
 
 /// The largest number below 1.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
@@ -100,10 +99,12 @@ impl Draw for Given {
         if law == Law::Gauss {
             return z.mul(&Block::splat(sigma));
         }
+        let beyond = share_below(-1.0 / sigma);
         for i in 0..LANES {
-            z.0[i] = share_below(z.0[i]);
+            let between = score_in_middle((1.0 - 2.0 * beyond).mul_add(share_below(z.0[i]), beyond));
+            z.0[i] = (between * sigma).clamp(-1.0, 1.0);
         }
-        Truncated::new(sigma).numbers(&z)
+        z
     }
 
     fn largest_of_three(&mut self) -> Block {
