@@ -152,5 +152,5 @@ def scaling(name: str, work: Callable[[int], object], control: Callable[[int], o
     gained = Spread.of([a / b for a, b in zip(found["work", 1], found["work", 2], strict=True)])
     allowed = Spread.of([2 * a / b for a, b in zip(found["control", 1], found["control", 2], strict=True)])
     what = f"{name} on two cores against one: {gained.text()} ×, independent work in the same rounds {allowed.text()} ×"
-    busy = "" if allowed.median >= FREE else "cannot be told: other work on the machine"
+    busy = "" if allowed.median >= FREE else "not known: other work on the machine"
     return Target(what, 1.8, at_most=False, measured=gained.median, void=busy)
