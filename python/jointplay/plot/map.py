@@ -38,8 +38,8 @@ COLOUR_MAP = "cividis"
 HATCHED = {"not_assembled": "", "singular": "xxxx", "underconstrained": "----", "not_assemblable": "++++"}
 #: slices of a map with three axes
 SLICES = 4
-#: height and largest width of a plan, width of a slice, inches
-PLAN, MOST_WIDE, SLICE = 3.7, 8.0, 3.2
+#: height and largest width of a plan, width of a slice, height of a line of letters, inches
+PLAN, MOST_WIDE, SLICE, LINE = 3.7, 8.0, 3.2, 0.25
 #: near a singularity errors grow without bound; colours end at this quantile where it is far below the largest
 CUT, FAR = 0.98, 2.0
 
@@ -145,7 +145,9 @@ def _fitting(shown: Layers) -> tuple[float, float]:
         return 6.4, 4.6
     wide, high = (float(np.ptp(cell_edges(shown.value[dim].values))) for dim in shown.value.dims)
     scale = min(PLAN / high, MOST_WIDE / wide)
-    return scale * wide + 2.0, scale * high + 0.9
+    height = scale * high + 0.9
+    more_lines = beside(height, _words(shown.value)).count("\n")
+    return scale * wide + 2.0 + LINE * more_lines, height
 
 
 def _words(value: xr.DataArray) -> str:
@@ -162,7 +164,7 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, span: tuple[float, float] | N
     if bar:
         figure = axes.get_figure()
         assert isinstance(figure, Figure)
-        options["cbar_kwargs"] = {"label": beside(figure, _words(value))}
+        options["cbar_kwargs"] = {"label": beside(figure.get_figheight(), _words(value))}
     value.plot.pcolormesh(
         x=across, y=up, ax=axes, cmap=COLOUR_MAP, vmin=low, vmax=high, add_colorbar=bar, rasterized=True, **options
     )
@@ -254,7 +256,7 @@ def _slices(shown: Layers, figure: Figure, columns: int) -> None:
         handles |= {handle.get_label(): handle for handle in _heat(cut, axes, bar=False, span=(low, high))}
         unit = str(value[third].attrs["units"])
         axes.set_title(f"{third} = {float(value[third][k]):g} {unit}".rstrip())
-    words = beside(figure, _words(value))
+    words = beside(figure.get_figheight(), _words(value))
     extend = "max" if bool((value.values > high).any()) else "neither"
     figure.colorbar(every[-1].collections[0], ax=every, label=words, extend=extend)
     if handles:

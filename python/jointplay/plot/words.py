@@ -78,9 +78,9 @@ def headline(figure: Figure, text: str) -> None:
     figure.suptitle(wrapped(text, 72.0 * figure.get_figwidth(), size), fontsize=size)
 
 
-def beside(figure: Figure, text: str) -> str:
-    """What stands along the height of a figure, in as many lines as it needs."""
-    return wrapped(text, HEIGHT * 72.0 * figure.get_figheight(), float(mpl.rcParams["axes.labelsize"]))
+def beside(high: float, text: str) -> str:
+    """What stands along the height of a figure, in inches, in as many lines as it needs."""
+    return wrapped(text, HEIGHT * 72.0 * high, float(mpl.rcParams["axes.labelsize"]))
 
 
 def legend(axes: Axes, entries: tuple[Sequence[Any], Sequence[str]] | None = None) -> None:
