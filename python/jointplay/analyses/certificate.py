@@ -53,15 +53,17 @@ def add_bounds(builder: Builder, worst: Worst) -> None:
     found = {name.removeprefix(PREFIX): np.asarray(values) for name, values in worst.items() if name.startswith(PREFIX)}
     attained = {"position": worst["position"], "rotation": worst["rotation"]}
     certified = found["reason"] == 0
+    # What is attained is computed to rounding, and can be above its bound by as much. A higher bound holds, too.
     for name, kind in (("position", "length"), ("rotation", "angle")):
-        bound = np.where(certified, _above(found[name]), np.nan)
+        bound = np.where(certified, np.maximum(_above(found[name]), attained[name]), np.nan)
         words = f"upper bound of the largest {name} error, for all offsets in the sets"
         builder.add(f"worst_{name}_bound", "configuration", bound, words, kind)
         words = f"upper bound of the largest {name} error, as a part above the value that is attained"
         resting = ROUNDING * (builder.m.length if kind == "length" else 1.0)
         builder.add(f"worst_{name}_gap", "configuration", _gap(attained[name], bound, resting), words)
     low, high = np.moveaxis(found["component"], -1, 0)
-    ends = np.stack([-_above(-low), _above(high)], axis=-1)
+    lowest, highest = np.moveaxis(np.asarray(worst["component"]), -1, 0)
+    ends = np.stack([np.minimum(-_above(-low), lowest), np.maximum(_above(high), highest)], axis=-1)
     ends[~certified] = np.nan
     words = "bounds of the lowest and highest error of the component, for all offsets in the sets"
     builder.add("worst_component_bound", ("configuration", "component", "side"), ends, words, "component")
