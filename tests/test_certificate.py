@@ -187,3 +187,8 @@ def test_maps_have_bounds_and_say_where_there_are_none(tmp_path, monkeypatch, ca
     out = capsys.readouterr().out
     assert "Proved at 2 of 4 nodes: " in out
     assert "2 nodes without a bound: the poses could not be enclosed" in out
+    line = ["map", "five-bar.toml", "-g", "x=-60:60:4", "-g", "y=120", "-q", "worst", "--certify", "--parts", "1"]
+    run([*line, "--set", "joints.*.clearance.radial=8"])
+    out = capsys.readouterr().out
+    assert "nodes without a bound" in out
+    assert "Configuration" not in out

@@ -91,10 +91,11 @@ def proved(result: Result, place: str = "configuration") -> Iterator[Sentence]:
             yield Sentence(f"Proved{there}: no offsets within the sets make {' or '.join(parts)}.")
     if count < certified.size:
         reasons = "; ".join(dict.fromkeys(result.get("certified_reason")[~certified].tolist()))
-        if certified.size == 1:
-            yield Sentence(f"No {place} has a bound: {reasons}.")
-        else:
-            yield Sentence(f"{_some(certified, place)} without a bound: {reasons}.")
+        missing = np.flatnonzero(~certified).tolist()
+        # Configurations have numbers, nodes of a map have not.
+        where = which(missing) if place == "configuration" else plural(len(missing), place)
+        text = f"No {place} has a bound" if certified.size == 1 else f"{where} without a bound"
+        yield Sentence(f"{text}: {reasons}.")
 
 
 def _above(gap: float) -> str:
@@ -102,12 +103,6 @@ def _above(gap: float) -> str:
     percent = max(100.0 * gap, 1e-3)
     step = max(1e-3, 10.0 ** (math.floor(math.log10(percent)) - 2))
     return f"{math.ceil(percent / step - 1e-9) * step:.4g}"
-
-
-def _some(certified: Array, place: str) -> str:
-    """Those without a bound: by their numbers, where they have one."""
-    missing = np.flatnonzero(~certified)
-    return which(missing.tolist()) if certified.ndim == 1 else plural(missing.size, place)
 
 
 def _is_open(result: Result, quantity: str, unit: str) -> bool:
