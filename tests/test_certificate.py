@@ -166,7 +166,7 @@ def test_what_does_not_move_has_no_gap() -> None:
 
 
 def test_a_bound_of_what_is_not_attained_has_no_gap(tmp_path, monkeypatch, capsys) -> None:
-    """The coupler of a parallelogram only shifts. A quotient by its rotation ended the command with an OverflowError."""
+    """The coupler of a parallelogram only shifts. A quotient by its rotation ended the command with an error."""
     links = {"start": (60.0, 0.0, 60.0), "body": "coupler", "at": "J3", "drive_error": 3.0}
     text = four_bar_text(50.0, 100.0, 50.0, 100.0, [60.0, 90.0], **links)
     result = jp.worst(jp.loads(text), certify=True, parts=1)
