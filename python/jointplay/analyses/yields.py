@@ -169,7 +169,7 @@ def _within(m: Mechanism, errors: Floats, limits: Floats) -> Flags:
     """Whether every error keeps to all limits; an error that is nan does not."""
     inside: Flags = np.logical_and.reduce([np.isfinite(column) for column in errors.T])
     # Most quantities have no limit, and specimens are many.
-    for k in np.flatnonzero(np.isfinite(limits).any(axis=1)):
+    for k in np.flatnonzero(np.isfinite(limits).any(axis=1)).tolist():
         column, (low, high) = _quantity(m, errors, k), limits[k]
         inside &= (column >= low) & (column <= high)
     return inside
