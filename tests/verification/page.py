@@ -10,7 +10,7 @@ from pathlib import Path
 
 import jointplay as jp
 
-from . import contact, coupled, first_order, monte_carlo, planar, record_page, spatial
+from . import contact, coupled, elastic, first_order, monte_carlo, planar, record_page, spatial
 from .random_mechanisms import Family, RandomRow
 from .subject import FIGURES, Check, Found, Subject, subjects
 
@@ -20,6 +20,7 @@ CHECKS: tuple[Check, ...] = (
     *monte_carlo.CHECKS,
     *spatial.CHECKS,
     *coupled.CHECKS,
+    *elastic.CHECKS,
     *contact.CHECKS,
     *first_order.CHECKS,
 )
