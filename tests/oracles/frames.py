@@ -1,12 +1,12 @@
 """The file of an elastic mechanism as a frame of finite elements in Pynite, and its contacts as a cone program.
 
-    forces on the ends of an element      f = K (d + delta)           d: its nodes, delta: by how much its ends are off them
+    forces on the ends of an element      f = K (d + delta)    d: its nodes, delta: by how much its ends are off them
     least energy over the offsets         minimise  u' H u / 2 + R' u   with  |u_j| <= r_j
 
-A body is a chain of elements along its line, or a star of them; a joint is a node on which the end of one element rides,
-with its releases. That end is off its node by the offset in the joint, by the angle at which it is locked, and by the
-deviations of the dimensions that end there. Pynite gives R, the forces in the joints, and H, how they change with each
-offset; the offsets in the clearances are those of least energy, by Clarabel. Everything is linear in the file as drawn.
+A body is a chain of elements along its line, or a star of them; a joint is a node on which the end of one element
+rides, with its releases. That end is off its node by the offset in the joint, by the angle at which it is locked, and
+by the deviations of the dimensions that end there. Pynite gives R, the forces in the joints, and H, how they change
+with each offset. Everything is linear, about the file as drawn.
 
 There are no rigid elements: what is rigid is so many times as stiff as what is not (`STIFFER`), and the answers are
 extrapolated. Only what the tests use is read: drawn as assembled; millimetres, degrees and newtons.
@@ -14,27 +14,23 @@ extrapolated. Only what the tests use is read: drawn as assembled; millimetres, 
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-import clarabel
 import numpy as np
 from numpy.typing import NDArray
 from Pynite import FEModel3D
-from scipy import sparse
+
+from .least_energy import contacts
 
 Array = NDArray[np.float64]
 Place = tuple[float, float, float]
 Seat = tuple[str, Place]
 GROUND = "ground"
 STIFFER = (500.0, 1000.0, 2000.0, 4000.0)
-#: of forces and clearances, as parts of the largest: what Clarabel's answer is off by
-CLOSE = 1e-6
-#: the same of stiffnesses: what rounding leaves of zero
-ZERO = 1e-7
 DIRECTIONS = ("X", "Y", "Z")
 #: what the end of an element is free in, in its own axes: x is along it
 RELEASES = {
@@ -104,13 +100,14 @@ class Frame:
         for bodies, at in self.joints.values():
             for body in bodies:
                 seats.setdefault(body, []).append(at)
-        middle = {body: _place(np.mean(list(set(places)), axis=0)) for body, places in seats.items()}
+        middle = {body: _place(np.mean([*dict.fromkeys(places)], axis=0)) for body, places in seats.items()}
         for body, at in (self.output, *((body, at) for body, at, _ in self.loads())):
             seats[body].append(at)
         for body, places in seats.items():
             self.nodes |= {(body, at): (body, at) for at in places}
             if body != GROUND:
-                self.elements += [(body, *ends) for ends in _elements(list(dict.fromkeys(places)), middle[body], body in self.data["bodies"])]
+                ends = _elements([*dict.fromkeys(places)], middle[body], body in self.data["bodies"])
+                self.elements += [(body, a, b) for a, b in ends]
         self.nodes |= {(body, at): (body, at) for body, *ends in self.elements for at in ends}
         for name in self.joints:
             self._join(name)
@@ -178,9 +175,23 @@ class Frame:
         # Springs that are comparable: an axial stiffness, and that of bending over the size.
         springs = [ea / size for ea, _, _ in given.values() if ea]
         springs += [ei / size**3 for _, *turns in given.values() for ei in turns if ei]
-        rigid = stiffer * max(springs) * np.array([size, size**3, size**3])
-        bodies = {body for body, *_ in self.elements}
-        return {body: tuple(np.where(given.get(body, np.zeros(3)), given.get(body, rigid), rigid)) for body in bodies}
+        found = {}
+        for body in dict.fromkeys(body for body, *_ in self.elements):
+            own, reach = (
+                given.get(body, np.zeros(3)),
+                max(math.dist(a, b) for one, a, b in self.elements if one == body),
+            )
+            bent = 1.0 if self._is_bar(body) else stiffer
+            rigid = max(springs) * np.array([stiffer * reach, bent * reach**3, bent * reach**3])
+            found[body] = tuple(np.where(own, own, rigid))
+        return found
+
+    def _is_bar(self, body: str) -> bool:
+        """Whether it is only pulled or pressed; then it does not matter how stiff it is against being bent."""
+        joints = [name for name, (bodies, _) in self.joints.items() if body in bodies]
+        ends = {self.joints[name][1] for name in joints} == {at for other, at in self.nodes if other == body}
+        pins = all("Rz" in RELEASES[self.space][self.data["joints"][name]["type"]] for name in joints)
+        return ends and pins and len(joints) == 2 and not any(w[3:].any() for b, _, w in self.loads() if b == body)
 
     def _rigidities(self, body: str, values: Mapping[str, float]) -> Array:
         """Zero is what is rigid."""
@@ -269,7 +280,7 @@ class Frame:
                     for name, value in zip([f"{x}{y}" for x in "FM" for y in DIRECTIONS], wrench, strict=True):
                         if value:
                             model.add_node_load(self.names[self.nodes[body, at]], name, value, f"C{c}")
-        model.analyze_linear()
+        model.analyze_linear(sparse=False)
         assert all(len(member.sub_members) == 1 for member in model.members.values()), "a node lies on an element"
         return np.array([self._response(model, f"C{c}", matrices, *case) for c, case in enumerate(cases)])
 
@@ -305,56 +316,6 @@ class Frame:
         return np.asarray(1.5 * line - 0.5 * far)
 
 
-def contacts(stiffness: Array, force: Array, radii: list[float]) -> Array:
-    """The offsets of least energy, in discs or balls."""
-    n, axes = len(force), len(force) // len(radii)
-    # By Maxwell and Betti it is symmetric. What strains nothing is zero but for rounding.
-    values, vectors = np.linalg.eigh((stiffness + stiffness.T) / 2)
-    values[values < ZERO * values.max()] = 0.0
-    size = np.repeat(radii, axes)
-    p = (vectors * values) @ vectors.T * np.outer(size, size)
-    q = size * force
-    unit = max(np.abs(p).max(), np.abs(q).max())
-    p, q = p / unit, q / unit
-    rows = np.zeros((n + len(radii), n))
-    right = np.zeros(len(rows))
-    for j in range(len(radii)):
-        right[(axes + 1) * j] = 1.0
-        rows[(axes + 1) * j + 1 : (axes + 1) * (j + 1), axes * j : axes * (j + 1)] = -np.eye(axes)
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-12
-    cones = [clarabel.SecondOrderConeT(axes + 1)] * len(radii)
-    conditions = sparse.csc_matrix(rows), right, cones
-    found = clarabel.DefaultSolver(sparse.csc_matrix(np.triu(p)), q, *conditions, settings).solve()
-    return size * _to_rounding(p, q, np.array(found.x).reshape(-1, axes)).ravel()
-
-
-def _to_rounding(p: Array, q: Array, offsets: Array) -> Array:
-    """Newton steps on the conditions of least energy: a force points against its offset, or is zero."""
-    number, axes = offsets.shape
-    pressed = -np.sum(offsets * (p @ offsets.ravel() + q).reshape(-1, axes), axis=1)
-    touching = np.flatnonzero((np.linalg.norm(offsets, axis=1) > 0.999) & (pressed > CLOSE))
-    pressed = pressed[touching]
-    for _ in range(4):
-        v, spread = offsets.ravel(), np.zeros((number * axes, len(touching)))
-        for k, j in enumerate(touching):
-            spread[axes * j : axes * (j + 1), k] = offsets[j]
-        gap = (np.sum(offsets[touching] ** 2, axis=1) - 1) / 2
-        left = np.concatenate([p @ v + q + spread @ pressed, gap])
-        own = np.zeros(number)
-        own[touching] = pressed
-        matrix = np.block([[p + np.diag(np.repeat(own, axes)), spread], [spread.T, np.zeros((len(touching),) * 2)]])
-        # Offsets that nothing feels stay where they are.
-        step = np.linalg.lstsq(matrix, -left, rcond=1e-12)[0]
-        offsets, pressed = (v + step[: len(v)]).reshape(-1, axes), pressed + step[len(v) :]
-    v, own[touching] = offsets.ravel(), pressed
-    assert np.abs(p @ v + q + np.repeat(own, axes) * v).max() < ZERO
-    assert np.linalg.norm(offsets, axis=1).max() < 1 + CLOSE
-    assert pressed.min(initial=0.0) >= 0.0
-    return offsets
-
-
 def _joint(joint: Mapping[str, Any]) -> tuple[list[str], Place]:
     if "at" in joint:
         return list(joint["bodies"]), _place(joint["at"])
@@ -376,12 +337,14 @@ def _elements(places: list[Place], middle: Place, elastic: bool) -> list[tuple[P
     if elastic or len(places) < 3:
         assert straight
         order = np.argsort(spread @ axes[0])
-        return [(places[a], places[b]) for a, b in zip(order[:-1], order[1:], strict=True)]
+        return [(places[a], places[b]) for a, b in itertools.pairwise(order)]
     if straight:
         beside = np.cross(axes[0], [0.0, 0.0, 1.0] if abs(axes[0][2]) < 0.9 else [1.0, 0.0, 0.0])
         middle = _place(middle + sizes[0] * beside)
-    near = [at for at in places if math.dist(at, middle) < 1e-9 * sizes[0]]
-    places = [near[0] if near else middle, *(at for at in places if at not in near)]
+    nearest = min(places, key=lambda at: math.dist(at, middle))
+    if math.dist(nearest, middle) < sizes[0] / 4:
+        middle = nearest
+    places = [middle, *(at for at in places if at != middle)]
     return [(_last_before(at, places), at) for at in places[1:]]
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
 import jointplay as jp
 from jointplay import _core
-from oracles.frames import Frame, Place, is_known
+from oracles.frames import Frame, Loaded, Place, is_known
 
 from .subject import Array, Check, Found, Subject
 
@@ -26,7 +26,7 @@ def displaced(s: Subject, clearances: bool) -> Found:
     """The output, as far as the load decides where it is."""
     units, axes = _components(s)
     ours = _ours(s, clearances)
-    theirs = _frame(s).solve(clearances).output[axes]
+    theirs = _theirs(s, clearances).output[axes]
     gap = np.abs(ours["error"][0] * units - theirs) - ours["undetermined"][0] * units
     size, lengths = MM * s.size, units == MM
     moved = max(np.abs(theirs[lengths]).max(), size * np.abs(theirs[~lengths]).max(), STILL * size)
@@ -37,7 +37,7 @@ def forces(s: Subject, clearances: bool) -> Found:
     """In all joints, and along all pieces of elastic bodies."""
     units, axes = _components(s)
     m, frame = _mechanism(s), _frame(s)
-    ours, theirs = _ours(s, clearances)["reaction"][0], frame.solve(clearances)
+    ours, theirs = _ours(s, clearances)["reaction"][0], _theirs(s, clearances)
     largest = max(np.linalg.norm(wrench[:3]) for wrench in theirs.reactions.values())
     levers = np.where(units == MM, 1.0, MM)
     parts = []
@@ -61,6 +61,11 @@ def _mechanism(s: Subject) -> jp.Mechanism:
 
 def _frame(s: Subject) -> Frame:
     return Frame(_mechanism(s).raw)
+
+
+@cache
+def _theirs(s: Subject, clearances: bool) -> Loaded:
+    return _frame(s).solve(clearances)
 
 
 def _components(s: Subject) -> tuple[Array, list[int]]:
