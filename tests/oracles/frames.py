@@ -37,6 +37,8 @@ RELEASES = {
     "planar": {"revolute": ("Rz",), "fixed": ()},
     "spatial": {"prismatic": ("Dx",), "universal": ("Ry", "Rz"), "spherical": ("Rx", "Ry", "Rz"), "fixed": ()},
 }
+#: where a radial clearance is a disc or a ball, and all there is
+ROUND = ("revolute", "fixed", "spherical")
 KNOWN = {
     "": {"format", "title", "space", "units", "joints", "bodies", "dimensions", "output", "loads", "assembly"},
     "joints": {"type", "bodies", "at", "on", "axis", "axes", "clearance", "angle"},
@@ -50,7 +52,8 @@ def is_known(data: Mapping[str, Any]) -> bool:
         return False
     kinds, joints = RELEASES[data.get("space", "planar")], data["joints"].values()
     plain = all(set(joint) <= KNOWN["joints"] and joint["type"] in kinds for joint in joints)
-    round_ = all(set(joint.get("clearance", ())) <= {"radial"} for joint in joints)
+    gaps = [joint for joint in joints if "clearance" in joint]
+    round_ = all(set(joint["clearance"]) == {"radial"} and joint["type"] in ROUND for joint in gaps)
     return plain and round_ and all(body and set(body) <= KNOWN["bodies"] for body in data["bodies"].values())
 
 
@@ -157,7 +160,7 @@ class Frame:
         found = []
         for load in self.data.get("loads", []):
             force, moment = np.zeros(3), np.zeros(3)
-            force[: len(load["force"])] = load["force"]
+            force[: len(load.get("force", ()))] = load.get("force", ())
             moment[-np.size(load.get("moment", 0.0)) :] = load.get("moment", 0.0)
             found.append((*self._seat(load), np.concatenate([force, moment])))
         return found
@@ -177,10 +180,8 @@ class Frame:
         springs += [ei / size**3 for _, *turns in given.values() for ei in turns if ei]
         found = {}
         for body in dict.fromkeys(body for body, *_ in self.elements):
-            own, reach = (
-                given.get(body, np.zeros(3)),
-                max(math.dist(a, b) for one, a, b in self.elements if one == body),
-            )
+            own = given.get(body, np.zeros(3))
+            reach = max(math.dist(a, b) for other, a, b in self.elements if other == body)
             bent = 1.0 if self._is_bar(body) else stiffer
             rigid = max(springs) * np.array([stiffer * reach, bent * reach**3, bent * reach**3])
             found[body] = tuple(np.where(own, own, rigid))
