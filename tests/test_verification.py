@@ -65,7 +65,9 @@ def test_rows_hold(name: str) -> None:
 @pytest.mark.parametrize("kind", ["elastic trusses", "elastic frames", "elastic frames in space"])
 def test_elastic_structures_hold(kind: str) -> None:
     s = elastic_structure(STRUCTURES[kind][1])(1000)
-    for check in elastic.CHECKS:
+    checks = [check for check in elastic.CHECKS if check.applies(s)]
+    assert checks
+    for check in checks:
         row = Row(s.name, check, check.compare(s))
         assert row.good, (kind, check.figure, check.engine, row.found)
 
