@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import jointplay as jp
-from verification import contact, planar
+from oracles.frames import Frame
+from structures import KINDS as STRUCTURES
+from verification import contact, elastic, planar
 from verification.page import CHECKS, HEAD, PAGE, RANDOM_HEAD, Row, read, read_uncovered, uncovered, wanted
+from verification.random_mechanisms import elastic_structure
 from verification.subject import FIGURES, Check, Subject, subject
 
 TEXT = PAGE.read_text(encoding="utf-8")
 ROWS = read(TEXT)
 #: of every kind of engine an example that takes little time
-SAMPLE = ("p3r", "redundant-bar", "serial-6r", "rssr", "bennett", "belt-arm")
+SAMPLE = ("p3r", "redundant-bar", "four-legged-platform", "serial-6r", "rssr", "bennett", "belt-arm")
 
 
 def key(s: Subject, check: Check) -> tuple[str, ...]:
@@ -58,6 +62,16 @@ def test_rows_hold(name: str) -> None:
         assert row.good, (name, check.figure, check.engine, row.found)
 
 
+@pytest.mark.parametrize("kind", ["elastic trusses", "elastic frames", "elastic frames in space"])
+def test_elastic_structures_hold(kind: str) -> None:
+    s = elastic_structure(STRUCTURES[kind][1])(1000)
+    checks = [check for check in elastic.CHECKS if check.applies(s)]
+    assert checks
+    for check in checks:
+        row = Row(s.name, check, check.compare(s))
+        assert row.good, (kind, check.figure, check.engine, row.found)
+
+
 def test_a_linkage_rests_in_mujoco_where_it_is_loaded() -> None:
     """In the plane; the examples above have two in space."""
     (check,) = contact.CHECKS
@@ -75,3 +89,14 @@ def test_a_wrong_engine_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(planar, "output_pose", wrong)
     assert not Row("p3r", check, check.compare(s)).good
+
+
+def test_finite_elements_see_a_bar_that_is_too_short_in_place_of_too_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    s, right = Subject.of("x-braced-square", subject("x-braced-square").mechanism), Frame.displaced
+
+    def wrong(self: Frame) -> tuple[np.ndarray, np.ndarray]:
+        in_joint, own = right(self)
+        return in_joint, -own
+
+    monkeypatch.setattr(Frame, "displaced", wrong)
+    assert not any(Row(s.name, check, check.compare(s)).good for check in elastic.CHECKS)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import jointplay as jp
 
-from . import contact, coupled, first_order, monte_carlo, planar, record_page, spatial
+from . import contact, coupled, elastic, first_order, monte_carlo, planar, record_page, spatial
 from .random_mechanisms import Family, RandomRow
 from .subject import FIGURES, Check, Found, Subject, subjects
 
@@ -20,6 +20,7 @@ CHECKS: tuple[Check, ...] = (
     *monte_carlo.CHECKS,
     *spatial.CHECKS,
     *coupled.CHECKS,
+    *elastic.CHECKS,
     *contact.CHECKS,
     *first_order.CHECKS,
 )
@@ -51,6 +52,11 @@ known differences and what no engine covers. [How it is checked](checks.md) has 
 * MuJoCo gets the model that [`jointplay export`](exchange.md#models-for-mujoco) writes, with 720 boxes in a ring, and
   comes to rest under its load without friction. Its contacts are made stiffer in three steps and extrapolated to rigid
   ones. The position of the output is compared.
+* Pynite is a finite-element program for frames. It gets joints, stiffnesses, deviations and loads from the file itself.
+  What is rigid is made stiffer in four steps and extrapolated to rigid. Without clearance Pynite answers alone. With
+  clearance it gives the forces in the joints and how they change with each offset, and Clarabel finds the offsets of
+  least energy. It is checked that every force then points against its offset. Reactions have the tensions of elastic
+  bodies among them.
 * "First order" is the linear theory at the nominal pose. The other figures are on the exact loop closure.
 * [Published figures](#published-figures) are compared with their printed digits.
 
@@ -61,7 +67,8 @@ row is within its tolerance, and it computes some rows again. Last digits depend
 OTHER = """\
 The other commands (`compensate`, `map`, `singularities`, `assembly`, `allow`, `allocate`, `screen`) have no rows here.
 Their tests compare them with closed forms, finite differences and brute force. Models of MuJoCo are compared at rest;
-their dynamics have not been.
+their dynamics have not been. No row has springs, elastic bearings or beams with two different inertias; their tests
+compare them with textbook formulas. How far an elastic structure moves beyond the first order has no row either.
 """
 
 

@@ -13,8 +13,10 @@ from layouts import KINDS
 from oracles import loops
 from oracles.optimiser import NoOptimumError
 from strategies import mechanism
+from structures import KINDS as STRUCTURES
+from structures import Structure
 
-from . import first_order, monte_carlo, planar, spatial
+from . import elastic, first_order, monte_carlo, planar, spatial
 from .subject import OK, Check, Found, Subject
 
 #: comparisons that take long, on fewer mechanisms
@@ -55,6 +57,10 @@ def platform(seed: int) -> Subject:
     return _regular(loops.platform, seed)
 
 
+def elastic_structure(kind: Structure) -> Callable[[int], Subject]:
+    return lambda seed: Subject.of(f"{kind.__name__} {seed}", jp.Mechanism(kind(seed)))
+
+
 def _regular(make: Callable[[int, float], dict[str, Any]], seed: int) -> Subject:
     """The first mechanism from a seed on, in steps of a thousand, that can be assembled off its reference."""
     for k in range(100):
@@ -68,6 +74,7 @@ def _regular(make: Callable[[int, float], dict[str, Any]], seed: int) -> Subject
 
 PLANAR = (*planar.CHECKS, *monte_carlo.CHECKS, *first_order.CHECKS)
 SPATIAL = (*spatial.CHECKS, *first_order.CHECKS)
+ELASTIC = tuple(elastic.CHECKS)
 FAMILIES = (
     Family(
         "planar linkages",
@@ -82,6 +89,10 @@ FAMILIES = (
     ),
     Family(
         "platforms in space", "six legs with joints of every kind (`tests/oracles/loops.py`)", platform, 8, 8, SPATIAL
+    ),
+    *(
+        Family(name, f"over-constrained, {what} (`tests/structures.py`)", elastic_structure(kind), 12, 12, ELASTIC)
+        for name, (what, kind) in STRUCTURES.items()
     ),
 )
 

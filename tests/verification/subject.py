@@ -36,8 +36,17 @@ class Path(NamedTuple):
 class Subject:
     """A mechanism as the core has it."""
 
-    def __init__(self, name: str, spec: Mapping[str, Any], core: _core.Mechanism, path: Callable[[], Path]) -> None:
+    def __init__(
+        self,
+        name: str,
+        spec: Mapping[str, Any],
+        core: _core.Mechanism,
+        path: Callable[[], Path],
+        mechanism: jp.Mechanism | None = None,
+    ) -> None:
         self.name, self.spec, self.core, self._path = name, dict(spec), core, path
+        #: where it has a file
+        self.mechanism = mechanism
 
     @classmethod
     def of(cls, name: str, m: jp.Mechanism) -> Subject:
@@ -45,7 +54,7 @@ class Subject:
             at = nominal(m)
             return Path(at.drives, at.poses, at.output)
 
-        return cls(name, m.spec(), m.core, path)
+        return cls(name, m.spec(), m.core, path, m)
 
     @classmethod
     def of_spec(cls, name: str, spec: dict[str, Any], drives: Array) -> Subject:
@@ -155,6 +164,7 @@ FIGURES = (
     "loaded pose, first order",
     "loaded pose",
     "reactions",
+    "reactions, first order",
     "worst case, first order",
     "worst case",
     "standard deviation, first order",
