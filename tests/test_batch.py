@@ -127,6 +127,10 @@ def test_the_first_order_equals_the_plain_solver_on_every_width(name):
         assert (np.abs(plain - result[key]) / scale).max(initial=0.0) < bounds.get(key, 1e-12), key
     assert np.array_equal(np.concatenate([part["status"] for part in parts]), result["status"])
     assert np.array_equal(result["error"], result["error_first_order"], equal_nan=True)
+    # What else is asked for changes nothing.
+    light = _on_every_width(lambda: core.loaded(drives, poses, exact=False, offset=False, details=False))
+    for key in ("error", "undetermined", "status", "iterations"):
+        assert np.array_equal(light[key], result[key], equal_nan=True), key
 
 
 @pytest.mark.parametrize("exact", [True, False])

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jointplay import _core, poses
 from jointplay.analyses.nominal import Floats, Nominal
@@ -27,22 +28,31 @@ ROTATIONS = ("rx", "ry", "rz")
 
 
 @dataclass(frozen=True)
-class Seed:
-    """A state that may lead to a node.
+class Seeds:
+    """States that may lead to nodes of a chunk, one after the other.
 
     Attributes
     ----------
-    node : int
+    nodes : ndarray
         Number of the node in its chunk.
-    row : ndarray
-        What was commanded in that state.
+    rows : ndarray
+        What was commanded in each state.
     poses : ndarray
         Of all bodies.
     """
 
-    node: int
-    row: Floats
+    nodes: NDArray[np.int64]
+    rows: Floats
     poses: Floats
+
+    @classmethod
+    def of(cls, parts: Sequence[Seeds]) -> Seeds:
+        """Those of all parts; there is one part at least."""
+        fields = ([getattr(part, name) for part in parts] for name in ("nodes", "rows", "poses"))
+        return cls(*(np.concatenate(arrays) for arrays in fields))
+
+    def __getitem__(self, chosen: NDArray[np.int64]) -> Seeds:
+        return Seeds(self.nodes[chosen], self.rows[chosen], self.poses[chosen])
 
 
 class Reach:
@@ -71,33 +81,40 @@ class Reach:
                 problem = f"{listed(self.names)} of the output do not decide where the drives are"
                 raise InputError(problem, file=m.file, key="grid")
             found = self.core.trace(row)
-            self._first = Seed(0, row[0], found["poses"][0])
+            self._first = Seeds(np.zeros(1, np.int64), row[:1], found["poses"][:1])
         else:
             self.names, self.core = m.drives, m.core
             self._columns = list(range(len(m.drives)))
-            self._first = Seed(0, self.start.drives[0], self.start.poses[0])
+            self._first = Seeds(np.zeros(1, np.int64), self.start.drives[:1], self.start.poses[:1])
 
-    def starts(self, lattice: Lattice) -> dict[int, list[Seed]]:
+    @property
+    def no_seeds(self) -> Seeds:
+        """None at all."""
+        return self._first[np.zeros(0, np.int64)]
+
+    def starts(self, lattice: Lattice) -> dict[int, Seeds]:
         """Seeds by chunk: nodes that are reached from the start on a straight way."""
         places, rows = lattice.coarse(self.names)
-        values = dict(zip(np.array(self.names)[self._columns].tolist(), self._first.row.tolist(), strict=True))
+        values = dict(zip(np.array(self.names)[self._columns].tolist(), self._first.rows[0].tolist(), strict=True))
         nearest = lattice.nearest(values)
         near = lattice.rows(nearest[0], self.names)[nearest[1]]
         places, rows = [nearest, *places], np.ascontiguousarray(np.vstack([near, rows])[:, self._columns])
-        seeds: dict[int, list[Seed]] = {}
         # Nothing is reached but from the start.
-        first = [Seed(k, self._first.row, self._first.poses) for k in range(len(rows))]
+        first = Seeds(
+            np.arange(len(rows)), *(np.repeat(x, len(rows), 0) for x in (self._first.rows, self._first.poses))
+        )
         found = self._trace_grid([len(rows)], rows, first, spread=False)
-        for (chunk, node), row, status, state in zip(places, rows, found["status"], found["poses"], strict=True):
-            if status == 0:
-                seeds.setdefault(chunk, []).append(Seed(node, row, state))
-        return seeds
+        chunks, nodes = np.array(places).T
+        reached = np.flatnonzero(found["status"] == 0)
+        seeds = Seeds(nodes, rows, found["poses"])
+        # The chunk of the start comes first.
+        return {int(chunk): seeds[reached[chunks[reached] == chunk]] for chunk in dict.fromkeys(chunks[reached])}
 
     def commands(self, lattice: Lattice, chunk: int) -> Floats:
         """What is commanded at the nodes of a chunk, without what is held by a joint."""
         return np.ascontiguousarray(lattice.rows(chunk, self.names)[:, self._columns])
 
-    def solve(self, lattice: Lattice, chunk: int, seeds: Sequence[Seed]) -> Nominal:
+    def solve(self, lattice: Lattice, chunk: int, seeds: Seeds) -> Nominal:
         """The nominal mechanism at the nodes of a chunk, as far as they are reached from the seeds."""
         rows = self.commands(lattice, chunk)
         found = self._trace_grid(list(lattice.size(chunk)), rows, seeds)
@@ -108,16 +125,8 @@ class Reach:
         nothing = np.full((n, 0), np.nan)
         return Nominal(drives, there, found["output"], found["status"], np.full(n, np.nan), nothing)
 
-    def _trace_grid(self, shape: list[int], rows: Floats, seeds: Sequence[Seed], *, spread: bool = True) -> Traced:
-        width, bodies = rows.shape[1], self.start.poses.shape[1:]
-        return self.core.trace_grid(
-            shape,
-            rows,
-            [seed.node for seed in seeds],
-            np.array([seed.row for seed in seeds]).reshape(-1, width),
-            np.array([seed.poses for seed in seeds]).reshape(-1, *bodies),
-            spread,
-        )
+    def _trace_grid(self, shape: list[int], rows: Floats, seeds: Seeds, *, spread: bool = True) -> Traced:
+        return self.core.trace_grid(shape, rows, seeds.nodes.tolist(), seeds.rows, seeds.poses, spread)
 
 
 def _start(m: Mechanism) -> Nominal:

@@ -20,7 +20,7 @@ from jointplay.store import ChunkStore, Store
 from .answering import NOT_ASSEMBLED, Answer, Array, Asking, face, faces
 from .contact import Contacts
 from .lattice import Neighbour
-from .reach import Reach, Seed
+from .reach import Reach, Seeds
 
 #: passes after which the work ends in any case; a region would have to wind as often in and out of a chunk
 MOST_PASSES = 100
@@ -93,7 +93,7 @@ class Work:
             seeds, offered = self._ways_in(chunk)
             if offered is None:
                 continue
-            at = self.reach.solve(self.lattice, chunk, seeds)
+            at = self.reach.solve(self.lattice, chunk, Seeds.of(seeds))
             size = self.lattice.size(chunk)
             kept: dict[str, Array] = {"status": at.status.reshape(size)}
             kept["poses"] = at.poses.reshape(*size, *at.poses.shape[1:])
@@ -121,14 +121,14 @@ class Work:
         """What the neighbours of a chunk need to know of it; None when it was never solved."""
         return self.ahead[number][1] if number in self.ahead else self.store.entry(number)
 
-    def _ways_in(self, number: int) -> tuple[list[Seed], dict[str, NDArray[np.bool_]] | None]:
+    def _ways_in(self, number: int) -> tuple[list[Seeds], dict[str, NDArray[np.bool_]] | None]:
         """States that lead into a chunk, and the nodes beyond its faces that are ok, by the face.
 
         None in place of the latter where it was solved before and nothing new leads into it.
         """
         own = self._entry(number)
         offered: dict[str, NDArray[np.bool_]] = {}
-        seeds = list(self.starts.get(number, ()))
+        seeds = [self.starts.get(number, self.reach.no_seeds)]
         opened = own is None
         for neighbour in self.lattice.neighbours(number):
             side = f"{neighbour.axis}.{neighbour.side}"
@@ -137,21 +137,20 @@ class Work:
                 continue
             opposite = f"{neighbour.axis}.{1 - neighbour.side}"
             offered[side] = other[f"status.{opposite}"] == OK
-            seeds += self._seeds(number, neighbour, offered[side], other[f"poses.{opposite}"])
+            seeds.append(self._seeds(number, neighbour, offered[side], other[f"poses.{opposite}"]))
             if own is not None:
                 seen = own[f"seen.{side}"] if f"seen.{side}" in own else np.zeros_like(offered[side])
                 opened |= bool((offered[side] & ~seen & (own[f"status.{side}"] == NOT_ASSEMBLED)).any())
         return seeds, offered if opened else None
 
-    def _seeds(self, number: int, neighbour: Neighbour, ok: NDArray[np.bool_], poses: Floats) -> list[Seed]:
+    def _seeds(self, number: int, neighbour: Neighbour, ok: NDArray[np.bool_], poses: Floats) -> Seeds:
         """The states on the face of a neighbour, each with the node of this chunk that is next to it."""
         size, theirs = self.lattice.size(number), self.lattice.size(neighbour.number)
         nodes = np.arange(np.prod(size)).reshape(size)
         rows = self.reach.commands(self.lattice, neighbour.number)
         rows = face(rows.reshape(*theirs, -1), neighbour.axis, 1 - neighbour.side)
         mine = face(nodes, neighbour.axis, neighbour.side)
-        picked = zip(mine[ok].tolist(), rows[ok], poses[ok], strict=True)
-        return [Seed(node, row, state) for node, row, state in picked]
+        return Seeds(mine[ok], rows[ok], poses[ok])
 
     def _join(self) -> None:
         """Mark changes of contact between the last nodes of a chunk and the first ones of the next."""
