@@ -171,5 +171,7 @@ def test_quantiles_with_the_first_order_as_a_control_are_those_of_many_plain_sam
     far = np.abs(np.mean(runs["sobol"], axis=0) - truth)
     # Largest of twenty: 4.5 standard errors.
     assert (far <= 4.5 * error).all(), far / error
-    varies = spread["plain"] > resolution
+    # By the same measure, whatever the draw: what varies by less than a tenth of a bin is not compared.
+    varies = spread["plain"] > 0.1 * resolution
+    assert varies.sum() >= 8
     assert np.median((spread["plain"] / np.maximum(spread["sobol"], 1e-300))[varies]) > 3

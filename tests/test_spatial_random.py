@@ -128,13 +128,18 @@ def test_units_that_cannot_be_assembled_are_counted() -> None:
     assert (found["histogram"][0].sum(axis=1) == failures[0]).all()
     # With the crank at zero the coupler spans from (30, 0, 0) to the tip of the rocker, less the play of the ball.
     ball = [m.parameters.index(f"ball.{axis}") for axis in "xyz"]
+    offsets = found["kept_parameters"][:, None, ball]
     angle = np.linspace(0, 2 * np.pi, 721)
-    tips = np.column_stack([0.13 + 0 * angle, -0.1 * np.sin(angle), -0.06 + 0.1 * np.cos(angle)])
-    ends = tips - found["kept_parameters"][:, None, ball]
-    spans = np.linalg.norm(ends - [0.03, 0.0, 0.0], axis=2)
+    tips = np.column_stack([0.13 + 0 * angle, -0.1 * np.sin(angle), -0.06 + 0.1 * np.cos(angle)]) - [0.03, 0.0, 0.0]
     slack = 1e-3  # of the other joints' play, the tolerance and the steps of the angle
-    surely = (spans.min(axis=1) < 0.176 - slack) & (spans.max(axis=1) > 0.176 + slack)
+    # The branch of a unit is followed while its deviations grow. Some units fit by themselves although it ends on the
+    # way, where the offset would need a longer coupler.
+    surely = np.ones(len(ok), dtype=bool)
+    for part in np.linspace(0.0, 1.0, 41):
+        spans = np.linalg.norm(tips - part * offsets, axis=2)
+        surely &= (spans.min(axis=1) < 0.176 - slack) & (spans.max(axis=1) > 0.176 + slack)
     never = (spans.min(axis=1) > 0.176 + slack) | (spans.max(axis=1) < 0.176 - slack)
+    assert surely.sum() > 600
     assert never.sum() > 100
     assert ok[surely].all()
     assert not ok[never].any()

@@ -6,10 +6,11 @@
 
 use crate::clearance::draw::SIGMAS;
 use crate::clearance::draw::shapes::{Draw, Drawn};
+use crate::clearance::draw::truncated::Truncated;
 use crate::clearance::law::Law;
 use crate::clearance::offset::MAX_SIZE;
 use crate::math::lanes::block::{Block, LANES, exp};
-use crate::math::lanes::normal::{score_in_middle, share_below};
+use crate::math::lanes::normal::share_below;
 
 /// The largest number below 1.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
@@ -99,12 +100,10 @@ impl Draw for Given {
         if law == Law::Gauss {
             return z.mul(&Block::splat(sigma));
         }
-        let beyond = share_below(-1.0 / sigma);
         for i in 0..LANES {
-            let between = score_in_middle((1.0 - 2.0 * beyond).mul_add(share_below(z.0[i]), beyond));
-            z.0[i] = (between * sigma).clamp(-1.0, 1.0);
+            z.0[i] = share_below(z.0[i]);
         }
-        z
+        Truncated::new(sigma).numbers(&z)
     }
 
     fn largest_of_three(&mut self) -> Block {

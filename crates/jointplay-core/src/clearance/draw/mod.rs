@@ -5,6 +5,7 @@ pub(crate) mod numbers;
 pub(crate) mod points;
 pub(crate) mod shapes;
 pub(crate) mod stream;
+mod truncated;
 
 pub use shapes::Draw;
 pub use stream::Stream;

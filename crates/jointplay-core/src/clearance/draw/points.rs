@@ -5,17 +5,16 @@
 
 use crate::clearance::draw::SIGMAS;
 use crate::clearance::draw::shapes::{Draw, Drawn};
-use crate::clearance::draw::stream::{Stream, circle, signs, units};
+use crate::clearance::draw::stream::{Stream, circle, inner, signs, units};
+use crate::clearance::draw::truncated::Truncated;
 use crate::clearance::law::Law;
 use crate::clearance::offset::MAX_SIZE;
 use crate::math::lanes::block::{Block, LANES, sin_cos_eighths};
-use crate::math::lanes::normal::{score, score_in_middle};
+use crate::math::lanes::normal::score;
 use crate::math::sobol::{DIMENSIONS, Dimension, mix};
 
 /// Keeps the pseudo-random numbers apart from those of plain sampling.
 const APART: u64 = 0x2545_F491_4F6C_DD1D;
-/// Units are multiples of twice this; quantile functions are taken in between.
-const HALF_STEP: f64 = 1.0 / 9_007_199_254_740_992.0;
 
 /// The points of one replicate from some block on.
 #[derive(Clone)]
@@ -29,8 +28,7 @@ pub struct Points {
     next: usize,
     rest: Stream,
     is_rest: bool,
-    /// A standard deviation, and the probability that a normal number is beyond 1.
-    beyond: [f64; 2],
+    truncated: Truncated,
 }
 
 impl Points {
@@ -46,7 +44,7 @@ impl Points {
             next: 0,
             rest: Stream::new(seed ^ APART, number),
             is_rest: false,
-            beyond: [f64::NAN; 2],
+            truncated: Truncated::new(1.0 / SIGMAS),
         }
     }
 
@@ -93,12 +91,6 @@ impl Points {
     fn rest(&mut self) -> &mut Stream {
         self.is_rest = true;
         &mut self.rest
-    }
-
-    /// Between 0 and 1, never at either.
-    #[inline(always)]
-    fn inner(&mut self) -> Block {
-        self.unit().add(&Block::splat(HALF_STEP))
     }
 }
 
@@ -154,27 +146,17 @@ impl Draw for Points {
 
     #[inline(always)]
     fn normal(&mut self) -> Block {
-        scores(&self.inner())
+        scores(&inner(&self.bits()))
     }
 
     /// Of the probability within the bounds where these truncate, which is within `SIGMAS` standard deviations.
     #[inline(always)]
     fn scaled_normal(&mut self, law: Law, sigma: f64) -> Block {
-        let u = self.inner();
+        let u = inner(&self.bits());
         if law == Law::Gauss {
             return scores(&u).mul(&Block::splat(sigma));
         }
-        if self.beyond[0].to_bits() != sigma.to_bits() {
-            self.beyond = [sigma, 0.5 * libm::erfc(std::f64::consts::FRAC_1_SQRT_2 / sigma)];
-        }
-        let beyond = self.beyond[1];
-        let mut drawn = u.mul_add(&Block::splat(1.0 - 2.0 * beyond), &Block::splat(beyond));
-        let mut i = 0;
-        while i < LANES {
-            drawn.0[i] = (score_in_middle(drawn.0[i]) * sigma).clamp(-1.0, 1.0);
-            i += 1;
-        }
-        drawn
+        self.truncated.with(sigma).numbers(&u)
     }
 
     #[inline(always)]

@@ -2,6 +2,7 @@
 
 use crate::clearance::draw::SIGMAS;
 use crate::clearance::draw::shapes::{Draw, Drawn};
+use crate::clearance::draw::truncated::Truncated;
 use crate::clearance::law::Law;
 use crate::clearance::offset::MAX_SIZE;
 use crate::math::lanes::block::{Block, LANES, ln, sin_cos_eighths};
@@ -13,6 +14,7 @@ pub struct Stream {
     state: [[u64; LANES]; 4],
     /// Normal numbers come in pairs; the second of one waits here.
     spare: Option<Block>,
+    truncated: Truncated,
 }
 
 impl Stream {
@@ -28,7 +30,7 @@ impl Stream {
                 part[lane] = mix(word);
             }
         }
-        Self { state, spare: None }
+        Self { state, spare: None, truncated: Truncated::new(1.0 / SIGMAS) }
     }
 
     #[inline(always)]
@@ -99,26 +101,13 @@ impl Draw for Stream {
         x
     }
 
-    /// Lanes outside -1 to 1 are drawn again; more than 96 of 100 draws stay inside for the two widths in use.
     #[inline(always)]
     fn scaled_normal(&mut self, law: Law, sigma: f64) -> Block {
-        let mut drawn = Block::splat(f64::INFINITY);
-        loop {
-            let fresh = self.normal().mul(&Block::splat(sigma));
-            // Masks and a sum of whole numbers: what the compiler turns into vectors.
-            let mut outside = 0_u64;
-            let mut i = 0;
-            while i < LANES {
-                let again = u64::from(drawn.0[i].abs() > 1.0).wrapping_neg();
-                let chosen = (fresh.0[i].to_bits() & again) | (drawn.0[i].to_bits() & !again);
-                drawn.0[i] = f64::from_bits(chosen);
-                outside += u64::from(drawn.0[i].abs() > 1.0);
-                i += 1;
-            }
-            if outside == 0 || law == Law::Gauss {
-                return drawn;
-            }
+        if law == Law::Gauss {
+            return self.normal().mul(&Block::splat(sigma));
         }
+        let u = inner(&self.bits());
+        self.truncated.with(sigma).numbers(&u)
     }
 
     #[inline(always)]
@@ -183,6 +172,12 @@ pub(super) fn units(bits: &[u64; LANES]) -> Block {
         i += 1;
     }
     Block::new(out)
+}
+
+/// The same between two steps, so that neither 0 nor 1 is among them.
+#[inline(always)]
+pub(super) fn inner(bits: &[u64; LANES]) -> Block {
+    units(bits).add(&Block::splat(0.5 * f64::EPSILON))
 }
 
 /// -1 or 1, by the highest bit.

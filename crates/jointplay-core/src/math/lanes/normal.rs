@@ -3,6 +3,10 @@
 //! `z(u) = (2u - 1) P(w)` with `w = -ln(4 u (1 - u))`, as in Giles (GPU Computing Gems, Jade Edition, 2012, 109). P is a polynomial
 //! of w in the middle and of its square root in the tails, each fitted by least squares at Chebyshev points; what is left is below 1e-9.
 //!
+//! Within three standard deviations `z(u) = (u - 1/2) N(y) / D(y)` with `y = u (1 - u)`, N and D of degree ten, fitted by weighted least
+//! squares in forty digits; what is left is below 5e-11. Their zeros are all on the negative axis, where the function has its cut, so
+//! that all coefficients are positive and nothing cancels.
+//!
 //! `erfc(x) = t R(2t - 1) exp(-x^2)` with `t = 2 / (2 + x)` for x >= 0, R a polynomial fitted in the same way. What is left is below
 //! 1e-12 of the value, far out in the tail, too.
 
@@ -57,6 +61,36 @@ const TAILS: [f64; 15] = [
 
 #[rustfmt::skip]
 #[allow(clippy::unreadable_literal)] // digits of a fit
+const NUMERATOR: [f64; 11] = [
+    0.6098929658730465,
+    4.286976871168054,
+    3.805490714927938,
+    0.9386857872965109,
+    0.08219493419001042,
+    0.0028256564023094385,
+    3.939813839165496e-05,
+    2.189980329681949e-07,
+    4.4997763554043395e-10,
+    2.847418583994018e-13,
+    3.38708386637935e-17,
+];
+#[rustfmt::skip]
+#[allow(clippy::unreadable_literal)] // digits of a fit
+const DENOMINATOR: [f64; 11] = [
+    1.0,
+    2.8216670636641417,
+    1.648961194254975,
+    0.31053495866217246,
+    0.022297360656106043,
+    0.0006549771626664725,
+    8.004147390061492e-06,
+    3.958971170720561e-08,
+    7.283573968554106e-11,
+    4.103140488922621e-14,
+    4.181011370837109e-18,
+];
+#[rustfmt::skip]
+#[allow(clippy::unreadable_literal)] // digits of a fit
 const SCALED_ERFC: [f64; 19] = [
     -1.1255615390837197e-07,
     2.3405809770338246e-07,
@@ -91,12 +125,12 @@ pub fn score(u: f64) -> f64 {
     (2.0 * u - 1.0) * if w < TAIL { middle } else { tails }
 }
 
-/// The same for scores that stay within 3.5 standard deviations, in half the time.
+/// The same for scores that stay within three standard deviations, in less time and to more digits.
 #[inline(always)]
 #[must_use]
-pub fn score_in_middle(u: f64) -> f64 {
-    let w = -ln(4.0 * u * (1.0 - u));
-    (2.0 * u - 1.0) * polynomial(w.mul_add(2.0 / TAIL, -1.0), MIDDLE)
+pub fn score_within_three(u: f64) -> f64 {
+    let y = u * (1.0 - u);
+    (u - 0.5) * polynomial(y, NUMERATOR) / polynomial(y, DENOMINATOR)
 }
 
 /// The probability that a normal number is below a score.
@@ -134,7 +168,8 @@ mod tests {
             let z = score(u);
             // The error of the score is that of the probability over the density.
             assert!(((below(z) - u) / density(z)).abs() < 1e-9, "{u} {z}");
-            assert!(z < -3.5 || score_in_middle(u).to_bits() == z.to_bits());
+            let within = score_within_three(u);
+            assert!(z.abs() > 3.0 || ((below(within) - u) / density(within)).abs() < 5e-11, "{u} {within}");
             let other = score(1.0 - u);
             assert!(u < 1e-10 || (z + other).abs() < 1e-9, "{u} {z} {other}");
         }
