@@ -142,9 +142,10 @@ impl Mixing {
         if kept.0.iter().all(|kept| *kept == 0.0) {
             newest.fill([zero; 2]);
             for &(p, _) in &self.moving {
+                let (u, g) = (&mut u[p], &g[p]);
                 for i in 0..LANES {
-                    let (from, to) = (u[p].0[i], g[p].0[i]);
-                    u[p].0[i] = if settled[i] { from } else { to };
+                    let (from, to) = (u.0[i], g.0[i]);
+                    u.0[i] = if settled[i] { from } else { to };
                 }
             }
             return;
@@ -163,16 +164,16 @@ impl Mixing {
             second.0[i] = if used { second.0[i] } else { 0.0 };
         }
         // What the load does not move is the same in both.
-        for (k, &(p, part)) in self.moving.iter().enumerate() {
-            let whole = 1.0 / part;
+        for ((&(p, part), newest), before) in self.moving.iter().zip(newest).zip(&*before) {
+            let (u, g, whole) = (&mut u[p], &g[p], 1.0 / part);
+            let ([of_f, of_g], [_, of_g_before]) = (newest, before);
             for i in 0..LANES {
-                let (from, to) = (u[p].0[i], g[p].0[i]);
-                let away = first.0[i] * newest[k][1].0[i] + second.0[i] * before[k][1].0[i];
-                let to = to - whole * away;
-                u[p].0[i] = if settled[i] { from } else { to };
+                let away = first.0[i] * of_g.0[i] + second.0[i] * of_g_before.0[i];
+                let (from, to) = (u.0[i], g.0[i] - whole * away);
+                u.0[i] = if settled[i] { from } else { to };
                 // Differences of steps that led away tell nothing of those to come.
-                newest[k][0].0[i] *= kept.0[i];
-                newest[k][1].0[i] *= kept.0[i];
+                of_f.0[i] *= kept.0[i];
+                of_g.0[i] *= kept.0[i];
             }
         }
     }

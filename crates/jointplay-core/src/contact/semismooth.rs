@@ -15,10 +15,9 @@
 //! (1 - B (1 + t ds/dy)) d = P(z) - y
 //! ```
 //!
-//! Where a force is beyond doubt, z is far outside, B is zero or nearly so, and the step leads to the support point.
+//! Where a force is beyond doubt, z is far outside, B is zero, and the step leads to the support point.
 //! Where two corners compete, or a pin floats, z lies within a face, and the step looks for the place on it
-//! where the forces balance. The derivative ds/dy is taken by differences along the coordinates that matter for that:
-//! those whose force is in doubt, and those that go far.
+//! where the forces balance. The derivative ds/dy is taken by differences along the coordinates that move.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -41,9 +40,6 @@ const DIFFERENCE: f64 = 1e-2;
 const STILL: f64 = 1e-11;
 /// The same where nothing better is reached.
 const SETTLED: f64 = 1e-6;
-/// A force is beyond doubt where B is below this: a step to the support point leaves about this part of the distance to
-/// where contact and reactions agree.
-const BEYOND_DOUBT: f64 = 1e-2;
 /// Largest hold on a step, for one set of differences after the other: a strong hold keeps steps off places where
 /// the forces balance all the same, a weak one lets them go far where the forces hardly change.
 const HOLDS: [f64; 4] = [1e-6, 1e-8, 1e-4, 1e-6];
@@ -254,12 +250,10 @@ impl<'s, 'm> Newton<'s, 'm> {
     ) -> Option<Vec<f64>> {
         let linearised = self.solver.linearise(&at.state)?;
         let hold = largest(&projected.residual).min(hold);
-        self.leave_out_decided(&mut projected);
         loop {
             let n = own.y.len();
-            // The others go to their support points, too little to matter to these.
             let moving: Vec<usize> = (0..n)
-                .filter(|&k| projected.elements[k].is_some() || projected.residual[k].abs() > DIFFERENCE)
+                .filter(|&k| projected.elements[k].is_some() || projected.residual[k].abs() > 0.1 * STILL)
                 .collect();
             let mut matrix = DMatrix::<f64>::identity(moving.len(), moving.len());
             for (c, &column) in moving.iter().enumerate() {
@@ -283,7 +277,7 @@ impl<'s, 'm> Newton<'s, 'm> {
             let factors = normal.cholesky()?;
             let solve = |residual: &dyn Fn(usize) -> f64| {
                 let right = DVector::from_iterator(moving.len(), moving.iter().map(|&k| residual(k)));
-                let mut step: Vec<f64> = (0..n).map(residual).collect();
+                let mut step = vec![0.0; n];
                 moving.iter().zip(factors.solve(&(&transposed * right)).iter()).for_each(|(&k, s)| step[k] = *s);
                 step
             };
@@ -299,18 +293,6 @@ impl<'s, 'm> Newton<'s, 'm> {
                 source.set.project_unit(&mut far[..source.set.size()]);
                 range.zip(far).for_each(|(i, far)| projected.residual[i] = far - own.y[i]);
             }
-        }
-    }
-
-    /// Takes the projection of the sources whose force is beyond doubt for one point.
-    fn leave_out_decided(&self, projected: &mut Projected) {
-        let mut first = 0;
-        for (_, source) in self.sources() {
-            let elements = &mut projected.elements[first..first + source.set.size()];
-            if elements.iter().flatten().all(|(_, row)| largest(row) < BEYOND_DOUBT) {
-                elements.fill(None);
-            }
-            first += source.set.size();
         }
     }
 
