@@ -128,7 +128,7 @@ impl Faces {
         for i in 0..LANES {
             let [along, about] = [forces[0].0[i], forces[1].0[i]];
             let (shift, tilt, tolerance) = (along.abs(), about.abs() / half_length, tolerance.0[i]);
-            let whole = !((shift > tolerance) | (tilt > tolerance)) | !by.counts(0, i);
+            let whole = !(shift > tolerance || tilt > tolerance) | !by.counts(0, i);
             let edge = !whole & ((shift - tilt).abs() <= tolerance);
             let corners = [gap.copysign(along), (gap / half_length).copysign(about)];
             let half = [0.5 * corners[0], -0.5 * corners[1]];
@@ -203,7 +203,7 @@ impl Faces {
             for i in 0..LANES {
                 let force = forces[0].0[i];
                 let decided = (force.abs() > tolerance.0[i]) & by.counts(0, i);
-                let moves = !decided & (axial > 0.0);
+                let moves = !decided && axial > 0.0;
                 nearest[0].0[i] = if moves { by.offset(0, i) } else { axial * sign_if(decided, force) };
                 parts[0].0[i] = one_if(moves);
                 open.0[i] += parts[0].0[i];
