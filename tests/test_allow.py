@@ -417,18 +417,18 @@ def test_interrupted_search_keeps_the_sources_that_are_done() -> None:
 def test_command_writes_and_draws(tmp_path: Path) -> None:
     from typer.testing import CliRunner
 
-    from jointplay.cli.commands import app
+    from jointplay.cli.commands import program
 
     path = tmp_path / "chain.toml"
     path.write_text(CHAIN, encoding="utf-8")
-    done = CliRunner().invoke(app, ["allow", str(path), "--plot", str(tmp_path / "a.svg")], standalone_mode=False)
+    done = CliRunner().invoke(program(), ["allow", str(path), "--plot", str(tmp_path / "a.svg")], standalone_mode=False)
     assert done.return_value == 0
     assert "The limits hold: the position error uses 60 % of its limit" in done.output
     assert (tmp_path / "a.svg").stat().st_size > 1000
     for kind in ("csv", "json", "nc"):
-        CliRunner().invoke(app, ["allow", str(path), "-o", str(tmp_path / f"a.{kind}")], standalone_mode=False)
+        CliRunner().invoke(program(), ["allow", str(path), "-o", str(tmp_path / f"a.{kind}")], standalone_mode=False)
     rows = (tmp_path / "a.csv").read_text().splitlines()
     assert rows[0].startswith("variable,source,")
     assert sum(row.startswith("allowed,") for row in rows) == 3
-    missed = CliRunner().invoke(app, ["allow", str(path), "-s", "limits.position=0.02"], standalone_mode=False)
+    missed = CliRunner().invoke(program(), ["allow", str(path), "-s", "limits.position=0.02"], standalone_mode=False)
     assert missed.return_value == 1

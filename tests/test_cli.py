@@ -14,11 +14,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import typer.main
 import xarray as xr
 
 import jointplay as jp
 from jointplay.cli import run
 from jointplay.cli.arguments import assignments, numbers, only_set, swept, value
+from jointplay.cli.commands import HOMES, program
 from processes import COMMAND, worked, working
 
 
@@ -424,15 +426,41 @@ def test_exit_codes_reach_the_shell(tmp_path: Path) -> None:
         assert "Traceback" not in done.stderr
 
 
+def modules_after(code: str, folder: Path) -> set[str]:
+    """What a fresh interpreter has imported after the code."""
+    code += "; import sys; print('MODULES', *sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True)
+    return set(done.stdout.splitlines()[-1].split()[1:])
+
+
 def test_tables_need_no_library_of_the_results(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(jp.examples.text("four-bar"))
-    code = (
-        "import sys; from jointplay.cli import run; run(['error', 'm.toml', '--samples', '100', '-o', 'r.csv']);"
+    found = modules_after(
+        "from jointplay.cli import run; run(['error', 'm.toml', '--samples', '100', '-o', 'r.csv']);"
         "run(['error', 'm.toml', '--samples', '100']); run(['compensate', 'm.toml']); run(['check', 'm.toml']);"
-        "print('MODULES', *(m for m in ('xarray', 'pandas', 'matplotlib', 'h5netcdf') if m in sys.modules))"
+        "run(['solve', 'm.toml']); run(['allow', 'm.toml'])",
+        tmp_path,
+    )
+    assert "jointplay.table" in found
+    assert not found & {"xarray", "pandas", "matplotlib", "h5netcdf", "scipy", "numpy.ma", "asyncio", "tomlkit"}
+
+
+def test_a_command_makes_no_other(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(jp.examples.text("four-bar"))
+    found = modules_after("from jointplay.cli import run; run(['solve', 'm.toml'])", tmp_path)
+    made = {f"jointplay.cli.{home.partition('.')[0]}" for home in HOMES.values()} & found
+    assert made == {"jointplay.cli.solving"}
+    assert list(typer.main.get_command(program("solve")).commands) == ["solve"]
+    assert list(typer.main.get_command(program()).commands) == list(HOMES)
+
+
+def test_the_interpreter_leaves_objects_where_they_are(tmp_path: Path) -> None:
+    code = (
+        "import atexit, gc, sys; atexit.register(lambda: print('FROZEN', gc.get_freeze_count()));"
+        "sys.argv = ['jointplay', 'new']; from jointplay.cli import main; main()"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "MODULES"
+    assert int(done.stdout.split("FROZEN")[1]) > 10_000
 
 
 def test_a_reader_that_leaves_is_no_error(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from jointplay.analyses import random as random_module
 from jointplay.analyses.indices import REPLICATES, Indices, _Draws, estimate, groups
 from jointplay.analyses.nominal import nominal
 from jointplay.analyses.yields import with_sizes
-from jointplay.cli.commands import app
+from jointplay.cli.commands import program
 from jointplay.result import from_dataset
 from jointplay.table.indices import notes
 
@@ -250,9 +250,9 @@ def test_every_output_sweeps_and_maps_have_them() -> None:
 def test_the_program(tmp_path: Path) -> None:
     file = tmp_path / "four-bar.toml"
     file.write_text(examples.text("four-bar"))
-    shown = CliRunner().invoke(app, ["error", str(file), "-q", "random", "--indices", "--samples", "2000"])
+    shown = CliRunner().invoke(program(), ["error", str(file), "-q", "random", "--indices", "--samples", "2000"])
     assert shown.exit_code == 0
     assert "total index" in shown.output
     assert "Sobol' indices" in shown.output
-    without = CliRunner().invoke(app, ["error", str(file), "-q", "random", "--samples", "2000"])
+    without = CliRunner().invoke(program(), ["error", str(file), "-q", "random", "--samples", "2000"])
     assert "total index" not in without.output

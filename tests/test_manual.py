@@ -17,7 +17,7 @@ from numpydoc.validate import validate
 
 import jointplay as jp
 from jointplay import examples
-from jointplay.cli.commands import app
+from jointplay.cli.commands import program
 from jointplay.schema import json_schema
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -77,7 +77,7 @@ def test_every_key_of_the_file_is_explained(key: str) -> None:
 
 def command_line() -> dict[str, Any]:
     """The commands by name. (Newer versions of typer carry their own click, so that its types have no fixed home.)"""
-    commands: dict[str, Any] = vars(typer.main.get_command(app))["commands"]
+    commands: dict[str, Any] = vars(typer.main.get_command(program()))["commands"]
     return commands
 
 

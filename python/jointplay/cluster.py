@@ -7,10 +7,8 @@ machine, bit by bit. A worker whose numbers could differ is refused.
 
 from __future__ import annotations
 
-import asyncio
 import functools
 import hashlib
-import logging
 import math
 import pickle
 import platform
@@ -235,6 +233,8 @@ def connected(scheduler: Scheduler | Here | Workers | None) -> Iterator[Here | W
     if isinstance(scheduler, Here | Workers):
         yield scheduler
         return
+    import logging
+
     try:
         import dask.config
         from distributed.utils import silence_logging_cmgr
@@ -278,6 +278,8 @@ def _client(address: str) -> Client:
 
 def _kind(address: str) -> str:
     """What answers at an address: "Scheduler", "Worker", "Nanny"."""
+    import asyncio
+
     from distributed.core import rpc
     from distributed.security import Security
     from distributed.utils import LoopRunner

@@ -9,10 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import tomlkit
-from tomlkit.exceptions import TOMLKitError
+if TYPE_CHECKING:
+    from tomlkit import TOMLDocument
 
 #: containers of tomlkit are used by their common interface of dictionaries and lists
 Node = Any
@@ -57,6 +57,9 @@ def texts(source: Source | None, raw: Mapping[str, Any]) -> Iterator[str]:
         The text with what it takes from other files, as far as those values have not changed; the same with everything
         written out; the bare values, where the text cannot be changed so.
     """
+    import tomlkit
+    from tomlkit.exceptions import TOMLKitError
+
     if source is not None:
         for attempt in (_referring, _whole):
             try:
@@ -69,11 +72,15 @@ def texts(source: Source | None, raw: Mapping[str, Any]) -> Iterator[str]:
 
 def _referring(source: Source, raw: Mapping[str, Any]) -> str:
     """The text with what it takes from other files."""
+    import tomlkit
+
     return _changed(tomlkit.parse(source.text), source.raw, raw)
 
 
 def _whole(source: Source, raw: Mapping[str, Any]) -> str:
     """The text with its parts in it."""
+    import tomlkit
+
     document = tomlkit.parse(source.text)
     document.pop("include", None)
     for text in source.parts.values():
@@ -92,7 +99,7 @@ def _whole(source: Source, raw: Mapping[str, Any]) -> str:
     return _changed(document, document.unwrap(), raw)
 
 
-def _changed(document: tomlkit.TOMLDocument, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+def _changed(document: TOMLDocument, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     windows = "\r\n" in document.as_string()
     _change_table(document, before, wanted, HEADED)
     text = document.as_string()
@@ -127,6 +134,8 @@ def _change(node: Node, key: str | int, before: Any, wanted: Any, headed: int) -
 
 def _item(value: Any, headed: int) -> Any:
     """A new value; its tables have heads of their own down to some depth and stand in one line below."""
+    import tomlkit
+
     if isinstance(value, list):
         if headed and value and all(isinstance(one, Mapping) for one in value):
             tables = tomlkit.aot()

@@ -175,7 +175,7 @@ def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: F
             searching, part = searching[~better], 0.5 * part
         # Rounding, not contact, stops a search whose steps hardly change anything.
         settled[searching] = length[searching] < 1e3 * STILL
-        active = np.setdiff1d(active, searching)
+        active = active[~np.isin(active, searching)]
     return Correction(drives, error, status, iterations, settled)
 
 

@@ -142,9 +142,21 @@ def _seed(seed: int, k: int) -> int:
 
 def with_sizes(m: Mechanism, errors: Floats) -> Floats:
     """Errors by component with their sizes, position and rotation, behind them."""
-    lengths = np.array([name in LENGTHS for name in m.components])
-    sizes = [_size(errors[:, which]) for which in (lengths, ~lengths)]
-    return np.column_stack([errors, *sizes])
+    return np.column_stack([_quantity(m, errors, k) for k in range(len(m.quantities))])
+
+
+def _quantity(m: Mechanism, errors: Floats, k: int) -> Floats:
+    """A column of `with_sizes`."""
+    components = len(m.components)
+    return errors[:, k] if k < components else _size(errors[:, _rows(m)[k - components]])
+
+
+def _rows(m: Mechanism) -> tuple[list[int], list[int]]:
+    """The components of the position and of the rotation, whose sizes follow the components in this order."""
+    lengths, angles = (
+        [k for k, name in enumerate(m.components) if (name in LENGTHS) == which] for which in (True, False)
+    )
+    return lengths, angles
 
 
 def _size(rows: Floats) -> Floats:
@@ -155,11 +167,11 @@ def _size(rows: Floats) -> Floats:
 
 def _within(m: Mechanism, errors: Floats, limits: Floats) -> Flags:
     """Whether every error keeps to all limits; an error that is nan does not."""
-    values = with_sizes(m, errors)
-    inside: Flags = np.ones(len(values), dtype=bool)
-    for column, (low, high) in zip(values.T, limits, strict=True):
-        # A comparison with nan is false.
-        inside &= (column >= low) & (column <= high) & np.isfinite(column)
+    inside: Flags = np.logical_and.reduce([np.isfinite(column) for column in errors.T])
+    # Most quantities have no limit, and specimens are many.
+    for k in np.flatnonzero(np.isfinite(limits).any(axis=1)).tolist():
+        column, (low, high) = _quantity(m, errors, k), limits[k]
+        inside &= (column >= low) & (column <= high)
     return inside
 
 
@@ -170,23 +182,25 @@ def _worst_offsets(m: Mechanism, drawn: Floats, slopes: Floats, shift: Floats, l
         for sign, limit in ((1.0, high), (-1.0, low)):
             if np.isfinite(limit):
                 yield m.core.at_supports(drawn, np.broadcast_to(sign * slopes[k], drawn.shape).copy())
-    for which, limit in zip((True, False), limits[len(components) :, 1], strict=True):
+    for rows, limit in zip(_rows(m), limits[len(components) :, 1], strict=True):
         if np.isfinite(limit):
-            rows = [k for k, name in enumerate(components) if (name in LENGTHS) == which]
             yield _farthest(m, drawn, slopes[rows], shift[rows])
 
 
 def _farthest(m: Mechanism, drawn: Floats, slopes: Floats, shift: Floats) -> Floats:
     """Parameters at which the first-order size of some components is largest, specimen by specimen."""
-    best, size = drawn, np.full(len(drawn), -np.inf)
+    best, size = drawn @ slopes.T + shift, np.full(len(drawn), -np.inf)
     for direction in _fan(len(slopes)):
-        u = m.core.at_supports(drawn, np.broadcast_to(direction @ slopes, drawn.shape).copy())
-        reached = _size(u @ slopes.T + shift)
-        best, size = np.where((reached > size)[:, None], u, best), np.maximum(size, reached)
+        u = m.core.at_supports(drawn, np.tile(direction @ slopes, (len(drawn), 1)))
+        error = u @ slopes.T + shift
+        reached = _size(error)
+        better = reached > size
+        best[better], size[better] = error[better], reached[better]
     for _ in range(STEPS):
         # The size grows along the error itself: a convex function lies above its tangents.
-        best = m.core.at_supports(drawn, (best @ slopes.T + shift) @ slopes)
-    return best
+        u = m.core.at_supports(drawn, best @ slopes)
+        best = u @ slopes.T + shift
+    return u
 
 
 def _fan(size: int) -> Floats:

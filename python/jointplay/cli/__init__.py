@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from contextlib import suppress
@@ -12,6 +13,8 @@ from .streams import let_go, open_all
 
 #: exit codes
 DONE, NOT_OK, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
+#: new objects after which the interpreter looks for garbage; a start makes 70,000, nearly all of which stay
+GARBAGE = 50_000
 
 
 def main() -> None:
@@ -20,7 +23,11 @@ def main() -> None:
     # Set by a shell that asks what could follow.
     if "_JOINTPLAY_COMPLETE" in os.environ:
         _complete()
-    sys.exit(run(sys.argv[1:]))
+    gc.set_threshold(GARBAGE)
+    code = run(sys.argv[1:])
+    # The system takes the memory as a whole; the interpreter would take it apart object by object, which is slow.
+    gc.freeze()
+    sys.exit(code)
 
 
 def run(arguments: list[str]) -> int:
@@ -64,10 +71,10 @@ def _run(arguments: list[str]) -> int:
     """Run a subcommand, and say ourselves what a broken pipe or a file that ends too early is."""
     from typer.main import get_command
 
-    from .commands import app
+    from .commands import program
 
     try:
-        command = get_command(app)
+        command = get_command(program(*arguments[:1]))
         with command.make_context("jointplay", arguments) as context:
             code = command.invoke(context)
     except Exception as problem:
@@ -86,9 +93,9 @@ def _complete() -> None:
     """Tell a shell what could follow, and leave."""
     from typer.main import get_command
 
-    from .commands import app
+    from .commands import program
 
-    get_command(app).main(prog_name="jointplay")
+    get_command(program()).main(prog_name="jointplay")
 
 
 def _refuse(message: str) -> int:

@@ -10,12 +10,14 @@ import typer
 from . import answer, arguments
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import Allocated, File, Output, Point, Samples, Seed, Settings
+from .printing import prints
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.result import Result
 
 
+@prints()
 @with_figure("panel")
 def allocate(
     file: File,

@@ -25,12 +25,14 @@ from .options import (
     Sizes,
     Touching,
 )
+from .printing import prints
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.result import Result
 
 
+@prints()
 @with_figure("panel")
 def allow(
     file: File,

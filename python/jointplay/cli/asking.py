@@ -32,12 +32,14 @@ from .options import (
     Sizes,
     Touching,
 )
+from .printing import prints
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.result import Result
 
 
+@prints()
 @with_figure("panel", "configuration", "quantity")
 def error(
     file: File,
@@ -115,6 +117,7 @@ def error(
     return answer.answer({which.value: ask for which, ask in asks.items() if which in asked}, m, output, plot)
 
 
+@prints()
 @with_figure("panel", "quantity")
 def compensate(
     file: File,

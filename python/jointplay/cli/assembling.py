@@ -22,6 +22,7 @@ from .options import (
     Seed,
     Settings,
 )
+from .printing import prints
 from .progress import bar
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from jointplay.result import Result
 
 
+@prints()
 @with_figure("panel")
 def assemble(
     file: File,

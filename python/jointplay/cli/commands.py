@@ -1,46 +1,61 @@
-"""The subcommands."""
+"""The subcommands, and the program that has them."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from importlib import import_module
 from typing import Annotated
 
 import typer
 
-from . import (
-    DONE,
-    NOT_OK,
-    allocating,
-    allowing,
-    animating,
-    answer,
-    arguments,
-    asking,
-    assembling,
-    comparing,
-    completing,
-    exchanging,
-    mapping,
-    reporting,
-    serving,
-    solving,
-    sweeping,
-)
 from .help import examples
-from .options import File, Output, Settings
-from .printing import prints
 
-app = typer.Typer(
-    name="jointplay",
-    help="How far off is the output of a mechanism with joint clearance, and which joint is to blame?",
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+#: where each of them is, in the order of the help
+HOMES = {
+    "new": "files.new",
+    "check": "files.check",
+    "solve": "solving.solve",
+    "singularities": "solving.singularities",
+    "error": "asking.error",
+    "compensate": "asking.compensate",
+    "sweep": "sweeping.sweep",
+    "allow": "allowing.allow",
+    "map": "mapping.map_",
+    "compare": "comparing.compare",
+    "assemble": "assembling.assemble",
+    "allocate": "allocating.allocate",
+    "animate": "animating.animate",
+    "report": "reporting.report",
+    "studio": "serving.studio",
+    "import": "exchanging.import_",
+    "export": "exchanging.export",
+    "schema": "files.schema",
+}
 
 
-@app.callback(invoke_without_command=True)
-def root(
+def program(only: str | None = None) -> typer.Typer:
+    """The program with all subcommands, or with one of them.
+
+    Parameters
+    ----------
+    only : str, optional
+        The subcommand that will run. The others are not made, which takes time: typer looks at every option of each.
+    """
+    app = typer.Typer(
+        name="jointplay",
+        help="How far off is the output of a mechanism with joint clearance, and which joint is to blame?",
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback(invoke_without_command=True)(_root)
+    for name in [only] if only in HOMES else HOMES:
+        module, _, function = HOMES[name].partition(".")
+        command = getattr(import_module(f".{module}", __package__), function)
+        app.command(name, epilog=examples(name))(command)
+    return app
+
+
+def _root(
     context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
 ) -> None:
@@ -53,88 +68,3 @@ def root(
         typer.echo(context.get_help())
     if version:
         raise typer.Exit
-
-
-@app.command(epilog=examples("new"))
-def new(
-    name: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="NAME", help="Which example; lists them if left out.", autocompletion=completing.examples
-        ),
-    ] = None,
-    settings: Settings = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PATH", help="Where to write it; NAME.toml if left out.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
-) -> int:
-    """Write a bundled example to start from, or list them."""
-    import tomllib
-
-    from jointplay import examples as bundled
-    from jointplay.write import create
-
-    if name is None:
-        titles = {example: bundled.title(example) for example in bundled.names()}
-        answer.list_names(titles, f"{len(titles)} examples; `jointplay new NAME` writes one as NAME.toml.")
-        return DONE
-    text, reached = bundled.changed_text(name, arguments.assignments(settings or (), "--set"))
-    answer.say(reached)
-    path = output or Path(f"{name}.toml")
-    create(text, path, replace=force)
-    typer.echo(f"wrote {path}: {tomllib.loads(text)['title']}")
-    return DONE
-
-
-@app.command(epilog=examples("check"))
-@prints()
-def check(file: File, settings: Settings = None, output: Output = None) -> int:
-    """Check parts, motion, and whether it can be assembled."""
-    from jointplay.analyses.check import compute
-
-    answer.check_paths(output)
-    m = answer.mechanism(file, settings)
-    result = compute(m)
-    if output is not None:
-        answer.save({"check": result}, output)
-    else:
-        answer.show({"check": result})
-    return DONE if result.attrs["assembled"] and result.attrs["decided"] else NOT_OK
-
-
-#: questions that print tables, in the order of the help
-QUESTIONS = (
-    *(solving.solve, solving.singularities, asking.error, asking.compensate, sweeping.sweep, allowing.allow),
-    *(mapping.map_, comparing.compare, assembling.assemble, allocating.allocate),
-)
-for question in QUESTIONS:
-    name = question.__name__.rstrip("_")
-    # A map is written in chunks, not as a table.
-    app.command(name, epilog=examples(name))(prints(csv=question is not mapping.map_)(question))
-app.command(epilog=examples("animate"))(animating.animate)
-app.command(epilog=examples("report"))(reporting.report)
-app.command(epilog=examples("studio"))(serving.studio)
-app.command("import", epilog=examples("import"))(exchanging.import_)
-app.command(epilog=examples("export"))(exchanging.export)
-
-
-@app.command(epilog=examples("schema"))
-def schema(
-    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="PATH", help="Write it there.")] = None,
-) -> int:
-    """Print the JSON Schema of the file, for editors.
-
-    With it they complete and check mechanism files.
-    """
-    import json
-
-    from jointplay.schema import json_schema
-    from jointplay.write import create
-
-    text = json.dumps(json_schema(), indent=2) + "\n"
-    if output is None:
-        typer.echo(text, nl=False)
-    else:
-        create(text, output, replace=True)
-    return DONE

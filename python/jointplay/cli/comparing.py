@@ -24,12 +24,14 @@ from .options import (
     Settings,
     Touching,
 )
+from .printing import prints
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.result import Result
 
 
+@prints()
 @with_figure("panel", "quantity")
 def compare(
     first: First,

@@ -32,6 +32,7 @@ from .options import (
     Settings,
     Touching,
 )
+from .printing import prints
 from .progress import bar
 
 if TYPE_CHECKING:
@@ -67,6 +68,7 @@ class Kept:
     scheduler: str | None
 
 
+@prints(csv=False)
 @with_figure(draws="Draw it: .png, .svg, .pdf, or .html for an interactive page.")
 def map_(
     file: File,

@@ -9,12 +9,14 @@ import typer
 from . import answer, arguments
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import File, Output, Point, Settings
+from .printing import prints
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.result import Result
 
 
+@prints()
 @with_figure("panel", "configuration")
 def solve(
     file: File, output_point: Point = None, settings: Settings = None, output: Output = None, plot: Figure = NO_FIGURE
@@ -28,6 +30,7 @@ def solve(
     return answer.answer({"solve": compute}, answer.mechanism(file, settings, output_point), output, plot)
 
 
+@prints()
 @with_figure("panel", "configuration")
 def singularities(
     file: File,

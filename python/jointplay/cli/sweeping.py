@@ -26,12 +26,14 @@ from .options import (
     Swept,
     Touching,
 )
+from .printing import prints
 
 if TYPE_CHECKING:
     from jointplay.model import Mechanism
     from jointplay.result import Result
 
 
+@prints()
 @with_figure("panel", "quantity")
 def sweep(
     file: File,

@@ -18,7 +18,7 @@ from jointplay import poses
 from jointplay.compile import LENGTHS, TURNS
 from jointplay.model import Mechanism
 
-from .probe import TAKES_PART, Floats, Probe, Sample, null, rank
+from .probe import RANK, TAKES_PART, Floats, Probe, Sample, null
 from .words import joined
 
 #: how many orders of joints are tried for every self-stress
@@ -77,7 +77,8 @@ def sparse_basis(basis: Floats, groups: np.ndarray) -> Floats:
     members = [np.flatnonzero(groups == group) for group in np.unique(groups)]
     members = [rows for rows in members if np.abs(basis[rows]).max(initial=0.0) > TAKES_PART]
     for _ in range(basis.shape[1]):
-        tried = [_sparse(basis, [members[k] for k in order], found) for order in _orders(len(members))]
+        new = null(found.T)
+        tried = [_sparse(basis, [members[k] for k in order], new) for order in _orders(len(members))]
         best = min(tried, key=lambda one: sum(np.abs(basis[rows] @ one).max() > TAKES_PART for rows in members))
         found = np.column_stack([found, best])
     vectors = basis @ found
@@ -91,16 +92,15 @@ def _orders(count: int) -> list[list[int]]:
     return [*turned, *(order[::-1] for order in turned)]
 
 
-def _sparse(basis: Floats, members: Sequence[np.ndarray], found: Floats) -> Floats:
-    """Coefficients of one vector of few groups that is not in the span of those found."""
+def _sparse(basis: Floats, members: Sequence[np.ndarray], new: Floats) -> Floats:
+    """Coefficients of one vector of few groups with a part in directions that are new."""
     space = np.eye(basis.shape[1])
     for rows in members:
         smaller = space @ _unseen(basis[rows] @ space)
-        if smaller.shape[1] and rank(np.column_stack([found, smaller])) > found.shape[1]:
+        if np.abs(new.T @ smaller).max(initial=0.0) > RANK:
             space = smaller
-    # What is left has one dimension, or rounding does not distinguish more: then the part that is new.
-    new = space - found @ np.linalg.lstsq(found, space, rcond=None)[0] if found.shape[1] else space
-    vector: Floats = space[:, int(np.linalg.norm(new, axis=0).argmax())]
+    # What is left has one dimension, or rounding does not distinguish more: then the one with the largest new part.
+    vector: Floats = space[:, int(np.linalg.norm(new.T @ space, axis=0).argmax())]
     return vector / np.linalg.norm(vector)
 
 

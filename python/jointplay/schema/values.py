@@ -79,7 +79,10 @@ class Table(BaseModel):
 
     # Validators are made when a table is first read: a mechanism has few of the tables there are. Annotations of this
     # package are not postponed for the same reason: pydantic would compile each of them when a program starts.
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
+    # No key begins like a method of pydantic, which would look at each.
+    model_config = ConfigDict(
+        strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True, protected_namespaces=()
+    )
     #: what to write, for the message when something else than a table stands there
     example: ClassVar[str] = "{ ... }"
     #: keys that this table has in mechanisms of the other kind only, with what to say of them

@@ -90,7 +90,7 @@ def _by_unit(units: Names, columns: Mapping[str, Floats], digits: int = DIGITS) 
     What is allowed is rounded down and what is needed up, so that the numbers in the table still hold.
     """
     cells = np.full((len(columns), len(units)), NOTHING, dtype=object)
-    for unit in np.unique(units):
+    for unit in dict.fromkeys(units.tolist()):
         own = units == unit
         values = {name: column[own] for name, column in columns.items()}
         every = np.concatenate(list(values.values()))

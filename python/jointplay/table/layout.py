@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -129,7 +130,8 @@ def numbers(name: str, unit: str, values: Any, noise: float = 0.0, digits: int =
     array = np.where(np.abs(array) <= noise, 0.0, array)
     # What a singular configuration blows up does not take the digits of all the others.
     sizes = np.abs(array[np.isfinite(array) & (array != 0.0)])
-    typical = sizes[sizes <= OUTLIER * np.median(sizes)] if sizes.size else sizes
+    # `numpy.median` imports `numpy.ma`, which takes longer than all tables.
+    typical = sizes[sizes <= OUTLIER * statistics.median(sizes.tolist())] if sizes.size else sizes
     places = decimals(typical, digits)
     return Column(name, unit, tuple(fixed(float(v), places) for v in array))
 
