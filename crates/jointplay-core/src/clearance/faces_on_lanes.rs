@@ -15,27 +15,23 @@ pub(crate) struct Pressed<'a> {
     pub forces: &'a [&'a Block],
     /// As for [`Set::face`].
     pub tolerance: &'a Block,
-    /// Offsets before, and the coordinates where what pushes counts as nothing; `None` from the middle with all of it.
-    pub before: Option<(&'a [Block; MAX_SIZE], &'a [Unforced; LANES])>,
+    /// Offsets before.
+    pub before: &'a [Block; MAX_SIZE],
+    /// The coordinates where what pushes counts as nothing.
+    pub unforced: &'a [Unforced; LANES],
 }
 
 impl Pressed<'_> {
     /// A component of the offset before.
     #[inline(always)]
     fn offset(&self, component: usize, lane: usize) -> f64 {
-        match self.before {
-            Some((offset, _)) => offset[component].0[lane],
-            None => 0.0,
-        }
+        self.before[component].0[lane]
     }
 
     /// Whether what pushes a coordinate counts.
     #[inline(always)]
     fn counts(&self, coordinate: usize, lane: usize) -> bool {
-        match self.before {
-            Some((_, unforced)) => !unforced[lane].has(coordinate),
-            None => true,
-        }
+        !self.unforced[lane].has(coordinate)
     }
 }
 
@@ -111,7 +107,7 @@ impl Faces {
                 square += force.0[i] * force.0[i];
             }
             let size = square.sqrt();
-            let decided = size > tolerance.0[i] && by.counts(0, i);
+            let decided = (size > tolerance.0[i]) & by.counts(0, i);
             part.0[i] = if decided { radius / size } else { 0.0 };
             open.0[i] = one_if(!decided);
         }
@@ -132,8 +128,8 @@ impl Faces {
         for i in 0..LANES {
             let [along, about] = [forces[0].0[i], forces[1].0[i]];
             let (shift, tilt, tolerance) = (along.abs(), about.abs() / half_length, tolerance.0[i]);
-            let whole = !(shift > tolerance || tilt > tolerance) || !by.counts(0, i);
-            let edge = !whole && (shift - tilt).abs() <= tolerance;
+            let whole = !(shift > tolerance || tilt > tolerance) | !by.counts(0, i);
+            let edge = !whole & ((shift - tilt).abs() <= tolerance);
             let corners = [gap.copysign(along), (gap / half_length).copysign(about)];
             let half = [0.5 * corners[0], -0.5 * corners[1]];
             // Along an edge in its own proportions, since its components differ in unit.
@@ -161,7 +157,7 @@ impl Faces {
         let (mut nearest, mut open) = ([zero; MAX_SIZE], zero);
         for i in 0..LANES {
             let force = forces[0].0[i];
-            let decided = force.abs() > tolerance.0[i] && by.counts(0, i);
+            let decided = (force.abs() > tolerance.0[i]) & by.counts(0, i);
             let end = if force > 0.0 { high } else { low };
             nearest[0].0[i] = if decided { end } else { by.offset(0, i) };
             open.0[i] = one_if(!decided);
@@ -177,32 +173,36 @@ impl Faces {
         let (across, l) = (pin.across(), pin.half_length);
         let (r, half_turn, axial) = (pin.radius, 0.5 / l, pin.axial.unwrap_or(0.0));
         let reactions = end_reactions(pin, forces);
-        for i in 0..LANES {
-            let tolerance = tolerance.0[i];
-            // Displacements of the ends, as the pin has them.
-            let (x, y) = (by.offset(across, i), by.offset(across + 1, i));
-            let (about_side, about_normal) = (l * by.offset(across + 2, i), l * by.offset(across + 3, i));
-            let mut ends = [[x + about_normal, y - about_side], [x - about_normal, y + about_side]];
-            for e in 0..2 {
+        let at = |k: usize| &by.before[across + k];
+        let mut ends = [[zero; 2]; 2];
+        for (e, side) in [1.0, -1.0].into_iter().enumerate() {
+            let fixed = r == 0.0;
+            for i in 0..LANES {
                 let [x, y] = [reactions[e][0].0[i], reactions[e][1].0[i]];
                 let size = (x * x + y * y).sqrt();
-                let decided = size > tolerance && by.counts(1 + e, i) || r == 0.0;
-                let part = if size > 0.0 { r / size } else { 0.0 };
-                ends[e][0] = if decided { part * x } else { ends[e][0] };
-                ends[e][1] = if decided { part * y } else { ends[e][1] };
+                let decided = (size > tolerance.0[i]) & by.counts(1 + e, i) | fixed;
+                let part = r / size;
+                let part = if size > 0.0 { part } else { 0.0 };
+                // Displacements of the ends, as the pin has them.
+                let (about_side, about_normal) = (l * at(2).0[i], l * at(3).0[i]);
+                let before = [at(0).0[i] + side * about_normal, at(1).0[i] - side * about_side];
+                ends[e][0].0[i] = if decided { part * x } else { before[0] };
+                ends[e][1].0[i] = if decided { part * y } else { before[1] };
                 parts[1 + e].0[i] = one_if(!decided);
             }
-            let [first, second] = ends;
-            nearest[across].0[i] = 0.5 * (first[0] + second[0]);
-            nearest[across + 1].0[i] = 0.5 * (first[1] + second[1]);
-            nearest[across + 2].0[i] = half_turn * (second[1] - first[1]);
-            nearest[across + 3].0[i] = half_turn * (first[0] - second[0]);
+        }
+        let [first, second] = ends;
+        for i in 0..LANES {
+            nearest[across].0[i] = 0.5 * (first[0].0[i] + second[0].0[i]);
+            nearest[across + 1].0[i] = 0.5 * (first[1].0[i] + second[1].0[i]);
+            nearest[across + 2].0[i] = half_turn * (second[1].0[i] - first[1].0[i]);
+            nearest[across + 3].0[i] = half_turn * (first[0].0[i] - second[0].0[i]);
             open.0[i] = parts[1].0[i] + parts[2].0[i];
         }
         if across == 1 {
             for i in 0..LANES {
                 let force = forces[0].0[i];
-                let decided = force.abs() > tolerance.0[i] && by.counts(0, i);
+                let decided = (force.abs() > tolerance.0[i]) & by.counts(0, i);
                 let moves = !decided && axial > 0.0;
                 nearest[0].0[i] = if moves { by.offset(0, i) } else { axial * sign_if(decided, force) };
                 parts[0].0[i] = one_if(moves);
@@ -407,8 +407,7 @@ fn own_forces(tapered: &Tapered, forces: &[&Block]) -> [Block; MAX_SIZE] {
 #[inline(always)]
 fn own_coordinates(tapered: &Tapered, by: &Pressed<'_>) -> [Block; MAX_SIZE] {
     let mut unit = [Block::splat(0.0); MAX_SIZE];
-    let Some((offset, _)) = by.before else { return unit };
-    let part = |(k, arm): (usize, f64)| offset[k].div(&Block::splat(tapered.gap * arm));
+    let part = |(k, arm): (usize, f64)| by.before[k].div(&Block::splat(tapered.gap * arm));
     let axis = tapered.axis;
     unit[0] = part(axis);
     for s in 0..tapered.n {
@@ -477,11 +476,7 @@ mod tests {
                 }
                 let faces = Faces::new(
                     &set,
-                    &Pressed {
-                        forces: &w,
-                        tolerance: &Block::splat(TOLERANCE),
-                        before: (round % 2 == 1).then_some((&before, &unforced)),
-                    },
+                    &Pressed { forces: &w, tolerance: &Block::splat(TOLERANCE), before: &before, unforced: &unforced },
                 );
                 let width = faces.half_width(&direction);
                 for lane in 0..LANES {

@@ -44,7 +44,10 @@ impl Mechanism {
 
     /// The two bodies of a joint as a coupling sees them.
     fn pair<S: Real>(&self, joint: usize, poses: &[Pose<S>], parameters: &[S]) -> Pair<S> {
-        let axes = |second| self.joints[joint].plane().map(|axis| self.carried(joint, second, axis, poses, parameters));
+        let axes = |second| {
+            let carried = self.carried(joint, second, poses, parameters);
+            self.joints[joint].plane().map(|axis| carried[axis])
+        };
         let place = |point| self.place(point, poses, parameters).position;
         Pair {
             apart: sub(place(self.joints[joint].second), place(self.joints[joint].first)),

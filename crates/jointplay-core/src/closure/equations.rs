@@ -32,12 +32,15 @@
 //! opposite of it on body 1 through P1, and a moment on each. What a drive commands is its value times the row's
 //! coefficient.
 
+use std::cell::OnceCell;
+
+use crate::closure::carried::Carried;
 use crate::math::real::Real;
 use crate::math::rotation::turn_back;
 use crate::math::space::{Component, Pose, Space};
 use crate::math::vector::{Vec3, add, cross, dot, scale, sub};
-use crate::mechanism::coupling::Rate;
-use crate::mechanism::joint::Frame;
+use crate::mechanism::coupling::{Coupled, Rate};
+use crate::mechanism::joint::{Frame, Joint};
 use crate::mechanism::point::{Point, Rates};
 use crate::mechanism::{Mechanism, Row};
 
@@ -86,6 +89,39 @@ pub(crate) struct Placed<S> {
     pub lever: Vec3<S>,
 }
 
+/// What the rows of a joint have in common.
+struct Ends<'e, S> {
+    mechanism: &'e Mechanism,
+    number: usize,
+    joint: &'e Joint,
+    poses: &'e [Pose<S>],
+    parameters: &'e [S],
+    /// Its points.
+    places: [Placed<S>; 2],
+    /// Its axes, where a row asks for them.
+    carried: OnceCell<Carried<'e, S>>,
+}
+
+impl<'e, S: Real> Ends<'e, S> {
+    fn new(mechanism: &'e Mechanism, number: usize, poses: &'e [Pose<S>], parameters: &'e [S]) -> Self {
+        let joint = &mechanism.joints[number];
+        let places = [joint.first, joint.second].map(|point| mechanism.place(point, poses, parameters));
+        Self { mechanism, number, joint, poses, parameters, places, carried: OnceCell::new() }
+    }
+
+    fn carried(&self) -> &Carried<'e, S> {
+        self.carried.get_or_init(|| self.mechanism.carried_by_both(self.number, self.poses, self.parameters))
+    }
+
+    /// The axes of the displacement.
+    fn axes(&self) -> [Vec3<S>; 3] {
+        match self.joint.frame {
+            Frame::Ground => Pose::<S>::identity().rotation,
+            Frame::First => self.carried().first,
+        }
+    }
+}
+
 impl Mechanism {
     /// The inputs at given drive values with every deviation at its known value and no play taken.
     pub(crate) fn built(&self, drives: &[f64]) -> Inputs<f64> {
@@ -119,41 +155,12 @@ impl Mechanism {
         coordinates.chunks_exact(self.space.n_coordinates()).map(|c| self.space.pose(c)).collect()
     }
 
-    /// The axes of a joint in ground axes.
+    /// The axes of a joint's displacement in ground axes.
     pub(crate) fn axes<S: Real>(&self, joint: usize, poses: &[Pose<S>], parameters: &[S]) -> [Vec3<S>; 3] {
         match self.joints[joint].frame {
             Frame::Ground => Pose::<S>::identity().rotation,
-            Frame::First => [0, 1, 2].map(|axis| self.carried(joint, false, axis, poses, parameters)),
+            Frame::First => self.carried(joint, false, poses, parameters),
         }
-    }
-
-    /// A joint's axis as the first body (or the second) carries it, in ground axes.
-    pub(crate) fn carried<S: Real>(
-        &self,
-        joint: usize,
-        second: bool,
-        axis: usize,
-        poses: &[Pose<S>],
-        parameters: &[S],
-    ) -> Vec3<S> {
-        let joint = &self.joints[joint];
-        let (point, axes) = if second { (joint.second, &joint.axes_second) } else { (joint.first, &joint.axes_first) };
-        let point = &self.points[point];
-        let axis = point.axis(axes[axis], parameters);
-        point.body.map_or(axis, |b| poses[b].turn(axis))
-    }
-
-    /// Sine and cosine (times one positive number) of the roll of a joint about an axis.
-    pub(crate) fn roll<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>], parameters: &[S]) -> (S, S) {
-        let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
-        let turned = self.carried(joint, true, j, poses, parameters);
-        let [of_k, of_j] = [k, j].map(|axis| self.carried(joint, false, axis, poses, parameters));
-        let (sine, cosine) = (dot(of_k, turned), dot(of_j, turned));
-        if !self.joints[joint].settled {
-            return (sine, cosine);
-        }
-        let other = self.carried(joint, true, k, poses, parameters);
-        (sine - dot(of_j, other), cosine + dot(of_k, other))
     }
 
     /// The vector whose scalar product with `w2 - w1` is the rate of a rotation component.
@@ -164,37 +171,7 @@ impl Mechanism {
         poses: &[Pose<S>],
         parameters: &[S],
     ) -> Vec3<S> {
-        let (zero, one) = (S::from_f64(0.0), S::from_f64(1.0));
-        if self.space == Space::Planar {
-            return [zero, zero, one];
-        }
-        let first = |axis| self.carried(joint, false, axis, poses, parameters);
-        let second = |axis| self.carried(joint, true, axis, poses, parameters);
-        match axis {
-            0 if self.joints[joint].settled => {
-                let (a, b) = (first(0), second(0));
-                scale(add(a, b), one / (one + dot(a, b)))
-            }
-            0 => {
-                let (sine, cosine) = self.roll(joint, axis, poses, parameters);
-                let across = sub(scale(first(2), cosine), scale(first(1), sine));
-                scale(cross(second(1), across), one / (cosine * cosine + sine * sine))
-            }
-            1 => cross(first(2), second(0)),
-            _ => cross(second(0), first(1)),
-        }
-    }
-
-    /// A tilt, as the sine of an angle where that is below a sixth of a turn, and the angle itself beyond: unlike its
-    /// sine it does not vanish at half a turn, so that a rough start cannot settle on the mirrored
-    /// solution.
-    fn tilt<S: Real>(&self, joint: usize, axis: usize, poses: &[Pose<S>], parameters: &[S]) -> S {
-        let other = if axis == 1 { 2 } else { 1 };
-        let along = self.carried(joint, true, 0, poses, parameters);
-        let first = |axis| self.carried(joint, false, axis, poses, parameters);
-        let sine = dot(first(other), along);
-        let sine = if axis == 1 { -sine } else { sine };
-        S::tilt(sine, dot(first(0), along))
+        self.carried_by_both(joint, poses, parameters).rotation_gradient(axis)
     }
 
     /// The value of a joint component, angles between -pi and pi.
@@ -203,7 +180,7 @@ impl Mechanism {
         let joint = &self.joints[row.joint];
         match row.component {
             Component::About(i) => {
-                let (s, c) = self.roll(row.joint, i, poses, parameters);
+                let (s, c) = self.carried_by_both(row.joint, poses, parameters).roll(i);
                 s.atan2(c)
             }
             Component::Along(i) => {
@@ -225,84 +202,70 @@ impl Mechanism {
         residual: &mut [S],
         derivatives: &mut [S],
     ) {
-        let components = self.space.components();
-        let zero = S::from_f64(0.0);
-        for (k, row) in self.rows.iter().enumerate() {
-            let joint = &self.joints[row.joint];
-            let parameter = row.shifted(row.displaced(&inputs.parameters), &inputs.parameters);
-            let (linear, angular_1, angular_2);
-            match row.component {
-                _ if row.is_coupled => {
-                    let levers = [joint.first, joint.second].map(|p| self.place(p, poses, &inputs.parameters).lever);
-                    let at = self.coupled_row(row, poses, &inputs.parameters, &inputs.drives);
-                    residual[k] = at.residual;
-                    linear = at.rate.linear;
-                    angular_1 = add(at.rate.first, cross(linear, levers[0]));
-                    angular_2 = add(at.rate.second, cross(levers[1], linear));
-                }
-                Component::Along(i) => {
-                    let (p1, p2) = (
-                        self.place(joint.first, poses, &inputs.parameters),
-                        self.place(joint.second, poses, &inputs.parameters),
-                    );
-                    let e = self.axes(row.joint, poses, &inputs.parameters)[i];
-                    let d = sub(p2.position, p1.position);
-                    let command = row.drive.map_or(zero, |by| inputs.drives[by.command].value);
-                    residual[k] = dot(e, d) - (command + parameter);
-                    linear = e;
-                    let mut turning = cross(e, p1.lever);
-                    if joint.frame == Frame::First {
-                        turning = add(turning, cross(e, d));
+        let mut rows = residual.iter_mut().zip(derivatives.chunks_exact_mut(2 * self.size()));
+        for of_joint in self.rows.chunk_by(|a, b| a.joint == b.joint) {
+            let ends = Ends::new(self, of_joint[0].joint, poses, &inputs.parameters);
+            for (row, (residual, derivatives)) in of_joint.iter().zip(&mut rows) {
+                let rate;
+                (*residual, rate) = self.evaluate_row(row, &ends, inputs);
+                let sides = derivatives.chunks_exact_mut(self.size()).zip([
+                    (ends.joint.first, rate.linear.map(|v| -v), rate.first),
+                    (ends.joint.second, rate.linear, rate.second),
+                ]);
+                for (derivatives, (point, linear, angular)) in sides {
+                    for (slot, &component) in derivatives.iter_mut().zip(self.space.components()) {
+                        *slot = match component {
+                            _ if self.points[point].body.is_none() => S::from_f64(0.0),
+                            Component::Along(i) => linear[i],
+                            Component::About(i) => angular[i],
+                        };
                     }
-                    angular_1 = turning;
-                    angular_2 = cross(p2.lever, e);
                 }
-                Component::About(i) if row.component == joint.roll() => {
-                    let mut left = self.roll(row.joint, i, poses, &inputs.parameters);
-                    if let Some(by) = row.drive {
-                        let command = &inputs.drives[by.command];
-                        left = turn_back(left, (command.sine, command.cosine));
+            }
+        }
+    }
+
+    /// Residual of a row, and its derivatives along the twists of both bodies: along the linear velocity of the second
+    /// one (the opposite of that along the first one's) and along both angular velocities.
+    fn evaluate_row<S: Real>(&self, row: &Row, ends: &Ends<'_, S>, inputs: &Inputs<Command<S>, S>) -> (S, Rate<S>) {
+        let parameter = row.shifted(row.displaced(&inputs.parameters), &inputs.parameters);
+        let none = [S::from_f64(0.0); 3];
+        let turning = |angular: Vec3<S>| Rate { linear: none, first: angular.map(|v| -v), second: angular };
+        let [p1, p2] = &ends.places;
+        match row.component {
+            _ if row.is_coupled => {
+                let Coupled { residual, rate, .. } =
+                    self.coupled_row(row, ends.poses, &inputs.parameters, &inputs.drives);
+                let first = add(rate.first, cross(rate.linear, p1.lever));
+                (residual, Rate { first, second: add(rate.second, cross(p2.lever, rate.linear)), ..rate })
+            }
+            Component::Along(i) => {
+                let (e, d) = (ends.axes()[i], sub(p2.position, p1.position));
+                let command = row.drive.map_or(S::from_f64(0.0), |by| inputs.drives[by.command].value);
+                let mut first = cross(e, p1.lever);
+                if ends.joint.frame == Frame::First {
+                    first = add(first, cross(e, d));
+                }
+                (dot(e, d) - (command + parameter), Rate { linear: e, first, second: cross(p2.lever, e) })
+            }
+            Component::About(i) if row.component == ends.joint.roll() => {
+                let mut left = ends.carried().roll(i);
+                if let Some(by) = row.drive {
+                    let command = &inputs.drives[by.command];
+                    left = turn_back(left, (command.sine, command.cosine));
+                }
+                let (sine, cosine) = turn_back(left, parameter.sin_cos());
+                let gradient = ends.carried().rotation_gradient(i);
+                match self.space {
+                    // Without tilt sine and cosine are exact, and spare a division.
+                    Space::Planar => {
+                        let (residual, slope) = S::angle_residual(sine, cosine);
+                        (residual, turning(scale(gradient, slope)))
                     }
-                    let (sine, cosine) = turn_back(left, parameter.sin_cos());
-                    let gradient = self.rotation_gradient(row.joint, i, poses, &inputs.parameters);
-                    (residual[k], linear) = match self.space {
-                        // Without tilt sine and cosine are exact, and spare a division.
-                        Space::Planar => {
-                            let (r, slope) = S::angle_residual(sine, cosine);
-                            angular_2 = scale(gradient, slope);
-                            (r, [zero; 3])
-                        }
-                        Space::Spatial => {
-                            angular_2 = gradient;
-                            (S::small_angle(sine, cosine), [zero; 3])
-                        }
-                    };
-                    angular_1 = angular_2.map(|v| -v);
-                }
-                Component::About(i) => {
-                    residual[k] = self.tilt(row.joint, i, poses, &inputs.parameters) - parameter;
-                    linear = [zero; 3];
-                    angular_2 = self.rotation_gradient(row.joint, i, poses, &inputs.parameters);
-                    angular_1 = angular_2.map(|v| -v);
+                    Space::Spatial => (S::small_angle(sine, cosine), turning(gradient)),
                 }
             }
-            let out = &mut derivatives[2 * components.len() * k..2 * components.len() * (k + 1)];
-            let (on_first, on_second) = out.split_at_mut(components.len());
-            let moving = |point: usize| self.points[point].body.is_some();
-            for (slot, &component) in on_first.iter_mut().zip(components) {
-                *slot = match component {
-                    _ if !moving(joint.first) => zero,
-                    Component::Along(i) => -linear[i],
-                    Component::About(i) => angular_1[i],
-                };
-            }
-            for (slot, &component) in on_second.iter_mut().zip(components) {
-                *slot = match component {
-                    _ if !moving(joint.second) => zero,
-                    Component::Along(i) => linear[i],
-                    Component::About(i) => angular_2[i],
-                };
-            }
+            Component::About(i) => (ends.carried().tilt(i) - parameter, turning(ends.carried().rotation_gradient(i))),
         }
     }
 

@@ -2,6 +2,7 @@
 //! recorded for lanes.
 
 pub(crate) mod assembly;
+mod carried;
 pub(crate) mod coupling;
 pub(crate) mod equations;
 mod escape;

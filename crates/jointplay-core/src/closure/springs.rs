@@ -91,12 +91,13 @@ impl Mechanism {
     fn add_torsion<S: Real>(&self, spring: &TorsionSpec, poses: &[Pose<S>], parameters: &[S], cost: &mut Cost<S>) {
         let joint = &self.joints[spring.joint];
         let Some(Component::About(axis)) = joint.coordinate else { return };
-        let (sine, cosine) = self.roll(spring.joint, axis, poses, parameters);
+        let carried = self.carried_by_both(spring.joint, poses, parameters);
+        let (sine, cosine) = carried.roll(axis);
         let (s, c) = spring.free_angle.sin_cos();
         let (s, c) = (S::from_f64(s), S::from_f64(c));
         let angle = S::whole_angle(sine * c - cosine * s, cosine * c + sine * s);
         let moment = S::from_f64(spring.preload) + S::from_f64(spring.stiffness) * angle;
-        let moment = scale(self.rotation_gradient(spring.joint, axis, poses, parameters), moment);
+        let moment = scale(carried.rotation_gradient(axis), moment);
         let none = constant([0.0; 3]);
         self.add_wrench(joint.first, none, moment, poses, parameters, cost);
         self.add_wrench(joint.second, none, moment.map(|m| -m), poses, parameters, cost);

@@ -53,8 +53,9 @@ pub(crate) fn run_at_flanks(m: &Mechanism, statics: &Program, registers: &mut [B
     for _ in 0..FLANKS {
         let out = |k: usize| statics.output(registers, k);
         let unforced = unforced_of(m, |p| out(at.gradient + p), out(at.scale));
-        let mut pushed: Vec<Block> = m.centre.iter().map(|centre| Block::splat(*centre)).collect();
-        push(m, Some(&unforced), |p| out(at.gradient + p), out(at.scale), &mut pushed);
+        let centre: Vec<Block> = m.centre.iter().map(|centre| Block::splat(*centre)).collect();
+        let mut pushed = centre.clone();
+        push(m, Some(&unforced), |p| out(at.gradient + p), out(at.scale), &centre, &mut pushed);
         let moves = |p: usize| pushed[p].0.iter().zip(registers[p].0).any(|(to, from)| (to - from).abs() > 0.0);
         if !m.plays().any(moves) {
             break;

@@ -27,10 +27,28 @@ pub(crate) struct Mixing {
     /// Of every moving parameter, as parts of its set: f and g, and their differences, the last one and the one before.
     last: Vec<[Block; 2]>,
     differences: [Vec<[Block; 2]>; 2],
-    /// Norm of f, squared; infinite where nothing is known.
+    /// Whether no step has been made yet.
+    is_new: bool,
+    /// Norm of f before, squared; infinite where nothing is known.
     size: Block,
     /// Whether a lane has been at offsets other than of whole steps.
     pub mixed: [bool; LANES],
+}
+
+/// A whole step that has not been made yet.
+pub(crate) struct Wanted {
+    /// Largest component of f.
+    pub changed: Block,
+    /// Norm of f, squared.
+    size: Block,
+    /// Inner products of the differences a and b of f, the last one and the one before, with one another and with f, and
+    /// of a with that of g.
+    aa: Block,
+    ab: Block,
+    bb: Block,
+    af: Block,
+    bf: Block,
+    ag: Block,
 }
 
 impl Mixing {
@@ -49,37 +67,65 @@ impl Mixing {
             moving,
             last: none.clone(),
             differences: [none.clone(), none],
+            is_new: true,
             size: Block::splat(f64::INFINITY),
             mixed: [false; LANES],
         }
     }
 
-    /// The offsets after a step of `changed` from `u` to `g`.
+    /// Forgets all steps.
+    pub fn begin(&mut self) {
+        self.is_new = true;
+        self.size = Block::splat(f64::INFINITY);
+        self.mixed = [false; LANES];
+    }
+
+    /// Takes notice of the whole step from `u` to `g`.
     #[inline(always)]
-    pub fn step(&mut self, u: &mut [Block], g: &[Block], changed: &Block, settled: &[bool; LANES]) {
+    pub fn see(&mut self, u: &[Block], g: &[Block]) -> Wanted {
         let zero = Block::splat(0.0);
-        let mut size = zero;
-        // Inner products of the differences with one another and with f, and of the last one of f with that of g.
-        let [mut aa, mut ab, mut bb, mut af, mut bf, mut ag] = [zero; 6];
+        let [mut changed, mut size, mut aa, mut ab, mut bb, mut af, mut bf, mut ag] = [zero; 8];
         self.differences.swap(0, 1);
         let [newest, before] = &mut self.differences;
+        let is_new = std::mem::replace(&mut self.is_new, false);
         for (k, &(p, part)) in self.moving.iter().enumerate() {
+            let (u, g) = (&u[p], &g[p]);
             let ([f_then, g_then], [a, of_g], [b, _]) = (&mut self.last[k], &mut newest[k], &before[k]);
+            if is_new {
+                for i in 0..LANES {
+                    let f = part * (g.0[i] - u.0[i]);
+                    let far = f.abs();
+                    changed.0[i] = if far > changed.0[i] || far.is_nan() { far } else { changed.0[i] };
+                    size.0[i] += f * f;
+                    (f_then.0[i], g_then.0[i]) = (f, part * g.0[i]);
+                }
+                continue;
+            }
             for i in 0..LANES {
-                let (g, u) = (part * g[p].0[i], part * u[p].0[i]);
-                let f = g - u;
-                let (d, e) = (f - f_then.0[i], g - g_then.0[i]);
+                let (f, g) = (part * (g.0[i] - u.0[i]), part * g.0[i]);
+                let far = f.abs();
+                let (d, e, b) = (f - f_then.0[i], g - g_then.0[i], b.0[i]);
+                changed.0[i] = if far > changed.0[i] || far.is_nan() { far } else { changed.0[i] };
                 size.0[i] += f * f;
                 aa.0[i] += d * d;
-                ab.0[i] += d * b.0[i];
-                bb.0[i] += b.0[i] * b.0[i];
+                ab.0[i] += d * b;
+                bb.0[i] += b * b;
                 af.0[i] += d * f;
-                bf.0[i] += b.0[i] * f;
+                bf.0[i] += b * f;
                 ag.0[i] += d * e;
                 (a.0[i], of_g.0[i]) = (d, e);
                 (f_then.0[i], g_then.0[i]) = (f, g);
             }
         }
+        Wanted { changed, size, aa, ab, bb, af, bf, ag }
+    }
+
+    /// The offsets after the whole step to `g` that was seen last; those of settled lanes stay.
+    #[inline(always)]
+    pub fn step(&mut self, u: &mut [Block], g: &[Block], wanted: &Wanted, settled: &[bool; LANES]) {
+        let zero = Block::splat(0.0);
+        let Wanted { changed, size, aa, ab, bb, af, bf, ag } = wanted;
+        let [newest, before] = &mut self.differences;
         let (mut first, mut second, mut kept) = (zero, zero, zero);
         for i in 0..LANES {
             let near = changed.0[i] < NEAR;
@@ -92,6 +138,17 @@ impl Mixing {
             first.0[i] = if used { (af.0[i] - second.0[i] * ab.0[i]) / aa.0[i] } else { 0.0 };
             kept.0[i] = if used { 1.0 } else { 0.0 };
             self.size.0[i] = if near { size.0[i] } else { f64::INFINITY };
+        }
+        if kept.0.iter().all(|kept| *kept == 0.0) {
+            newest.fill([zero; 2]);
+            for &(p, _) in &self.moving {
+                let (u, g) = (&mut u[p], &g[p]);
+                for i in 0..LANES {
+                    let (from, to) = (u.0[i], g.0[i]);
+                    u.0[i] = if settled[i] { from } else { to };
+                }
+            }
+            return;
         }
         let mut farthest = zero;
         for (newest, before) in newest.iter().zip(&*before) {
@@ -106,18 +163,17 @@ impl Mixing {
             first.0[i] = if used { first.0[i] } else { 0.0 };
             second.0[i] = if used { second.0[i] } else { 0.0 };
         }
-        for (p, offset) in u.iter_mut().enumerate() {
-            *offset = offset.where_else(settled, &g[p]);
-        }
-        for (k, &(p, part)) in self.moving.iter().enumerate() {
-            let whole = 1.0 / part;
+        // What the load does not move is the same in both.
+        for ((&(p, part), newest), before) in self.moving.iter().zip(newest).zip(&*before) {
+            let (u, g, whole) = (&mut u[p], &g[p], 1.0 / part);
+            let ([of_f, of_g], [_, of_g_before]) = (newest, before);
             for i in 0..LANES {
-                let away = first.0[i] * newest[k][1].0[i] + second.0[i] * before[k][1].0[i];
-                let to = g[p].0[i] - whole * away;
-                u[p].0[i] = if settled[i] { u[p].0[i] } else { to };
+                let away = first.0[i] * of_g.0[i] + second.0[i] * of_g_before.0[i];
+                let (from, to) = (u.0[i], g.0[i] - whole * away);
+                u.0[i] = if settled[i] { from } else { to };
                 // Differences of steps that led away tell nothing of those to come.
-                newest[k][0].0[i] *= kept.0[i];
-                newest[k][1].0[i] *= kept.0[i];
+                of_f.0[i] *= kept.0[i];
+                of_g.0[i] *= kept.0[i];
             }
         }
     }
@@ -150,8 +206,8 @@ mod tests {
         let mut u = vec![Block::splat(0.501); factors.len()];
         for _ in 0..12 {
             let g = whole_step(&u, &factors);
-            let changed = largest(&u, &g);
-            mixing.step(&mut u, &g, &changed, &[false; LANES]);
+            let wanted = mixing.see(&u, &g);
+            mixing.step(&mut u, &g, &wanted, &[false; LANES]);
         }
         let left = largest(&u, &vec![Block::splat(0.5); factors.len()]);
         for i in 0..LANES {
@@ -168,7 +224,8 @@ mod tests {
         let mut mixing = Mixing::of(vec![(0, 1.0)]);
         let settled = std::array::from_fn(|i| i == 3);
         let (mut u, g) = (vec![Block::splat(0.5)], vec![Block::splat(0.51)]);
-        mixing.step(&mut u, &g, &Block::splat(0.01), &settled);
+        let wanted = mixing.see(&u, &g);
+        mixing.step(&mut u, &g, &wanted, &settled);
         for i in 0..LANES {
             assert_eq!(u[0].0[i].to_bits(), if i == 3 { 0.5_f64 } else { 0.51 }.to_bits());
         }

@@ -30,14 +30,15 @@ fn gives_way(source: &Source, loaded: bool) -> bool {
 }
 
 /// Moves every source that gives way to the support point of its set along the gradient; what a tie or a
-/// vanishing force leaves undecided stays where nothing pushes it. Tells how much is. `unforced` is
-/// what the load does not push; `None` without a load.
+/// vanishing force leaves undecided stays where nothing pushes it, as it is among the offsets `from`. Tells how much is.
+/// `unforced` is what the load does not push; `None` without a load.
 #[inline(always)]
 pub(crate) fn push<'b>(
     m: &Mechanism,
     unforced: Option<&[[Unforced; LANES]]>,
     gradient: impl Fn(usize) -> &'b Block,
     scale: &Block,
+    from: &[Block],
     pushed: &mut [Block],
 ) -> Block {
     let mut undecided = Block::splat(0.0);
@@ -45,7 +46,7 @@ pub(crate) fn push<'b>(
     for (s, source) in m.sources().iter().enumerate().filter(|(_, s)| gives_way(s, unforced.is_some())) {
         let mut before = [Block::splat(0.0); MAX_SIZE];
         for (offset, p) in before.iter_mut().zip(source.range()) {
-            *offset = pushed[p].sub(&Block::splat(m.centre[p]));
+            *offset = from[p].sub(&Block::splat(m.centre[p]));
         }
         let unforced = unforced.map_or([Unforced::default(); LANES], |unforced| unforced[s]);
         let faces = exposed(source, &gradient, &tolerance, Some((&before, &unforced)));
@@ -57,7 +58,7 @@ pub(crate) fn push<'b>(
     undecided
 }
 
-/// The faces of a source that forces along its parameters expose.
+/// The faces of a source that forces along its parameters expose; from the middle, with all of them, without `before`.
 #[inline(always)]
 pub(crate) fn exposed<'b>(
     source: &Source,
@@ -68,14 +69,16 @@ pub(crate) fn exposed<'b>(
     let n = source.set.size();
     let forces: [&Block; MAX_SIZE] = std::array::from_fn(|k| gradient(source.first + k.min(n - 1)));
     let tolerance = tolerance.mul(&Block::splat(source.lever));
-    Faces::new(&source.set, &Pressed { forces: &forces[..n], tolerance: &tolerance, before })
+    let (middle, all) = ([Block::splat(0.0); MAX_SIZE], [Unforced::default(); LANES]);
+    let (before, unforced) = before.unwrap_or((&middle, &all));
+    Faces::new(&source.set, &Pressed { forces: &forces[..n], tolerance: &tolerance, before, unforced })
 }
 
-/// Largest change of an offset, as a part of its set.
+/// Largest change of an offset that gives way without a load, as a part of its set.
 #[inline(always)]
-pub(crate) fn change(m: &Mechanism, loaded: bool, from: &[Block], to: &[Block]) -> Block {
+pub(crate) fn change(m: &Mechanism, from: &[Block], to: &[Block]) -> Block {
     let mut largest = Block::splat(0.0);
-    for source in m.sources().iter().filter(|s| gives_way(s, loaded)) {
+    for source in m.sources().iter().filter(|s| gives_way(s, false)) {
         for p in source.range() {
             let size = Block::splat(source.set.half_width(p - source.first));
             largest = to[p].sub(&from[p]).abs().div(&size).max(&largest);

@@ -57,6 +57,13 @@ impl<'m> Programs<'m> {
     }
 }
 
+/// What the programs of a question work in; made for the first block.
+#[derive(Default)]
+struct Workspace {
+    exact: Option<on_lanes::Workspace>,
+    first_order: Vec<Block>,
+}
+
 /// A run of cases solved block by block into their rows; gives the number of those that were solved plainly.
 struct Run<'r, 'm> {
     solver: &'r Solver<'m>,
@@ -64,7 +71,7 @@ struct Run<'r, 'm> {
     cases: &'r [Case<'r>],
     exact: bool,
     rows: LoadedRows<'r>,
-    workspace: &'r mut Vec<Block>,
+    workspace: &'r mut Workspace,
 }
 
 impl<'r> Kernel for Run<'r, '_> {
@@ -83,24 +90,25 @@ impl<'r> Kernel for Run<'r, '_> {
                 fallbacks = self.cases.len() as u64;
             }
             Programs::Exact(contact) => {
-                let mut workspace = contact.workspace();
+                let workspace = self.workspace.exact.get_or_insert_with(|| contact.workspace());
                 let mut plainly = |case: &Case<'_>| {
                     fallbacks += 1;
                     m.loaded_plainly(self.solver, case, true)
                 };
                 for (number, block) in self.cases.chunks(LANES).enumerate() {
                     interrupt::check();
-                    contact.solve(&mut workspace, block, &mut self.rows, number * LANES, &mut plainly);
+                    contact.solve(workspace, block, &mut self.rows, number * LANES, &mut plainly);
                 }
             }
             Programs::FirstOrder(program) => {
-                if self.workspace.is_empty() {
-                    *self.workspace = program.workspace();
+                let registers = &mut self.workspace.first_order;
+                if registers.is_empty() {
+                    *registers = program.workspace();
                 }
                 for (number, block) in self.cases.chunks(LANES).enumerate() {
                     interrupt::check();
                     let first = number * LANES;
-                    let good = program.solve(self.workspace, block, &mut self.rows, first);
+                    let good = program.solve(registers, block, &mut self.rows, first);
                     for (i, case) in block.iter().enumerate().filter(|(i, _)| !good[*i]) {
                         fallbacks += 1;
                         self.rows.put(first + i, &m.loaded_plainly(self.solver, case, false));
@@ -162,11 +170,11 @@ impl Mechanism {
         if let Some(solver) = self.solver(cases) {
             let programs = if cases.len() >= LANES { Programs::record(&solver, exact) } else { Programs::None };
             let runs = table.rows().runs(RUN).into_par_iter().zip(cases.par_chunks(RUN));
-            let run = |workspace: &mut Vec<Block>, (rows, cases)| {
+            let run = |workspace: &mut Workspace, (rows, cases)| {
                 let run = Run { solver: &solver, programs: &programs, cases, exact, rows, workspace };
                 interrupt::until_stopped(|| [dispatch(run).0])
             };
-            let by_run = interrupt::before_the_stop(runs.map_init(Vec::new, run).collect());
+            let by_run = interrupt::before_the_stop(runs.map_init(Workspace::default, run).collect());
             table.keep_first(RUN * by_run.len());
             fallbacks = by_run.into_iter().sum();
         } else {
@@ -183,18 +191,20 @@ impl Mechanism {
         if let Some((solver, from)) = first {
             let programs = if n >= LANES { Programs::record(&solver, exact) } else { Programs::None };
             let runs = table.rows().runs(trace::RUN);
-            let by_run = trace_runs(&solver, &from, n, drives, runs, Vec::new, |workspace, rows, drives, trace| {
-                let width = self.n_drives();
-                let case = |(row, coordinates)| Case { drives: &drives[row * width..(row + 1) * width], coordinates };
-                let coordinates = trace.coordinates.chunks_exact(self.n_coordinates());
-                let cases: Vec<Case<'_>> = coordinates.enumerate().map(case).collect();
-                let run = Run { solver: &solver, programs: &programs, cases: &cases, exact, rows, workspace };
-                let (fallbacks, mut rows) = dispatch(run);
-                for (row, status) in trace.status.iter().enumerate().filter(|(_, status)| **status != Status::Ok) {
-                    rows.status.row(row)[0] = *status;
-                }
-                fallbacks
-            });
+            let by_run =
+                trace_runs(&solver, &from, n, drives, runs, Workspace::default, |workspace, rows, drives, trace| {
+                    let width = self.n_drives();
+                    let case =
+                        |(row, coordinates)| Case { drives: &drives[row * width..(row + 1) * width], coordinates };
+                    let coordinates = trace.coordinates.chunks_exact(self.n_coordinates());
+                    let cases: Vec<Case<'_>> = coordinates.enumerate().map(case).collect();
+                    let run = Run { solver: &solver, programs: &programs, cases: &cases, exact, rows, workspace };
+                    let (fallbacks, mut rows) = dispatch(run);
+                    for (row, status) in trace.status.iter().enumerate().filter(|(_, status)| **status != Status::Ok) {
+                        rows.status.row(row)[0] = *status;
+                    }
+                    fallbacks
+                });
             fallbacks = by_run.into_iter().sum();
         } else {
             self.put_none_assembled(&mut table);

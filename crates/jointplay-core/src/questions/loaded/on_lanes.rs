@@ -18,7 +18,7 @@ use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::closure::sensitivity::UNOBSERVABLE;
 use crate::contact::flanks::run_at_flanks;
 use crate::contact::mixing_on_lanes::Mixing;
-use crate::contact::push_on_lanes::{change, exposed, push, unforced_of};
+use crate::contact::push_on_lanes::{exposed, push, unforced_of};
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Space;
 use crate::mechanism::case::Case;
@@ -52,6 +52,17 @@ pub struct Contact<'m> {
     close: Program,
 }
 
+/// What a block is solved in; the next one overwrites it.
+pub(crate) struct Workspace {
+    /// Registers of the statics.
+    statics: Vec<Block>,
+    /// Those of the other programs together.
+    step: Vec<Block>,
+    /// Where the forces push the offsets.
+    pushed: Vec<Block>,
+    mixing: Mixing,
+}
+
 impl<'m> Contact<'m> {
     /// Records the programs; `None` when the mechanism has no plan or turns too far.
     #[must_use]
@@ -67,13 +78,14 @@ impl<'m> Contact<'m> {
         Some(Self { mechanism: m, statics: record_statics(solver, &layout)?, step, finish, close, layout })
     }
 
-    /// Registers of the statics, and of the other programs together.
+    /// Room for one block.
     #[must_use]
-    pub fn workspace(&self) -> [Vec<Block>; 2] {
-        let mut registers = self.close.registers(&[]);
-        self.finish.put_common(&mut registers, &[]);
-        self.step.put_common(&mut registers, &[]);
-        [self.statics.registers(&[]), registers]
+    pub fn workspace(&self) -> Workspace {
+        let mut step = self.close.registers(&[]);
+        self.finish.put_common(&mut step, &[]);
+        self.step.put_common(&mut step, &[]);
+        let pushed = vec![Block::splat(0.0); self.mechanism.n_parameters()];
+        Workspace { statics: self.statics.registers(&[]), step, pushed, mixing: Mixing::new(self.mechanism) }
     }
 
     /// Solves up to a block of cases and puts their rows, from row `first` on, by `plainly` where the
@@ -81,7 +93,7 @@ impl<'m> Contact<'m> {
     #[inline(always)]
     pub(crate) fn solve(
         &self,
-        workspace: &mut [Vec<Block>; 2],
+        workspace: &mut Workspace,
         cases: &[Case<'_>],
         rows: &mut LoadedRows<'_>,
         first: usize,
@@ -89,7 +101,8 @@ impl<'m> Contact<'m> {
     ) {
         let m = self.mechanism;
         let n_u = m.n_parameters();
-        let [statics, step] = workspace;
+        let Workspace { statics, step, pushed, mixing } = workspace;
+        mixing.begin();
         // Idle lanes repeat the first.
         let case = |lane: usize| cases.get(lane).unwrap_or(&cases[0]);
         self.layout.load_all(m, |lane| (case(lane).coordinates, case(lane).drives), statics);
@@ -103,24 +116,25 @@ impl<'m> Contact<'m> {
                 good[i] &= out(at.drives + d).0[i].abs() <= SAME_DRIVES;
             }
         }
-        let mut pushed: Vec<Block> = m.centre.iter().map(|centre| Block::splat(*centre)).collect();
+        let inputs = n_u + self.layout.n_varying();
+        step[n_u..inputs].copy_from_slice(&statics[n_u..inputs]);
+        for (p, centre) in m.centre.iter().enumerate() {
+            (step[p], pushed[p]) = (Block::splat(*centre), Block::splat(*centre));
+        }
         let unforced = unforced_of(m, |p| out(at.gradient + p), out(at.scale));
-        push(m, Some(&unforced), |p| out(at.gradient + p), out(at.scale), &mut pushed);
+        push(m, Some(&unforced), |p| out(at.gradient + p), out(at.scale), step, pushed);
         let map = |k: usize, p: usize| out(at.map + k * n_u + p);
-        let reaches = put_shares(m, map, &pushed, cases.len(), rows, first);
+        let reaches = put_shares(m, map, pushed, cases.len(), rows, first);
         let mut open = Openings::none(m);
         open.add(m, |p| out(at.gradient + p), out(at.scale), &unforced, map, &reaches);
 
-        let inputs = n_u + self.layout.n_varying();
-        step[n_u..inputs].copy_from_slice(&statics[n_u..inputs]);
-        step[..n_u].copy_from_slice(&pushed);
+        step[..n_u].copy_from_slice(pushed);
         let to = StepOutputs::new(m, &self.layout);
         let sign = out(at.pivots);
         let is_round = |source: &Source| matches!(source.set, Set::Disc { .. } | Set::Ball { .. });
         let has_corners = m.sources().iter().any(|source| source.is_clearance && !is_round(source));
         let mut settled = [false; LANES];
         let mut steps = [0_u64; LANES];
-        let mut mixing = Mixing::new(m);
         let mut undecided = Block::splat(0.0);
         let rounding = m.step_of_rounding();
         for round in 0..STEPS {
@@ -137,10 +151,10 @@ impl<'m> Contact<'m> {
             self.step.run(step);
             self.stay_near(&self.step, step, sign, &mut good);
             let out = |k: usize| self.step.output(step, k);
-            pushed.copy_from_slice(&step[..n_u]);
             let open_then = undecided;
-            undecided = push(m, Some(&unforced), |p| out(to.gradient + p), out(to.scale), &mut pushed);
-            let changed = change(m, true, &step[..n_u], &pushed);
+            undecided = push(m, Some(&unforced), |p| out(to.gradient + p), out(to.scale), step, pushed);
+            let wanted = mixing.see(step, pushed);
+            let changed = &wanted.changed;
             let mut all = true;
             for i in 0..cases.len() {
                 steps[i] += u64::from(!settled[i]);
@@ -155,12 +169,11 @@ impl<'m> Contact<'m> {
             if all {
                 break;
             }
-            mixing.step(&mut step[..n_u], &pushed, &changed, &settled);
+            mixing.step(step, pushed, &wanted, &settled);
         }
         self.finish.run(step);
         let out = |k: usize| self.step.output(step, k);
         open.add(m, |p| out(to.gradient + p), out(to.scale), &unforced, map, &reaches);
-        let no_widths = vec![0.0; m.sources().len() * m.size()];
         for (i, case) in cases.iter().enumerate() {
             let row = first + i;
             if !(good[i] && settled[i]) || open.observable[i] || self.turns_far(step, i) {
@@ -169,9 +182,8 @@ impl<'m> Contact<'m> {
             }
             let lane = |b: &Block| b.0[i];
             let nominal = |k: usize| lane(self.statics.output(statics, at.output + k));
+            // Nothing is undetermined, as where nothing has been put.
             rows.error.fill(row, |k| lane(self.finish.output(step, k)) - nominal(k));
-            rows.undetermined.fill(row, |_| 0.0);
-            rows.undetermined_contribution.put(row, &no_widths);
             rows.decided.fill(row, |s| open.decided[s][i]);
             rows.reaction.fill(row, |k| lane(self.step.output(step, to.reactions + k)));
             rows.offset.fill(row, |p| lane(&step[p]));

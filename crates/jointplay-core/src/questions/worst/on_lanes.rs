@@ -130,8 +130,8 @@ impl<'m> Climb<'m> {
             let mut changed = Block::splat(0.0);
             if asking.contains(&true) {
                 pushed.copy_from_slice(&registers[..n_u]);
-                push(m, None, |p| out(gradient + p), out(force), &mut pushed);
-                changed = change(m, false, &registers[..n_u], &pushed);
+                push(m, None, |p| out(gradient + p), out(force), &registers, &mut pushed);
+                changed = change(m, &registers[..n_u], &pushed);
             }
             let mut follows = [false; LANES];
             let mut tried = Vec::new();
