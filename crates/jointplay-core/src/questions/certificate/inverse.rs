@@ -1,7 +1,9 @@
 //! Numbers near the inverse of the closure Jacobian.
 
+use nalgebra::DMatrix;
+
 use crate::math::interval::Interval;
-use crate::math::sparse::Factored;
+use crate::questions::certificate::chart::Entries;
 
 /// Numbers near the inverse of the closure Jacobian.
 pub(super) struct Inverse {
@@ -11,13 +13,14 @@ pub(super) struct Inverse {
 }
 
 impl Inverse {
-    pub fn of(n: usize, factors: &Factored<'_>) -> Option<Self> {
-        let mut columns = vec![0.0; n * n];
-        for (k, column) in columns.chunks_exact_mut(n).enumerate() {
-            let mut unit = vec![0.0; n];
-            unit[k] = 1.0;
-            factors.solve(&mut unit, column);
+    /// Of a Jacobian by its entries; `None` where it is singular to working precision.
+    pub fn of(n: usize, entries: &Entries<Interval>) -> Option<Self> {
+        let mut matrix = DMatrix::<f64>::zeros(n, n);
+        for &(row, column, value) in entries {
+            matrix[(row, column)] += value.middle();
         }
+        let inverse = matrix.try_inverse()?;
+        let columns = inverse.as_slice().to_vec();
         columns.iter().all(|c| c.is_finite()).then_some(Self { n, columns })
     }
 
