@@ -165,6 +165,22 @@ def test_what_does_not_move_has_no_gap() -> None:
         assert (result[f"worst_{name}_gap"] == 0.0).all()
 
 
+def test_a_bound_of_what_is_not_attained_has_no_gap(tmp_path, monkeypatch, capsys) -> None:
+    """The coupler of a parallelogram only shifts. A quotient by its rotation ended the command with an error."""
+    links = {"start": (60.0, 0.0, 60.0), "body": "coupler", "at": "J3", "drive_error": 3.0}
+    text = four_bar_text(50.0, 100.0, 50.0, 100.0, [60.0, 90.0], **links)
+    result = jp.worst(jp.loads(text), certify=True, parts=1)
+    assert (result.worst_rotation < 1e-10).all()
+    assert (result.worst_rotation_bound > 1e-4).all()
+    assert result.worst_rotation_gap.isnull().all()
+    assert (result.worst_position_gap > 0).all()
+    (tmp_path / "parallelogram.toml").write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "300")
+    assert run(["error", "parallelogram.toml", "-q", "worst", "--certify", "--parts", "1"]) == 0
+    assert "deg (nothing is attained)." in capsys.readouterr().out
+
+
 def test_tolerances_without_limits_are_bounded_at_three_sigma() -> None:
     m = jp.loads(jp.examples.text("four-bar"))
     result = jp.worst(m.with_({"dimensions.l2.tolerance": {"sigma": 0.02}}), certify=True)

@@ -313,3 +313,44 @@ def test_a_page_says_where_its_colours_end() -> None:
     assert figure.data[0].colorbar.title.text == f"position error [mm]<br>{span[1]:.3g} and more"
     near = layers(jp.map(m, grid={"x": [-20, 0, 20], "y": [150, 180]}))
     assert "more" not in figure_of(near, limits(near.value.values)).data[0].colorbar.title.text
+
+
+@pytest.fixture(scope="module")
+def bounds() -> Any:
+    """A map whose nodes are not assembled, singular, without a bound, and with one."""
+    loose = example("five-bar").with_({"joints.*.clearance.radial": 6.0})
+    grid = {"x": {"from": -200, "to": 200, "count": 9}, "y": {"from": 60, "to": 260, "count": 7}}
+    return jp.map(loose, "worst", grid=grid, certify=True, parts=1)
+
+
+def test_hatches_are_where_their_nodes_are(bounds: Any) -> None:
+    """Contours of hatches ended at the centres of nodes, and covered parts of others."""
+    axes = plot.map(bounds, "worst_position_bound").axes[0]
+    assert not any(isinstance(drawn, ContourSet) for drawn in axes.collections)
+    (hatched,) = (drawn for drawn in axes.collections if drawn.get_hatch())
+    there = np.ma.filled(hatched.get_array().astype(float), np.nan).reshape(7, 9)
+    np.testing.assert_array_equal(np.isfinite(there), (bounds.status == "singular").T)
+
+
+def test_nodes_without_a_value_are_in_the_legend(bounds: Any) -> None:
+    """Nodes in order that have no bound were white without a word."""
+    from jointplay.plot.interactive import figure_of
+    from jointplay.plot.map import layers, limits
+
+    assert (bounds.worst_position_bound.isnull() & (bounds.status == "ok")).any()
+    names = {"not assembled", "singular", "no value"}
+    axes = plot.map(bounds, "worst_position_bound").axes[0]
+    assert {text.get_text() for text in axes.get_legend().get_texts()} == names
+    shown = layers(bounds, "worst_position_bound")
+    figure = figure_of(shown, limits(shown.value.values))
+    assert names <= {trace.name for trace in figure.data if trace.showlegend}
+    # Beside the colours: above them a long name took half of the page.
+    assert figure.data[0].colorbar.title.side == "right"
+    axes = plot.map(bounds).axes[0]
+    assert "no value" not in {text.get_text() for text in axes.get_legend().get_texts()}
+
+
+def test_a_part_has_no_unit_on_its_axis(bounds: Any) -> None:
+    """A line of gaps was drawn over `attained []`."""
+    axes = plot.map(bounds.isel(y=slice(0, 1)).squeeze("y").assign_attrs(grid="x"), "worst_position_gap").axes[0]
+    assert axes.get_ylabel().endswith("attained")

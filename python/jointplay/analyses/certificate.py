@@ -86,7 +86,12 @@ def _above(values: Array) -> Array:
 
 
 def _gap(value: Array, bound: Array, resting: float) -> Array:
-    """By which part a bound is above a value; zero where the bound proves that nothing moves but by rounding."""
+    """By which part a bound is above a value.
+
+    Zero where the bound proves that nothing moves but by rounding; nan where nothing is attained, of which no bound is
+    a multiple.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
-        gap: Array = np.where(bound > resting, bound / np.maximum(value, 0.0) - 1.0, 0.0 * bound)
+        above = np.where(value > resting, bound / value - 1.0, np.nan)
+        gap: Array = np.where(bound > resting, above, 0.0 * bound)
     return gap

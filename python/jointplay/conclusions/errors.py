@@ -82,10 +82,9 @@ def proved(result: Result, place: str = "configuration") -> Iterator[Sentence]:
         parts = []
         for quantity, words in WORDS.items():
             bounds, unit = result.get(f"worst_{quantity}_bound")[certified], result.unit(f"worst_{quantity}_bound")
-            gap = float(np.nanmax(result.get(f"worst_{quantity}_gap")[certified], initial=0.0))
             if np.nanmax(bounds, initial=0.0) > rounding(result, unit):
                 highest = f"{rounded_up(bounds).max():.{BOUND_DIGITS}g} {unit}"
-                parts.append(f"a {words} above {highest} (at most {_above(gap)} % above what is attained)")
+                parts.append(f"a {words} above {highest} ({_close(result.get(f'worst_{quantity}_gap')[certified])})")
         there = f" at {count} of {plural(certified.size, place)}" if count < certified.size else ""
         if parts:
             yield Sentence(f"Proved{there}: no offsets within the sets make {' or '.join(parts)}.")
@@ -98,11 +97,15 @@ def proved(result: Result, place: str = "configuration") -> Iterator[Sentence]:
         yield Sentence(f"{text}: {reasons}.")
 
 
-def _above(gap: float) -> str:
-    """A gap in percent, raised to three digits or thousandths."""
-    percent = max(100.0 * gap, 1e-3)
+def _close(gaps: Array) -> str:
+    """The largest gap in percent, raised to three digits or thousandths; there is none where nothing is attained."""
+    attained = np.isfinite(gaps)
+    if not attained.any():
+        return "nothing is attained"
+    percent = max(100.0 * float(gaps[attained].max()), 1e-3)
     step = max(1e-3, 10.0 ** (math.floor(math.log10(percent)) - 2))
-    return f"{math.ceil(percent / step - 1e-9) * step:.4g}"
+    where = "" if attained.all() else ", where anything is attained"
+    return f"at most {math.ceil(percent / step - 1e-9) * step:.4g} % above what is attained{where}"
 
 
 def _is_open(result: Result, quantity: str, unit: str) -> bool:

@@ -32,6 +32,8 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 COLOUR_SCALE = "Cividis"
 #: nodes without a trusted number: how much of the grey their colour has, the rest is paper
 UNTRUSTED = {"not_assembled": 0.35, "singular": 0.6, "underconstrained": 0.8, "not_assemblable": 1.0}
+#: nodes that are in order and have no value all the same, such as those without a bound
+VALUELESS = "no value"
 CONTACT = "a contact changes sides"
 #: quantiles of the nodes through which iso-surfaces are drawn
 LEVELS = (0.25, 0.5, 0.75)
@@ -96,6 +98,12 @@ class Shown:
         return Shown(
             self.value[:, :, k], self.status[:, :, k], self.contact_change[:, :, k, :2], self.span, self.bounds
         )
+
+
+def valueless(value: xr.DataArray, status: Texts) -> Flags:
+    """The nodes that are in order, or only strained, and have no value."""
+    lacking: Flags = np.isnan(value.values) & ~np.isin(status, [*UNTRUSTED, ""])
+    return lacking
 
 
 def _escaped(value: xr.DataArray) -> xr.DataArray:
@@ -164,16 +172,19 @@ def _key(name: str, colour: str) -> Any:
     """An entry of the legend for an area."""
     import plotly.graph_objects as go
 
-    marker = {"color": colour, "symbol": "square", "size": 12}
+    marker = {"color": colour, "symbol": "square", "size": 12, "line": {"color": theme().grey, "width": 0.5}}
     return go.Scatter(x=[None], y=[None], mode="markers", name=name, marker=marker, showlegend=True)
 
 
 def _statuses(shown: Shown) -> Iterator[tuple[str, str, Flags]]:
-    """Every status without a trusted number: its name, its colour, and where it is."""
+    """Every status without a trusted number: its name, its colour, and where it is; then what has no value else."""
     for name, share in UNTRUSTED.items():
         there = np.asarray(shown.status == name)
         if there.any():
             yield name.replace("_", " "), mixed(theme().grey, theme().paper, share), there
+    there = valueless(shown.value, shown.status)
+    if there.any():
+        yield VALUELESS, theme().paper, there
 
 
 def _heat(shown: Shown, title: str) -> Any:
@@ -201,8 +212,8 @@ def _plane(shown: Shown, label: str, *, bar: float | None) -> list[Any]:
     traces: list[Any] = [
         go.Heatmap(
             x=across.values, y=up.values, z=value.values.T, customdata=shown.words.T, zmin=low, zmax=high,
-            colorscale=COLOUR_SCALE, colorbar={"title": label, "x": bar}, hovertemplate=_hover(value, names),
-            hoverongaps=False, name=str(value.attrs["long_name"]),
+            colorscale=COLOUR_SCALE, colorbar={"title": {"text": label, "side": "right"}, "x": bar},
+            hovertemplate=_hover(value, names), hoverongaps=False, name=str(value.attrs["long_name"]),
         )
     ]  # fmt: skip
     hover = "<br>".join(f"{name} = %{{{letter}:.6g}}" for name, letter in zip(names, "xy", strict=True))

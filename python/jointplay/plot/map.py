@@ -20,7 +20,7 @@ from jointplay.result import SEVERAL, Result, Variable, bounds, quantity
 from jointplay.typed import typed
 
 from .cells import boundaries, cell_edges
-from .interactive import page
+from .interactive import VALUELESS, page, valueless
 from .layers import Layers
 from .layout import columns_of
 from .put import check_path as check_drawing
@@ -174,13 +174,15 @@ def _heat(shown: Layers, axes: Axes, *, bar: bool, span: tuple[float, float] | N
     for status, hatch in HATCHED.items():
         there = shown.status == status
         if there.any():
-            colour = ListedColormap([theme().unreached])
-            axes.pcolormesh(x, y, np.ma.masked_where(~there, there).T, cmap=colour, shading="nearest", rasterized=True)
-            if hatch:
-                axes.contourf(x, y, there.T.astype(float), levels=[0.5, 1.5], colors="none", hatches=[hatch])
+            # Node by node: contours of hatches would end between them.
+            nodes, colour = np.ma.masked_where(~there, there).T, ListedColormap([theme().unreached])
+            drawn = axes.pcolor(cell_edges(x), cell_edges(y), nodes, cmap=colour, rasterized=True, antialiased=False)
+            drawn.set(hatch=hatch, edgecolor=theme().grey, linewidth=0.0)
             handles.append(
                 Patch(facecolor=theme().unreached, edgecolor=theme().grey, hatch=hatch, label=status.replace("_", " "))
             )
+    if valueless(value, shown.status).any():
+        handles.append(Patch(facecolor=theme().paper, edgecolor=theme().grey, label=VALUELESS))
     if shown.contact_change.any():
         axes.add_collection(LineCollection(boundaries(x, y, shown.contact_change), colors=theme().ink, linewidths=1.4))
         handles.append(Line2D([], [], color=theme().ink, label="a contact changes sides"))
@@ -214,8 +216,11 @@ def _line(shown: Layers, axes: Axes) -> None:
     value = shown.value
     along = value.dims[0]
     value.plot.line(x=along, ax=axes, color=series(0)["color"], marker="o" if value.size <= 60 else None)
+    figure = axes.get_figure()
+    assert isinstance(figure, Figure)
     x = value[along].values
     edges = cell_edges(x)
+    axes.set(xlim=(edges.min(), edges.max()), ylabel=beside(figure.get_figheight(), _words(value)))
     for k in np.flatnonzero(np.isin(shown.status, list(HATCHED))):
         axes.axvspan(
             edges[k],
