@@ -5,6 +5,9 @@ use nalgebra::DMatrix;
 use crate::math::interval::Interval;
 use crate::questions::certificate::chart::Entries;
 
+/// Entries smaller than this part of the largest of their row and of their column are rounding.
+const NEGLIGIBLE: f64 = 1e-14;
+
 /// Numbers near the inverse of the closure Jacobian.
 pub(super) struct Inverse {
     pub n: usize,
@@ -20,8 +23,18 @@ impl Inverse {
             matrix[(row, column)] += value.middle();
         }
         let inverse = matrix.try_inverse()?;
-        let columns = inverse.as_slice().to_vec();
-        columns.iter().all(|c| c.is_finite()).then_some(Self { n, columns })
+        if !inverse.iter().all(|c| c.is_finite()) {
+            return None;
+        }
+        // What would be zero but for rounding is zero, so that it is left out of sums.
+        let [rows, columns]: [Vec<f64>; 2] = [
+            inverse.row_iter().map(|row| row.amax()).collect(),
+            inverse.column_iter().map(|column| column.amax()).collect(),
+        ];
+        let kept = |(k, &c): (usize, &f64)| {
+            if c.abs() <= NEGLIGIBLE * rows[k % n].min(columns[k / n]) { 0.0 } else { c }
+        };
+        Some(Self { n, columns: inverse.as_slice().iter().enumerate().map(kept).collect() })
     }
 
     pub fn at(&self, row: usize, column: usize) -> f64 {

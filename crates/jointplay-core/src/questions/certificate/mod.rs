@@ -194,7 +194,8 @@ impl Mechanism {
         let (size, translations) = (self.size(), self.n_translations());
         let (place, turn) = ((attained.position, self.length), (attained.rotation, 1.0));
         let end = |k: usize| {
-            let (sign, kind) = (if k % 2 == 0 { -1.0 } else { 1.0 }, if k / 2 < translations { place } else { turn });
+            let (sign, kind) =
+                (if k.is_multiple_of(2) { -1.0 } else { 1.0 }, if k / 2 < translations { place } else { turn });
             Bound::of(Sought::end(k / 2, sign), (sign, sign * attained.component[k]), kind, parts)
         };
         let mut bounds: Vec<Bound> = (0..2 * size).map(end).collect();

@@ -56,7 +56,10 @@ impl Slabs {
     /// Along the largest motions, these being given row by row for every own coordinate; `reach` is how far the sets go
     /// along a direction.
     pub fn largest(n: usize, motions: &[f64], reach: impl Fn(&[f64]) -> f64) -> Option<Self> {
-        let matrix = DMatrix::from_row_slice(motions.len() / n.max(1), n, motions);
+        if motions.is_empty() {
+            return None;
+        }
+        let matrix = DMatrix::from_row_slice(motions.len() / n, n, motions);
         let svd = singular_values(matrix, false, true)?;
         let v = svd.v_t?;
         let direction = |k: usize| -> (Vec<f64>, f64) {
@@ -174,5 +177,44 @@ impl Slabs {
             forms.sum([(1.0, row[k])].into_iter().chain(terms).filter(nonzero))
         };
         (0..row.len()).map(rest).chain(along.iter().copied()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two large motions and a small one, of five offsets.
+    fn slabs() -> Slabs {
+        let motions = [1.0, 0.5, 0.0, -0.7, 0.1, 0.0, 0.4, 0.9, 0.2, -0.3, 0.01, 0.0, 0.02, 0.0, 0.01];
+        Slabs::largest(5, &motions, |m| m.iter().map(|m| m.abs()).sum()).unwrap()
+    }
+
+    #[test]
+    fn small_motions_are_not_divided() {
+        assert_eq!(slabs().len(), 2);
+    }
+
+    #[test]
+    fn what_is_linear_is_the_same_when_it_is_split() {
+        let (slabs, row, x) = (slabs(), [0.3, -1.2, 0.8, 0.05, 2.0], [0.2, -0.9, 1.0, 0.4, -0.3]);
+        let split = slabs.split(&row);
+        let point = slabs.point(&x);
+        assert!((dot(&split, &point) - dot(&row, &x)).abs() <= slabs.rounding(&row, &split));
+        // Nothing of the rest is along the slabs.
+        slabs.shares.iter().for_each(|share| assert!(dot(share, &split[..5]).abs() < 1e-12));
+    }
+
+    #[test]
+    fn points_are_at_their_places() {
+        let slabs = slabs();
+        let point = slabs.point(&slabs.at(&[0.3, -0.6]));
+        assert!((point[5] - 0.3).abs() < 1e-12 && (point[6] + 0.6).abs() < 1e-12);
+        let mut x = [0.1, 0.0, -0.1, 0.0, 0.0];
+        let part: Vec<Interval> =
+            [[-1.0, 1.0]; 5].iter().chain(&[[0.1, 0.3], [-0.2, -0.1]]).map(|x| Interval::new(x[0], x[1])).collect();
+        slabs.move_to_middle(&mut x, &part);
+        let point = slabs.point(&x);
+        assert!((point[5] - 0.2).abs() < 1e-12 && (point[6] + 0.15).abs() < 1e-12);
     }
 }
