@@ -9,6 +9,9 @@
 //! polytope   u* in the hull of the corners that some g in the box does not put below another corner
 //! ```
 //!
+//! Where the product is divided into slabs ([`slabs`](super::slabs)), each of their places is one more coordinate, which
+//! comes after those of the sets and depends on them.
+//!
 //! The blocks are larger than the sets by a part of `2^-48`. Their maps to offsets are linear with rounded
 //! coefficients, and a coefficient off by a part of `2^-52` is a coordinate off by as much.
 
@@ -16,11 +19,14 @@ use crate::clearance::{Set, Shape};
 use crate::math::interval::Interval;
 use crate::math::vector::norm;
 use crate::mechanism::Source;
+use crate::questions::certificate::slabs::{SHARED, Slabs};
 
 /// How large the blocks are.
 const UNIT: f64 = 1.0 + 1.0 / (1_u64 << 48) as f64;
 /// The middle of a box is moved to the boundary of its ball where it is farther from the middle of the ball than this.
 const OUTER: f64 = 0.5;
+/// Rounds in which a point is moved into slabs.
+const ROUNDS: usize = 8;
 
 /// A block: its first coordinate, and how many it has.
 #[derive(Clone, Debug)]
@@ -222,11 +228,30 @@ fn beyond(g: &[Interval], from: &[f64]) -> f64 {
 /// The product of the sets of some sources.
 pub(super) struct Product {
     pub blocks: Vec<Block>,
+    /// Coordinates of the sets, and what they are divided into besides.
+    pub n: usize,
+    pub slabs: Slabs,
 }
 
 impl Product {
     pub fn of(sources: &[Source]) -> Self {
-        Self { blocks: sources.iter().flat_map(|source| blocks_of(&source.set, source.first)).collect() }
+        let blocks: Vec<Block> = sources.iter().flat_map(|source| blocks_of(&source.set, source.first)).collect();
+        let n = blocks.iter().map(|block| block.size).sum();
+        Self { blocks, n, slabs: Slabs::none(n) }
+    }
+
+    /// The same with slabs.
+    pub fn divided(sources: &[Source], slabs: Slabs) -> Self {
+        let mut product = Self::of(sources);
+        product.blocks.extend((0..slabs.len()).map(|k| between(product.n + k)));
+        product.slabs = slabs;
+        product
+    }
+
+    /// How far it goes along a direction, which has no share in slabs.
+    pub fn reach(&self, direction: &[f64]) -> f64 {
+        let g: Vec<Interval> = direction.iter().map(|&g| Interval::from_point(g)).collect();
+        self.spread(&self.whole(), &g, &vec![0.0; direction.len()]).high
     }
 
     /// All of it.
@@ -235,9 +260,40 @@ impl Product {
         Part { x: x.collect(), corners: vec![u64::MAX; self.blocks.len()] }
     }
 
-    /// A point of a part, or near it, that belongs to the product.
+    /// What of it is in given slabs; `None` where nothing is.
+    pub fn cell(&self, places: &[Interval]) -> Option<Part> {
+        let mut part = self.whole();
+        part.x[self.n..].copy_from_slice(places);
+        (!self.is_empty(&part)).then_some(part)
+    }
+
+    /// Whether no offsets of a part are in its slabs, as some directions show in which they do not go as far.
+    fn is_empty(&self, part: &Part) -> bool {
+        let middle = vec![0.0; part.x.len()];
+        self.slabs.ahead().iter().any(|ahead| {
+            let farthest =
+                self.supports(part, ahead, &middle).fold(Interval::ZERO, |sum, s| sum + Interval::from_point(s));
+            farthest.high < 0.0
+        })
+    }
+
+    /// The blocks that are sets, by their numbers.
+    fn own(&self) -> impl Iterator<Item = (usize, &Block)> {
+        self.blocks.iter().enumerate().take_while(|(_, block)| block.first < self.n)
+    }
+
+    /// A point of a part, or near it, that belongs to the product; in its slabs as far as that goes.
     pub fn centre(&self, part: &Part) -> Vec<f64> {
-        self.blocks.iter().enumerate().flat_map(|(number, block)| block.centre(part, number)).collect()
+        let mut x: Vec<f64> = self.own().flat_map(|(number, block)| block.centre(part, number)).collect();
+        for _ in 0..if self.slabs.len() > 0 { ROUNDS } else { 0 } {
+            self.slabs.move_to_middle(&mut x, &part.x);
+            x.iter_mut().zip(&part.x).for_each(|(x, within)| *x = x.clamp(within.low, within.high));
+            for (_, block) in self.own().filter(|(_, block)| block.corners.is_empty()) {
+                let size = norm(&x[block.range()]).max(1.0);
+                x[block.range()].iter_mut().for_each(|x| *x /= size);
+            }
+        }
+        self.slabs.point(&x)
     }
 
     /// What `g . (x - from)` does not exceed on a part, block by block.
@@ -260,9 +316,30 @@ impl Product {
         Interval::new(-sum(&opposite), sum(g))
     }
 
-    /// Leaves of a part where a maximum can be that has its gradient in a box; false where nothing is left.
+    /// Leaves of a part where a maximum can be that has its gradient along the coordinates of the sets in a box; false
+    /// where nothing is left.
     pub fn leave_optima(&self, part: &mut Part, g: &[Interval]) -> bool {
-        self.blocks.iter().enumerate().all(|(number, block)| block.leave_optima(part, number, g))
+        if !self.own().all(|(number, block)| block.leave_optima(part, number, g)) {
+            return false;
+        }
+        let n = self.n;
+        let places = self.slabs.places(&part.x[..n]);
+        let is_left = part.x[n..].iter_mut().zip(places).all(|(t, place)| {
+            let common = t.common(place);
+            *t = common.unwrap_or(*t);
+            common.is_some()
+        });
+        is_left && !self.is_empty(part)
+    }
+
+    /// Two halves of a part along a coordinate.
+    pub fn halves(&self, part: &Part, coordinate: usize) -> [Part; 2] {
+        let middle = part.x[coordinate].middle();
+        let shared = if coordinate < self.n { 0.0 } else { SHARED };
+        let mut halves = [part.clone(), part.clone()];
+        halves[0].x[coordinate].high = middle + shared;
+        halves[1].x[coordinate].low = middle - shared;
+        halves
     }
 }
 
@@ -275,14 +352,5 @@ impl Part {
     /// Whether a point is in its box.
     pub fn has(&self, point: &[f64]) -> bool {
         self.x.iter().zip(point).all(|(x, p)| x.contains(*p))
-    }
-
-    /// Two halves of it along a coordinate.
-    pub fn halves(&self, coordinate: usize) -> [Self; 2] {
-        let middle = self.x[coordinate].middle();
-        let mut halves = [self.clone(), self.clone()];
-        halves[0].x[coordinate].high = middle;
-        halves[1].x[coordinate].low = middle;
-        halves
     }
 }

@@ -29,6 +29,14 @@ impl Direction {
         Self { axis: 0, sign, ratios: Vec::new() }
     }
 
+    /// A single vector.
+    pub fn of(vector: &[f64]) -> Self {
+        let axis = (0..vector.len()).max_by(|&a, &b| vector[a].abs().total_cmp(&vector[b].abs())).unwrap_or(0);
+        let others = (0..vector.len()).filter(|&k| k != axis);
+        let ratios = others.map(|k| Interval::from_point(vector[k] / vector[axis].abs())).collect();
+        Self { axis, sign: vector[axis].signum(), ratios }
+    }
+
     /// All unit vectors, by cells.
     pub fn all(dimensions: usize) -> Vec<Self> {
         let cell = |axis: usize, sign: f64| Self { axis, sign, ratios: vec![Interval::of_size(1.0); dimensions - 1] };

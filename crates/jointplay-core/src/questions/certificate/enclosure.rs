@@ -1,6 +1,7 @@
 //! Where the poses of parts of the sets are, proved; and what is linear in it.
 //!
-//! With F(q, u) = 0 the closure, u(x) the parameters of own coordinates x = x0 + d and C near the inverse of `F_q`, a pose is
+//! With F(q, u) = 0 the closure, u(x) the parameters of own coordinates x = x0 + d and C near the inverse of `F_q` at x0, a
+//! pose is
 //!
 //! ```text
 //! q(x) = q0 + S d + z        q0 near q(x0),  S near dq / dx there,  z in a box Z
@@ -16,19 +17,19 @@
 //! x without a jump, and the closure is nowhere singular there: the mechanism can be assembled everywhere in the part
 //! and stays on its branch. The box is one of z itself, or of other coordinates of it ([`Modes`]). Of a part of a part the same poses are sought, so that they need to be held only.
 
-use std::rc::Rc;
-
-use crate::closure::newton::{Solver, State};
+use crate::closure::newton::State;
 use crate::math::affine::{Form, Forms, Group};
 use crate::math::interval::Interval;
 use crate::math::real::Real;
-use crate::mechanism::Source;
+use crate::math::vector::norm;
+use crate::mechanism::{Mechanism, Source};
 use crate::questions::certificate::blocks::{Block, Part, Product};
 use crate::questions::certificate::chart::{Chart, Equations, Poses};
 use crate::questions::certificate::inverse::Inverse;
 use crate::questions::certificate::linear::{Defect, fixed_point};
-use crate::questions::certificate::modes::Modes;
+use crate::questions::certificate::modes::{Modes, units};
 use crate::questions::certificate::second::Second;
+use crate::questions::certificate::slabs::Slabs;
 
 /// Rounds in which a box is widened until it holds its image.
 const WIDENED: usize = 12;
@@ -63,7 +64,7 @@ pub(super) struct Enclosure {
     near: Vec<f64>,
     slopes: Vec<f64>,
     /// What poses are off by from that line, in these coordinates.
-    modes: Rc<Modes>,
+    modes: Modes,
     z: Vec<Interval>,
     defect: Defect,
 }
@@ -83,9 +84,13 @@ pub(super) struct Encloser<'m> {
     sources: &'m [Source],
     /// The parameters that the offsets of the sources add to.
     centre: Vec<f64>,
+}
+
+/// What is linear in the closure near the pose of a point.
+struct Linear {
     inverse: Inverse,
-    /// Coordinates of z, those that are tried first coming first.
-    modes: Vec<Rc<Modes>>,
+    /// Near `dq / dx`, row by row.
+    slopes: Vec<f64>,
 }
 
 fn points(x: &[f64]) -> Vec<Interval> {
@@ -93,9 +98,33 @@ fn points(x: &[f64]) -> Vec<Interval> {
 }
 
 impl Enclosure {
+    fn n_own(&self) -> usize {
+        self.slopes.len() / self.near.len().max(1)
+    }
+
+    /// Whether all poses are known on the line to a point, which may lie beside the sets.
+    fn reaches(&self, product: &Product, x: &[f64]) -> bool {
+        let places = product.slabs.point(&self.from);
+        let between = self.part.around(&places);
+        let off: Vec<f64> = x.iter().zip(&self.from).map(|(x, from)| x - from).collect();
+        // From any point of a block its far side is farther than this.
+        let is_near = |block: &Block| norm(&off[block.range()]) < 1.0;
+        let mut own = product.blocks.iter().take_while(|block| block.first < product.n);
+        own.all(is_near) && between[product.n..].iter().zip(&x[product.n..]).all(|(t, x)| t.contains(*x))
+    }
+
+    /// Near the pose of a point.
+    fn near(&self, x: &[f64]) -> Vec<f64> {
+        let rows = self.slopes.chunks_exact(self.n_own().max(1)).zip(&self.near);
+        rows.map(|(row, near)| {
+            near + row.iter().zip(x.iter().zip(&self.from)).map(|(s, (x, from))| s * (x - from)).sum::<f64>()
+        })
+        .collect()
+    }
+
     /// Whether the pose of a point is among those that are enclosed.
-    fn holds(&self, at: &At) -> bool {
-        let n = at.x.len();
+    pub fn holds(&self, at: &At) -> bool {
+        let n = self.n_own();
         let off = |i: usize| {
             let slopes = self.slopes[i * n..(i + 1) * n].iter().zip(at.x.iter().zip(&self.from));
             let moved = slopes.fold(Interval::from_point(self.near[i]), |sum, (s, (x, from))| {
@@ -109,15 +138,23 @@ impl Enclosure {
 }
 
 impl<'m> Encloser<'m> {
-    /// About a closed state at its drive values, for offsets of some sources from given parameters; `None` where the
-    /// closure is singular.
-    pub fn new(solver: &Solver<'m>, state: &State, sources: &'m [Source], centre: &[f64]) -> Option<Self> {
-        let m = solver.mechanism;
-        let inverse = Inverse::of(m.n_unknowns(), &solver.linearise(state)?.factors)?;
-        let all = [Some(Modes::components(&inverse)), Modes::singular(m, &inverse)];
-        let modes = all.into_iter().flatten().map(Rc::new).collect();
+    /// About a closed state at its drive values, for offsets of some sources from given parameters.
+    pub fn new(m: &'m Mechanism, state: &State, sources: &'m [Source], centre: &[f64]) -> Self {
         let chart = Chart::new(m, &state.inputs.drives, &state.coordinates);
-        Some(Self { chart, product: Product::of(sources), sources, centre: centre.to_vec(), inverse, modes })
+        Self { chart, product: Product::of(sources), sources, centre: centre.to_vec() }
+    }
+
+    /// Divides the sets along what moves most, in place of any division before, as seen from a point; false where nothing
+    /// does.
+    pub fn divide(&mut self, at: &At) -> bool {
+        let (n, units) = (self.product.n, units(self.chart.mechanism));
+        self.product = Product::of(self.sources);
+        let Some(Linear { slopes: mut motions, .. }) = self.linear(&at.x[..n], &at.near) else { return false };
+        motions.chunks_exact_mut(n.max(1)).zip(units).for_each(|(row, unit)| row.iter_mut().for_each(|x| *x /= unit));
+        let slabs = Slabs::largest(n, &motions, |direction| self.product.reach(direction));
+        let Some(slabs) = slabs else { return false };
+        self.product = Product::divided(self.sources, slabs);
+        true
     }
 
     /// Parameter values of own coordinates.
@@ -142,7 +179,7 @@ impl<'m> Encloser<'m> {
         let mut sizes: Vec<f64> = part.around(from).iter().zip(from).map(far).collect();
         let group = |block: &Block| Group { range: block.range(), radius: block.radius(from) };
         let mut groups: Vec<Group> = self.product.blocks.iter().map(group).collect();
-        for _ in 0..if off { self.inverse.n } else { 0 } {
+        for _ in 0..if off { self.chart.mechanism.n_unknowns() } else { 0 } {
             groups.push(Group { range: sizes.len()..sizes.len() + 1, radius: f64::INFINITY });
             sizes.push(1.0);
         }
@@ -151,15 +188,18 @@ impl<'m> Encloser<'m> {
 
     /// All that depends on poses `q0 + S d + z` and on their parameters, for z with its coordinates in a box, if any.
     fn expand<'f>(&self, forms: &'f Forms, at: &At, slopes: &[f64], z: Option<(&Modes, &[Interval])>) -> Expanded<'f> {
-        let n = at.x.len();
+        let (n, known) = (self.product.n, at.x.len());
         let unknown = |k: usize, size: f64| forms.linear(0.0, [(k, size)].into_iter(), 0.0);
         let coordinate = |(j, z): (usize, &Interval)| {
             let (middle, size) = z.split();
-            unknown(n + j, size) + Form::from_f64(middle)
+            unknown(known + j, size) + Form::from_f64(middle)
         };
         let coordinates: Vec<Form<'_>> = z.map_or(&[][..], |(_, z)| z).iter().enumerate().map(coordinate).collect();
         let v = |i: usize| {
-            let line = forms.linear(at.near[i], slopes[i * n..(i + 1) * n].iter().copied().enumerate(), 0.0);
+            let row = &slopes[i * n..(i + 1) * n];
+            let split = self.product.slabs.split(row);
+            let rounding = self.product.slabs.rounding(row, &split);
+            let line = forms.linear(at.near[i], split.into_iter().enumerate(), rounding);
             let motion = z.map_or(&[][..], |(modes, _)| modes.motion(i));
             let moved = motion.iter().copied().zip(coordinates.iter().copied()).filter(|(c, _)| *c != 0.0);
             forms.sum([(1.0, line)].into_iter().chain(moved))
@@ -172,18 +212,19 @@ impl<'m> Encloser<'m> {
         Expanded { v, poses, parameters, equations }
     }
 
-    /// Near `dq / dx` at a point, row by row: `C F_u`, corrected by what C is not the inverse there.
-    fn slopes(&self, x: &[f64], near: &[f64]) -> Vec<f64> {
+    /// The closure near the pose of a point: with C the inverse, `dq / dx = C F_u`, corrected by what C is not the inverse.
+    fn linear(&self, x: &[f64], near: &[f64]) -> Option<Linear> {
         let (v, parameters) = (points(near), self.parameters(&points(x)));
         let equations = self.chart.equations(&v, &self.chart.poses(&v), &parameters, Interval::is_zero);
-        let (n, rows) = (x.len(), near.len());
+        let (n, rows) = (self.product.n, near.len());
+        let inverse = Inverse::of(rows, &equations.along_poses)?;
         let mut right = vec![Interval::ZERO; rows * self.centre.len()];
         for &(row, p, value) in &equations.along_parameters {
             right[row * self.centre.len() + p] = value;
         }
         let right = right.chunks_exact(self.centre.len().max(1)).flat_map(|row| self.own_gradient(row));
         let right: Vec<f64> = right.map(Interval::middle).collect();
-        let mut slopes = self.inverse.times_rows(&right, n);
+        let mut slopes = inverse.times_rows(&right, n);
         for _ in 0..CORRECTIONS {
             let mut left = right.clone();
             for &(row, column, value) in &equations.along_poses {
@@ -192,10 +233,10 @@ impl<'m> Encloser<'m> {
                     left[row * n + k] -= value * slopes[column * n + k];
                 }
             }
-            let more = self.inverse.times_rows(&left, n);
+            let more = inverse.times_rows(&left, n);
             slopes.iter_mut().zip(more).for_each(|(s, more)| *s += more);
         }
-        slopes
+        Some(Linear { inverse, slopes })
     }
 
     /// The operator without its second term: what z is where the Jacobian does not change. On the way from the point,
@@ -209,7 +250,7 @@ impl<'m> Encloser<'m> {
     fn bent(&self, modes: &Modes, part: &Part, at: &At, slopes: &[f64]) -> Vec<Interval> {
         let forms = &self.forms(part, &at.x, false);
         let straight = self.expand(forms, at, slopes, None).equations;
-        let (n, rows) = (at.x.len(), self.inverse.n);
+        let (n, rows) = (self.product.n, at.near.len());
         let v = points(&at.near);
         let there = modes.corrections_of(&self.chart.residual(&self.chart.poses(&v), &at.parameters));
         let mut along_poses = vec![Vec::new(); rows];
@@ -226,15 +267,15 @@ impl<'m> Encloser<'m> {
                 let moved = along_poses[row].iter().map(|&(column, value)| (slopes[column * n + k], value));
                 forms.sum(moved.chain([(-1.0, own[k])]).filter(|(c, form)| *c != 0.0 && !form.is_zero()))
             };
-            (0..n).map(along).collect()
+            self.product.slabs.split_forms(forms, (0..n).map(along).collect())
         };
         let derivatives: Vec<Vec<Form<'_>>> = (0..rows).map(derivatives).collect();
         let coordinate = |i: usize| {
             let along = |k: usize| {
                 let terms = modes.correction(i).iter().zip(&derivatives).map(|(c, of)| (*c, of[k]));
-                forms.sum(terms.filter(|(c, form)| *c != 0.0 && !form.is_zero())).parts(n)
+                forms.sum(terms.filter(|(c, form)| *c != 0.0 && !form.is_zero())).parts(at.x.len())
             };
-            let gained = Second::of(&self.product, (0..n).map(along)).reach(&self.product, part, &at.x);
+            let gained = Second::of(&self.product, (0..at.x.len()).map(along)).reach(&self.product, part, &at.x);
             Interval::of_size(gained) - there[i]
         };
         (0..rows).map(coordinate).collect()
@@ -249,8 +290,9 @@ impl<'m> Encloser<'m> {
 
     /// The poses of a part about a point.
     pub fn enclose<'f>(&self, forms: &'f Forms, part: &Part, at: &At) -> Option<(Enclosure, Expanded<'f>)> {
-        let slopes = self.slopes(&at.x, &at.near);
-        self.modes.iter().find_map(|modes| self.enclosed(forms, part, at, (&slopes, modes)))
+        let Linear { inverse, slopes } = self.linear(&at.x, &at.near)?;
+        let enclosed = |modes: Modes| self.enclosed(forms, part, at, (&slopes, modes));
+        enclosed(Modes::components(&inverse)).or_else(|| enclosed(Modes::singular(self.chart.mechanism, &inverse)?))
     }
 
     /// The same in given coordinates.
@@ -259,9 +301,9 @@ impl<'m> Encloser<'m> {
         forms: &'f Forms,
         part: &Part,
         at: &At,
-        (slopes, modes): (&[f64], &Rc<Modes>),
+        (slopes, modes): (&[f64], Modes),
     ) -> Option<(Enclosure, Expanded<'f>)> {
-        let bent = self.bent(modes, part, at, slopes);
+        let bent = self.bent(&modes, part, at, slopes);
         let point: Vec<Interval> =
             at.v.iter().zip(&at.near).map(|(v, near)| *v - Interval::from_point(*near)).collect();
         let point = modes.coordinates_of(&point);
@@ -275,12 +317,12 @@ impl<'m> Encloser<'m> {
             if !z.iter().all(|z| z.is_finite()) || largest(&z) > LOST * largest(&bent) {
                 return None;
             }
-            let expanded = self.expand(forms, at, slopes, Some((modes, &z)));
-            let defect = Defect::of(modes, forms, &expanded.equations.along_poses);
+            let expanded = self.expand(forms, at, slopes, Some((&modes, &z)));
+            let defect = Defect::of(&modes, forms, &expanded.equations.along_poses);
             let image: Vec<Interval> = defect.times(&z).iter().zip(&bent).map(|(e, bent)| *bent + *e).collect();
             if z.iter().zip(&image).all(|(z, image)| z.surrounds(*image)) {
                 let (from, near, slopes) = (at.x.clone(), at.near.clone(), slopes.to_vec());
-                let found = Enclosure { part: part.clone(), from, near, slopes, modes: Rc::clone(modes), z, defect };
+                let found = Enclosure { part: part.clone(), from, near, slopes, modes, z, defect };
                 // The pose of the point is one of those that are enclosed, and with it all poses of its branch.
                 return found.holds(at).then_some((found, expanded));
             }
@@ -291,26 +333,36 @@ impl<'m> Encloser<'m> {
 
     /// The pose that the chart begins at, for the middle of the whole product.
     pub fn middle(&self) -> Option<At> {
-        self.closed(self.product.centre(&self.product.whole()), vec![0.0; self.inverse.n])
+        self.closed(self.product.centre(&self.product.whole()), vec![0.0; self.chart.mechanism.n_unknowns()])
     }
 
     /// The pose of a point of an enclosure.
     pub fn at(&self, x: Vec<f64>, within: &Enclosure) -> Option<At> {
-        let n = x.len();
-        let moved = |i: usize| {
-            let slopes = &within.slopes[i * n..(i + 1) * n];
-            slopes.iter().zip(x.iter().zip(&within.from)).map(|(s, (x, from))| s * (x - from)).sum::<f64>()
-        };
-        let near = (0..within.near.len()).map(|i| within.near[i] + moved(i)).collect();
-        self.closed(x, near).filter(|at| within.holds(at))
+        self.beside(x, within).filter(|at| within.holds(at))
+    }
+
+    /// A pose of a point that may be beside an enclosure, near where this has it.
+    pub fn beside(&self, x: Vec<f64>, enclosure: &Enclosure) -> Option<At> {
+        let near = enclosure.near(&x);
+        self.closed(x, near)
+    }
+
+    /// Whether two enclosures that hold the poses of a point have the same one for it.
+    pub fn is_one_branch(&self, x: Vec<f64>, both: [&Enclosure; 2]) -> bool {
+        let reach = |enclosure: &Enclosure| enclosure.reaches(&self.product, &x);
+        let reached = both.iter().all(|enclosure| reach(enclosure));
+        reached && self.beside(x, both[0]).is_some_and(|at| both.iter().all(|enclosure| enclosure.holds(&at)))
     }
 
     /// The pose of a point, near given coordinates.
     fn closed(&self, x: Vec<f64>, mut near: Vec<f64>) -> Option<At> {
         let parameters = self.parameters(&points(&x));
+        let v = points(&near);
+        let equations = self.chart.equations(&v, &self.chart.poses(&v), &parameters, Interval::is_zero);
+        let inverse = Inverse::of(near.len(), &equations.along_poses)?;
         let newton_step = |near: &[f64]| {
             let v = points(near);
-            self.inverse.times(&self.chart.residual(&self.chart.poses(&v), &parameters))
+            inverse.times(&self.chart.residual(&self.chart.poses(&v), &parameters))
         };
         let mut newton = newton_step(&near);
         let mut last = f64::INFINITY;
@@ -330,7 +382,7 @@ impl<'m> Encloser<'m> {
             let v: Vec<Interval> =
                 wider.iter().zip(&near).map(|(off, near)| *off + Interval::from_point(*near)).collect();
             let equations = self.chart.equations(&v, &self.chart.poses(&v), &parameters, Interval::is_zero);
-            let defect = Defect::of_intervals(&self.inverse, &equations.along_poses);
+            let defect = Defect::of_intervals(&inverse, &equations.along_poses);
             off = defect.times(&wider).iter().zip(&newton).map(|(e, step)| *e - *step).collect();
             if wider.iter().zip(&off).all(|(wider, off)| wider.surrounds(*off)) {
                 let v = off.iter().zip(&near).map(|(off, near)| *off + Interval::from_point(*near)).collect();

@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
-use crate::closure::newton::{Solver, State};
+use crate::closure::newton::State;
 use crate::math::affine::Form;
 use crate::math::interval::Interval;
 use crate::math::vector::{Vec3, sub};
+use crate::mechanism::Mechanism;
+use crate::questions::certificate::atlas::Atlas;
 use crate::questions::certificate::blocks::Part;
 use crate::questions::certificate::chart::{Poses, rate_of_vector};
 use crate::questions::certificate::enclosure::{At, Encloser, Enclosure};
@@ -18,7 +20,9 @@ pub(super) struct Expansion {
     pub x: Vec<f64>,
     /// The error there, by component.
     pub error: Vec<Interval>,
-    /// The derivative of every component over the part, along the own coordinates; of those that were asked for.
+    /// The derivative of every component over the part, along the coordinates of the sets; of those that were asked for.
+    pub along_sets: Vec<Vec<Interval>>,
+    /// The same with what is along the slabs apart from the rest of it.
     pub gradient: Vec<Vec<Interval>>,
     /// The same with what is linear in it.
     pub second: Vec<Second>,
@@ -62,34 +66,30 @@ impl Refused {
 }
 
 impl<'m> Errors<'m> {
-    /// Of a nominal state and of a state in the middle of all sets, with the expansion over all of the sets.
-    pub fn new(solver: &Solver<'m>, nominal: &State, middle: &State) -> Result<(Self, Expansion), Refused> {
-        let m = solver.mechanism;
-        let encloser = Encloser::new(solver, middle, m.sources(), &m.centre).ok_or(Refused::Singular)?;
-        let nominal = Nominal::of(solver, nominal).ok_or(Refused::Singular)?;
-        let at = encloser.middle().ok_or(Refused::Singular)?;
-        let errors = Self { encloser, nominal };
-        let part = errors.encloser.product.whole();
-        let whole = errors.expansion(&part, at, &(0..m.size()))?;
-        Ok((errors, whole))
+    /// Of a nominal state and of a state in the middle of all sets.
+    pub fn new(m: &'m Mechanism, nominal: &State, middle: &State) -> Result<Self, Refused> {
+        let encloser = Encloser::new(m, middle, m.sources(), &m.centre);
+        let nominal = Nominal::of(m, nominal).ok_or(Refused::Singular)?;
+        Ok(Self { encloser, nominal })
     }
 
-    /// Over a part that belongs to the one of another expansion, and to the whole.
+    /// Over a part that belongs to the one of another expansion.
     pub fn expanded(
         &self,
         part: &Part,
         within: &Expansion,
-        whole: &Expansion,
+        atlas: &Atlas,
         components: &Range<usize>,
     ) -> Option<Expansion> {
         let x = self.encloser.product.centre(part);
         // The point may lie beside the part.
-        let known = if within.enclosure.part.has(&x) { within } else { whole };
+        let known = if within.enclosure.part.has(&x) { within } else { atlas.around(&x)? };
         let at = self.encloser.at(x, &known.enclosure)?;
         self.expansion(part, at, components).ok()
     }
 
-    fn expansion(&self, part: &Part, at: At, components: &Range<usize>) -> Result<Expansion, Refused> {
+    /// Over a part about a point of which the pose is known.
+    pub fn expansion(&self, part: &Part, at: At, components: &Range<usize>) -> Result<Expansion, Refused> {
         let (encloser, chart) = (&self.encloser, &self.encloser.chart);
         let m = chart.mechanism;
         let poses = chart.poses(&at.v);
@@ -119,11 +119,15 @@ impl<'m> Errors<'m> {
             let turned = chart.turned(&nominal, &expanded.poses);
             self.rates_of_vector(&turned, &mut gradient[translations..]);
         }
+        let ranged = |row: &Vec<Form<'_>>| row.iter().map(|g| encloser.ranged(part, &at.x, *g)).collect();
+        let along_sets: Vec<Vec<Interval>> = gradient.iter().map(ranged).collect();
+        let slabs = &encloser.product.slabs;
+        let split = |row: Vec<_>| if row.is_empty() { row } else { slabs.split_forms(&forms, row) };
+        let split: Vec<Vec<Form<'_>>> = gradient.into_iter().map(split).collect();
         let second = |row: &Vec<Form<'_>>| Second::of(&encloser.product, row.iter().map(|g| g.parts(at.x.len())));
-        let second: Vec<Second> = gradient.iter().map(second).collect();
-        let ranged = |row: Vec<Form<'_>>| row.into_iter().map(|g| encloser.ranged(part, &at.x, g)).collect();
-        let gradient = gradient.into_iter().map(ranged).collect();
-        Ok(Expansion { enclosure, x: at.x, error, gradient, second })
+        let second: Vec<Second> = split.iter().map(second).collect();
+        let gradient = if slabs.len() > 0 { split.iter().map(ranged).collect() } else { along_sets.clone() };
+        Ok(Expansion { enclosure, x: at.x, error, along_sets, gradient, second })
     }
 
     /// Makes rates of the rotation components of angular velocities.
@@ -143,8 +147,8 @@ impl<'m> Errors<'m> {
 
 impl Nominal {
     /// The exact nominal state near a computed one.
-    fn of(solver: &Solver<'_>, nominal: &State) -> Option<Self> {
-        let encloser = Encloser::new(solver, nominal, &[], &nominal.inputs.parameters)?;
+    fn of(m: &Mechanism, nominal: &State) -> Option<Self> {
+        let encloser = Encloser::new(m, nominal, &[], &nominal.inputs.parameters);
         let at = encloser.middle()?;
         let poses = encloser.chart.poses(&at.v);
         Some(Self { place: encloser.chart.place(&poses, &at.parameters), poses })

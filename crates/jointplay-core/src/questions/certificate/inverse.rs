@@ -1,7 +1,12 @@
 //! Numbers near the inverse of the closure Jacobian.
 
+use nalgebra::DMatrix;
+
 use crate::math::interval::Interval;
-use crate::math::sparse::Factored;
+use crate::questions::certificate::chart::Entries;
+
+/// Entries smaller than this part of the largest of their row and of their column are rounding.
+const NEGLIGIBLE: f64 = 1e-14;
 
 /// Numbers near the inverse of the closure Jacobian.
 pub(super) struct Inverse {
@@ -11,14 +16,25 @@ pub(super) struct Inverse {
 }
 
 impl Inverse {
-    pub fn of(n: usize, factors: &Factored<'_>) -> Option<Self> {
-        let mut columns = vec![0.0; n * n];
-        for (k, column) in columns.chunks_exact_mut(n).enumerate() {
-            let mut unit = vec![0.0; n];
-            unit[k] = 1.0;
-            factors.solve(&mut unit, column);
+    /// Of a Jacobian by its entries; `None` where it is singular to working precision.
+    pub fn of(n: usize, entries: &Entries<Interval>) -> Option<Self> {
+        let mut matrix = DMatrix::<f64>::zeros(n, n);
+        for &(row, column, value) in entries {
+            matrix[(row, column)] += value.middle();
         }
-        columns.iter().all(|c| c.is_finite()).then_some(Self { n, columns })
+        let inverse = matrix.try_inverse()?;
+        if !inverse.iter().all(|c| c.is_finite()) {
+            return None;
+        }
+        // What would be zero but for rounding is zero, so that it is left out of sums.
+        let [rows, columns]: [Vec<f64>; 2] = [
+            inverse.row_iter().map(|row| row.amax()).collect(),
+            inverse.column_iter().map(|column| column.amax()).collect(),
+        ];
+        let kept = |(k, &c): (usize, &f64)| {
+            if c.abs() <= NEGLIGIBLE * rows[k % n].min(columns[k / n]) { 0.0 } else { c }
+        };
+        Some(Self { n, columns: inverse.as_slice().iter().enumerate().map(kept).collect() })
     }
 
     pub fn at(&self, row: usize, column: usize) -> f64 {

@@ -7,31 +7,35 @@
 //!
 //! The mechanism is the one that the core has: its sizes, sets and drive values as they are rounded in SI units.
 
+mod atlas;
 mod blocks;
 mod chart;
 mod directions;
 mod enclosure;
 mod errors;
+mod fan;
 mod inverse;
 mod linear;
 mod modes;
 mod search;
 mod second;
-
-use std::rc::Rc;
+mod slabs;
 
 use rayon::prelude::*;
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::interrupt;
+use crate::math::interval::Interval;
 use crate::mechanism::Mechanism;
 use crate::mechanism::answer::Answer;
 use crate::mechanism::case::Case;
 use crate::mechanism::columns::Row;
 use crate::mechanism::dim::Wanted;
+use crate::questions::certificate::atlas::Atlas;
 use crate::questions::certificate::errors::{Errors, Refused};
-use crate::questions::certificate::search::{Search, Sought};
+use crate::questions::certificate::fan::Fan;
+use crate::questions::certificate::search::{Bounded, Search, Sought};
 use crate::questions::columns::Certificate;
 use crate::questions::form::Form;
 
@@ -39,6 +43,14 @@ use crate::questions::form::Form;
 /// this close to it as a part of the characteristic length, or in radians.
 const CLOSE: f64 = 1e-5;
 const ROUNDING: f64 = 1e-13;
+
+/// Into how many slabs the sets are divided along what moves most, one after the other, until every bound is this close.
+const DIVISIONS: [u32; 4] = [1, 5, 9, 15];
+const GOOD: f64 = 0.01;
+
+/// The bound of a size that is above this after a quarter of its parts is sought along single directions, until it is this near.
+const POOR: f64 = 0.1;
+const NEAR: f64 = 0.002;
 
 /// Drive values closer than this are the same: those of a nominal pose are read off it.
 const SAME_DRIVE: f64 = 1e-12;
@@ -52,6 +64,57 @@ pub struct Attained<'a> {
     pub rotation: f64,
     /// Lowest and highest error of every component.
     pub component: &'a [f64],
+}
+
+/// A bound to be found.
+struct Bound {
+    sought: Sought,
+    /// Of the lower end of a component it is the negative that is bounded.
+    sign: f64,
+    attained: f64,
+    /// The largest error of its kind, and what such errors are measured in.
+    of_its_kind: f64,
+    unit: f64,
+    value: f64,
+    /// Parts that may still be looked at.
+    left: u64,
+}
+
+impl Bound {
+    fn of(sought: Sought, (sign, attained): (f64, f64), (of_its_kind, unit): (f64, f64), left: u64) -> Self {
+        Self { sought, sign, attained, of_its_kind, unit, value: f64::INFINITY, left }
+    }
+
+    /// What is this close to what is attained, as a part of the largest error of its kind.
+    fn beside(&self, part: f64) -> f64 {
+        self.attained + part * self.of_its_kind + ROUNDING * self.unit
+    }
+
+    fn is_within(&self, part: f64) -> bool {
+        self.value <= self.beside(part)
+    }
+
+    /// Lowers it by expansions over all of the sets; how many parts were looked at.
+    fn lower(&mut self, errors: &Errors<'_>, atlas: &Atlas) -> u64 {
+        let components = self.sought.components.clone();
+        let (is_size, before) = (components.len() > 1, self.left);
+        // Cells of slabs and cells of directions together are more than a search can go through.
+        if !is_size || atlas.cells.len() == 1 {
+            let poor = self.beside(if is_size { POOR } else { f64::INFINITY });
+            let (sought, enough, budget) = (self.sought.clone(), self.beside(CLOSE), self.left);
+            self.take(&Search { errors, atlas, sought, enough, poor, budget }.run());
+        }
+        if is_size && !self.is_within(GOOD) {
+            let (attained, enough, budget) = (self.attained, self.beside(NEAR), self.left);
+            self.take(&Fan { errors, atlas, components, attained, enough, budget }.run());
+        }
+        before - self.left
+    }
+
+    fn take(&mut self, found: &Bounded) {
+        self.value = self.value.min(found.bound);
+        self.left = self.left.saturating_sub(found.parts);
+    }
 }
 
 impl Mechanism {
@@ -88,30 +151,59 @@ impl Mechanism {
     ) -> Result<Certificate, Refused> {
         let nominal = self.restore(solver, case.coordinates, case.drives).ok_or(Refused::NotAssembled)?;
         let middle = solver.follow(&nominal, &self.in_the_middle(case)).map_err(|_| Refused::NotAssembled)?;
-        let (errors, whole) = Errors::new(solver, &nominal_of(case, nominal), &middle)?;
-        let (whole, mut looked_at) = (Rc::new(whole), 0);
-        let (size, translations) = (self.size(), self.n_translations());
-        let mut bound = |sought: Sought, attained: f64, of_its_kind: f64, unit: f64| {
-            let enough = attained + CLOSE * of_its_kind + ROUNDING * unit;
-            let found = Search { errors: &errors, whole: &whole, sought, enough, budget: parts }.run();
-            looked_at += found.parts;
-            found.bound
-        };
-        let mut component = vec![0.0; 2 * size];
-        for (k, end) in component.iter_mut().enumerate() {
-            let (sign, is_place) = (if k % 2 == 0 { -1.0 } else { 1.0 }, k / 2 < translations);
-            let (kind, unit) = if is_place { (attained.position, self.length) } else { (attained.rotation, 1.0) };
-            *end = sign * bound(Sought::end(k / 2, sign), sign * attained.component[k], kind, unit);
+        let mut errors = Errors::new(solver.mechanism, &nominal_of(case, nominal), &middle)?;
+        let mut bounds = self.bounds_of(attained, parts);
+        let (mut reason, mut assembled, mut looked_at) = (Refused::NotEnclosed, false, 0);
+        for divisions in DIVISIONS {
+            let atlas = match Atlas::new(&mut errors, divisions, parts) {
+                Ok(Some(atlas)) => atlas,
+                Ok(None) => break,
+                Err(refused) => {
+                    reason = refused;
+                    continue;
+                }
+            };
+            if divisions > 1 {
+                looked_at += atlas.cells.len() as u64;
+            }
+            for bound in bounds.iter_mut().filter(|bound| !bound.is_within(GOOD)) {
+                looked_at += bound.lower(&errors, &atlas);
+            }
+            assembled = true;
+            if bounds.iter().all(|bound| bound.is_within(GOOD)) {
+                break;
+            }
         }
-        let position = bound(Sought::size(0..translations), attained.position, attained.position, self.length);
-        let rotation = if self.turns_freely() {
-            bound(Sought::size(translations..size), attained.rotation, attained.rotation, 1.0)
-        } else {
-            component[2 * translations..].iter().fold(0.0, |largest: f64, end| largest.max(end.abs()))
-        };
-        let bounded = [position, rotation].iter().chain(&component).all(|bound| bound.is_finite());
+        if !assembled {
+            return Err(reason);
+        }
+        let bounded = bounds.iter().all(|bound| bound.value.is_finite());
         let reason = if bounded { 0 } else { Refused::NotBounded.code() };
-        Ok(Certificate { position, rotation, component, assembled: true, parts: looked_at, reason })
+        let mut values = bounds.into_iter().map(|bound| bound.sign * bound.value);
+        let component: Vec<f64> = values.by_ref().take(2 * self.size()).collect();
+        let [places, turns] =
+            [&component[..2 * self.n_translations()], &component[2 * self.n_translations()..]].map(size_of);
+        let position = values.next().map_or(places, |found| found.min(places));
+        let rotation = values.next().map_or(turns, |found| found.min(turns));
+        Ok(Certificate { position, rotation, component, assembled, parts: looked_at, reason })
+    }
+
+    /// The bounds to be found: both ends of every component, the displacement, and the rotation where it has more than one
+    /// component.
+    fn bounds_of(&self, attained: &Attained<'_>, parts: u64) -> Vec<Bound> {
+        let (size, translations) = (self.size(), self.n_translations());
+        let (place, turn) = ((attained.position, self.length), (attained.rotation, 1.0));
+        let end = |k: usize| {
+            let (sign, kind) =
+                (if k.is_multiple_of(2) { -1.0 } else { 1.0 }, if k / 2 < translations { place } else { turn });
+            Bound::of(Sought::end(k / 2, sign), (sign, sign * attained.component[k]), kind, parts)
+        };
+        let mut bounds: Vec<Bound> = (0..2 * size).map(end).collect();
+        bounds.push(Bound::of(Sought::size(0..translations), (1.0, attained.position), place, parts));
+        if self.turns_freely() {
+            bounds.push(Bound::of(Sought::size(translations..size), (1.0, attained.rotation), turn, parts));
+        }
+        bounds
     }
 
     /// The inputs with every offset in the middle of its set.
@@ -123,6 +215,15 @@ impl Mechanism {
         }
         inputs
     }
+}
+
+/// The largest size of a vector with these ends of its components.
+fn size_of(ends: &[f64]) -> f64 {
+    let square = |ends: &[f64]| Interval::new(ends[0], ends[1]).square();
+    if let [low, high] = ends {
+        return high.max(-low);
+    }
+    ends.chunks_exact(2).fold(Interval::ZERO, |sum, ends| sum + square(ends)).root().high
 }
 
 /// The nominal state of a case: at its own drive values, where those read off the pose are the same.

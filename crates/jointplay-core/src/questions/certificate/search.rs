@@ -19,6 +19,7 @@ use std::rc::Rc;
 
 use crate::interrupt;
 use crate::math::interval::Interval;
+use crate::questions::certificate::atlas::Atlas;
 use crate::questions::certificate::blocks::Part;
 use crate::questions::certificate::directions::Direction;
 use crate::questions::certificate::errors::{Errors, Expansion};
@@ -48,6 +49,11 @@ impl Sought {
     /// One end of a component.
     pub fn end(component: usize, sign: f64) -> Self {
         Self { components: component..component + 1, directions: vec![Direction::single(sign)] }
+    }
+
+    /// The component of some components along a direction.
+    pub fn along(components: std::ops::Range<usize>, direction: Direction) -> Self {
+        Self { components, directions: vec![direction] }
     }
 
     /// The size of some components.
@@ -96,22 +102,24 @@ pub(super) struct Bounded {
 /// The search for one bound.
 pub(super) struct Search<'s, 'm> {
     pub errors: &'s Errors<'m>,
-    pub whole: &'s Rc<Expansion>,
+    pub atlas: &'s Atlas,
     pub sought: Sought,
-    /// A bound below this is good enough.
+    /// A bound below this is good enough; one above this after a quarter of the parts is left as it is.
     pub enough: f64,
+    pub poor: f64,
     /// Parts that may be expanded.
     pub budget: u64,
 }
 
 impl Search<'_, '_> {
-    /// From the expansion over all of the sets.
+    /// From the expansions over all of the sets.
     pub fn run(&self) -> Bounded {
-        let node = |direction: &Direction| {
-            let (part, expansion) = (self.whole.enclosure.part.clone(), Rc::clone(self.whole));
+        let node = |direction: &Direction, cell: &Rc<Expansion>| {
+            let (part, expansion) = (cell.enclosure.part.clone(), Rc::clone(cell));
             self.bounded(Node { part, direction: direction.clone(), expansion, bound: f64::INFINITY })
         };
-        let mut open: BinaryHeap<Node> = self.sought.directions.iter().map(node).collect();
+        let cells = |direction| self.atlas.cells.iter().map(move |cell| node(direction, cell));
+        let mut open: BinaryHeap<Node> = self.sought.directions.iter().flat_map(cells).collect();
         // Of the parts that were bounded well enough, and of those that could not be looked at.
         let (mut closed, mut parts, mut seen) = (f64::NEG_INFINITY, 0, 0);
         // The largest bound when progress was last looked at, and when it is looked at again.
@@ -120,8 +128,9 @@ impl Search<'_, '_> {
             interrupt::check();
             if parts >= checked {
                 is_stuck = before - node.bound <= GAIN * (node.bound - self.enough);
-                (before, checked) = (node.bound, parts + CHECKED);
+                (before, checked) = (node.bound, parts + CHECKED.max(open.len() as u64));
             }
+            is_stuck |= 4 * parts >= self.budget && node.bound > self.poor;
             if node.bound <= self.enough || is_stuck || parts >= self.budget || seen >= SEEN * self.budget {
                 closed = closed.max(node.bound);
                 continue;
@@ -141,9 +150,14 @@ impl Search<'_, '_> {
 
     /// The gradient along a box of directions.
     fn gradient(&self, expansion: &Expansion, direction: &[Interval]) -> Vec<Interval> {
-        let rows = &expansion.gradient[self.sought.components.clone()];
-        let along = |k: usize| rows.iter().zip(direction).fold(Interval::ZERO, |sum, (row, n)| sum + row[k] * *n);
-        (0..expansion.x.len()).map(along).collect()
+        self.sum(&expansion.gradient, direction)
+    }
+
+    /// The sum of the rows of what is sought, by a box of factors.
+    fn sum(&self, rows: &[Vec<Interval>], factors: &[Interval]) -> Vec<Interval> {
+        let rows = &rows[self.sought.components.clone()];
+        let along = |k: usize| rows.iter().zip(factors).fold(Interval::ZERO, |sum, (row, n)| sum + row[k] * *n);
+        (0..rows[0].len()).map(along).collect()
     }
 
     /// Makes a part smaller as far as that goes by itself; false where no maximum is in it.
@@ -154,10 +168,11 @@ impl Search<'_, '_> {
             if node.direction.width() > 0.0 && !self.leave_directions(node, &expansion) {
                 return false;
             }
-            let g = self.gradient(&expansion, &node.direction.components());
-            if !product.leave_optima(&mut node.part, &g) {
+            let direction = node.direction.components();
+            if !product.leave_optima(&mut node.part, &self.sum(&expansion.along_sets, &direction)) {
                 return false;
             }
+            let g = self.gradient(&expansion, &direction);
             node.bound = node.bound.min(self.bound(node, &expansion, &g));
             if node.bound <= self.enough || *parts >= self.budget || self.is_coarse(node) {
                 return true;
@@ -167,7 +182,7 @@ impl Search<'_, '_> {
                 return true;
             }
             *parts += 1;
-            let expanded = self.errors.expanded(&node.part, &expansion, self.whole, &self.sought.components);
+            let expanded = self.errors.expanded(&node.part, &expansion, self.atlas, &self.sought.components);
             let Some(next) = expanded else { return true };
             node.expansion = Rc::new(next);
         }
@@ -234,20 +249,15 @@ impl Search<'_, '_> {
     /// Two parts of a part that has not shrunk enough; to halve what is expanded counts, too.
     fn halves(&self, node: &Node, parts: &mut u64) -> Vec<Node> {
         let (expansion, product) = (&node.expansion, &self.errors.encloser.product);
-        let from = product.centre(&node.part);
         if self.is_coarse(node) {
             let half = |direction: Direction| self.bounded(Node { direction, ..node.clone() });
             return node.direction.halves().into_iter().map(half).collect();
         }
-        let middle: Vec<Interval> = node.direction.middle().into_iter().map(Interval::from_point).collect();
-        let own: Vec<f64> = product.supports(&node.part, &self.gradient(expansion, &middle), &from).collect();
-        let g = self.gradient(expansion, &node.direction.components());
-        let widths = |c: usize| node.part.x[c].width() * g[c].size();
-        let costly = (0..product.blocks.len()).max_by(|&a, &b| own[a].total_cmp(&own[b]));
-        let coordinate =
-            costly.and_then(|b| product.blocks[b].range().max_by(|&a, &b| widths(a).total_cmp(&widths(b))));
-        let Some(coordinate) = coordinate else { return Vec::new() };
+        let second = Second::sum(&expansion.second[self.sought.components.clone()], &node.direction.middle());
+        let costs = second.costs(&node.part);
+        let costly = (0..costs.len()).max_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+        let Some(coordinate) = costly.filter(|&k| costs[k] > 0.0) else { return Vec::new() };
         *parts += 1;
-        node.part.halves(coordinate).map(|part| self.bounded(Node { part, ..node.clone() })).into()
+        product.halves(&node.part, coordinate).map(|part| self.bounded(Node { part, ..node.clone() })).into()
     }
 }

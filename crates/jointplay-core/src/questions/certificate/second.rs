@@ -115,6 +115,17 @@ impl Second {
         self.rest.iter().enumerate().map(|(k, rest)| rest * far(k)).sum::<f64>() * RAISED
     }
 
+    /// By coordinate, how much the derivative changes along it on a part, times what the coordinates go: what is left of a
+    /// bound comes from these changes.
+    pub fn costs(&self, part: &Part) -> Vec<f64> {
+        let widths: Vec<f64> = part.x.iter().map(|x| x.width()).collect();
+        let cost = |(k, row): (usize, &[f64])| {
+            let bent: f64 = row.iter().zip(&widths).map(|(a, width)| a.abs() * width).sum();
+            widths[k] * (bent + self.rest[k])
+        };
+        self.curvature.chunks_exact(widths.len().max(1)).enumerate().map(cost).collect()
+    }
+
     /// What the function does not change by on a part, and on the lines to it from the point.
     pub fn reach(&self, product: &Product, part: &Part, from: &[f64]) -> f64 {
         let radii: Vec<f64> = product.blocks.iter().map(|block| block.reach(part, from)).collect();
