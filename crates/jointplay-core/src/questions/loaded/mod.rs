@@ -39,6 +39,9 @@ const FALLBACKS: &str = "fallbacks";
 /// Configurations that one task solves.
 const RUN: usize = 16 * LANES;
 
+/// Poses closer than this, in characteristic lengths and radians, are the same.
+const SAME_POSE: f64 = 1e-6;
+
 /// The recorded programs of a question.
 enum Programs<'m> {
     /// A handful of configurations is solved without.
@@ -315,6 +318,7 @@ impl Mechanism {
         if let Some(rest) = around {
             reached = solver.spread(&rest, nominal, &error, &mut open);
         }
+        let is_on_branch = self.is_on_branch(solver, nominal, &contact.state);
         Loaded {
             error,
             error_first_order,
@@ -326,11 +330,23 @@ impl Mechanism {
             contribution,
             iterations: contact.steps as u64,
             status: match status {
+                Status::Ok if !is_on_branch => Status::Singular,
                 Status::Ok if !reached || contact.blocked && !contact.settled => Status::Singular,
                 Status::Ok if observable || !contact.settled => Status::Undetermined,
                 other => other,
             },
         }
+    }
+
+    /// Whether a state is the one that its offsets lead to straight from the nominal pose. The steps to the load's contacts
+    /// go round by other offsets: with a singular pose in between they can end on another branch.
+    fn is_on_branch(&self, solver: &Solver<'_>, nominal: &State, state: &State) -> bool {
+        let Ok(straight) = solver.follow(nominal, &state.inputs) else { return false };
+        let width = self.n_body_coordinates();
+        straight.coordinates.iter().zip(&state.coordinates).enumerate().all(|(k, (a, b))| {
+            let unit = if k % width < self.n_translations() { self.length } else { 1.0 };
+            (a - b).abs() <= SAME_POSE * unit
+        })
     }
 
     /// Widens what every source leaves open in the output, tells which sources the load does not decide, and
