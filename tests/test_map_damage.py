@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import shutil
 import subprocess
@@ -140,7 +141,12 @@ def test_a_lock_ends_with_the_process_that_had_it(folder: Path) -> None:
 
 
 def limited(size: int) -> Callable[[], None]:
-    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+    def limit() -> None:
+        # Python does not notice that its byte code is cut off, and the next command would read it.
+        os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    return limit
 
 
 @pytest.mark.parametrize("name", ["map.zarr", "map.nc"])

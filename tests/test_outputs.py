@@ -33,6 +33,8 @@ def command(*arguments: str, **options: object) -> subprocess.CompletedProcess[s
 
 
 def full_disk() -> None:
+    # Python does not notice that its byte code is cut off, and the next command would read it.
+    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
     resource.setrlimit(resource.RLIMIT_FSIZE, (1_000, 1_000))
 
 

@@ -5,10 +5,12 @@
 //! value without a jump and nowhere meet another pose, so that they are the same in all values if they are in one: this
 //! is proved for one value of every pair of neighbours, and all belong to the branch of the middle then.
 
+use std::ops::Range;
 use std::rc::Rc;
 
 use crate::math::interval::Interval;
 use crate::math::vector::norm;
+use crate::questions::certificate::blocks::Part;
 use crate::questions::certificate::errors::{Errors, Expansion, Refused};
 use crate::questions::certificate::slabs::SHARED;
 
@@ -98,8 +100,23 @@ impl Atlas {
         Ok(Some(Self { cells: cells.into_iter().map(|(_, found)| found).collect() }))
     }
 
+    /// The expansion over a part that belongs to the one of another expansion.
+    pub fn expanded(
+        &self,
+        errors: &Errors<'_>,
+        part: &Part,
+        within: &Expansion,
+        components: &Range<usize>,
+    ) -> Option<Expansion> {
+        let x = errors.encloser.product.centre(part);
+        // The point may lie beside the part.
+        let known = if within.enclosure.part.has(&x) { within } else { self.around(&x)? };
+        let at = errors.encloser.at(x, &known.enclosure)?;
+        errors.expansion(part, at, components).ok()
+    }
+
     /// The expansion over a cell that a point is in.
-    pub fn around(&self, x: &[f64]) -> Option<&Expansion> {
+    fn around(&self, x: &[f64]) -> Option<&Expansion> {
         self.cells.iter().find(|cell| cell.enclosure.part.has(x)).map(Rc::as_ref)
     }
 }

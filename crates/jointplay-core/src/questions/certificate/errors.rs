@@ -7,7 +7,6 @@ use crate::math::affine::Form;
 use crate::math::interval::Interval;
 use crate::math::vector::{Vec3, sub};
 use crate::mechanism::Mechanism;
-use crate::questions::certificate::atlas::Atlas;
 use crate::questions::certificate::blocks::Part;
 use crate::questions::certificate::chart::{Poses, rate_of_vector};
 use crate::questions::certificate::enclosure::{At, Encloser, Enclosure};
@@ -71,21 +70,6 @@ impl<'m> Errors<'m> {
         let encloser = Encloser::new(m, middle, m.sources(), &m.centre);
         let nominal = Nominal::of(m, nominal).ok_or(Refused::Singular)?;
         Ok(Self { encloser, nominal })
-    }
-
-    /// Over a part that belongs to the one of another expansion.
-    pub fn expanded(
-        &self,
-        part: &Part,
-        within: &Expansion,
-        atlas: &Atlas,
-        components: &Range<usize>,
-    ) -> Option<Expansion> {
-        let x = self.encloser.product.centre(part);
-        // The point may lie beside the part.
-        let known = if within.enclosure.part.has(&x) { within } else { atlas.around(&x)? };
-        let at = self.encloser.at(x, &known.enclosure)?;
-        self.expansion(part, at, components).ok()
     }
 
     /// Over a part about a point of which the pose is known.

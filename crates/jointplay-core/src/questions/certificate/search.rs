@@ -182,7 +182,7 @@ impl Search<'_, '_> {
                 return true;
             }
             *parts += 1;
-            let expanded = self.errors.expanded(&node.part, &expansion, self.atlas, &self.sought.components);
+            let expanded = self.atlas.expanded(self.errors, &node.part, &expansion, &self.sought.components);
             let Some(next) = expanded else { return true };
             node.expansion = Rc::new(next);
         }
