@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -160,15 +161,23 @@ def test_a_worker_that_is_killed_in_the_middle_changes_nothing(
     path = name and tmp_path / name
     with local() as two, Client(two, set_as_default=False) as client:
         client.wait_for_workers(2)
+        pids, killed = client.run(os.getpid), []
 
         def told(done: int, total: int) -> None:
-            if done == 10:
-                tasks, pids = client.processing(), client.run(os.getpid)
-                os.kill(pids[max(pids, key=lambda worker: len(tasks.get(worker, ())))], signal.SIGKILL)
+            for worker, pid in pids.items() if done >= 5 and not killed else ():
+                # A worker that stands still ends no task between the question what it has and its end.
+                os.kill(pid, signal.SIGSTOP)
+                time.sleep(0.1)
+                if client.processing().get(worker):
+                    os.kill(pid, signal.SIGKILL)
+                    killed.append(worker)
+                    return
+                os.kill(pid, signal.SIGCONT)
 
-        made = compute(m, grid=GRID, chunk=16, path=path, scheduler=client, progress=told)
+        made = compute(m, "worst", GRID, chunk=16, path=path, scheduler=client, progress=told)
     with to_dataset(made) if made is not None else open_map(path) as whole:
-        same(jp.map(m, grid=GRID, chunk=16), whole)
+        same(jp.map(m, "worst", GRID, chunk=16), whole)
+        assert killed
         assert whole.attrs["retried"] >= 1
 
 
