@@ -66,7 +66,7 @@ impl Atlas {
             let whole = errors.expansion(&errors.encloser.product.whole(), at, &all)?;
             return Ok(Some(Self { cells: vec![Rc::new(whole)] }));
         }
-        if !errors.encloser.divide(&at) {
+        if errors.encloser.product.slabs.len() == 0 && !errors.encloser.divide(&at) {
             return Ok(None);
         }
         let sizes = &errors.encloser.product.slabs.sizes;
@@ -80,7 +80,7 @@ impl Atlas {
         for cell in grid.cells() {
             let Some(part) = product.cell(&grid.places(&cell)) else { continue };
             let place = grid.middle(&cell);
-            let x = product.slabs.point(&product.slabs.at(&place));
+            let x = product.slabs.at(&place);
             let neighbours: Vec<_> = cells.iter().filter(|(other, _)| are_neighbours(other, &cell)).collect();
             let at = match neighbours.first() {
                 Some((_, known)) => errors.encloser.beside(x, &known.enclosure),
@@ -90,7 +90,7 @@ impl Atlas {
             let found = Rc::new(errors.expansion(&part, at.ok_or(Refused::NotEnclosed)?, &all)?);
             for (other, known) in neighbours {
                 let between: Vec<f64> = grid.middle(other).iter().zip(&place).map(|(a, b)| 0.5 * (a + b)).collect();
-                let between = product.slabs.point(&product.slabs.at(&between));
+                let between = product.slabs.at(&between);
                 if !errors.encloser.is_one_branch(between, [&known.enclosure, &found.enclosure]) {
                     return Err(Refused::NotEnclosed);
                 }

@@ -240,12 +240,10 @@ impl Product {
         Self { blocks, n, slabs: Slabs::none(n) }
     }
 
-    /// The same with slabs.
-    pub fn divided(sources: &[Source], slabs: Slabs) -> Self {
-        let mut product = Self::of(sources);
-        product.blocks.extend((0..slabs.len()).map(|k| between(product.n + k)));
-        product.slabs = slabs;
-        product
+    /// Divides it into slabs.
+    pub fn divide(&mut self, slabs: Slabs) {
+        self.blocks.extend((0..slabs.len()).map(|k| between(self.n + k)));
+        self.slabs = slabs;
     }
 
     /// How far it goes along a direction, which has no share in slabs.

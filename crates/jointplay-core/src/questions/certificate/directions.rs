@@ -24,11 +24,6 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    /// A single axis.
-    pub fn single(sign: f64) -> Self {
-        Self { axis: 0, sign, ratios: Vec::new() }
-    }
-
     /// A single vector.
     pub fn of(vector: &[f64]) -> Self {
         let axis = (0..vector.len()).max_by(|&a, &b| vector[a].abs().total_cmp(&vector[b].abs())).unwrap_or(0);

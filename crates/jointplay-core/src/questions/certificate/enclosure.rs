@@ -104,8 +104,7 @@ impl Enclosure {
 
     /// Whether all poses are known on the line to a point, which may lie beside the sets.
     fn reaches(&self, product: &Product, x: &[f64]) -> bool {
-        let places = product.slabs.point(&self.from);
-        let between = self.part.around(&places);
+        let between = self.part.around(&self.from);
         let off: Vec<f64> = x.iter().zip(&self.from).map(|(x, from)| x - from).collect();
         // From any point of a block its far side is farther than this.
         let is_near = |block: &Block| norm(&off[block.range()]) < 1.0;
@@ -144,16 +143,14 @@ impl<'m> Encloser<'m> {
         Self { chart, product: Product::of(sources), sources, centre: centre.to_vec() }
     }
 
-    /// Divides the sets along what moves most, in place of any division before, as seen from a point; false where nothing
-    /// does.
+    /// Divides the sets along what moves most, as seen from a point; false where nothing does.
     pub fn divide(&mut self, at: &At) -> bool {
         let (n, units) = (self.product.n, units(self.chart.mechanism));
-        self.product = Product::of(self.sources);
-        let Some(Linear { slopes: mut motions, .. }) = self.linear(&at.x[..n], &at.near) else { return false };
+        let Some(Linear { slopes: mut motions, .. }) = self.linear(&at.x, &at.near) else { return false };
         motions.chunks_exact_mut(n.max(1)).zip(units).for_each(|(row, unit)| row.iter_mut().for_each(|x| *x /= unit));
         let slabs = Slabs::largest(n, &motions, |direction| self.product.reach(direction));
         let Some(slabs) = slabs else { return false };
-        self.product = Product::divided(self.sources, slabs);
+        self.product.divide(slabs);
         true
     }
 

@@ -9,7 +9,6 @@ use nalgebra::DMatrix;
 
 use crate::math::decomposition::singular_values;
 use crate::math::interval::Interval;
-use crate::math::space::Component;
 use crate::mechanism::Mechanism;
 use crate::questions::certificate::inverse::Inverse;
 
@@ -38,15 +37,10 @@ fn table(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     (0..n * n).map(|k| entry(k / n, k % n)).collect()
 }
 
-/// What a component is measured in.
-fn unit(m: &Mechanism, component: Component) -> f64 {
-    if let Component::Along(_) = component { m.length } else { 1.0 }
-}
-
 /// What every component of a motion is measured in.
 pub(super) fn units(m: &Mechanism) -> Vec<f64> {
     let components = m.space.components();
-    (0..m.n_unknowns()).map(|i| unit(m, components[i % components.len()])).collect()
+    (0..m.n_unknowns()).map(|i| m.unit(components[i % components.len()])).collect()
 }
 
 impl Modes {
@@ -60,7 +54,7 @@ impl Modes {
     /// Along the singular directions of a mechanism's closure.
     pub fn singular(m: &Mechanism, inverse: &Inverse) -> Option<Self> {
         let (n, units) = (inverse.n, units(m));
-        let scaled = |i: usize, row: usize| inverse.at(i, row) * unit(m, m.rows[row].component) / units[i];
+        let scaled = |i: usize, row: usize| inverse.at(i, row) * m.unit(m.rows[row].component) / units[i];
         let u = singular_values(DMatrix::from_fn(n, n, scaled), true, false)?.u?;
         let motions = table(n, |i, j| units[i] * u[(i, j)]);
         let back = table(n, |j, i| u[(i, j)] / units[i]);

@@ -48,7 +48,7 @@ pub(super) struct Sought {
 impl Sought {
     /// One end of a component.
     pub fn end(component: usize, sign: f64) -> Self {
-        Self { components: component..component + 1, directions: vec![Direction::single(sign)] }
+        Self::along(component..component + 1, Direction::of(&[sign]))
     }
 
     /// The component of some components along a direction.

@@ -21,6 +21,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::math::affine::{Form, Forms};
 use crate::math::decomposition::singular_values;
 use crate::math::interval::Interval;
+use crate::questions::certificate::second::dot;
 
 /// Directions whose motions are this part of the largest, or more, are divided; so many of them at most.
 const LARGE: f64 = 0.3;
@@ -43,10 +44,6 @@ pub(super) struct Slabs {
     ahead: Vec<Vec<Interval>>,
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 impl Slabs {
     /// None, for so many own coordinates.
     pub fn none(n: usize) -> Self {
@@ -62,17 +59,12 @@ impl Slabs {
         let matrix = DMatrix::from_row_slice(motions.len() / n, n, motions);
         let svd = singular_values(matrix, false, true)?;
         let v = svd.v_t?;
-        let direction = |k: usize| -> (Vec<f64>, f64) {
+        let motion = |k: usize| {
             let m: Vec<f64> = v.row(k).iter().copied().collect();
             let reach = reach(&m) * (1.0 + SHARED);
-            (m, reach)
+            (svd.singular_values[k] * reach, m, reach)
         };
-        let mut all: Vec<(f64, Vec<f64>, f64)> = (0..svd.singular_values.len())
-            .map(|k| {
-                let (m, reach) = direction(k);
-                (svd.singular_values[k] * reach, m, reach)
-            })
-            .collect();
+        let mut all: Vec<(f64, Vec<f64>, f64)> = (0..svd.singular_values.len()).map(motion).collect();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
         let largest = all.first()?.0;
         let mut slabs = Self::none(n);
@@ -113,13 +105,13 @@ impl Slabs {
         x.iter().copied().chain(self.rows.iter().map(|m| dot(m, x))).collect()
     }
 
-    /// A point at a place in the slabs.
+    /// A point at a place in the slabs, with where it is to rounding.
     pub fn at(&self, place: &[f64]) -> Vec<f64> {
         let mut x = vec![0.0; self.n];
         for (share, t) in self.shares.iter().zip(place) {
             x.iter_mut().zip(share).for_each(|(x, m)| *x += m * t);
         }
-        x
+        self.point(&x)
     }
 
     /// Moves a point to the middle of the slabs of a part, most along the coordinates that are wide there.
@@ -208,7 +200,7 @@ mod tests {
     #[test]
     fn points_are_at_their_places() {
         let slabs = slabs();
-        let point = slabs.point(&slabs.at(&[0.3, -0.6]));
+        let point = slabs.at(&[0.3, -0.6]);
         assert!((point[5] - 0.3).abs() < 1e-12 && (point[6] + 0.6).abs() < 1e-12);
         let mut x = [0.1, 0.0, -0.1, 0.0, 0.0];
         let part: Vec<Interval> =
