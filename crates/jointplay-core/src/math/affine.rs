@@ -13,10 +13,11 @@
 
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::rc::Rc;
 
 use crate::math::interval::Interval;
+use crate::math::lanes::{Kernel, dispatch};
 use crate::math::real::Real;
-use crate::math::vector::norm;
 
 /// What sums of non-negative numbers are raised by, so that their own rounding is covered.
 const RAISED: f64 = 1.0 + 1e-12;
@@ -30,12 +31,21 @@ pub(crate) struct Group {
     pub radius: f64,
 }
 
+/// Sums are taken in so many parts, which a processor adds at once.
+const AT_ONCE: usize = 8;
+
 /// Where forms of one set of unknowns are kept.
 pub(crate) struct Forms {
     sizes: Vec<f64>,
+    /// Sizes of the unknowns that are bounded alone, zero for the others, which are in groups.
+    alone: Vec<f64>,
     groups: Vec<Group>,
     numbers: RefCell<Vec<f64>>,
+    rooms: Rooms,
 }
+
+/// Memory of forms that are done with, for the next ones.
+pub(crate) type Rooms = Rc<RefCell<Vec<Vec<f64>>>>;
 
 /// A number: of its own, or by its place among the forms.
 #[derive(Clone, Copy)]
@@ -46,44 +56,56 @@ pub(crate) enum Form<'f> {
 
 impl Forms {
     /// For unknowns of given sizes, in groups.
-    pub fn new(sizes: Vec<f64>, groups: Vec<Group>) -> Self {
-        Self { sizes, groups, numbers: RefCell::new(Vec::new()) }
+    pub fn new(sizes: Vec<f64>, groups: impl Iterator<Item = Group>, rooms: &Rooms) -> Self {
+        let groups: Vec<Group> = groups.filter(|group| group.range.len() > 1).collect();
+        let mut alone = sizes.clone();
+        groups.iter().for_each(|group| alone[group.range.clone()].fill(0.0));
+        let numbers = RefCell::new(rooms.borrow_mut().pop().unwrap_or_default());
+        Self { sizes, alone, groups, numbers, rooms: Rc::clone(rooms) }
+    }
+
+    /// How many numbers are kept.
+    pub fn count(&self) -> usize {
+        self.numbers.borrow().len()
+    }
+
+    /// Forgets the numbers beyond so many, and with them all forms that were made since then.
+    pub fn back_to(&self, count: usize) {
+        self.numbers.borrow_mut().truncate(count);
+    }
+
+    /// How many numbers a form has.
+    fn length(&self) -> usize {
+        HEAD + self.sizes.len()
     }
 
     /// A form by centre, coefficients that are not zero, and what it may be off by.
     pub fn linear(&self, centre: f64, coefficients: impl Iterator<Item = (usize, f64)>, rest: f64) -> Form<'_> {
         let mut numbers = self.numbers.borrow_mut();
         let place = numbers.len();
-        numbers.extend([centre, rest, 0.0]);
-        numbers.resize(place + HEAD + self.sizes.len(), 0.0);
+        numbers.resize(place + self.length(), 0.0);
+        let form = &mut numbers[place..];
+        (form[0], form[1]) = (centre, rest);
         for (k, coefficient) in coefficients {
-            numbers[place + HEAD + k] = coefficient;
+            form[HEAD + k] = coefficient;
         }
-        self.finish(&mut numbers, place)
+        if self.is_finished(form) { Form::Linear(place, self) } else { Form::Constant(Interval::LINE) }
     }
 
-    /// Finds what the linear part of the last form reaches.
-    fn finish(&self, numbers: &mut [f64], place: usize) -> Form<'_> {
-        let (head, coefficients) = numbers[place..].split_at_mut(HEAD);
-        let of = |group: &Group| {
-            let (of, sizes) = (&coefficients[group.range.clone()], &self.sizes[group.range.clone()]);
-            let apart: f64 = of.iter().zip(sizes).map(|(c, size)| c.abs() * size).sum();
-            if group.range.len() > 1 { apart.min(norm(of) * group.radius) } else { apart }
-        };
-        let reach: f64 = self.groups.iter().map(of).sum();
-        head[2] = reach * RAISED;
-        // Written so that what is not a number is the whole line.
-        if !(head[0].abs() + head[1] + head[2] < f64::INFINITY) {
-            return Form::Constant(Interval::LINE);
-        }
-        Form::Linear(place, self)
+    /// Finds what the linear part of a form reaches; false where that or another number is none.
+    fn is_finished(&self, form: &mut [f64]) -> bool {
+        let (head, coefficients) = form.split_at_mut(HEAD);
+        head[2] = dispatch(Reach { forms: self, coefficients }) * RAISED;
+        // Written so that what is not a number is none of the finite ones.
+        head[0].abs() + head[1] + head[2] < f64::INFINITY
     }
 
-    /// Centre, rest and coefficients of a sum of forms times numbers.
-    fn summed<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>) -> Vec<f64> {
-        let mut sum = vec![0.0; HEAD + self.sizes.len()];
+    /// Adds a sum of forms times numbers to the numbers, and finds what it reaches; false where that is not known.
+    fn is_added<'f>(&'f self, numbers: &mut Vec<f64>, terms: impl Iterator<Item = (f64, Form<'f>)>) -> bool {
+        let place = numbers.len();
+        numbers.resize(place + self.length(), 0.0);
+        let (before, sum) = numbers.split_at_mut(place);
         let (mut count, mut weight) = (0.0, 0.0);
-        let numbers = self.numbers.borrow();
         for (factor, form) in terms {
             count += 1.0;
             match form {
@@ -94,30 +116,36 @@ impl Forms {
                     weight += factor.abs() * (centre.abs() + rest);
                 }
                 Form::Linear(place, _) => {
-                    let of = &numbers[place..place + sum.len()];
+                    let of = &before[place..place + sum.len()];
                     sum[0] += factor * of[0];
                     sum[1] += factor.abs() * of[1];
                     weight += factor.abs() * (of[0].abs() + of[1] + of[2]);
-                    sum[HEAD..].iter_mut().zip(&of[HEAD..]).for_each(|(sum, c)| *sum += factor * c);
+                    dispatch(Scaled { sum: &mut sum[HEAD..], factor, added: &of[HEAD..] });
                 }
             }
         }
         sum[1] = (sum[1] + EPSILON * (count + 2.0) * weight) * RAISED + f64::MIN_POSITIVE * count;
-        sum
+        self.is_finished(sum)
     }
 
     /// The sum of forms times numbers.
     pub fn sum<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>) -> Form<'f> {
-        let mut sum = self.summed(terms);
-        match self.finish(&mut sum, 0) {
-            Form::Constant(line) => Form::Constant(line),
-            Form::Linear(..) => {
-                let mut numbers = self.numbers.borrow_mut();
-                let place = numbers.len();
-                numbers.extend_from_slice(&sum);
-                Form::Linear(place, self)
-            }
+        let mut numbers = self.numbers.borrow_mut();
+        let place = numbers.len();
+        if self.is_added(&mut numbers, terms) {
+            return Form::Linear(place, self);
         }
+        numbers.truncate(place);
+        Form::Constant(Interval::LINE)
+    }
+
+    /// What is made of the numbers of such a sum, which is not kept; `None` where it is the whole line.
+    fn of_sum<'f, T>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>, made: impl Fn(&[f64]) -> T) -> Option<T> {
+        let mut numbers = self.numbers.borrow_mut();
+        let place = numbers.len();
+        let found = self.is_added(&mut numbers, terms).then(|| made(&numbers[place..]));
+        numbers.truncate(place);
+        found
     }
 
     /// Centre, the first coefficients, and the rest, to which the other unknowns belong then.
@@ -129,12 +157,76 @@ impl Forms {
 
     /// All values of such a sum.
     pub fn reached<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>) -> Interval {
-        let mut sum = self.summed(terms);
-        match self.finish(&mut sum, 0) {
-            Form::Constant(line) => line,
-            Form::Linear(..) => Interval::from_point(sum[0]) + Interval::of_size((sum[1] + sum[2]) * RAISED),
-        }
+        self.of_sum(terms, range).unwrap_or(Interval::LINE)
     }
+
+    /// Centre, the first coefficients, and the rest of such a sum, as of a form.
+    pub fn parts_of_sum<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>, n: usize) -> (f64, Vec<f64>, f64) {
+        let found = self.of_sum(terms, |form| self.first(form, n));
+        found.unwrap_or_else(|| Form::Constant(Interval::LINE).parts(n))
+    }
+}
+
+impl Drop for Forms {
+    fn drop(&mut self) {
+        let mut room = self.numbers.take();
+        room.clear();
+        self.rooms.borrow_mut().push(room);
+    }
+}
+
+/// Numbers times a factor, added to others.
+struct Scaled<'a> {
+    sum: &'a mut [f64],
+    factor: f64,
+    added: &'a [f64],
+}
+
+impl Kernel for Scaled<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.sum.iter_mut().zip(self.added).for_each(|(sum, x)| *sum += self.factor * x);
+    }
+}
+
+/// What the linear part of a form reaches.
+struct Reach<'a> {
+    forms: &'a Forms,
+    coefficients: &'a [f64],
+}
+
+impl Kernel for Reach<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        let (numbers, weights) = (self.coefficients.chunks_exact(AT_ONCE), self.forms.alone.chunks_exact(AT_ONCE));
+        let left = numbers.remainder().iter().zip(weights.remainder());
+        let mut sums = [0.0; AT_ONCE];
+        for (numbers, weights) in numbers.zip(weights) {
+            for k in 0..AT_ONCE {
+                sums[k] += numbers[k].abs() * weights[k];
+            }
+        }
+        let alone = sums.iter().sum::<f64>() + left.map(|(x, weight)| x.abs() * weight).sum::<f64>();
+        let together = |group: &Group| {
+            let (of, sizes) = (&self.coefficients[group.range.clone()], &self.forms.sizes[group.range.clone()]);
+            let (mut apart, mut square) = (0.0, 0.0);
+            for (c, size) in of.iter().zip(sizes) {
+                apart += c.abs() * size;
+                square += c * c;
+            }
+            apart.min(square.sqrt() * group.radius)
+        };
+        self.forms.groups.iter().fold(alone, |sum, group| sum + together(group))
+    }
+}
+
+/// All values of a form by its numbers.
+fn range(form: &[f64]) -> Interval {
+    Interval::from_point(form[0]) + Interval::of_size((form[1] + form[2]) * RAISED)
 }
 
 impl Form<'_> {
@@ -143,9 +235,7 @@ impl Form<'_> {
         match self {
             Self::Constant(c) => c,
             Self::Linear(place, forms) => {
-                let numbers = forms.numbers.borrow();
-                Interval::from_point(numbers[place])
-                    + Interval::of_size((numbers[place + 1] + numbers[place + 2]) * RAISED)
+                range(&forms.numbers.borrow()[place..])
             }
         }
     }
@@ -159,7 +249,7 @@ impl Form<'_> {
             }
             Self::Linear(place, forms) => {
                 let numbers = forms.numbers.borrow();
-                forms.first(&numbers[place..place + HEAD + forms.sizes.len()], n)
+                forms.first(&numbers[place..place + forms.length()], n)
             }
         }
     }

@@ -4,8 +4,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::*;
 
 fn forms() -> Forms {
-    let groups = vec![Group { range: 0..1, radius: f64::INFINITY }, Group { range: 1..3, radius: 0.1 }];
-    Forms::new(vec![0.2, 0.1, 0.1], groups)
+    let groups = [Group { range: 0..1, radius: f64::INFINITY }, Group { range: 1..3, radius: 0.1 }];
+    Forms::new(vec![0.2, 0.1, 0.1], groups.into_iter(), &Rooms::default())
 }
 
 fn function<S: Real>(x: &[S]) -> Vec<S> {
