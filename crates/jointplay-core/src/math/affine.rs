@@ -11,12 +11,15 @@
 //! Everything rounded is paid for: the coefficients are numbers like others, and what a sum or product of them may be off
 //! by, for unknowns of their sizes, is added to the remainder.
 
+mod kernels;
+
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::rc::Rc;
 
+use crate::math::affine::kernels::{Finite, Reach, Scaled};
 use crate::math::interval::Interval;
-use crate::math::lanes::{Kernel, dispatch};
+use crate::math::lanes::dispatch;
 use crate::math::real::Real;
 
 /// What sums of non-negative numbers are raised by, so that their own rounding is covered.
@@ -31,14 +34,14 @@ pub(crate) struct Group {
     pub radius: f64,
 }
 
-/// Sums are taken in so many parts, which a processor adds at once.
-const AT_ONCE: usize = 8;
-
 /// Where forms of one set of unknowns are kept.
 pub(crate) struct Forms {
     sizes: Vec<f64>,
-    /// Sizes of the unknowns that are bounded alone, zero for the others, which are in groups.
+    /// Sizes of the unknowns that are bounded alone, zero for the others.
     alone: Vec<f64>,
+    /// By the first unknown of every two that are bounded together, zero for the others: their sizes, and the radius.
+    pairs: [Vec<f64>; 3],
+    /// What more than two unknowns are bounded by together.
     groups: Vec<Group>,
     numbers: RefCell<Vec<f64>>,
     rooms: Rooms,
@@ -57,11 +60,17 @@ pub(crate) enum Form<'f> {
 impl Forms {
     /// For unknowns of given sizes, in groups.
     pub fn new(sizes: Vec<f64>, groups: impl Iterator<Item = Group>, rooms: &Rooms) -> Self {
-        let groups: Vec<Group> = groups.filter(|group| group.range.len() > 1).collect();
-        let mut alone = sizes.clone();
-        groups.iter().for_each(|group| alone[group.range.clone()].fill(0.0));
+        let groups: Vec<Group> = groups.filter(|group| group.range.len() > 1 && group.radius.is_finite()).collect();
+        let (mut alone, mut pairs) = (sizes.clone(), [(); 3].map(|()| vec![0.0; sizes.len()]));
+        for group in &groups {
+            alone[group.range.clone()].fill(0.0);
+            if let &[first, second] = &sizes[group.range.clone()] {
+                pairs.iter_mut().zip([first, second, group.radius]).for_each(|(of, x)| of[group.range.start] = x);
+            }
+        }
+        let groups = groups.into_iter().filter(|group| group.range.len() > 2).collect();
         let numbers = RefCell::new(rooms.borrow_mut().pop().unwrap_or_default());
-        Self { sizes, alone, groups, numbers, rooms: Rc::clone(rooms) }
+        Self { sizes, alone, pairs, groups, numbers, rooms: Rc::clone(rooms) }
     }
 
     /// How many numbers are kept.
@@ -100,8 +109,8 @@ impl Forms {
         head[0].abs() + head[1] + head[2] < f64::INFINITY
     }
 
-    /// Adds a sum of forms times numbers to the numbers, and finds what it reaches; false where that is not known.
-    fn is_added<'f>(&'f self, numbers: &mut Vec<f64>, terms: impl Iterator<Item = (f64, Form<'f>)>) -> bool {
+    /// Adds a sum of forms times numbers to the numbers.
+    fn add<'f>(&'f self, numbers: &mut Vec<f64>, terms: impl Iterator<Item = (f64, Form<'f>)>) {
         let place = numbers.len();
         numbers.resize(place + self.length(), 0.0);
         let (before, sum) = numbers.split_at_mut(place);
@@ -125,25 +134,26 @@ impl Forms {
             }
         }
         sum[1] = (sum[1] + EPSILON * (count + 2.0) * weight) * RAISED + f64::MIN_POSITIVE * count;
-        self.is_finished(sum)
     }
 
     /// The sum of forms times numbers.
     pub fn sum<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>) -> Form<'f> {
         let mut numbers = self.numbers.borrow_mut();
         let place = numbers.len();
-        if self.is_added(&mut numbers, terms) {
+        self.add(&mut numbers, terms);
+        if self.is_finished(&mut numbers[place..]) {
             return Form::Linear(place, self);
         }
         numbers.truncate(place);
         Form::Constant(Interval::LINE)
     }
 
-    /// What is made of the numbers of such a sum, which is not kept; `None` where it is the whole line.
-    fn of_sum<'f, T>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>, made: impl Fn(&[f64]) -> T) -> Option<T> {
+    /// What is made of the numbers of such a sum, which is not kept.
+    fn of_sum<'f, T>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>, made: impl Fn(&mut [f64]) -> T) -> T {
         let mut numbers = self.numbers.borrow_mut();
         let place = numbers.len();
-        let found = self.is_added(&mut numbers, terms).then(|| made(&numbers[place..]));
+        self.add(&mut numbers, terms);
+        let found = made(&mut numbers[place..]);
         numbers.truncate(place);
         found
     }
@@ -157,13 +167,15 @@ impl Forms {
 
     /// All values of such a sum.
     pub fn reached<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>) -> Interval {
-        self.of_sum(terms, range).unwrap_or(Interval::LINE)
+        self.of_sum(terms, |sum| if self.is_finished(sum) { range(sum) } else { Interval::LINE })
     }
 
     /// Centre, the first coefficients, and the rest of such a sum, as of a form.
     pub fn parts_of_sum<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>, n: usize) -> (f64, Vec<f64>, f64) {
-        let found = self.of_sum(terms, |form| self.first(form, n));
-        found.unwrap_or_else(|| Form::Constant(Interval::LINE).parts(n))
+        self.of_sum(terms, |sum| {
+            let is_known = dispatch(Finite(sum));
+            if is_known { self.first(sum, n) } else { Form::Constant(Interval::LINE).parts(n) }
+        })
     }
 }
 
@@ -172,55 +184,6 @@ impl Drop for Forms {
         let mut room = self.numbers.take();
         room.clear();
         self.rooms.borrow_mut().push(room);
-    }
-}
-
-/// Numbers times a factor, added to others.
-struct Scaled<'a> {
-    sum: &'a mut [f64],
-    factor: f64,
-    added: &'a [f64],
-}
-
-impl Kernel for Scaled<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.sum.iter_mut().zip(self.added).for_each(|(sum, x)| *sum += self.factor * x);
-    }
-}
-
-/// What the linear part of a form reaches.
-struct Reach<'a> {
-    forms: &'a Forms,
-    coefficients: &'a [f64],
-}
-
-impl Kernel for Reach<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn run(self) -> f64 {
-        let (numbers, weights) = (self.coefficients.chunks_exact(AT_ONCE), self.forms.alone.chunks_exact(AT_ONCE));
-        let left = numbers.remainder().iter().zip(weights.remainder());
-        let mut sums = [0.0; AT_ONCE];
-        for (numbers, weights) in numbers.zip(weights) {
-            for k in 0..AT_ONCE {
-                sums[k] += numbers[k].abs() * weights[k];
-            }
-        }
-        let alone = sums.iter().sum::<f64>() + left.map(|(x, weight)| x.abs() * weight).sum::<f64>();
-        let together = |group: &Group| {
-            let (of, sizes) = (&self.coefficients[group.range.clone()], &self.forms.sizes[group.range.clone()]);
-            let (mut apart, mut square) = (0.0, 0.0);
-            for (c, size) in of.iter().zip(sizes) {
-                apart += c.abs() * size;
-                square += c * c;
-            }
-            apart.min(square.sqrt() * group.radius)
-        };
-        self.forms.groups.iter().fold(alone, |sum, group| sum + together(group))
     }
 }
 
@@ -234,9 +197,7 @@ impl Form<'_> {
     pub fn range(self) -> Interval {
         match self {
             Self::Constant(c) => c,
-            Self::Linear(place, forms) => {
-                range(&forms.numbers.borrow()[place..])
-            }
+            Self::Linear(place, forms) => range(&forms.numbers.borrow()[place..]),
         }
     }
 
