@@ -106,7 +106,6 @@ impl Pin {
     }
 
     /// The axial play, and each end of the pin.
-    #[inline(always)]
     pub(super) fn unforced(&self, w: &[f64], tolerance: f64) -> Unforced {
         let [first, second] = self.reactions(w).map(|[x, y]| self.radius > 0.0 && (x * x + y * y).sqrt() <= tolerance);
         Unforced::of([self.axial.is_some_and(|axial| axial > 0.0 && w[0].abs() <= tolerance), first, second])

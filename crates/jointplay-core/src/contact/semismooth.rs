@@ -40,14 +40,14 @@ const MOVED: f64 = 1e-2;
 const STILL: f64 = 1e-11;
 /// The same where nothing better is reached.
 const SETTLED: f64 = 1e-6;
-/// Largest hold on a step, for one set of differences after the other: a strong hold keeps steps off places where
+/// Largest hold on a step, for one set of derivatives after the other: a strong hold keeps steps off places where
 /// the forces balance all the same, a weak one lets them go far where the forces hardly change.
 const HOLDS: [f64; 4] = [1e-6, 1e-8, 1e-4, 1e-6];
 /// Step along a force that leads to the support point.
 const FAR: f64 = 1e6;
 /// A step that leaves no more than this part of what was left is good.
 const NEARER: f64 = 0.3;
-/// Steps that one set of differences serves. Since the play is small they hardly change.
+/// Steps that one set of derivatives serves. Since the play is small they hardly change.
 const RENEWED: usize = 10;
 
 /// The method with what it knows about how forces change.

@@ -192,7 +192,8 @@ mod tests {
                     Dual { value, slopes: all }
                 };
                 // Both sides of a kink are not asked for.
-                if name == "within one" && (a + b - 1.0).abs() < 2.0 * h || name == "tilt" && (b - 0.5).abs() < 2.0 * h {
+                if name == "within one" && (a + b - 1.0).abs() < 2.0 * h || name == "tilt" && (b - 0.5).abs() < 2.0 * h
+                {
                     continue;
                 }
                 let told = dual(with(a, [1.0, 0.3]), with(b, [0.0, -0.7]));
@@ -200,7 +201,10 @@ mod tests {
                 let along = [[1.0, 0.0], [0.3, -0.7]];
                 for (slope, [x, y]) in told.slopes.iter().zip(along) {
                     let difference = (plain(a + h * x, b + h * y) - plain(a - h * x, b - h * y)) / (2.0 * h);
-                    assert!((slope - difference).abs() < 1e-7, "{name} {a} {b}: {slope} {difference}");
+                    assert!(
+                        (slope - difference).abs() < 1e-7 * slope.abs().max(1.0),
+                        "{name} {a} {b}: {slope} {difference}"
+                    );
                 }
                 assert!(told.slopes[2..].iter().all(|slope| *slope == 0.0), "{name}");
             }
