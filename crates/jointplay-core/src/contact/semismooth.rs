@@ -282,7 +282,7 @@ impl<'s, 'm> Newton<'s, 'm> {
             }
             // Least squares, held: many places along which forces balance are as good as each other, and the nearest is
             // taken. Held by the square of what is left to go, steps converge as without (Yamashita and Fukushima,
-            // Computing Suppl. 15, 2001, 239).
+            // Topics in Numerical Analysis, Springer 2001).
             let transposed = matrix.transpose();
             let mut normal = &transposed * matrix;
             (0..moving.len()).for_each(|k| normal[(k, k)] += hold);
