@@ -69,7 +69,9 @@ impl Solver<'_> {
         let poses = self.moving_poses(state, motions);
         let mut parameters: Vec<Dual> = state.inputs.parameters.iter().map(|&p| Dual::from_f64(p)).collect();
         for (k, along) in directions.iter().enumerate() {
-            along.iter().for_each(|&(p, part)| parameters[p].slopes[k] += part);
+            for &(p, part) in along {
+                parameters[p].slopes[k] += part;
+            }
         }
         let drives: Vec<Dual> = state.inputs.drives.iter().map(|&q| Dual::from_f64(q)).collect();
         let zero = Dual::from_f64(0.0);
