@@ -9,6 +9,7 @@ mod escape;
 pub(crate) mod newton;
 mod output;
 pub(crate) mod recorded;
+pub(crate) mod second_order;
 pub(crate) mod sensitivity;
 mod springs;
 mod state;

@@ -170,18 +170,6 @@ impl<'m> Solver<'m> {
         Some(step)
     }
 
-    /// A state with inputs a little different, closed to first order.
-    pub(crate) fn nudged(&self, linearised: &Linearised<'_>, from: &State, inputs: Inputs<f64>) -> State {
-        let m = self.mechanism;
-        let (residual, _) = self.evaluate(&linearised.poses, &inputs);
-        let mut right: Vec<f64> = residual.iter().map(|r| -r).collect();
-        let mut step = vec![0.0; m.n_unknowns()];
-        linearised.factors.solve(&mut right, &mut step);
-        let mut coordinates = from.coordinates.clone();
-        m.retract(&mut coordinates, &step);
-        State { coordinates, inputs, negative: from.negative }
-    }
-
     /// Smallest singular value of the length-scaled Jacobian with its motion (length-scaled), by inverse
     /// iteration.
     pub(crate) fn inverse_iteration(&self, state: &State) -> Option<(f64, Vec<f64>)> {

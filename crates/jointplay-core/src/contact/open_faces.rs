@@ -15,7 +15,7 @@ use crate::mechanism::{Mechanism, Source};
 
 /// What is less than this part of a direction is none of it.
 const SAME: f64 = 1e-6;
-/// A component of which the equations leave less than this part is held by them: they are known by differences.
+/// A component of which the equations leave less than this part is held by them: they hold to second order only.
 const TIED: f64 = 1e-6;
 
 /// Open faces, with the equations that tie them.

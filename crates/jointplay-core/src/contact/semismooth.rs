@@ -17,37 +17,37 @@
 //!
 //! Where a force is beyond doubt, z is far outside, B is zero, and the step leads to the support point.
 //! Where two corners compete, or a pin floats, z lies within a face, and the step looks for the place on it
-//! where the forces balance. The derivative ds/dy is taken by differences along the coordinates that move.
+//! where the forces balance. The derivative ds/dy is exact, along the coordinates that move.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::offset::{MAX_SIZE, inner};
 use crate::clearance::undecided::{UNDECIDED, Unforced};
-use crate::closure::newton::{Linearised, Solver, State};
+use crate::closure::newton::{Solver, State};
+use crate::closure::second_order::Along;
 use crate::contact::state::Contact;
 use crate::interrupt;
 use crate::mechanism::Source;
 
 /// Steps at most.
 const STEPS: usize = RENEWED * HOLDS.len();
-/// Parts of a set by which a coordinate is moved for a difference.
-const DIFFERENCE: f64 = 1e-2;
+/// What tells how stiff a force is: a move of at least this part of a set.
+const MOVED: f64 = 1e-2;
 /// Contact and reactions agree where no coordinate wants to move by more than this part of its set.
 const STILL: f64 = 1e-11;
 /// The same where nothing better is reached.
 const SETTLED: f64 = 1e-6;
-/// Largest hold on a step, for one set of differences after the other: a strong hold keeps steps off places where
+/// Largest hold on a step, for one set of derivatives after the other: a strong hold keeps steps off places where
 /// the forces balance all the same, a weak one lets them go far where the forces hardly change.
 const HOLDS: [f64; 4] = [1e-6, 1e-8, 1e-4, 1e-6];
 /// Step along a force that leads to the support point.
 const FAR: f64 = 1e6;
 /// A step that leaves no more than this part of what was left is good.
 const NEARER: f64 = 0.3;
-/// Steps that one set of differences serves. Since the play is small they hardly change.
+/// Steps that one set of derivatives serves. Since the play is small they hardly change.
 const RENEWED: usize = 10;
 
 /// The method with what it knows about how forces change.
@@ -126,7 +126,7 @@ impl<'s, 'm> Newton<'s, 'm> {
     fn compare(&mut self, a: &Own, b: &Own) {
         let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0_f64, |d, (a, b)| d.max((a - b).abs()));
         let moved = apart(&a.y, &b.y);
-        if moved < DIFFERENCE {
+        if moved < MOVED {
             return;
         }
         let mut first = 0;
@@ -200,7 +200,8 @@ impl<'s, 'm> Newton<'s, 'm> {
                 continue;
             }
             let mut best: Option<(f64, Contact, Own)> = None;
-            for cut in [false, true] {
+            let cuts: &[bool] = if self.is_cut(&own, &step) { &[false, true] } else { &[false] };
+            for &cut in cuts {
                 let Some(next) = self.moved(&at, &own, &step, cut) else {
                     at.blocked = true;
                     continue;
@@ -218,6 +219,16 @@ impl<'s, 'm> Newton<'s, 'm> {
             (at, own) = (next, tried);
         }
         at
+    }
+
+    /// Whether a step leaves a set that cuts it off.
+    fn is_cut(&self, own: &Own, step: &[f64]) -> bool {
+        let mut first = 0;
+        self.sources().any(|(_, source)| {
+            let range = first..first + source.set.size();
+            first = range.end;
+            source.set.part_within(&own.y[range.clone()], &step[range]) < 1.0
+        })
     }
 
     /// The contact after a step; what leaves a set is projected back, or cut off where it leaves.
@@ -248,19 +259,19 @@ impl<'s, 'm> Newton<'s, 'm> {
         hold: f64,
         bends: &mut Bends,
     ) -> Option<Vec<f64>> {
-        let linearised = self.solver.linearise(&at.state)?;
-        let hold = largest(&projected.residual).min(hold);
+        let hold = largest(&projected.residual).powi(2).clamp(STILL, hold);
         loop {
             let n = own.y.len();
             let moving: Vec<usize> = (0..n)
                 .filter(|&k| projected.elements[k].is_some() || projected.residual[k].abs() > 0.1 * STILL)
                 .collect();
+            let new: Vec<usize> = moving.iter().copied().filter(|column| !bends.contains_key(column)).collect();
+            if !new.is_empty() {
+                bends.extend(new.iter().copied().zip(self.bends(at, &new)?));
+            }
             let mut matrix = DMatrix::<f64>::identity(moving.len(), moving.len());
             for (c, &column) in moving.iter().enumerate() {
-                let bend = match bends.entry(column) {
-                    Entry::Occupied(known) => known.into_mut(),
-                    Entry::Vacant(new) => new.insert(self.bend(&linearised, at, own, column)?),
-                };
+                let bend = &bends[&column];
                 for (r, &row) in moving.iter().enumerate() {
                     let Some((first, elements)) = projected.elements[row] else { continue };
                     let t = projected.t[row];
@@ -269,8 +280,9 @@ impl<'s, 'm> Newton<'s, 'm> {
                     }
                 }
             }
-            // Least squares, held as much as there is left to go: many places along which forces balance are
-            // as good as each other, and the nearest is taken.
+            // Least squares, held: many places along which forces balance are as good as each other, and the nearest is
+            // taken. Held by the square of what is left to go, steps converge as without (Yamashita and Fukushima,
+            // Topics in Numerical Analysis, Springer 2001).
             let transposed = matrix.transpose();
             let mut normal = &transposed * matrix;
             (0..moving.len()).for_each(|k| normal[(k, k)] += hold);
@@ -320,28 +332,37 @@ impl<'s, 'm> Newton<'s, 'm> {
         repelled
     }
 
-    /// How the forces change along one coordinate.
-    fn bend(&self, linearised: &Linearised<'_>, at: &Contact, own: &Own, column: usize) -> Option<Vec<f64>> {
-        let m = self.solver.mechanism;
-        let mut inputs = at.state.inputs.clone();
+    /// How the forces change along some of the coordinates.
+    fn bends(&self, at: &Contact, columns: &[usize]) -> Option<Vec<Vec<f64>>> {
+        let linearised = self.solver.linearise(&at.state)?;
+        let along: Vec<Along> = columns.iter().map(|&column| self.along(column)).collect();
+        let changes = self.solver.gradient_along(&linearised, &at.state, &at.gradient, &along);
+        let own = |force: Vec<f64>| {
+            let of = |(k, source): (usize, &Source)| {
+                let n = source.set.size();
+                let masked_force = source.set.masked_force(&force[source.range()], self.unforced[k]);
+                source.set.unit_gradient(&masked_force[..n])[..n].to_vec()
+            };
+            self.sources().flat_map(of).collect()
+        };
+        Some(changes.into_iter().map(own).collect())
+    }
+
+    /// What one coordinate does to the parameters.
+    fn along(&self, column: usize) -> Along {
         let mut first = 0;
-        // Inwards.
-        let h = DIFFERENCE * if own.y[column] > 0.0 { -1.0 } else { 1.0 };
         for (_, source) in self.sources() {
-            let range = first..first + source.set.size();
-            if range.contains(&column) {
-                let mut unit = own.y[range.clone()].to_vec();
-                unit[column - first] += h;
-                for (p, offset) in source.range().zip(source.set.of_unit(&unit)) {
-                    inputs.parameters[p] = m.centre[p] + offset;
-                }
+            let size = source.set.size();
+            if (first..first + size).contains(&column) {
+                let mut unit = [0.0; MAX_SIZE];
+                let from = source.set.of_unit(&unit[..size]);
+                unit[column - first] = 1.0;
+                let to = source.set.of_unit(&unit[..size]);
+                return source.range().zip(from.iter().zip(to)).map(|(p, (from, to))| (p, to - from)).collect();
             }
-            first = range.end;
+            first += size;
         }
-        let state = self.solver.nudged(linearised, &at.state, inputs);
-        let gradient = m.load_gradient(&self.solver.linearise(&state)?, &state);
-        let there = self.own(&state, &gradient.inputs.parameters, 0.0);
-        Some(there.s.iter().zip(&own.s).map(|(a, b)| (a - b) / h).collect())
+        Along::new()
     }
 }
 

@@ -6,14 +6,10 @@ use crate::clearance::face::{Direction, Face};
 use crate::clearance::offset::inner;
 use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::closure::newton::Solver;
-use crate::closure::sensitivity::Gradient;
+use crate::closure::second_order::Along;
 use crate::contact::state::Contact;
 use crate::math::decomposition::{largest_eigenvalue, singular_values};
 use crate::mechanism::Mechanism;
-
-/// Part of its extent by which an offset is moved for a difference. Forces are known to some units of the last
-/// place, so that over all of the extent rounding makes less of them than [`UNDECIDED`].
-const DIFFERENCE: f64 = 1e-4;
 
 /// How the forces along open directions change along them.
 pub(crate) struct Bend {
@@ -52,27 +48,21 @@ impl Solver<'_> {
         let linearised = self.linearise(&at.state)?;
         // Where springs are in balance nothing is transmitted, and they alone say how large a force is.
         let scale = Some(m.force_scale(&at.gradient)).filter(|scale| *scale > 0.0).unwrap_or_else(|| m.spring_scale());
-        let forces = |gradient: &Gradient| -> Vec<f64> {
+        let forces = |gradient: &[f64]| -> Vec<f64> {
             let of = |(s, way): &(usize, Direction)| {
                 let source = &m.sources[*s];
                 let size = source.undecided(scale) * way.reach;
-                inner(&gradient.inputs.parameters[source.range()], &way.along) / size
+                inner(&gradient[source.range()], &way.along) / size
             };
             ways.iter().map(of).collect()
         };
+        let along = |(s, way): &(usize, Direction)| m.sources[*s].range().zip(way.along).collect();
+        let along: Vec<Along> = ways.iter().map(along).collect();
         let mut matrix = DMatrix::zeros(n, n);
-        for (j, (s, way)) in ways.iter().enumerate() {
-            let moved = |h: f64| {
-                let mut inputs = at.state.inputs.clone();
-                let source = &m.sources[*s];
-                source.range().zip(way.along).for_each(|(p, along)| inputs.parameters[p] += h * along);
-                let state = self.nudged(&linearised, &at.state, inputs);
-                Some(forces(&m.load_gradient(&self.linearise(&state)?, &state)))
-            };
-            let (high, low) = (moved(DIFFERENCE)?, moved(-DIFFERENCE)?);
-            (0..n).for_each(|i| matrix[(i, j)] = (high[i] - low[i]) / (2.0 * DIFFERENCE));
+        for (j, change) in self.gradient_along(&linearised, &at.state, &at.gradient, &along).iter().enumerate() {
+            matrix.set_column(j, &DVector::from_vec(forces(change)));
         }
-        let force = DVector::from_vec(forces(&at.gradient));
+        let force = DVector::from_vec(forces(&at.gradient.inputs.parameters));
         Some(Bend { ways, matrix, force })
     }
 }

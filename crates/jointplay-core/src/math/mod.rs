@@ -2,6 +2,7 @@
 
 pub(crate) mod affine;
 pub(crate) mod decomposition;
+pub(crate) mod dual;
 pub(crate) mod interval;
 pub mod lanes;
 pub(crate) mod memory;
