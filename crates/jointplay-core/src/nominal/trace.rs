@@ -52,6 +52,9 @@ struct Traced {
     registers: Vec<Numbers>,
 }
 
+/// The row where a way begins, `None` for the state where the run begins, and whether it ends before its own row.
+type End = (Option<usize>, bool);
+
 impl Kernel for Run<'_, '_> {
     type Output = ();
 
@@ -63,10 +66,13 @@ impl Kernel for Run<'_, '_> {
         // Status and determinant of a row tell that it is done; its coordinates are what they were before.
         done.trace.coordinates.resize(n * width, f64::NAN);
         done.trace.status.clear();
+        done.trace.status.resize(n, Status::NotAssembled);
         done.negative.clear();
-        let rows = Rows { solver, from, drives };
+        done.negative.resize(n, false);
+        let scaled = scaled_columns(m, n, drives);
+        let rows = Rows { solver, from, drives, scaled: &scaled };
         let Some(follow) = follow else {
-            (0..n).for_each(|_| rows.add_plainly(done));
+            (0..n).for_each(|row| rows.solve_plainly(done, row));
             return;
         };
         let mut registers = std::mem::take(&mut done.registers);
@@ -80,12 +86,25 @@ impl Kernel for Run<'_, '_> {
             let (before, found) = done.trace.coordinates.split_at_mut(first * width);
             let starts: Vec<Start<'_>> = nearest.iter().map(|&row| rows.start(before, &done.negative, row)).collect();
             let clear = follow.solve(&mut registers, &starts, rows.drives(block.clone()), found);
-            for k in 0..block.len() {
+            let mut open = Vec::new();
+            for (k, row) in block.enumerate() {
                 if clear[k] >= CLEAR * m.singular_value {
-                    done.trace.status.push(Status::Ok);
-                    done.negative.push(nearest[k].map_or(from.negative, |row| done.negative[row]));
+                    done.trace.status[row] = Status::Ok;
+                    done.negative[row] = nearest[k].map_or(from.negative, |row| done.negative[row]);
                 } else {
-                    rows.add_plainly(done);
+                    open.push(row);
+                }
+            }
+            if open.is_empty() {
+                continue;
+            }
+            let ends = rows.ends(follow, &mut registers, done, &open);
+            for (row, (last, is_out_of_reach)) in open.into_iter().zip(ends) {
+                // The way is another one where a row in between has been reached since.
+                if is_out_of_reach && Rows::last(done, row) == last {
+                    done.trace.coordinates[row * width..(row + 1) * width].fill(f64::NAN);
+                } else {
+                    rows.solve_plainly(done, row);
                 }
             }
         }
@@ -99,6 +118,18 @@ struct Rows<'t, 'm> {
     solver: &'t Solver<'m>,
     from: &'t State,
     drives: &'t [f64],
+    /// See [`scaled_columns`].
+    scaled: &'t [f64],
+}
+
+/// The values of every drive one after the other, with lengths as parts of the characteristic one.
+fn scaled_columns(m: &Mechanism, n: usize, drives: &[f64]) -> Vec<f64> {
+    let width = m.n_drives();
+    let column = |d: usize| {
+        let unit = 1.0 / m.unit(m.rows[m.driven_rows[d]].component);
+        drives.iter().skip(d).step_by(width).take(n).map(move |q| q * unit)
+    };
+    (0..width).flat_map(column).collect()
 }
 
 impl Rows<'_, '_> {
@@ -118,37 +149,47 @@ impl Rows<'_, '_> {
         }
     }
 
-    /// The last row that is done and regular: at a singular state the path may fork.
-    fn last(done: &Traced) -> Option<usize> {
-        done.trace.status.iter().rposition(|s| *s == Status::Ok)
+    /// The last row before one that is solved and regular: at a singular state the path may fork.
+    fn last(done: &Traced, row: usize) -> Option<usize> {
+        done.trace.status[..row].iter().rposition(|s| *s == Status::Ok)
+    }
+
+    /// Squared distances of the drive values of a row from those of some earlier ones; without end from one that is not
+    /// regular.
+    #[inline(always)]
+    fn distances(&self, done: &Traced, from: Range<usize>, to: usize, found: &mut [f64]) {
+        for (distance, status) in found.iter_mut().zip(&done.trace.status[from.clone()]) {
+            *distance = if *status == Status::Ok { 0.0 } else { f64::INFINITY };
+        }
+        let n = self.scaled.len() / self.solver.mechanism.n_drives();
+        for column in self.scaled.chunks_exact(n) {
+            for (distance, q) in found.iter_mut().zip(&column[from.clone()]) {
+                *distance += (q - column[to]) * (q - column[to]);
+            }
+        }
     }
 
     /// For each of the next rows the regular one that is nearest to it, as far as they have been looked at.
+    #[inline(always)]
     fn nearest(&self, done: &Traced, rows: Range<usize>) -> Vec<Option<usize>> {
-        let m = self.solver.mechanism;
-        let Some(last) = Self::last(done) else { return vec![None; rows.len()] };
-        let unit = |d: usize| 1.0 / m.unit(m.rows[m.driven_rows[d]].component);
-        let units: Vec<f64> = (0..m.n_drives()).map(|d| unit(d) * unit(d)).collect();
-        let distance = |from: usize, to: usize| -> f64 {
-            if done.trace.status[from] != Status::Ok {
-                return f64::INFINITY;
-            }
-            let (mut sum, n) = (0.0, units.len());
-            for (d, unit) in units.iter().enumerate() {
-                let apart = self.drives[from * n + d] - self.drives[to * n + d];
-                sum += apart * apart * unit;
-            }
-            sum
+        let Some(last) = Self::last(done, rows.start) else { return vec![None; rows.len()] };
+        let distance = |from: usize, to: usize| {
+            let mut found = [0.0];
+            self.distances(done, from..from + 1, to, &mut found);
+            found[0]
         };
+        let window = last.saturating_sub(WINDOW)..last + 1;
+        let mut distances = vec![0.0; window.len()];
         let mut near = last;
-        let nearest = rows.enumerate().map(|(k, to)| {
+        let mut nearest = Vec::with_capacity(rows.len());
+        for (k, to) in rows.enumerate() {
             let mut least = f64::INFINITY;
             if k % LOOK == 0 {
+                self.distances(done, window.clone(), to, &mut distances);
                 // Of equal ones the oldest: a line of a grid goes on beside the line before it.
-                for from in last.saturating_sub(WINDOW)..=last {
-                    let d = distance(from, to);
-                    if d < least * (1.0 - 1e-9) {
-                        (near, least) = (from, d);
+                for (from, d) in window.clone().zip(&distances) {
+                    if *d < least * (1.0 - 1e-9) {
+                        (near, least) = (from, *d);
                     }
                 }
             } else {
@@ -163,25 +204,32 @@ impl Rows<'_, '_> {
                     (near, least) = (from, distance(from, to));
                 }
             }
-            Some(near)
-        });
-        nearest.collect()
+            nearest.push(Some(near));
+        }
+        nearest
     }
 
-    /// Adds the next row, followed plainly from the last one.
-    fn add_plainly(&self, done: &mut Traced) {
+    /// For rows that are not solved the last regular row before each, with whether it is out of reach from there.
+    #[inline(always)]
+    fn ends(&self, follow: &Follow<'_>, registers: &mut [Numbers], done: &Traced, open: &[usize]) -> Vec<End> {
+        let last: Vec<Option<usize>> = open.iter().map(|&row| Self::last(done, row)).collect();
+        let start = |&row| self.start(&done.trace.coordinates, &done.negative, row);
+        let starts: Vec<Start<'_>> = last.iter().map(start).collect();
+        let drives: Vec<f64> = open.iter().flat_map(|&row| self.drives(row..row + 1)).copied().collect();
+        last.into_iter().zip(follow.out_of_reach(registers, &starts, &drives)).collect()
+    }
+
+    /// Solves a row, followed plainly from the last regular one.
+    fn solve_plainly(&self, done: &mut Traced, row: usize) {
         let m = self.solver.mechanism;
-        let row = done.trace.status.len();
-        let Start { coordinates, drives, negative } =
-            self.start(&done.trace.coordinates, &done.negative, Self::last(done));
-        let inputs = Inputs::nominal(m, drives);
-        let last = State { coordinates: coordinates.to_vec(), inputs, negative };
+        let start = self.start(&done.trace.coordinates, &done.negative, Self::last(done, row));
+        let last = start.state(m);
         let drives = self.drives(row..row + 1);
-        let followed = self.solver.follow(&last, &Inputs::nominal(m, drives)).or_else(|status| {
+        let followed = self.solver.follow_part(&last, &Inputs::nominal(m, drives)).or_else(|(reached, status)| {
             let other = match status {
                 // No branch leads on from a singular state: the guess chooses one anew.
                 Status::Singular => m.first_state(drives).map(|(_, state)| state),
-                _ => m.dead_centre(&last, drives),
+                _ => m.dead_centre(start.drives, &reached, drives),
             };
             other.ok_or(status)
         });
@@ -191,8 +239,8 @@ impl Rows<'_, '_> {
             Ok(next) => trace.coordinates[own].copy_from_slice(&next.coordinates),
             Err(_) => trace.coordinates[own].fill(f64::NAN),
         }
-        trace.status.push(status);
-        done.negative.push(followed.is_ok_and(|next| next.negative));
+        trace.status[row] = status;
+        done.negative[row] = followed.is_ok_and(|next| next.negative);
     }
 }
 
