@@ -176,15 +176,24 @@ impl<'m> Follow<'m> {
             clear[i] = if good[i] && done[i] { clear[i] } else { f64::NAN };
         }
         if m.space == Space::Spatial {
-            registers[m.n_parameters()..][..n_pose].chunks_exact_mut(m.space.n_pose_numbers()).for_each(normalise);
+            for numbers in registers[m.n_parameters()..][..n_pose].chunks_exact_mut(m.space.n_pose_numbers()) {
+                normalise(&mut numbers[3..]);
+            }
         }
         // Some at a time: blocks lie far from each other in memory.
-        let (n, taken) = (self.coordinates.len(), (0..rows).filter(|&row| clear[row].is_finite()));
+        let n = self.coordinates.len();
         for (first, coordinates) in self.coordinates.chunks(AT_ONCE).enumerate() {
-            for row in taken.clone() {
-                let found = &mut found[row * n + first * AT_ONCE..];
-                for (found, &register) in found.iter_mut().zip(coordinates) {
-                    *found = registers[register].0[row];
+            let mut blocks = [&registers[0]; AT_ONCE];
+            for (block, &register) in blocks.iter_mut().zip(coordinates) {
+                *block = &registers[register];
+            }
+            for row in 0..rows {
+                if !clear[row].is_finite() {
+                    continue;
+                }
+                let found = &mut found[row * n + first * AT_ONCE..][..coordinates.len()];
+                for (found, block) in found.iter_mut().zip(&blocks) {
+                    *found = block.0[row];
                 }
             }
         }
@@ -200,13 +209,15 @@ impl<'m> Follow<'m> {
     }
 }
 
-/// Gives the quaternions of a body unit size.
+/// Gives quaternions unit size.
 #[inline(always)]
-fn normalise(numbers: &mut [Block]) {
-    let quaternion = &mut numbers[3..];
-    let sum = quaternion.iter().fold(Block::splat(0.0), |sum, b| b.mul_add(b, &sum));
+fn normalise(quaternions: &mut [Block]) {
+    let mut sum = Block::splat(0.0);
+    for number in &*quaternions {
+        sum = sum.add(&number.mul(number));
+    }
     let scale = Block::splat(1.0).div(&sum.sqrt());
-    for number in quaternion {
+    for number in quaternions {
         *number = number.mul(&scale);
     }
 }
