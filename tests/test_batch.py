@@ -176,25 +176,6 @@ def test_traced_poses_equal_the_plain_path(name):
     assert np.array_equal(traced["poses"], core.solve(drives)["poses"])
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
-def test_rows_out_of_reach_are_so_for_the_plain_solver_on_every_width(name):
-    mechanism = example(name)
-    core, spec, start = mechanism.core, mechanism.core_spec, nominal(mechanism).drives[:1]
-    kinds = [spec["joints"][drive["joint"]]["kind"] for drive in spec["drives"]]
-    if not kinds or set(kinds) - {"revolute", "prismatic"}:
-        pytest.skip("no drive, or one along a coupling")
-    # Far enough for many to be out of reach; before each row there is one where its way begins.
-    size = np.where(np.array(kinds) == "prismatic", mechanism.length, 2.5)
-    far = start + np.random.default_rng(5).uniform(-1.0, 1.0, (150, len(kinds))) * size
-    drives = np.stack([np.broadcast_to(start, far.shape), far], axis=1).reshape(-1, len(kinds))
-    status = _on_every_width(lambda: core.trace(drives))["status"]
-    assert (status[::2] == 0).all()
-    # Few rows at a time are solved plainly. More may be reached from other rows that are nearer.
-    plain = np.array([core.trace(np.vstack([start, row]))["status"][1] for row in far])
-    assert (plain[status[1::2] == 1] == 1).all()
-    assert (status[1::2] == plain).mean() > 0.9
-
-
 @pytest.mark.parametrize("count", [64, 70, 100, 128, 130, 200])
 def test_a_drive_that_turns_by_half_a_turn_within_a_block_stays_on_its_branch(count):
     """A crank asked for a coarse turn was found half a turn off, where the sine of its angle has another root."""

@@ -8,7 +8,6 @@ pub(crate) mod equations;
 mod escape;
 pub(crate) mod newton;
 mod output;
-pub(crate) mod pace;
 pub(crate) mod recorded;
 pub(crate) mod sensitivity;
 mod springs;

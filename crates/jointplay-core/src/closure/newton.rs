@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 
 use crate::closure::coupling::Mesh;
 use crate::closure::equations::Inputs;
-use crate::closure::pace::{Moves, NEWTON_STEPS, Parts};
 use crate::interrupt;
 use crate::math::space::{Component, Pose};
 use crate::math::sparse::{Elimination, Factored};
@@ -15,6 +14,14 @@ use crate::mechanism::status::Status;
 /// The estimate of the smallest singular value must clear the limit by this factor, or it is computed.
 pub(crate) const CLEAR: f64 = 30.0;
 
+/// Newton steps per solve.
+const NEWTON_STEPS: usize = 14;
+/// A Newton step (length-scaled) below this is the last: the next would be its square.
+const LAST_STEP: f64 = 1e-9;
+/// The largest move (length-scaled; radians) taken at once, so that the branch is not left.
+const LARGEST_MOVE: f64 = 0.35;
+/// Continuation gives up when a step of this part of the way, or of a radian of a drive that turns farther, fails.
+const SMALLEST_PART: f64 = 1e-6;
 /// Inverse iterations for the smallest singular value of a large mechanism.
 const INVERSE_ITERATIONS: usize = 300;
 /// Continuation gives up after this many steps, or after this many for every turn of a drive, ...
@@ -61,6 +68,13 @@ pub struct State {
     pub inputs: Inputs<f64>,
     /// Sign of the determinant of the closure Jacobian: it tells assembly branches apart.
     pub negative: bool,
+}
+
+/// What a converged Newton solve did.
+struct Converged {
+    first_move: f64,
+    later_moves: f64,
+    negative: bool,
 }
 
 /// The closure Jacobian at a state, factored.
@@ -196,14 +210,13 @@ impl<'m> Solver<'m> {
         Some((value, motion))
     }
 
-    /// The moves of a Newton solve that converges, and whether the determinant is negative then.
-    fn newton(&self, coordinates: &mut [f64], inputs: &Inputs<f64>, budget: &mut Budget) -> Option<(Moves, bool)> {
+    fn newton(&self, coordinates: &mut [f64], inputs: &Inputs<f64>, budget: &mut Budget) -> Option<Converged> {
         let m = self.mechanism;
         interrupt::check();
-        let mut moves = Moves::default();
+        let mut moves = Vec::with_capacity(NEWTON_STEPS);
         let mut step = vec![0.0; m.n_unknowns()];
         let mut mesh = Mesh::new(m, coordinates, &inputs.parameters);
-        loop {
+        for _ in 0..NEWTON_STEPS {
             budget.take()?;
             let (mut residual, derivatives) = self.evaluate(&m.poses(coordinates), inputs);
             if !mesh.is_kept(&residual) {
@@ -214,13 +227,29 @@ impl<'m> Solver<'m> {
                 *r = -*r;
             }
             factors.solve(&mut residual, &mut step);
-            let converged = moves.add(scaled_size(m, &step))?;
+            let size = scaled_size(m, &step);
+            // Written so that NaN fails, too.
+            if !(size <= LARGEST_MOVE) {
+                return None;
+            }
+            if moves.last().is_some_and(|&last| size > 2.0 * last && size > LAST_STEP) {
+                return None;
+            }
             m.retract(coordinates, &step);
             mesh.moves(coordinates, &inputs.parameters);
-            if converged {
-                return (!m.jams(coordinates, &inputs.parameters)).then(|| (moves, factors.negative()));
+            moves.push(size);
+            if size < LAST_STEP {
+                if m.jams(coordinates, &inputs.parameters) {
+                    return None;
+                }
+                return Some(Converged {
+                    first_move: moves[0],
+                    later_moves: moves[1..].iter().sum(),
+                    negative: factors.negative(),
+                });
             }
         }
+        None
     }
 
     /// Closes the mechanism from a nearby state in one go; the branch is kept when the sign of the
@@ -232,16 +261,25 @@ impl<'m> Solver<'m> {
 
     fn close_within(&self, from: &State, inputs: &Inputs<f64>, budget: &mut Budget) -> Option<State> {
         let mut coordinates = from.coordinates.clone();
-        let (moves, negative) = self.newton(&mut coordinates, inputs, budget)?;
-        moves.keep_branch(negative != from.negative).then(|| State { coordinates, inputs: inputs.clone(), negative })
+        let converged = self.newton(&mut coordinates, inputs, budget)?;
+        let calm = converged.later_moves <= 0.5 * converged.first_move + LAST_STEP;
+        // A singular state may be crossed where the branch goes straight on (a change point), which
+        // shows in corrections that are small beside the move.
+        let crossed = converged.negative != from.negative;
+        let straight = converged.later_moves <= 0.02 * converged.first_move;
+        (calm && (!crossed || straight)).then(|| State {
+            coordinates,
+            inputs: inputs.clone(),
+            negative: converged.negative,
+        })
     }
 
     /// Polishes a state that already closes up to rounding.
     #[must_use]
     pub fn polish(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> Option<State> {
         let mut coordinates = coordinates.to_vec();
-        let (_, negative) = self.newton(&mut coordinates, inputs, &mut Budget::of(NEWTON_STEPS))?;
-        Some(State { coordinates, inputs: inputs.clone(), negative })
+        let converged = self.newton(&mut coordinates, inputs, &mut Budget::of(NEWTON_STEPS))?;
+        Some(State { coordinates, inputs: inputs.clone(), negative: converged.negative })
     }
 
     /// Follows the assembly branch from a state to other inputs, in adaptive steps.
@@ -269,17 +307,23 @@ impl<'m> Solver<'m> {
         if from.inputs == *to {
             return Ok(from.clone());
         }
-        let mut parts = Parts::new(self.mechanism.largest_part(&from.inputs, to));
+        let most = self.mechanism.largest_part(&from.inputs, to);
+        let (mut done, mut part) = (0.0_f64, most);
         for _ in 0..self.mechanism.most_steps(&from.inputs, to) {
-            let inputs = parts.next().map_or_else(|| to.clone(), |at| between(&from.inputs, to, at));
+            let last = done + part >= 1.0;
+            let inputs = if last { to.clone() } else { between(&from.inputs, to, done + part) };
             if let Some(next) = self.close_within(&state, &inputs, budget) {
                 state = next;
-                if parts.next().is_none() {
+                if last {
                     return Ok(state);
                 }
-                parts.reached();
-            } else if !parts.failed() || budget.is_spent() {
-                break;
+                done += part;
+                part = (2.0 * part).min(most);
+            } else {
+                part *= 0.5;
+                if part < SMALLEST_PART * most || budget.is_spent() {
+                    break;
+                }
             }
         }
         let status = if self.linearise(&state).is_some() { Status::NotAssembled } else { Status::Singular };
@@ -325,7 +369,7 @@ impl Mechanism {
 
     /// The part of a change of the inputs in which no driven angle turns by more than a radian: beyond
     /// half a turn a joint's angle would be taken for its remainder.
-    pub(crate) fn largest_part(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
+    fn largest_part(&self, from: &Inputs<f64>, to: &Inputs<f64>) -> f64 {
         let turns = self.driven().map(|(row, by)| match row.component {
             Component::Along(_) => 0.0,
             Component::About(_) => (by.coefficient * (to.drives[by.drive] - from.drives[by.drive])).abs(),

@@ -5,7 +5,6 @@ mod grid;
 mod inverse;
 mod nearness;
 mod on_lanes;
-mod out_of_reach;
 mod over_constrained;
 mod path;
 pub(crate) mod trace;

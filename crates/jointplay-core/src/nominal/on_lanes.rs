@@ -4,7 +4,6 @@
 //! counts when its first move is small, the following ones shrink, and the determinant keeps its sign:
 //! it is then on the branch of the state it came from. The others are followed plainly.
 
-use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::elimination::Linear;
 use crate::closure::recorded::layout::Layout;
@@ -45,20 +44,14 @@ impl<'s> Start<'s> {
     pub fn of(state: &'s State) -> Self {
         Self { coordinates: &state.coordinates, drives: &state.inputs.drives, negative: state.negative }
     }
-
-    /// That state.
-    pub(crate) fn state(&self, m: &Mechanism) -> State {
-        let inputs = Inputs::nominal(m, self.drives);
-        State { coordinates: self.coordinates.to_vec(), inputs, negative: self.negative }
-    }
 }
 
 /// The recorded step of one mechanism with perfect joints.
 #[derive(Clone, Debug)]
 pub struct Follow<'m> {
-    pub(super) mechanism: &'m Mechanism,
-    pub(super) layout: Layout,
-    pub(super) step: Program,
+    mechanism: &'m Mechanism,
+    layout: Layout,
+    step: Program,
     /// Registers of the coordinates of all bodies.
     coordinates: Vec<usize>,
 }
@@ -103,13 +96,6 @@ impl<'m> Follow<'m> {
         if m.space == Space::Planar { m.n_bodies() } else { 0 }
     }
 
-    /// The outputs of a step that judge it: the square of its size, and the pivots' product before it; the estimate of
-    /// the smallest singular value stands behind them.
-    pub(super) fn judged(&self) -> [usize; 2] {
-        let first = self.layout.n_pose() + Self::n_angles(self.mechanism);
-        [first, first + 1]
-    }
-
     /// Registers to work in.
     #[must_use]
     pub fn workspace(&self) -> Vec<Block> {
@@ -141,8 +127,7 @@ impl<'m> Follow<'m> {
                 angle.0[lane] = given(lane).0[3 * b + 2];
             }
         }
-        let [size, pivots] = self.judged();
-        let clear = pivots + 1;
+        let [size, pivots, clear] = [0, 1, 2].map(|k| n_pose + n_angles + k);
         let mut good = [true; LANES];
         for (row, start) in from.iter().enumerate() {
             good[row] = self.turns_little(start, drives_of(row));

@@ -10,7 +10,7 @@ use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 
 /// A way that fails with a smaller part of it left may end in a dead centre.
-pub(crate) const NEAR_THE_END: f64 = 1e-3;
+const NEAR_THE_END: f64 = 1e-3;
 
 /// One configuration of the nominal mechanism.
 #[derive(Clone, Debug)]

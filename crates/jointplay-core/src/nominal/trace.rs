@@ -52,9 +52,6 @@ struct Traced {
     registers: Vec<Numbers>,
 }
 
-/// The row where a way begins, `None` for the state where the run begins, and whether it ends before its own row.
-type End = (Option<usize>, bool);
-
 impl Kernel for Run<'_, '_> {
     type Output = ();
 
@@ -66,13 +63,11 @@ impl Kernel for Run<'_, '_> {
         // Status and determinant of a row tell that it is done; its coordinates are what they were before.
         done.trace.coordinates.resize(n * width, f64::NAN);
         done.trace.status.clear();
-        done.trace.status.resize(n, Status::NotAssembled);
         done.negative.clear();
-        done.negative.resize(n, false);
         let scaled = scaled_columns(m, n, drives);
         let rows = Rows { solver, from, drives, scaled: &scaled };
         let Some(follow) = follow else {
-            (0..n).for_each(|row| rows.solve_plainly(done, row));
+            (0..n).for_each(|_| rows.add_plainly(done));
             return;
         };
         let mut registers = std::mem::take(&mut done.registers);
@@ -86,25 +81,12 @@ impl Kernel for Run<'_, '_> {
             let (before, found) = done.trace.coordinates.split_at_mut(first * width);
             let starts: Vec<Start<'_>> = nearest.iter().map(|&row| rows.start(before, &done.negative, row)).collect();
             let clear = follow.solve(&mut registers, &starts, rows.drives(block.clone()), found);
-            let mut open = Vec::new();
-            for (k, row) in block.enumerate() {
+            for k in 0..block.len() {
                 if clear[k] >= CLEAR * m.singular_value {
-                    done.trace.status[row] = Status::Ok;
-                    done.negative[row] = nearest[k].map_or(from.negative, |row| done.negative[row]);
+                    done.trace.status.push(Status::Ok);
+                    done.negative.push(nearest[k].map_or(from.negative, |row| done.negative[row]));
                 } else {
-                    open.push(row);
-                }
-            }
-            if open.is_empty() {
-                continue;
-            }
-            let ends = rows.ends(follow, &mut registers, done, &open);
-            for (row, (last, is_out_of_reach)) in open.into_iter().zip(ends) {
-                // The way is another one where a row in between has been reached since.
-                if is_out_of_reach && Rows::last(done, row) == last {
-                    done.trace.coordinates[row * width..(row + 1) * width].fill(f64::NAN);
-                } else {
-                    rows.solve_plainly(done, row);
+                    rows.add_plainly(done);
                 }
             }
         }
@@ -149,9 +131,9 @@ impl Rows<'_, '_> {
         }
     }
 
-    /// The last row before one that is solved and regular: at a singular state the path may fork.
-    fn last(done: &Traced, row: usize) -> Option<usize> {
-        done.trace.status[..row].iter().rposition(|s| *s == Status::Ok)
+    /// The last row that is done and regular: at a singular state the path may fork.
+    fn last(done: &Traced) -> Option<usize> {
+        done.trace.status.iter().rposition(|s| *s == Status::Ok)
     }
 
     /// Squared distances of the drive values of a row from those of some earlier ones; without end from one that is not
@@ -172,7 +154,7 @@ impl Rows<'_, '_> {
     /// For each of the next rows the regular one that is nearest to it, as far as they have been looked at.
     #[inline(always)]
     fn nearest(&self, done: &Traced, rows: Range<usize>) -> Vec<Option<usize>> {
-        let Some(last) = Self::last(done, rows.start) else { return vec![None; rows.len()] };
+        let Some(last) = Self::last(done) else { return vec![None; rows.len()] };
         let distance = |from: usize, to: usize| {
             let mut found = [0.0];
             self.distances(done, from..from + 1, to, &mut found);
@@ -209,27 +191,20 @@ impl Rows<'_, '_> {
         nearest
     }
 
-    /// For rows that are not solved the last regular row before each, with whether it is out of reach from there.
-    #[inline(always)]
-    fn ends(&self, follow: &Follow<'_>, registers: &mut [Numbers], done: &Traced, open: &[usize]) -> Vec<End> {
-        let last: Vec<Option<usize>> = open.iter().map(|&row| Self::last(done, row)).collect();
-        let start = |&row| self.start(&done.trace.coordinates, &done.negative, row);
-        let starts: Vec<Start<'_>> = last.iter().map(start).collect();
-        let drives: Vec<f64> = open.iter().flat_map(|&row| self.drives(row..row + 1)).copied().collect();
-        last.into_iter().zip(follow.out_of_reach(registers, &starts, &drives)).collect()
-    }
-
-    /// Solves a row, followed plainly from the last regular one.
-    fn solve_plainly(&self, done: &mut Traced, row: usize) {
+    /// Adds the next row, followed plainly from the last one.
+    fn add_plainly(&self, done: &mut Traced) {
         let m = self.solver.mechanism;
-        let start = self.start(&done.trace.coordinates, &done.negative, Self::last(done, row));
-        let last = start.state(m);
+        let row = done.trace.status.len();
+        let Start { coordinates, drives, negative } =
+            self.start(&done.trace.coordinates, &done.negative, Self::last(done));
+        let inputs = Inputs::nominal(m, drives);
+        let last = State { coordinates: coordinates.to_vec(), inputs, negative };
         let drives = self.drives(row..row + 1);
         let followed = self.solver.follow_part(&last, &Inputs::nominal(m, drives)).or_else(|(reached, status)| {
             let other = match status {
                 // No branch leads on from a singular state: the guess chooses one anew.
                 Status::Singular => m.first_state(drives).map(|(_, state)| state),
-                _ => m.dead_centre(start.drives, &reached, drives),
+                _ => m.dead_centre(&last.inputs.drives, &reached, drives),
             };
             other.ok_or(status)
         });
@@ -239,8 +214,8 @@ impl Rows<'_, '_> {
             Ok(next) => trace.coordinates[own].copy_from_slice(&next.coordinates),
             Err(_) => trace.coordinates[own].fill(f64::NAN),
         }
-        trace.status[row] = status;
-        done.negative[row] = followed.is_ok_and(|next| next.negative);
+        trace.status.push(status);
+        done.negative.push(followed.is_ok_and(|next| next.negative));
     }
 }
 
