@@ -128,6 +128,17 @@ def test_eight_times_the_clearances_of_a_loop_in_space_are_bounded_closely() -> 
     assert (found.gaps < 0.01).all()
 
 
+def test_clearances_of_no_size_do_not_trouble_slabs(tmp_path, monkeypatch) -> None:
+    """They are columns of zeros among the motions; the singular values of such a matrix were not a number once."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "spherical.toml").write_text(jp.examples.text("3-rrr-spherical"))
+    none = [f"joints.*.clearance.{kind}=0" for kind in ("radial", "axial")]
+    settings = [word for setting in (*none, "joints.top1.clearance.radial=0.08") for word in ("-s", setting)]
+    command = ["error", "spherical.toml", "-q", "worst", "--certify", "--parts", "5", "-o", "found.json", *settings]
+    assert run(command) in (0, 1)
+    assert (tmp_path / "found.json").exists()
+
+
 def test_sets_that_are_too_large_have_no_bound() -> None:
     """Clearances of an eighth of the links."""
     text = jp.examples.text("four-bar").replace("radial = 1.0", "radial = 12.0")

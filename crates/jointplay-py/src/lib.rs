@@ -14,6 +14,10 @@ use jointplay_core::{Declared, Kept, Status, nominal, questions};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+/// Results and rooms are large and come and go with every call: memory is kept, not given back page by page.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// What limits the width of the vector registers from the start, for tests: a name as of [`simd`].
 const WIDTH: &str = "JOINTPLAY_WIDTH";
 

@@ -11,12 +11,16 @@
 //! Everything rounded is paid for: the coefficients are numbers like others, and what a sum or product of them may be off
 //! by, for unknowns of their sizes, is added to the remainder.
 
+mod kernels;
+
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::rc::Rc;
 
+use crate::math::affine::kernels::{Finite, Reach, Scaled};
 use crate::math::interval::Interval;
+use crate::math::lanes::dispatch;
 use crate::math::real::Real;
-use crate::math::vector::norm;
 
 /// What sums of non-negative numbers are raised by, so that their own rounding is covered.
 const RAISED: f64 = 1.0 + 1e-12;
@@ -33,9 +37,18 @@ pub(crate) struct Group {
 /// Where forms of one set of unknowns are kept.
 pub(crate) struct Forms {
     sizes: Vec<f64>,
+    /// Sizes of the unknowns that are bounded alone, zero for the others.
+    alone: Vec<f64>,
+    /// By the first unknown of every two that are bounded together, zero for the others: their sizes, and the radius.
+    pairs: [Vec<f64>; 3],
+    /// What more than two unknowns are bounded by together.
     groups: Vec<Group>,
     numbers: RefCell<Vec<f64>>,
+    rooms: Rooms,
 }
+
+/// Memory of forms that are done with, for the next ones.
+pub(crate) type Rooms = Rc<RefCell<Vec<Vec<f64>>>>;
 
 /// A number: of its own, or by its place among the forms.
 #[derive(Clone, Copy)]
@@ -46,44 +59,62 @@ pub(crate) enum Form<'f> {
 
 impl Forms {
     /// For unknowns of given sizes, in groups.
-    pub fn new(sizes: Vec<f64>, groups: Vec<Group>) -> Self {
-        Self { sizes, groups, numbers: RefCell::new(Vec::new()) }
+    pub fn new(sizes: Vec<f64>, groups: impl Iterator<Item = Group>, rooms: &Rooms) -> Self {
+        let groups: Vec<Group> = groups.filter(|group| group.range.len() > 1 && group.radius.is_finite()).collect();
+        let (mut alone, mut pairs) = (sizes.clone(), [(); 3].map(|()| vec![0.0; sizes.len()]));
+        for group in &groups {
+            alone[group.range.clone()].fill(0.0);
+            if let &[first, second] = &sizes[group.range.clone()] {
+                pairs.iter_mut().zip([first, second, group.radius]).for_each(|(of, x)| of[group.range.start] = x);
+            }
+        }
+        let groups = groups.into_iter().filter(|group| group.range.len() > 2).collect();
+        let numbers = RefCell::new(rooms.borrow_mut().pop().unwrap_or_default());
+        Self { sizes, alone, pairs, groups, numbers, rooms: Rc::clone(rooms) }
+    }
+
+    /// How many numbers are kept.
+    pub fn count(&self) -> usize {
+        self.numbers.borrow().len()
+    }
+
+    /// Forgets the numbers beyond so many, and with them all forms that were made since then.
+    pub fn back_to(&self, count: usize) {
+        self.numbers.borrow_mut().truncate(count);
+    }
+
+    /// How many numbers a form has.
+    fn length(&self) -> usize {
+        HEAD + self.sizes.len()
     }
 
     /// A form by centre, coefficients that are not zero, and what it may be off by.
     pub fn linear(&self, centre: f64, coefficients: impl Iterator<Item = (usize, f64)>, rest: f64) -> Form<'_> {
         let mut numbers = self.numbers.borrow_mut();
         let place = numbers.len();
-        numbers.extend([centre, rest, 0.0]);
-        numbers.resize(place + HEAD + self.sizes.len(), 0.0);
+        numbers.resize(place + self.length(), 0.0);
+        let form = &mut numbers[place..];
+        (form[0], form[1]) = (centre, rest);
         for (k, coefficient) in coefficients {
-            numbers[place + HEAD + k] = coefficient;
+            form[HEAD + k] = coefficient;
         }
-        self.finish(&mut numbers, place)
+        if self.is_finished(form) { Form::Linear(place, self) } else { Form::Constant(Interval::LINE) }
     }
 
-    /// Finds what the linear part of the last form reaches.
-    fn finish(&self, numbers: &mut [f64], place: usize) -> Form<'_> {
-        let (head, coefficients) = numbers[place..].split_at_mut(HEAD);
-        let of = |group: &Group| {
-            let (of, sizes) = (&coefficients[group.range.clone()], &self.sizes[group.range.clone()]);
-            let apart: f64 = of.iter().zip(sizes).map(|(c, size)| c.abs() * size).sum();
-            if group.range.len() > 1 { apart.min(norm(of) * group.radius) } else { apart }
-        };
-        let reach: f64 = self.groups.iter().map(of).sum();
-        head[2] = reach * RAISED;
-        // Written so that what is not a number is the whole line.
-        if !(head[0].abs() + head[1] + head[2] < f64::INFINITY) {
-            return Form::Constant(Interval::LINE);
-        }
-        Form::Linear(place, self)
+    /// Finds what the linear part of a form reaches; false where that or another number is none.
+    fn is_finished(&self, form: &mut [f64]) -> bool {
+        let (head, coefficients) = form.split_at_mut(HEAD);
+        head[2] = dispatch(Reach { forms: self, coefficients }) * RAISED;
+        // Written so that what is not a number is none of the finite ones.
+        head[0].abs() + head[1] + head[2] < f64::INFINITY
     }
 
-    /// Centre, rest and coefficients of a sum of forms times numbers.
-    fn summed<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>) -> Vec<f64> {
-        let mut sum = vec![0.0; HEAD + self.sizes.len()];
+    /// Adds a sum of forms times numbers to the numbers.
+    fn add<'f>(&'f self, numbers: &mut Vec<f64>, terms: impl Iterator<Item = (f64, Form<'f>)>) {
+        let place = numbers.len();
+        numbers.resize(place + self.length(), 0.0);
+        let (before, sum) = numbers.split_at_mut(place);
         let (mut count, mut weight) = (0.0, 0.0);
-        let numbers = self.numbers.borrow();
         for (factor, form) in terms {
             count += 1.0;
             match form {
@@ -94,30 +125,37 @@ impl Forms {
                     weight += factor.abs() * (centre.abs() + rest);
                 }
                 Form::Linear(place, _) => {
-                    let of = &numbers[place..place + sum.len()];
+                    let of = &before[place..place + sum.len()];
                     sum[0] += factor * of[0];
                     sum[1] += factor.abs() * of[1];
                     weight += factor.abs() * (of[0].abs() + of[1] + of[2]);
-                    sum[HEAD..].iter_mut().zip(&of[HEAD..]).for_each(|(sum, c)| *sum += factor * c);
+                    dispatch(Scaled { sum: &mut sum[HEAD..], factor, added: &of[HEAD..] });
                 }
             }
         }
         sum[1] = (sum[1] + EPSILON * (count + 2.0) * weight) * RAISED + f64::MIN_POSITIVE * count;
-        sum
     }
 
     /// The sum of forms times numbers.
     pub fn sum<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>) -> Form<'f> {
-        let mut sum = self.summed(terms);
-        match self.finish(&mut sum, 0) {
-            Form::Constant(line) => Form::Constant(line),
-            Form::Linear(..) => {
-                let mut numbers = self.numbers.borrow_mut();
-                let place = numbers.len();
-                numbers.extend_from_slice(&sum);
-                Form::Linear(place, self)
-            }
+        let mut numbers = self.numbers.borrow_mut();
+        let place = numbers.len();
+        self.add(&mut numbers, terms);
+        if self.is_finished(&mut numbers[place..]) {
+            return Form::Linear(place, self);
         }
+        numbers.truncate(place);
+        Form::Constant(Interval::LINE)
+    }
+
+    /// What is made of the numbers of such a sum, which is not kept.
+    fn of_sum<'f, T>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>, made: impl Fn(&mut [f64]) -> T) -> T {
+        let mut numbers = self.numbers.borrow_mut();
+        let place = numbers.len();
+        self.add(&mut numbers, terms);
+        let found = made(&mut numbers[place..]);
+        numbers.truncate(place);
+        found
     }
 
     /// Centre, the first coefficients, and the rest, to which the other unknowns belong then.
@@ -129,12 +167,29 @@ impl Forms {
 
     /// All values of such a sum.
     pub fn reached<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>) -> Interval {
-        let mut sum = self.summed(terms);
-        match self.finish(&mut sum, 0) {
-            Form::Constant(line) => line,
-            Form::Linear(..) => Interval::from_point(sum[0]) + Interval::of_size((sum[1] + sum[2]) * RAISED),
-        }
+        self.of_sum(terms, |sum| if self.is_finished(sum) { range(sum) } else { Interval::LINE })
     }
+
+    /// Centre, the first coefficients, and the rest of such a sum, as of a form.
+    pub fn parts_of_sum<'f>(&'f self, terms: impl Iterator<Item = (f64, Form<'f>)>, n: usize) -> (f64, Vec<f64>, f64) {
+        self.of_sum(terms, |sum| {
+            let is_known = dispatch(Finite(sum));
+            if is_known { self.first(sum, n) } else { Form::Constant(Interval::LINE).parts(n) }
+        })
+    }
+}
+
+impl Drop for Forms {
+    fn drop(&mut self) {
+        let mut room = self.numbers.take();
+        room.clear();
+        self.rooms.borrow_mut().push(room);
+    }
+}
+
+/// All values of a form by its numbers.
+fn range(form: &[f64]) -> Interval {
+    Interval::from_point(form[0]) + Interval::of_size((form[1] + form[2]) * RAISED)
 }
 
 impl Form<'_> {
@@ -142,11 +197,7 @@ impl Form<'_> {
     pub fn range(self) -> Interval {
         match self {
             Self::Constant(c) => c,
-            Self::Linear(place, forms) => {
-                let numbers = forms.numbers.borrow();
-                Interval::from_point(numbers[place])
-                    + Interval::of_size((numbers[place + 1] + numbers[place + 2]) * RAISED)
-            }
+            Self::Linear(place, forms) => range(&forms.numbers.borrow()[place..]),
         }
     }
 
@@ -159,7 +210,7 @@ impl Form<'_> {
             }
             Self::Linear(place, forms) => {
                 let numbers = forms.numbers.borrow();
-                forms.first(&numbers[place..place + HEAD + forms.sizes.len()], n)
+                forms.first(&numbers[place..place + forms.length()], n)
             }
         }
     }

@@ -18,10 +18,15 @@ fn is_finite(matrix: &DMatrix<f64>) -> bool {
     matrix.iter().all(|x| x.is_finite())
 }
 
-/// Singular values, with the vectors that are asked for; `None` where a number is not finite.
+/// Singular values, the largest first, with the vectors that are asked for; `None` where a number is not finite, also one
+/// that the iteration comes to.
 pub(crate) fn singular_values(matrix: DMatrix<f64>, left: bool, right: bool) -> Option<SVD<f64, Dyn, Dyn>> {
     let most = iterations(&matrix);
-    if is_finite(&matrix) { matrix.try_svd(left, right, SMALLEST, most) } else { None }
+    let svd = is_finite(&matrix).then(|| SVD::try_new_unordered(matrix, left, right, SMALLEST, most))?;
+    let mut svd = svd.filter(|svd| svd.singular_values.iter().all(|x| x.is_finite()))?;
+    // nalgebra panics where it orders what is not a number.
+    svd.sort_by_singular_values();
+    Some(svd)
 }
 
 /// The pseudo-inverse, singular values below `smallest` taken for zero; `None` where a number is not finite.

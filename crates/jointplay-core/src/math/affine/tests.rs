@@ -4,8 +4,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::*;
 
 fn forms() -> Forms {
-    let groups = vec![Group { range: 0..1, radius: f64::INFINITY }, Group { range: 1..3, radius: 0.1 }];
-    Forms::new(vec![0.2, 0.1, 0.1], groups)
+    let groups = [Group { range: 0..1, radius: f64::INFINITY }, Group { range: 1..3, radius: 0.1 }];
+    Forms::new(vec![0.2, 0.1, 0.1], groups.into_iter(), &Rooms::default())
 }
 
 fn function<S: Real>(x: &[S]) -> Vec<S> {
@@ -50,4 +50,27 @@ fn what_cancels_leaves_nothing_but_rounding() {
     assert!((x - x).range().size() < 1e-14);
     // x^2 - (x - 1) x = x, but for the two remainders.
     assert!((a - b - x).range().size() <= 2.0 * 0.6_f64.powi(2));
+}
+
+#[test]
+fn a_form_reaches_what_its_unknowns_allow_alone_and_together() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+    for n in [1, 6, 7, 8, 9, 30] {
+        let sizes: Vec<f64> = (0..n).map(|_| rng.random_range(0.1..1.0)).collect();
+        let ranges: Vec<_> = [0..1, 1..3, 3..6, 6..8, 8..9].into_iter().filter(|range| range.end <= n).collect();
+        // One unknown has nothing but its size, and what has corners has no radius.
+        let radius = |k: usize| if k == 0 || k > 2 { f64::INFINITY } else { 0.5 };
+        let groups = || ranges.iter().enumerate().map(|(k, range)| Group { range: range.clone(), radius: radius(k) });
+        let forms = Forms::new(sizes.clone(), groups(), &Rooms::default());
+        let c: Vec<f64> = (0..n).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let apart = |range: std::ops::Range<usize>| range.map(|k| c[k].abs() * sizes[k]).sum::<f64>();
+        let together = |group: Group| {
+            let square: f64 = c[group.range.clone()].iter().map(|c| c * c).sum();
+            apart(group.range.clone()).min(square.sqrt() * group.radius)
+        };
+        let covered = ranges.last().map_or(0, |range| range.end);
+        let expected = groups().map(together).sum::<f64>() + apart(covered..n);
+        let found = forms.linear(0.0, c.iter().copied().enumerate(), 0.0).range().high;
+        assert!(found >= expected && found < expected * (1.0 + 1e-11), "{n}: {found} {expected}");
+    }
 }

@@ -8,6 +8,7 @@
 use std::ops::Range;
 use std::rc::Rc;
 
+use crate::interrupt;
 use crate::math::interval::Interval;
 use crate::math::vector::norm;
 use crate::questions::certificate::blocks::Part;
@@ -78,6 +79,7 @@ impl Atlas {
         let product = &errors.encloser.product;
         let mut cells: Vec<(Vec<u32>, Rc<Expansion>)> = Vec::new();
         for cell in grid.cells() {
+            interrupt::check();
             let Some(part) = product.cell(&grid.places(&cell)) else { continue };
             let place = grid.middle(&cell);
             let x = product.slabs.at(&place);

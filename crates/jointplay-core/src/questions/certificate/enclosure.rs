@@ -18,7 +18,7 @@
 //! and stays on its branch. The box is one of z itself, or of other coordinates of it ([`Modes`]). Of a part of a part the same poses are sought, so that they need to be held only.
 
 use crate::closure::newton::State;
-use crate::math::affine::{Form, Forms, Group};
+use crate::math::affine::{Form, Forms, Group, Rooms};
 use crate::math::interval::Interval;
 use crate::math::real::Real;
 use crate::math::vector::norm;
@@ -84,6 +84,8 @@ pub(super) struct Encloser<'m> {
     sources: &'m [Source],
     /// The parameters that the offsets of the sources add to.
     centre: Vec<f64>,
+    /// Memory of forms that are done with.
+    rooms: Rooms,
 }
 
 /// What is linear in the closure near the pose of a point.
@@ -140,7 +142,7 @@ impl<'m> Encloser<'m> {
     /// About a closed state at its drive values, for offsets of some sources from given parameters.
     pub fn new(m: &'m Mechanism, state: &State, sources: &'m [Source], centre: &[f64]) -> Self {
         let chart = Chart::new(m, &state.inputs.drives, &state.coordinates);
-        Self { chart, product: Product::of(sources), sources, centre: centre.to_vec() }
+        Self { chart, product: Product::of(sources), sources, centre: centre.to_vec(), rooms: Rooms::default() }
     }
 
     /// Divides the sets along what moves most, as seen from a point; false where nothing does.
@@ -175,12 +177,8 @@ impl<'m> Encloser<'m> {
         let far = |(x, from): (&Interval, &f64)| (*x - Interval::from_point(*from)).size();
         let mut sizes: Vec<f64> = part.around(from).iter().zip(from).map(far).collect();
         let group = |block: &Block| Group { range: block.range(), radius: block.radius(from) };
-        let mut groups: Vec<Group> = self.product.blocks.iter().map(group).collect();
-        for _ in 0..if off { self.chart.mechanism.n_unknowns() } else { 0 } {
-            groups.push(Group { range: sizes.len()..sizes.len() + 1, radius: f64::INFINITY });
-            sizes.push(1.0);
-        }
-        Forms::new(sizes, groups)
+        sizes.resize(sizes.len() + if off { self.chart.mechanism.n_unknowns() } else { 0 }, 1.0);
+        Forms::new(sizes, self.product.blocks.iter().map(group), &self.rooms)
     }
 
     /// All that depends on poses `q0 + S d + z` and on their parameters, for z with its coordinates in a box, if any.
@@ -245,8 +243,8 @@ impl<'m> Encloser<'m> {
     /// so that what is of second order is known from what these derivatives are in first order. It is summed over all rows
     /// before it is bounded, because most of it cancels.
     fn bent(&self, modes: &Modes, part: &Part, at: &At, slopes: &[f64]) -> Vec<Interval> {
-        let forms = &self.forms(part, &at.x, false);
-        let straight = self.expand(forms, at, slopes, None).equations;
+        let forms = self.forms(part, &at.x, false);
+        let straight = self.expand(&forms, at, slopes, None).equations;
         let (n, rows) = (self.product.n, at.near.len());
         let v = points(&at.near);
         let there = modes.corrections_of(&self.chart.residual(&self.chart.poses(&v), &at.parameters));
@@ -264,13 +262,13 @@ impl<'m> Encloser<'m> {
                 let moved = along_poses[row].iter().map(|&(column, value)| (slopes[column * n + k], value));
                 forms.sum(moved.chain([(-1.0, own[k])]).filter(|(c, form)| *c != 0.0 && !form.is_zero()))
             };
-            self.product.slabs.split_forms(forms, (0..n).map(along).collect())
+            self.product.slabs.split_forms(&forms, (0..n).map(along).collect())
         };
         let derivatives: Vec<Vec<Form<'_>>> = (0..rows).map(derivatives).collect();
         let coordinate = |i: usize| {
             let along = |k: usize| {
                 let terms = modes.correction(i).iter().zip(&derivatives).map(|(c, of)| (*c, of[k]));
-                forms.sum(terms.filter(|(c, form)| *c != 0.0 && !form.is_zero())).parts(at.x.len())
+                forms.parts_of_sum(terms.filter(|(c, form)| *c != 0.0 && !form.is_zero()), at.x.len())
             };
             let gained = Second::of(&self.product, (0..at.x.len()).map(along)).reach(&self.product, part, &at.x);
             Interval::of_size(gained) - there[i]
@@ -314,8 +312,11 @@ impl<'m> Encloser<'m> {
             if !z.iter().all(|z| z.is_finite()) || largest(&z) > LOST * largest(&bent) {
                 return None;
             }
+            let before = forms.count();
             let expanded = self.expand(forms, at, slopes, Some((&modes, &z)));
+            let after = forms.count();
             let defect = Defect::of(&modes, forms, &expanded.equations.along_poses);
+            forms.back_to(after);
             let image: Vec<Interval> = defect.times(&z).iter().zip(&bent).map(|(e, bent)| *bent + *e).collect();
             if z.iter().zip(&image).all(|(z, image)| z.surrounds(*image)) {
                 let (from, near, slopes) = (at.x.clone(), at.near.clone(), slopes.to_vec());
@@ -324,6 +325,7 @@ impl<'m> Encloser<'m> {
                 return found.holds(at).then_some((found, expanded));
             }
             z = image.iter().zip(&point).map(wider).collect();
+            forms.back_to(before);
         }
         None
     }

@@ -53,14 +53,17 @@ impl Slabs {
     /// Along the largest motions, these being given row by row for every own coordinate; `reach` is how far the sets go
     /// along a direction.
     pub fn largest(n: usize, motions: &[f64], reach: impl Fn(&[f64]) -> f64) -> Option<Self> {
-        if motions.is_empty() {
+        // What moves nothing has no part in it, and would only trouble the iteration.
+        let moving: Vec<usize> = (0..n).filter(|&k| motions.iter().skip(k).step_by(n).any(|x| *x != 0.0)).collect();
+        if moving.is_empty() {
             return None;
         }
-        let matrix = DMatrix::from_row_slice(motions.len() / n, n, motions);
+        let matrix = DMatrix::from_fn(motions.len() / n, moving.len(), |i, j| motions[i * n + moving[j]]);
         let svd = singular_values(matrix, false, true)?;
         let v = svd.v_t?;
         let motion = |k: usize| {
-            let m: Vec<f64> = v.row(k).iter().copied().collect();
+            let mut m = vec![0.0; n];
+            moving.iter().zip(v.row(k).iter()).for_each(|(&at, x)| m[at] = *x);
             let reach = reach(&m) * (1.0 + SHARED);
             (svd.singular_values[k] * reach, m, reach)
         };

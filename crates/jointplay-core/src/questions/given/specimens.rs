@@ -129,7 +129,8 @@ impl Mechanism {
         beside: &[f64],
         put: impl Fn(&Source, &[f64], &[f64], &mut [f64]) + Sync,
     ) -> Vec<f64> {
-        let width = self.n_parameters();
+        // Of no parameters there are no rows to go through.
+        let width = self.n_parameters().max(1);
         let clearances: Vec<&Source> = self.sources().iter().filter(|source| source.is_clearance).collect();
         let mut found = specimens.to_vec();
         let size = CHUNK * width;
