@@ -297,6 +297,20 @@ impl Faces {
         Self { nearest, open, extent: Extent::Tapered(tapered, f) }
     }
 
+    /// The coordinates that nothing pushes, as [`Set::unforced`] has them; `None` for tapered squares, whose forces tell
+    /// it, not their faces.
+    #[inline(always)]
+    pub fn unforced(&self) -> Option<[Unforced; LANES]> {
+        let of = |parts: [&Block; 3]| std::array::from_fn(|i| Unforced::of(parts.map(|part| part.0[i] != 0.0)));
+        let none = Block::splat(0.0);
+        match &self.extent {
+            Extent::Round(_) | Extent::Interval(_) => Some(of([&self.open, &none, &none])),
+            Extent::Diamond(faces) => Some(of([&faces.whole, &none, &none])),
+            Extent::Pin(_, parts) => Some(of([&parts[0], &parts[1], &parts[2]])),
+            Extent::Tapered(..) => None,
+        }
+    }
+
     /// Half of the range of `direction . offset` over every face.
     #[inline(always)]
     pub fn half_width(&self, direction: &[&Block]) -> Block {
@@ -479,8 +493,12 @@ mod tests {
                     &Pressed { forces: &w, tolerance: &Block::splat(TOLERANCE), before: &before, unforced: &unforced },
                 );
                 let width = faces.half_width(&direction);
+                let not_pushed = faces.unforced().filter(|_| round % 2 == 0);
                 for lane in 0..LANES {
                     let of = |blocks: &[&Block]| blocks.iter().map(|b| b.0[lane]).collect::<Vec<f64>>();
+                    if let Some(not_pushed) = not_pushed {
+                        assert_eq!(not_pushed[lane], set.unforced(&of(&w), TOLERANCE), "{set:?} {:?}", of(&w));
+                    }
                     let masked = set.masked_force(&of(&w), unforced[lane]);
                     let face = set.face(&masked[..n], TOLERANCE);
                     assert_eq!(faces.open.0[lane] == 0.0, face.is_point(), "{set:?} {:?}", of(&w));

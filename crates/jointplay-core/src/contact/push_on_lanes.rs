@@ -13,11 +13,17 @@ pub(crate) fn unforced_of<'b>(
     gradient: impl Fn(usize) -> &'b Block,
     scale: &Block,
 ) -> Vec<[Unforced; LANES]> {
+    let tolerance = scale.mul(&Block::splat(UNDECIDED));
     let unforced = |source: &Source| {
-        std::array::from_fn(|i| {
-            let mut w = [0.0; MAX_SIZE];
-            w.iter_mut().zip(source.range()).for_each(|(w, p)| *w = gradient(p).0[i]);
-            source.set.unforced(&w[..source.set.size()], source.undecided(UNDECIDED * scale.0[i]))
+        if source.set.is_zero() {
+            return [Unforced::default(); LANES];
+        }
+        exposed(source, &gradient, &tolerance, None).unforced().unwrap_or_else(|| {
+            std::array::from_fn(|i| {
+                let mut w = [0.0; MAX_SIZE];
+                w.iter_mut().zip(source.range()).for_each(|(w, p)| *w = gradient(p).0[i]);
+                source.set.unforced(&w[..source.set.size()], source.undecided(tolerance.0[i]))
+            })
         })
     };
     m.sources().iter().map(unforced).collect()

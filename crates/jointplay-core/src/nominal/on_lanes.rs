@@ -8,11 +8,11 @@ use crate::closure::newton::{Solver, State};
 use crate::closure::recorded::elimination::Linear;
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::poses_of;
-use crate::closure::recorded::step::{evaluate, record_step, step_by};
+use crate::closure::recorded::step::{Moved, Step, evaluate, record_step, step_by};
 use crate::closure::recorded::{SMALL_ANGLE, structure};
 use crate::closure::tree::on_lanes::OnTree;
 use crate::math::lanes::block::{Block, LANES};
-use crate::math::space::Component;
+use crate::math::space::{Component, Space};
 use crate::mechanism::Mechanism;
 use crate::program::symbol::{Recorder, Symbol};
 use crate::program::tape::Program;
@@ -21,6 +21,8 @@ use crate::program::tape::Program;
 const STEPS: usize = 10;
 /// Largest turn of a drive, radians: the step knows an angle by its sine, which has another root half a turn on.
 const LARGEST_TURN: f64 = 1.0;
+/// Coordinates that are taken from the lanes at a time.
+const AT_ONCE: usize = 8;
 /// A step below this (length-scaled) is the last: the next would be its square, times what the inverse of
 /// the Jacobian magnifies, which is bounded where a row is not in doubt.
 const LAST: f64 = 1e-8;
@@ -50,6 +52,8 @@ pub struct Follow<'m> {
     mechanism: &'m Mechanism,
     layout: Layout,
     step: Program,
+    /// Registers of the coordinates of all bodies.
+    coordinates: Vec<usize>,
 }
 
 impl<'m> Follow<'m> {
@@ -63,20 +67,33 @@ impl<'m> Follow<'m> {
         symbolic.inputs.parameters.fill(Symbol::Constant(0.0));
         let turn = layout.turn(m, &recorder);
         // With perfect joints the rows are those of a tree and its loops.
-        let outputs = if let Some(linear) = OnTree::new(solver, &poses_of(m, &symbolic)) {
+        let (mut outputs, twists, judged) = if let Some(linear) = OnTree::new(solver, &poses_of(m, &symbolic)) {
             let [residual, _] = evaluate(m, &symbolic);
-            let (mut outputs, _, size) = step_by(m, &symbolic, &residual, &linear, &turn);
-            outputs.extend([size, linear.pivot_product(), linear.singular_estimate(m)]);
-            outputs
+            let Moved { numbers, size, twists, .. } = step_by(m, &symbolic, &residual, &linear, &turn);
+            (numbers, twists, [size, linear.pivot_product(), linear.singular_estimate(m)])
         } else {
-            let step = record_step(solver, &symbolic, &turn)?;
-            let mut outputs = step.numbers;
-            outputs.extend([step.size, step.pivots, step.linear.singular_estimate(m)]);
-            outputs
+            let Step { numbers, size, twists, pivots, linear, .. } = record_step(solver, &symbolic, &turn)?;
+            (numbers, twists, [size, pivots, linear.singular_estimate(m)])
         };
-        let pose = m.n_parameters()..m.n_parameters() + layout.n_pose();
-        let step = Program::new(&recorder, m.n_parameters() + layout.n_varying(), &outputs, pose);
-        Some(Self { mechanism: m, layout, step })
+        let (first, end) = (m.n_parameters(), m.n_parameters() + layout.n_varying());
+        let angles = end..end + Self::n_angles(m);
+        let turned = angles.clone().zip(twists.iter().skip(2).step_by(m.size()));
+        outputs.extend(turned.map(|(angle, twist)| recorder.varying(angle) + *twist));
+        outputs.extend(judged);
+        let state = (first..first + layout.n_pose()).chain(angles.clone());
+        let step = Program::new(&recorder, angles.end, &outputs, state);
+        let coordinates = match m.space {
+            Space::Planar => {
+                angles.enumerate().flat_map(|(b, angle)| [first + 4 * b, first + 4 * b + 1, angle]).collect()
+            }
+            Space::Spatial => (first..first + layout.n_pose()).collect(),
+        };
+        Some(Self { mechanism: m, layout, step, coordinates })
+    }
+
+    /// Angles of bodies, which their pose numbers do not tell over full turns.
+    fn n_angles(m: &Mechanism) -> usize {
+        if m.space == Space::Planar { m.n_bodies() } else { 0 }
     }
 
     /// Registers to work in.
@@ -103,8 +120,14 @@ impl<'m> Follow<'m> {
         // Idle lanes repeat the last row.
         let given = |lane: usize| (from[lane.min(rows - 1)].coordinates, drives_of(lane.min(rows - 1)));
         self.layout.load_all(m, given, registers);
-        let n_pose = m.n_bodies() * m.space.n_pose_numbers();
-        let (size, pivots, clear) = (n_pose, n_pose + 1, n_pose + 2);
+        let (n_pose, n_angles) = (self.layout.n_pose(), Self::n_angles(m));
+        let angles = &mut registers[m.n_parameters() + self.layout.n_varying()..][..n_angles];
+        for (b, angle) in angles.iter_mut().enumerate() {
+            for lane in 0..LANES {
+                angle.0[lane] = given(lane).0[3 * b + 2];
+            }
+        }
+        let [size, pivots, clear] = [0, 1, 2].map(|k| n_pose + n_angles + k);
         let mut good = [true; LANES];
         for (row, start) in from.iter().enumerate() {
             good[row] = self.turns_little(start, drives_of(row));
@@ -137,12 +160,27 @@ impl<'m> Follow<'m> {
         for i in 0..LANES {
             clear[i] = if good[i] && done[i] { clear[i] } else { f64::NAN };
         }
-        let (numbers, width) = (&mut registers[m.n_parameters()..][..n_pose], m.space.n_pose_numbers());
-        let (size, n) = (m.n_body_coordinates(), m.n_coordinates());
-        for (b, numbers) in numbers.chunks_exact_mut(width).enumerate() {
-            let near = |row: usize| &from[row].coordinates[b * size..(b + 1) * size];
-            let taken = (0..rows).filter(|&row| clear[row].is_finite());
-            m.space.put_coordinates(numbers, taken, near, &mut found[b * size..], n);
+        if m.space == Space::Spatial {
+            for numbers in registers[m.n_parameters()..][..n_pose].chunks_exact_mut(m.space.n_pose_numbers()) {
+                normalise(&mut numbers[3..]);
+            }
+        }
+        // Some at a time: blocks lie far from each other in memory.
+        let n = self.coordinates.len();
+        for (first, coordinates) in self.coordinates.chunks(AT_ONCE).enumerate() {
+            let mut blocks = [&registers[0]; AT_ONCE];
+            for (block, &register) in blocks.iter_mut().zip(coordinates) {
+                *block = &registers[register];
+            }
+            for row in 0..rows {
+                if !clear[row].is_finite() {
+                    continue;
+                }
+                let found = &mut found[row * n + first * AT_ONCE..][..coordinates.len()];
+                for (found, block) in found.iter_mut().zip(&blocks) {
+                    *found = block.0[row];
+                }
+            }
         }
         clear
     }
@@ -153,5 +191,18 @@ impl<'m> Follow<'m> {
             let turn = by.coefficient * (drives[by.drive] - from.drives[by.drive]);
             matches!(row.component, Component::Along(_)) || turn.abs() <= LARGEST_TURN
         })
+    }
+}
+
+/// Gives quaternions unit size.
+#[inline(always)]
+fn normalise(quaternions: &mut [Block]) {
+    let mut sum = Block::splat(0.0);
+    for number in &*quaternions {
+        sum = sum.add(&number.mul(number));
+    }
+    let scale = Block::splat(1.0).div(&sum.sqrt());
+    for number in quaternions {
+        *number = number.mul(&scale);
     }
 }

@@ -64,7 +64,8 @@ impl Kernel for Run<'_, '_> {
         done.trace.coordinates.resize(n * width, f64::NAN);
         done.trace.status.clear();
         done.negative.clear();
-        let rows = Rows { solver, from, drives };
+        let scaled = scaled_columns(m, n, drives);
+        let rows = Rows { solver, from, drives, scaled: &scaled };
         let Some(follow) = follow else {
             (0..n).for_each(|_| rows.add_plainly(done));
             return;
@@ -99,6 +100,18 @@ struct Rows<'t, 'm> {
     solver: &'t Solver<'m>,
     from: &'t State,
     drives: &'t [f64],
+    /// See [`scaled_columns`].
+    scaled: &'t [f64],
+}
+
+/// The values of every drive one after the other, with lengths as parts of the characteristic one.
+fn scaled_columns(m: &Mechanism, n: usize, drives: &[f64]) -> Vec<f64> {
+    let width = m.n_drives();
+    let column = |d: usize| {
+        let unit = 1.0 / m.unit(m.rows[m.driven_rows[d]].component);
+        drives.iter().skip(d).step_by(width).take(n).map(move |q| q * unit)
+    };
+    (0..width).flat_map(column).collect()
 }
 
 impl Rows<'_, '_> {
@@ -123,32 +136,42 @@ impl Rows<'_, '_> {
         done.trace.status.iter().rposition(|s| *s == Status::Ok)
     }
 
+    /// Squared distances of the drive values of a row from those of some earlier ones; without end from one that is not
+    /// regular.
+    #[inline(always)]
+    fn distances(&self, done: &Traced, from: Range<usize>, to: usize, found: &mut [f64]) {
+        for (distance, status) in found.iter_mut().zip(&done.trace.status[from.clone()]) {
+            *distance = if *status == Status::Ok { 0.0 } else { f64::INFINITY };
+        }
+        let n = self.scaled.len() / self.solver.mechanism.n_drives();
+        for column in self.scaled.chunks_exact(n) {
+            for (distance, q) in found.iter_mut().zip(&column[from.clone()]) {
+                *distance += (q - column[to]) * (q - column[to]);
+            }
+        }
+    }
+
     /// For each of the next rows the regular one that is nearest to it, as far as they have been looked at.
+    #[inline(always)]
     fn nearest(&self, done: &Traced, rows: Range<usize>) -> Vec<Option<usize>> {
-        let m = self.solver.mechanism;
         let Some(last) = Self::last(done) else { return vec![None; rows.len()] };
-        let unit = |d: usize| 1.0 / m.unit(m.rows[m.driven_rows[d]].component);
-        let units: Vec<f64> = (0..m.n_drives()).map(|d| unit(d) * unit(d)).collect();
-        let distance = |from: usize, to: usize| -> f64 {
-            if done.trace.status[from] != Status::Ok {
-                return f64::INFINITY;
-            }
-            let (mut sum, n) = (0.0, units.len());
-            for (d, unit) in units.iter().enumerate() {
-                let apart = self.drives[from * n + d] - self.drives[to * n + d];
-                sum += apart * apart * unit;
-            }
-            sum
+        let distance = |from: usize, to: usize| {
+            let mut found = [0.0];
+            self.distances(done, from..from + 1, to, &mut found);
+            found[0]
         };
+        let window = last.saturating_sub(WINDOW)..last + 1;
+        let mut distances = vec![0.0; window.len()];
         let mut near = last;
-        let nearest = rows.enumerate().map(|(k, to)| {
+        let mut nearest = Vec::with_capacity(rows.len());
+        for (k, to) in rows.enumerate() {
             let mut least = f64::INFINITY;
             if k % LOOK == 0 {
+                self.distances(done, window.clone(), to, &mut distances);
                 // Of equal ones the oldest: a line of a grid goes on beside the line before it.
-                for from in last.saturating_sub(WINDOW)..=last {
-                    let d = distance(from, to);
-                    if d < least * (1.0 - 1e-9) {
-                        (near, least) = (from, d);
+                for (from, d) in window.clone().zip(&distances) {
+                    if *d < least * (1.0 - 1e-9) {
+                        (near, least) = (from, *d);
                     }
                 }
             } else {
@@ -163,9 +186,9 @@ impl Rows<'_, '_> {
                     (near, least) = (from, distance(from, to));
                 }
             }
-            Some(near)
-        });
-        nearest.collect()
+            nearest.push(Some(near));
+        }
+        nearest
     }
 
     /// Adds the next row, followed plainly from the last one.
@@ -177,11 +200,11 @@ impl Rows<'_, '_> {
         let inputs = Inputs::nominal(m, drives);
         let last = State { coordinates: coordinates.to_vec(), inputs, negative };
         let drives = self.drives(row..row + 1);
-        let followed = self.solver.follow(&last, &Inputs::nominal(m, drives)).or_else(|status| {
+        let followed = self.solver.follow_part(&last, &Inputs::nominal(m, drives)).or_else(|(reached, status)| {
             let other = match status {
                 // No branch leads on from a singular state: the guess chooses one anew.
                 Status::Singular => m.first_state(drives).map(|(_, state)| state),
-                _ => m.dead_centre(&last, drives),
+                _ => m.dead_centre(&last.inputs.drives, &reached, drives),
             };
             other.ok_or(status)
         });

@@ -3,6 +3,7 @@
 use crate::closure::equations::{Command, Inputs};
 use crate::closure::newton::State;
 use crate::math::lanes::block::{Block, LANES};
+use crate::math::lanes::trig::sin_cos;
 use crate::math::space::{Component, Space};
 use crate::mechanism::Mechanism;
 use crate::program::symbol::{Recorder, Symbol};
@@ -74,55 +75,14 @@ impl Layout {
     /// Puts a pose and drive values into the varying inputs of one lane.
     #[inline(always)]
     pub fn load(m: &Mechanism, coordinates: &[f64], drives: &[f64], registers: &mut [Block], lane: usize) {
-        let mut inputs =
-            vec![0.0; m.n_bodies() * m.space.n_pose_numbers() + 3 * m.n_commands() + m.space.n_turn_numbers()];
-        Self::put_inputs(m, coordinates, drives, 0, &mut inputs);
-        for (block, input) in registers[m.n_parameters()..].iter_mut().zip(inputs) {
-            block.0[lane] = input;
-        }
-    }
-
-    /// The same for all lanes, some at a time: their numbers lie together in the memory of a block, and far from
-    /// the next block's.
-    #[inline(always)]
-    pub fn load_all<'a>(&self, m: &Mechanism, of: impl Fn(usize) -> (&'a [f64], &'a [f64]), registers: &mut [Block]) {
-        const AT_ONCE: usize = 8;
-        // Pose numbers in space are the coordinates.
-        let n = self.n_varying();
-        let same = if m.space == Space::Spatial { self.pose } else { 0 };
-        let mut rows = vec![0.0; AT_ONCE * n];
-        let inputs = &mut registers[m.n_parameters()..][..n];
-        for first in (0..LANES).step_by(AT_ONCE) {
-            let given: [_; AT_ONCE] = std::array::from_fn(|k| of(first + k));
-            let poses = given.map(|(coordinates, _)| &coordinates[..same]);
-            for (row, (coordinates, drives)) in rows.chunks_exact_mut(n).zip(given) {
-                Self::put_inputs(m, coordinates, drives, same, row);
-            }
-            for (k, block) in inputs[..same].iter_mut().enumerate() {
-                for i in 0..AT_ONCE {
-                    block.0[first + i] = poses[i][k];
-                }
-            }
-            for (k, block) in inputs.iter_mut().enumerate().skip(same) {
-                for i in 0..AT_ONCE {
-                    block.0[first + i] = rows[i * n + k];
-                }
-            }
-        }
-    }
-
-    /// Puts the inputs of one configuration, the first ones left out.
-    #[inline(always)]
-    fn put_inputs(m: &Mechanism, coordinates: &[f64], drives: &[f64], skipped: usize, inputs: &mut [f64]) {
-        let mut k = skipped;
+        let mut inputs = registers[m.n_parameters()..].iter_mut();
         let mut put = |value: f64| {
-            inputs[k] = value;
-            k += 1;
-        };
-        if skipped == 0 {
-            for coordinates in coordinates.chunks_exact(m.n_body_coordinates()) {
-                m.space.put_pose_numbers(coordinates, &mut put);
+            if let Some(block) = inputs.next() {
+                block.0[lane] = value;
             }
+        };
+        for coordinates in coordinates.chunks_exact(m.n_body_coordinates()) {
+            m.space.put_pose_numbers(coordinates, &mut put);
         }
         for (row, by) in m.driven() {
             let q = by.coefficient * drives[by.drive];
@@ -141,6 +101,39 @@ impl Layout {
             put(cosine);
         }
         m.put_turn_numbers(coordinates, put);
+    }
+
+    /// The same for all lanes.
+    #[inline(always)]
+    pub fn load_all<'a>(&self, m: &Mechanism, of: impl Fn(usize) -> (&'a [f64], &'a [f64]), registers: &mut [Block]) {
+        let given: [(&[f64], &[f64]); LANES] = std::array::from_fn(of);
+        let (poses, rest) = registers[m.n_parameters()..][..self.n_varying()].split_at_mut(self.pose);
+        m.space.load_poses(|lane| given[lane].0, poses);
+        let (commands, turns) = rest.split_at_mut(3 * self.drives);
+        let (driven, references) = commands.split_at_mut(3 * m.n_driven);
+        for ((row, by), command) in m.driven().zip(driven.chunks_exact_mut(3)) {
+            let values = std::array::from_fn(|i| by.coefficient * given[i].1[by.drive]);
+            let [sines, cosines] = match row.component {
+                Component::Along(_) => [[0.0; LANES], [1.0; LANES]],
+                Component::About(_) => sin_cos(&values),
+            };
+            for (block, numbers) in command.iter_mut().zip([values, sines, cosines]) {
+                block.0 = numbers;
+            }
+        }
+        for (lane, (coordinates, _)) in given.iter().enumerate() {
+            if !references.is_empty() {
+                let found = m.references(coordinates);
+                let numbers = found.iter().flat_map(|command| [command.value, command.sine, command.cosine]);
+                references.iter_mut().zip(numbers).for_each(|(block, number)| block.0[lane] = number);
+            }
+            let mut turns = turns.iter_mut();
+            m.put_turn_numbers(coordinates, |number| {
+                if let Some(block) = turns.next() {
+                    block.0[lane] = number;
+                }
+            });
+        }
     }
 
     fn command<'r>(&self, recorder: &'r Recorder, drive: usize) -> Command<Symbol<'r>> {
@@ -183,31 +176,26 @@ impl Layout {
 }
 
 impl Space {
-    /// The coordinates of one body in some lanes from its pose numbers, row by row `n` numbers apart. Those of
-    /// a lane have moved from nearby ones by steps, in which a quaternion keeps its sign.
+    /// Puts the pose numbers of all bodies in all lanes, some lanes at a time: their numbers lie together in the memory
+    /// of a block, and far from the next block's.
     #[inline(always)]
-    pub(crate) fn put_coordinates<'s>(
-        self,
-        numbers: &mut [Block],
-        lanes: impl Iterator<Item = usize>,
-        near: impl Fn(usize) -> &'s [f64],
-        coordinates: &mut [f64],
-        n: usize,
-    ) {
-        if self == Self::Spatial {
-            let square = |b: &Block| b.mul(b);
-            let sum = numbers[4..].iter().fold(square(&numbers[3]), |sum, b| sum.add(&square(b)));
-            let scale = Block::splat(1.0).div(&sum.sqrt());
-            for number in &mut numbers[3..] {
-                *number = number.mul(&scale);
+    fn load_poses<'a>(self, coordinates: impl Fn(usize) -> &'a [f64], numbers: &mut [Block]) {
+        const AT_ONCE: usize = 8;
+        let (width, n_coordinates) = (self.n_pose_numbers(), self.n_coordinates());
+        for first in (0..LANES).step_by(AT_ONCE) {
+            let rows: [&[f64]; AT_ONCE] = std::array::from_fn(|k| coordinates(first + k));
+            for (body, numbers) in numbers.chunks_exact_mut(width).enumerate() {
+                for (k, block) in numbers[..n_coordinates].iter_mut().enumerate() {
+                    for i in 0..AT_ONCE {
+                        block.0[first + i] = rows[i][body * n_coordinates + k];
+                    }
+                }
             }
         }
-        let size = self.n_coordinates();
-        for lane in lanes {
-            let coordinates = &mut coordinates[lane * n..lane * n + size];
-            match self {
-                Self::Planar => self.coordinates_of_numbers(|k| numbers[k].0[lane], near(lane), coordinates),
-                Self::Spatial => coordinates.iter_mut().zip(&*numbers).for_each(|(c, number)| *c = number.0[lane]),
+        if self == Self::Planar {
+            for numbers in numbers.chunks_exact_mut(width) {
+                let [sines, cosines] = sin_cos(&numbers[2].0);
+                (numbers[2].0, numbers[3].0) = (cosines, sines);
             }
         }
     }

@@ -14,6 +14,8 @@ pub(crate) struct Step<'e, 'r> {
     pub turn: Vec<Symbol<'r>>,
     /// Square of the largest component of the step, length-scaled.
     pub size: Symbol<'r>,
+    /// The step of all bodies.
+    pub twists: Vec<Symbol<'r>>,
     pub pivots: Symbol<'r>,
     pub residual: Vec<Symbol<'r>>,
     pub linear: Eliminated<'e, 'r>,
@@ -50,8 +52,8 @@ pub(crate) fn record_step_by<'e, 'r>(
     let plan = solver.plan.as_ref()?;
     let factors = plan.replay(solver.picks.iter().map(|&p| derivatives[p]), |_, _| true)?;
     let linear = Eliminated { plan, factors };
-    let (numbers, turn, size) = step_by(m, symbolic, &residual, &linear, turn);
-    Some(Step { numbers, turn, size, pivots: linear.pivot_product(), residual, linear })
+    let Moved { numbers, turn, size, twists } = step_by(m, symbolic, &residual, &linear, turn);
+    Some(Step { numbers, turn, size, twists, pivots: linear.pivot_product(), residual, linear })
 }
 
 /// Numbers that are zero, or none where the flanks of a coupling would pass through each other.
@@ -68,15 +70,24 @@ fn jams<'r>(m: &Mechanism, symbolic: &Symbolic<'r>) -> Vec<Symbol<'r>> {
     taken.map(jam).collect()
 }
 
-/// Pose numbers after a Newton step, what the output's body has turned, and the square of the step's largest
-/// component, length-scaled.
+/// A pose after a Newton step.
+pub(crate) struct Moved<'r> {
+    pub numbers: Vec<Symbol<'r>>,
+    /// What the output's body has turned.
+    pub turn: Vec<Symbol<'r>>,
+    /// Square of the step's largest component, length-scaled.
+    pub size: Symbol<'r>,
+    /// The step of all bodies.
+    pub twists: Vec<Symbol<'r>>,
+}
+
 pub(crate) fn step_by<'r>(
     m: &Mechanism,
     symbolic: &Symbolic<'r>,
     residual: &[Symbol<'r>],
     linear: &impl Linear<'r>,
     turn: &[Symbol<'r>],
-) -> (Vec<Symbol<'r>>, Vec<Symbol<'r>>, Symbol<'r>) {
+) -> Moved<'r> {
     let zero = Symbol::Constant(0.0);
     let width = m.space.n_pose_numbers();
     let mut right: Vec<Symbol<'r>> = residual.iter().map(|&r| -r).collect();
@@ -97,5 +108,5 @@ pub(crate) fn step_by<'r>(
     let size = jams(m, symbolic).into_iter().fold(size, |size, jam| size + jam);
     let bodies = symbolic.numbers.chunks_exact(width).zip(step.chunks_exact(m.size()));
     let numbers = bodies.flat_map(|(n, s)| m.space.move_numbers(n, s)).collect();
-    (numbers, m.move_turn_numbers(turn, &step), size)
+    Moved { numbers, turn: m.move_turn_numbers(turn, &step), size, twists: step }
 }

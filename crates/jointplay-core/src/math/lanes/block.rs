@@ -186,10 +186,16 @@ pub(crate) fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 
     sum
 }
 
-/// Sine and cosine of `x` eighths of a turn, for `x` from -1 to 1 (power series).
+/// Sine and cosine of `x` eighths of a turn, for `x` from -1 to 1.
 #[inline(always)]
 #[must_use]
 pub fn sin_cos_eighths(x: f64) -> (f64, f64) {
+    sin_cos_near_zero(x * std::f64::consts::FRAC_PI_4)
+}
+
+/// Sine and cosine of an angle within an eighth of a turn (power series).
+#[inline(always)]
+pub(crate) fn sin_cos_near_zero(angle: f64) -> (f64, f64) {
     const SINE: [f64; 8] = [
         -1.0 / 1_307_674_368_000.0,
         1.0 / 6_227_020_800.0,
@@ -211,7 +217,6 @@ pub fn sin_cos_eighths(x: f64) -> (f64, f64) {
         -0.5,
         1.0,
     ];
-    let angle = x * std::f64::consts::FRAC_PI_4;
     let square = angle * angle;
     (angle * polynomial(square, SINE), polynomial(square, COSINE))
 }

@@ -3,6 +3,7 @@
 pub(crate) mod block;
 pub(crate) mod normal;
 pub(crate) mod simd;
+pub(crate) mod trig;
 
 pub use block::{Block, LANES};
 pub use simd::{Kernel, Width, dispatch, limit, width};
