@@ -33,6 +33,12 @@ pub fn scale<S: Real>(a: Vec3<S>, s: S) -> Vec3<S> {
     [a[0] * s, a[1] * s, a[2] * s]
 }
 
+/// Scalar product of vectors of numbers of any size.
+#[must_use]
+pub fn inner(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 /// Euclidean length of a vector of numbers of any size.
 #[must_use]
 pub fn norm(v: &[f64]) -> f64 {

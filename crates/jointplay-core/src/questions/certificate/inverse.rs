@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::math::interval::Interval;
+use crate::math::vector::inner;
 use crate::questions::certificate::chart::Entries;
 
 /// Entries smaller than this part of the largest of their row and of their column are rounding.
@@ -65,8 +66,7 @@ impl Inverse {
 
     /// The product of another square matrix, row by row, with it.
     pub fn transposed_rows(&self, matrix: &[f64]) -> Vec<f64> {
-        let along = |row: &[f64], column: &[f64]| row.iter().zip(column).map(|(a, b)| a * b).sum::<f64>();
         let rows = matrix.chunks_exact(self.n);
-        rows.flat_map(|row| self.columns.chunks_exact(self.n).map(move |column| along(row, column))).collect()
+        rows.flat_map(|row| self.columns.chunks_exact(self.n).map(move |column| inner(row, column))).collect()
     }
 }

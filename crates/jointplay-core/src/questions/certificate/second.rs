@@ -22,7 +22,7 @@
 //! ```
 
 use crate::math::interval::Interval;
-use crate::math::vector::norm;
+use crate::math::vector::{inner, norm};
 use crate::questions::certificate::blocks::{Part, Product};
 
 /// What sums of non-negative numbers are raised by, and what all other sums may be off by as a part of their terms.
@@ -45,10 +45,6 @@ pub(super) struct Second {
     blocks: Vec<f64>,
     rows: Vec<f64>,
     rest: Vec<f64>,
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Second {
@@ -75,7 +71,7 @@ impl Second {
         for a in &product.blocks {
             for b in &product.blocks {
                 let rows = a.range().map(|k| &curvature[k * n..(k + 1) * n][b.range()]);
-                let square: f64 = rows.map(|row| dot(row, row)).sum();
+                let square: f64 = rows.map(|row| inner(row, row)).sum();
                 second.blocks.push(square.sqrt() * RAISED);
             }
         }
@@ -106,7 +102,7 @@ impl Second {
 
     /// The curvature times a vector.
     fn bend(&self, d: &[f64]) -> Vec<f64> {
-        self.curvature.chunks_exact(d.len().max(1)).map(|row| dot(row, d)).collect()
+        self.curvature.chunks_exact(d.len().max(1)).map(|row| inner(row, d)).collect()
     }
 
     /// What the rests come to on a part.
@@ -130,7 +126,7 @@ impl Second {
     pub fn reach(&self, product: &Product, part: &Part, from: &[f64]) -> f64 {
         let radii: Vec<f64> = product.blocks.iter().map(|block| block.reach(part, from)).collect();
         let bent: f64 =
-            self.blocks.chunks_exact(radii.len().max(1)).zip(&radii).map(|(row, r)| r * dot(row, &radii)).sum();
+            self.blocks.chunks_exact(radii.len().max(1)).zip(&radii).map(|(row, r)| r * inner(row, &radii)).sum();
         let along = |(block, r): (&super::blocks::Block, &f64)| r * norm(&self.gradient[block.range()]);
         let straight: f64 = product.blocks.iter().zip(&radii).map(along).sum();
         (straight + 0.5 * bent + self.rests(part, from)) * RAISED
@@ -155,8 +151,9 @@ impl Second {
         let bent_c = self.bend(&c);
         let h: Vec<f64> = g.iter().zip(&bent_c).map(|(g, b)| g + b).collect();
         let sizes = &self.blocks;
-        let least: Vec<f64> =
-            (0..n_blocks).map(|b| dot(&sizes[b * n_blocks..(b + 1) * n_blocks], &radii) / radii[b] * RAISED).collect();
+        let least: Vec<f64> = (0..n_blocks)
+            .map(|b| inner(&sizes[b * n_blocks..(b + 1) * n_blocks], &radii) / radii[b] * RAISED)
+            .collect();
         let (mut s, mut t, mut l) = (vec![0.0; from.len()], h.clone(), vec![0.0; n_blocks]);
         for _ in 0..STEPS {
             for (b, block) in product.blocks.iter().enumerate() {
@@ -165,7 +162,7 @@ impl Second {
             }
             t = self.bend(&s).iter().zip(&h).map(|(b, h)| h + b).collect();
         }
-        let (mut sum, mut weight) = (dot(&g, &c) + 0.5 * dot(&c, &bent_c), 0.0);
+        let (mut sum, mut weight) = (inner(&g, &c) + 0.5 * inner(&c, &bent_c), 0.0);
         for (b, block) in product.blocks.iter().enumerate() {
             for k in block.range() {
                 let left = t[k] - l[b] * s[k];
@@ -175,6 +172,6 @@ impl Second {
             sum += 0.5 * l[b] * radii[b].powi(2);
             weight += (l[b] + 4.0 * least[b]) * radii[b].powi(2);
         }
-        sum + ROUNDING * (weight + dot(&c, &bent_c).abs()) + (beside + self.rests(part, from)) * RAISED
+        sum + ROUNDING * (weight + inner(&c, &bent_c).abs()) + (beside + self.rests(part, from)) * RAISED
     }
 }

@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::math::affine::{Form, Forms};
 use crate::math::decomposition::singular_values;
 use crate::math::interval::Interval;
-use crate::questions::certificate::second::dot;
+use crate::math::vector::inner;
 
 /// Directions whose motions are this part of the largest, or more, are divided; so many of them at most.
 const LARGE: f64 = 0.3;
@@ -72,7 +72,7 @@ impl Slabs {
         let largest = all.first()?.0;
         let mut slabs = Self::none(n);
         for (size, m, reach) in all.into_iter().take(MOST).filter(|(size, ..)| *size >= LARGE * largest) {
-            let square = dot(&m, &m);
+            let square = inner(&m, &m);
             slabs.rows.push(m.iter().map(|m| m / reach).collect());
             slabs.shares.push(m.iter().map(|m| m * reach / square).collect());
             slabs.sizes.push(size / largest);
@@ -105,7 +105,7 @@ impl Slabs {
 
     /// Own coordinates, with where they are in the slabs, to rounding.
     pub fn point(&self, x: &[f64]) -> Vec<f64> {
-        x.iter().copied().chain(self.rows.iter().map(|m| dot(m, x))).collect()
+        x.iter().copied().chain(self.rows.iter().map(|m| inner(m, x))).collect()
     }
 
     /// A point at a place in the slabs, with where it is to rounding.
@@ -122,8 +122,8 @@ impl Slabs {
         let widths: Vec<f64> = part.iter().map(|x| x.width()).collect();
         let weighted = |k: usize| -> Vec<f64> { self.rows[k].iter().zip(&widths).map(|(m, w)| m * w).collect() };
         let moves: Vec<Vec<f64>> = (0..self.len()).map(weighted).collect();
-        let matrix = DMatrix::from_fn(self.len(), self.len(), |i, j| dot(&self.rows[i], &moves[j]));
-        let off = |k: usize| part[self.n + k].middle() - dot(&self.rows[k], x);
+        let matrix = DMatrix::from_fn(self.len(), self.len(), |i, j| inner(&self.rows[i], &moves[j]));
+        let off = |k: usize| part[self.n + k].middle() - inner(&self.rows[k], x);
         let off = DVector::from_fn(self.len(), |k, _| off(k));
         if let Some(steps) = matrix.lu().solve(&off).filter(|steps| steps.iter().all(|step: &f64| step.is_finite())) {
             for (step, along) in steps.iter().zip(&moves) {
@@ -143,7 +143,7 @@ impl Slabs {
 
     /// What is linear in own coordinates, by its numbers: what of it is along the slabs comes last.
     pub fn split(&self, row: &[f64]) -> Vec<f64> {
-        let along: Vec<f64> = self.shares.iter().map(|share| dot(share, row)).collect();
+        let along: Vec<f64> = self.shares.iter().map(|share| inner(share, row)).collect();
         let mut rest = row.to_vec();
         for (m, l) in self.rows.iter().zip(&along) {
             rest.iter_mut().zip(m).for_each(|(rest, m)| *rest -= l * m);
@@ -195,9 +195,9 @@ mod tests {
         let (slabs, row, x) = (slabs(), [0.3, -1.2, 0.8, 0.05, 2.0], [0.2, -0.9, 1.0, 0.4, -0.3]);
         let split = slabs.split(&row);
         let point = slabs.point(&x);
-        assert!((dot(&split, &point) - dot(&row, &x)).abs() <= slabs.rounding(&row, &split));
+        assert!((inner(&split, &point) - inner(&row, &x)).abs() <= slabs.rounding(&row, &split));
         // Nothing of the rest is along the slabs.
-        slabs.shares.iter().for_each(|share| assert!(dot(share, &split[..5]).abs() < 1e-12));
+        slabs.shares.iter().for_each(|share| assert!(inner(share, &split[..5]).abs() < 1e-12));
     }
 
     #[test]
