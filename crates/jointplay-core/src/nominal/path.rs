@@ -56,7 +56,7 @@ impl Mechanism {
     /// comes near: it is looked for where the last state that was reached is near the end of the way.
     pub(crate) fn dead_centre(&self, from: &[f64], last: &State, drives: &[f64]) -> Option<State> {
         let distance = |a: &[f64]| a.iter().zip(drives).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        if distance(&last.inputs.drives) >= NEAR_THE_END * distance(from) {
+        if distance(&last.inputs.drives) > NEAR_THE_END * distance(from) {
             return None;
         }
         let assembly = self.assemble_from(last.coordinates.clone(), drives, true);

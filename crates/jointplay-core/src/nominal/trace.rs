@@ -143,8 +143,9 @@ impl Rows<'_, '_> {
         for (distance, status) in found.iter_mut().zip(&done.trace.status[from.clone()]) {
             *distance = if *status == Status::Ok { 0.0 } else { f64::INFINITY };
         }
-        let n = self.scaled.len() / self.solver.mechanism.n_drives();
-        for column in self.scaled.chunks_exact(n) {
+        // A structure has no drives, and no columns.
+        let n = self.scaled.len() / self.solver.mechanism.n_drives().max(1);
+        for column in self.scaled.chunks_exact(n.max(1)) {
             for (distance, q) in found.iter_mut().zip(&column[from.clone()]) {
                 *distance += (q - column[to]) * (q - column[to]);
             }
