@@ -14,8 +14,8 @@ from jointplay import _core
 Array = NDArray[np.float64]
 #: by which part a value may be above its bound: the climbs end at offsets that are in their sets to rounding
 ROUNDING = 1e-12
-#: metres or radians that computed values are off by: `worst` and `given` differ by 1.2e-14 m on mechanisms of 0.3 m, and
-#: a rotation of a gear train by 6.6e-14 from its value with 40 digits
+#: metres or radians that computed values are off by: `worst` and `given` differ by 1.2e-14 m on mechanisms of 0.3 m,
+#: and a rotation of a gear train by 6.6e-14 from its value with 40 digits
 CLOSED = 2e-13
 #: metres or radians below which nothing moves
 RESTING = 1e-9
