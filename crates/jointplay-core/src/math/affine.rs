@@ -11,13 +11,14 @@
 //! Everything rounded is paid for: the coefficients are numbers like others, and what a sum or product of them may be off
 //! by, for unknowns of their sizes, is added to the remainder.
 
-mod kernels;
+mod unknowns;
 
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::rc::Rc;
 
-use crate::math::affine::kernels::{Finite, Reach, Scaled};
+use crate::math::affine::unknowns::{Finite, Scaled};
+pub(crate) use crate::math::affine::unknowns::{Group, Unknowns};
 use crate::math::interval::Interval;
 use crate::math::lanes::dispatch;
 use crate::math::real::Real;
@@ -28,21 +29,9 @@ const EPSILON: f64 = 2.0 * f64::EPSILON;
 /// Numbers of a form before its coefficients: centre, rest, and what the linear part reaches.
 const HEAD: usize = 3;
 
-/// Unknowns after each other that are bounded together besides: the length of their vector by a radius.
-pub(crate) struct Group {
-    pub range: std::ops::Range<usize>,
-    pub radius: f64,
-}
-
 /// Where forms of one set of unknowns are kept.
 pub(crate) struct Forms {
-    sizes: Vec<f64>,
-    /// Sizes of the unknowns that are bounded alone, zero for the others.
-    alone: Vec<f64>,
-    /// By the first unknown of every two that are bounded together, zero for the others: their sizes, and the radius.
-    pairs: [Vec<f64>; 3],
-    /// What more than two unknowns are bounded by together.
-    groups: Vec<Group>,
+    unknowns: Unknowns,
     numbers: RefCell<Vec<f64>>,
     rooms: Rooms,
 }
@@ -58,19 +47,10 @@ pub(crate) enum Form<'f> {
 }
 
 impl Forms {
-    /// For unknowns of given sizes, in groups.
-    pub fn new(sizes: Vec<f64>, groups: impl Iterator<Item = Group>, rooms: &Rooms) -> Self {
-        let groups: Vec<Group> = groups.filter(|group| group.range.len() > 1 && group.radius.is_finite()).collect();
-        let (mut alone, mut pairs) = (sizes.clone(), [(); 3].map(|()| vec![0.0; sizes.len()]));
-        for group in &groups {
-            alone[group.range.clone()].fill(0.0);
-            if let &[first, second] = &sizes[group.range.clone()] {
-                pairs.iter_mut().zip([first, second, group.radius]).for_each(|(of, x)| of[group.range.start] = x);
-            }
-        }
-        let groups = groups.into_iter().filter(|group| group.range.len() > 2).collect();
+    /// Of some unknowns.
+    pub fn new(unknowns: Unknowns, rooms: &Rooms) -> Self {
         let numbers = RefCell::new(rooms.borrow_mut().pop().unwrap_or_default());
-        Self { sizes, alone, pairs, groups, numbers, rooms: Rc::clone(rooms) }
+        Self { unknowns, numbers, rooms: Rc::clone(rooms) }
     }
 
     /// How many numbers are kept.
@@ -85,7 +65,7 @@ impl Forms {
 
     /// How many numbers a form has.
     fn length(&self) -> usize {
-        HEAD + self.sizes.len()
+        HEAD + self.unknowns.sizes.len()
     }
 
     /// A form by centre, coefficients that are not zero, and what it may be off by.
@@ -104,7 +84,7 @@ impl Forms {
     /// Finds what the linear part of a form reaches; false where that or another number is none.
     fn is_finished(&self, form: &mut [f64]) -> bool {
         let (head, coefficients) = form.split_at_mut(HEAD);
-        head[2] = dispatch(Reach { forms: self, coefficients }) * RAISED;
+        head[2] = self.unknowns.reach(coefficients) * RAISED;
         // Written so that what is not a number is none of the finite ones.
         head[0].abs() + head[1] + head[2] < f64::INFINITY
     }
@@ -161,7 +141,7 @@ impl Forms {
     /// Centre, the first coefficients, and the rest, to which the other unknowns belong then.
     fn first(&self, numbers: &[f64], n: usize) -> (f64, Vec<f64>, f64) {
         let (head, coefficients) = numbers.split_at(HEAD);
-        let others: f64 = coefficients[n..].iter().zip(&self.sizes[n..]).map(|(c, size)| c.abs() * size).sum();
+        let others: f64 = coefficients[n..].iter().zip(&self.unknowns.sizes[n..]).map(|(c, size)| c.abs() * size).sum();
         (head[0], coefficients[..n].to_vec(), (head[1] + others) * RAISED)
     }
 

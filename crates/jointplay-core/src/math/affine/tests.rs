@@ -5,7 +5,7 @@ use super::*;
 
 fn forms() -> Forms {
     let groups = [Group { range: 0..1, radius: f64::INFINITY }, Group { range: 1..3, radius: 0.1 }];
-    Forms::new(vec![0.2, 0.1, 0.1], groups.into_iter(), &Rooms::default())
+    Forms::new(Unknowns::new(vec![0.2, 0.1, 0.1], groups.into_iter()), &Rooms::default())
 }
 
 fn function<S: Real>(x: &[S]) -> Vec<S> {
@@ -61,7 +61,7 @@ fn a_form_reaches_what_its_unknowns_allow_alone_and_together() {
         // One unknown has nothing but its size, and what has corners has no radius.
         let radius = |k: usize| if k == 0 || k > 2 { f64::INFINITY } else { 0.5 };
         let groups = || ranges.iter().enumerate().map(|(k, range)| Group { range: range.clone(), radius: radius(k) });
-        let forms = Forms::new(sizes.clone(), groups(), &Rooms::default());
+        let forms = Forms::new(Unknowns::new(sizes.clone(), groups()), &Rooms::default());
         let c: Vec<f64> = (0..n).map(|_| rng.random_range(-1.0..1.0)).collect();
         let apart = |range: std::ops::Range<usize>| range.map(|k| c[k].abs() * sizes[k]).sum::<f64>();
         let together = |group: Group| {

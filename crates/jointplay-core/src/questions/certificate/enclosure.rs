@@ -18,7 +18,7 @@
 //! and stays on its branch. The box is one of z itself, or of other coordinates of it ([`Modes`]). Of a part of a part the same poses are sought, so that they need to be held only.
 
 use crate::closure::newton::State;
-use crate::math::affine::{Form, Forms, Group, Rooms};
+use crate::math::affine::{Form, Forms, Group, Rooms, Unknowns};
 use crate::math::interval::Interval;
 use crate::math::real::Real;
 use crate::math::vector::norm;
@@ -178,7 +178,7 @@ impl<'m> Encloser<'m> {
         let mut sizes: Vec<f64> = part.around(from).iter().zip(from).map(far).collect();
         let group = |block: &Block| Group { range: block.range(), radius: block.radius(from) };
         sizes.resize(sizes.len() + if off { self.chart.mechanism.n_unknowns() } else { 0 }, 1.0);
-        Forms::new(sizes, self.product.blocks.iter().map(group), &self.rooms)
+        Forms::new(Unknowns::new(sizes, self.product.blocks.iter().map(group)), &self.rooms)
     }
 
     /// All that depends on poses `q0 + S d + z` and on their parameters, for z with its coordinates in a box, if any.
