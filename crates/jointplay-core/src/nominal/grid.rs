@@ -21,6 +21,9 @@ use crate::mechanism::status::Status;
 use crate::nominal::on_lanes::{Follow, Start};
 use crate::nominal::trace::Trace;
 
+/// A step between neighbours that fails this near to its end may end in a dead centre.
+const NEAR_THE_END: f64 = 1e-3;
+
 /// A node with the states, of neighbours or from elsewhere, that may lead to it.
 type Task = (usize, Vec<Arc<State>>);
 
@@ -82,15 +85,22 @@ impl Block<'_, '_> {
         for state in from {
             match self.solver.follow_part(state, &to) {
                 Ok(next) => return (m.nominal_status(&next), Some(Arc::new(next))),
-                Err((last, _)) => {
-                    if let Some(next) = m.dead_centre(&state.inputs.drives, &last, &to.drives) {
+                Err((last, _)) if left(state, &last, &to) < NEAR_THE_END => {
+                    if let Some(next) = m.dead_centre(&last, &to.drives) {
                         return (Status::Singular, Some(Arc::new(next)));
                     }
                 }
+                Err(_) => {}
             }
         }
         (Status::NotAssembled, None)
     }
+}
+
+/// The part of the way that is left.
+fn left(from: &State, at: &State, to: &Inputs<f64>) -> f64 {
+    let distance = |a: &[f64]| a.iter().zip(&to.drives).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    distance(&at.inputs.drives) / distance(&from.inputs.drives).max(f64::MIN_POSITIVE)
 }
 
 impl Mechanism {

@@ -9,9 +9,6 @@ use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
 
-/// A way that fails with a smaller part of it left may end in a dead centre.
-const NEAR_THE_END: f64 = 1e-3;
-
 /// One configuration of the nominal mechanism.
 #[derive(Clone, Debug)]
 pub struct Configuration {
@@ -52,16 +49,11 @@ impl Mechanism {
         Some((solver, state))
     }
 
-    /// The singular state at the very end of a branch (a dead centre), which continuation from other drive values only
-    /// comes near: it is looked for where the last state that was reached is near the end of the way.
-    pub(crate) fn dead_centre(&self, from: &[f64], last: &State, drives: &[f64]) -> Option<State> {
-        let distance = |a: &[f64]| a.iter().zip(drives).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        if distance(&last.inputs.drives) > NEAR_THE_END * distance(from) {
-            return None;
-        }
-        let assembly = self.assemble_from(last.coordinates.clone(), drives, true);
+    /// The singular state at the very end of a branch (a dead centre), which continuation only comes near.
+    pub(crate) fn dead_centre(&self, near: &State, drives: &[f64]) -> Option<State> {
+        let assembly = self.assemble_from(near.coordinates.clone(), drives, true);
         let inputs = Inputs::nominal(self, drives);
-        let state = State { coordinates: assembly.coordinates, inputs, negative: last.negative };
+        let state = State { coordinates: assembly.coordinates, inputs, negative: near.negative };
         (assembly.converged && self.nominal_status(&state) == Status::Singular).then_some(state)
     }
 

@@ -201,11 +201,11 @@ impl Rows<'_, '_> {
         let inputs = Inputs::nominal(m, drives);
         let last = State { coordinates: coordinates.to_vec(), inputs, negative };
         let drives = self.drives(row..row + 1);
-        let followed = self.solver.follow_part(&last, &Inputs::nominal(m, drives)).or_else(|(reached, status)| {
+        let followed = self.solver.follow(&last, &Inputs::nominal(m, drives)).or_else(|status| {
             let other = match status {
                 // No branch leads on from a singular state: the guess chooses one anew.
                 Status::Singular => m.first_state(drives).map(|(_, state)| state),
-                _ => m.dead_centre(&last.inputs.drives, &reached, drives),
+                _ => m.dead_centre(&last, drives),
             };
             other.ok_or(status)
         });
