@@ -132,7 +132,45 @@ class TestSolve:
         assert list(from_dataset(result).drives) == ["drive_theta1"]
 
 
+def test_results_say_how_they_were_obtained() -> None:
+    m = example("four-bar")
+    for result in (jp.given(m), jp.loaded(m), jp.worst(m), jp.random(m, samples=256)):
+        assert "on the exact loop closure" in result.attrs["obtained"]
+    for result in (jp.loaded(m, exact=False), jp.worst(m, exact=False)):
+        assert result.attrs["obtained"] == "to first order at the nominal pose"
+    attained, proved = jp.worst(m, starts=7), jp.worst(m, certify=True)
+    assert attained.attrs["starts"] == 7
+    assert "7 starts" in attained.attrs["obtained"]
+    assert "not certified" in attained.attrs["obtained"]
+    assert "not certified" not in proved.attrs["obtained"]
+
+
 class TestGiven:
+    @pytest.mark.parametrize("name", ["four-bar", "3-upu", "geared-five-bar", "redundant-bar", "antenna-support"])
+    def test_loops_are_closed_to_rounding(self, name: str) -> None:
+        m = example(name)
+        result = jp.given(m)
+        assert result.residual.attrs["units"] == m.units.length_name
+        residual = result.residual.values / (m.length / m.units.length)
+        assert (residual[(result.status != "not_assembled").values] < 1e-12).all()
+        assert np.isfinite(residual).all()
+
+    def test_the_residual_is_that_of_its_pose(self) -> None:
+        """The largest misfit of the four pins, from points on the bodies and offsets by hand."""
+        m = example("four-bar")
+        offsets = {"J1": [0.5, -0.25], "J3": [0.1, 0.9]}
+        result = jp.given(m, offsets)
+        ends = {"J2": ("crank", [75, 0], "coupler", [0, 0]), "J3": ("coupler", [75, 0], "rocker", [150, 0])}
+        for joint, (first, at, second, on) in ends.items():
+            x = [result.pose.sel(body=body).values for body in (first, second)]
+            turned = [
+                p[:, :2] + np.stack([np.cos(np.deg2rad(p[:, 2])), np.sin(np.deg2rad(p[:, 2]))], 1) * point[0]
+                for p, point in zip(x, (at, on), strict=True)
+            ]
+            misfit = turned[1] - turned[0] - np.array(offsets.get(joint, [0.0, 0.0]))
+            assert np.abs(misfit).max() < 1e-11
+            assert (np.abs(misfit).max(axis=1) <= result.residual.values + 1e-13).all()
+
     def test_offsets_may_be_said_in_many_ways(self) -> None:
         m = example("four-bar")
         n = len(jp.solve(m).configuration)

@@ -32,11 +32,11 @@ def test_bounds_of_the_4r_are_close(radial: float) -> None:
     assert result.certified_assembly.all()
     assert (result.certified_reason == "").all()
     for name in ("position", "rotation"):
-        value, bound = result[f"worst_{name}"], result[f"worst_{name}_bound"]
+        value, bound = result[f"worst_{name}"], result[f"worst_{name}_certified"]
         assert (bound >= value).all()
         assert (result[f"worst_{name}_gap"] <= ASKED[radial]).all()
         np.testing.assert_allclose(result[f"worst_{name}_gap"], bound / value - 1, rtol=0, atol=1e-15)
-    outside = (result.worst_component_bound - result.worst_component) * [-1, 1]
+    outside = (result.worst_component_certified - result.worst_component) * [-1, 1]
     assert (outside >= 0).all()
 
 
@@ -50,14 +50,14 @@ def test_the_rotatability_bound_and_the_arcs_are_below(seed: int) -> None:
     result = jp.worst(jp.loads(text), certify=True).isel(configuration=0)
     assert bool(result.certified), str(result.certified_reason.item())
     low, high = (math.degrees(a) for a in rotation_range(fb, theta, sum(radii)))
-    angle = result.worst_component_bound.sel(component="angle").values
+    angle = result.worst_component_certified.sel(component="angle").values
     turn = max(-low, high)
     assert low - CLOSE * turn <= angle[0] <= low + 1e-12 * turn
     assert high - 1e-12 * turn <= angle[1] <= high + CLOSE * turn
     moved = pin_boundary(fb, theta, radii) - complex(fb.rocker_pin(theta))
     # Both ends of an arc are among its points, so that nothing but their number is between largest and bound.
     largest = np.abs(moved).max()
-    assert largest * (1 - 1e-12) <= result.worst_position_bound.item() <= largest * (1 + CLOSE + 1e-7)
+    assert largest * (1 - 1e-12) <= result.worst_position_certified.item() <= largest * (1 + CLOSE + 1e-7)
 
 
 def test_no_random_planar_mechanism_has_a_value_above_its_bound() -> None:
@@ -87,7 +87,7 @@ def test_no_sample_on_the_boundary_is_above_a_bound(name: str) -> None:
     drawn = jp.random(m, samples=20_000, law="boundary").largest
     assert worst.certified.all()
     for name in ("position", "rotation"):
-        assert (drawn.sel(quantity=name) <= worst[f"worst_{name}_bound"]).all()
+        assert (drawn.sel(quantity=name) <= worst[f"worst_{name}_certified"]).all()
 
 
 def test_more_parts_never_make_a_bound_worse() -> None:
@@ -114,7 +114,7 @@ def test_large_clearances_are_bounded_in_slabs() -> None:
     worst = jp.worst(m, certify=True).isel(configuration=slice(0, 9))
     assert (worst.worst_position_gap < 0.35).all()
     drawn = jp.random(m, samples=5_000, law="boundary").largest.isel(configuration=slice(0, 9))
-    assert (drawn.sel(quantity="position") <= worst.worst_position_bound).all()
+    assert (drawn.sel(quantity="position") <= worst.worst_position_certified).all()
 
 
 def test_eight_times_the_clearances_of_a_loop_in_space_are_bounded_closely() -> None:
@@ -146,8 +146,8 @@ def test_sets_that_are_too_large_have_no_bound() -> None:
     assert not result.certified.all()
     lacking = result.isel(configuration=np.flatnonzero(~result.certified.values))
     assert (lacking.certified_reason != "").all()
-    assert lacking.worst_position_bound.isnull().all()
-    assert lacking.worst_component_bound.isnull().all()
+    assert lacking.worst_position_certified.isnull().all()
+    assert lacking.worst_component_certified.isnull().all()
 
 
 def test_over_constrained_mechanisms_are_refused_with_the_reason() -> None:
@@ -193,7 +193,7 @@ def test_what_does_not_move_has_no_gap() -> None:
     m = jp.loads(jp.examples.text("four-bar")).with_({"joints.*.clearance.radial": 0.0})
     result = jp.worst(m, certify=True)
     for name in ("position", "rotation"):
-        assert (result[f"worst_{name}_bound"] >= result[f"worst_{name}"]).all()
+        assert (result[f"worst_{name}_certified"] >= result[f"worst_{name}"]).all()
         assert (result[f"worst_{name}_gap"] == 0.0).all()
 
 
@@ -203,7 +203,7 @@ def test_a_bound_of_what_is_not_attained_has_no_gap(tmp_path, monkeypatch, capsy
     text = four_bar_text(50.0, 100.0, 50.0, 100.0, [60.0, 90.0], **links)
     result = jp.worst(jp.loads(text), certify=True, parts=1)
     assert (result.worst_rotation < 1e-10).all()
-    assert (result.worst_rotation_bound > 1e-4).all()
+    assert (result.worst_rotation_certified > 1e-4).all()
     assert result.worst_rotation_gap.isnull().all()
     assert (result.worst_position_gap > 0).all()
     (tmp_path / "parallelogram.toml").write_text(text, encoding="utf-8")
@@ -218,7 +218,7 @@ def test_tolerances_without_limits_are_bounded_at_three_sigma() -> None:
     result = jp.worst(m.with_({"dimensions.l2.tolerance": {"sigma": 0.02}}), certify=True)
     assert result.attrs["bounded_at_three_sigma"] == "l2"
     wider = jp.worst(m.with_({"dimensions.l2.tolerance": 0.06}), certify=True)
-    np.testing.assert_allclose(result.worst_position_bound, wider.worst_position_bound, rtol=1e-9)
+    np.testing.assert_allclose(result.worst_position_certified, wider.worst_position_certified, rtol=1e-9)
     assert "bounded_at_three_sigma" not in wider.attrs
 
 

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -161,23 +162,30 @@ def test_a_worker_that_is_killed_in_the_middle_changes_nothing(
     path = name and tmp_path / name
     with local() as two, Client(two, set_as_default=False) as client:
         client.wait_for_workers(2)
-        pids, killed = client.run(os.getpid), []
+        (worker, pid), *_ = client.run(os.getpid).items()
+        killed = threading.Event()
 
-        def told(done: int, total: int) -> None:
-            for worker, pid in pids.items() if done >= 5 and not killed else ():
-                # A worker that stands still ends no task between the question what it has and its end.
-                os.kill(pid, signal.SIGSTOP)
-                time.sleep(0.1)
+        def kill() -> None:
+            """It stands still, so that it is asked for a task sooner or later, and never ends one."""
+            for _ in range(600):
                 if client.processing().get(worker):
                     os.kill(pid, signal.SIGKILL)
-                    killed.append(worker)
+                    killed.set()
                     return
-                os.kill(pid, signal.SIGCONT)
+                time.sleep(0.05)
+
+        killer = threading.Thread(target=kill)
+
+        def told(done: int, total: int) -> None:
+            if done >= 5 and killer.ident is None:
+                os.kill(pid, signal.SIGSTOP)
+                killer.start()
 
         made = compute(m, "worst", GRID, chunk=16, path=path, scheduler=client, progress=told)
+        killer.join()
     with to_dataset(made) if made is not None else open_map(path) as whole:
         same(jp.map(m, "worst", GRID, chunk=16), whole)
-        assert killed
+        assert killed.is_set()
         assert whole.attrs["retried"] >= 1
 
 

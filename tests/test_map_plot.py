@@ -325,7 +325,7 @@ def bounds() -> Any:
 
 def test_hatches_are_where_their_nodes_are(bounds: Any) -> None:
     """Contours of hatches ended at the centres of nodes, and covered parts of others."""
-    axes = plot.map(bounds, "worst_position_bound").axes[0]
+    axes = plot.map(bounds, "worst_position_certified").axes[0]
     assert not any(isinstance(drawn, ContourSet) for drawn in axes.collections)
     (hatched,) = (drawn for drawn in axes.collections if drawn.get_hatch())
     there = np.ma.filled(hatched.get_array().astype(float), np.nan).reshape(7, 9)
@@ -337,11 +337,11 @@ def test_nodes_without_a_value_are_in_the_legend(bounds: Any) -> None:
     from jointplay.plot.interactive import figure_of
     from jointplay.plot.map import layers, limits
 
-    assert (bounds.worst_position_bound.isnull() & (bounds.status == "ok")).any()
+    assert (bounds.worst_position_certified.isnull() & (bounds.status == "ok")).any()
     names = {"not assembled", "singular", "no value"}
-    axes = plot.map(bounds, "worst_position_bound").axes[0]
+    axes = plot.map(bounds, "worst_position_certified").axes[0]
     assert {text.get_text() for text in axes.get_legend().get_texts()} == names
-    shown = layers(bounds, "worst_position_bound")
+    shown = layers(bounds, "worst_position_certified")
     figure = figure_of(shown, limits(shown.value.values))
     assert names <= {trace.name for trace in figure.data if trace.showlegend}
     # Beside the colours: above them a long name took half of the page.

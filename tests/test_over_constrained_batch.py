@@ -53,11 +53,19 @@ def rows(m: jp.Mechanism) -> tuple[np.ndarray, np.ndarray]:
 
 def assert_same(together: dict[str, Any], alone: dict[str, Any], row: int, part: float) -> None:
     for key, value in together.items():
-        # Gaps are rounding themselves, and so is when a sequence stands still.
-        rounding = ("gap", "iterations")
+        # Gaps are rounding themselves, and so is when a sequence stands still that is only as exact as Clarabel.
+        rounding = ("gap",) if part <= 1e-10 else ("gap", "iterations")
         if not isinstance(value, np.ndarray) or key in rounding:
             continue
         one = alone[key][0]
+        if key == "residual":
+            # What is left is rounding of a closed loop, in characteristic lengths, or there is no pose in both.
+            np.testing.assert_allclose(value[row], one, rtol=0, atol=1e-14, err_msg=f"{key} {row}")
+            continue
+        if key == "iterations":
+            # The last change is rounding in one of them, and hardly more than that in the other.
+            assert abs(int(value[row]) - int(one)) <= 1, row
+            continue
         size = np.nanmax(np.abs(value.astype(float)), initial=0.0, where=np.isfinite(value.astype(float)))
         # Programs that are solved together may be scaled by each other's rounding; 1e-18 m of play is nothing.
         np.testing.assert_allclose(value[row], one, rtol=0, atol=part * max(size, 1e-8), err_msg=f"{key} {row}")

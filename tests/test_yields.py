@@ -13,6 +13,7 @@ from answers import example
 from arms import ARM
 from jointplay import confidence
 from jointplay.analyses.nominal import nominal
+from jointplay.analyses.yields import with_sizes
 from jointplay.conclusions import conclude
 from jointplay.result import from_dataset
 from jointplay.table.notes import notes
@@ -181,6 +182,17 @@ def test_yield_wherever_the_play_lies_is_that_of_the_worst_case_of_every_specime
     assert round(40 * float(result.yield_specimen)) == held
 
 
+@pytest.mark.parametrize("limit", [1.6, 1.667, 1.669, 1.8])
+def test_of_specimens_that_differ_in_their_offsets_only_one_stands_for_all(limit: float) -> None:
+    """Its worst play is that of `worst`: all keep to the limit or none, as where a tolerance tells them apart."""
+    m = example("four-bar").with_({"limits": {"angle": limit}})
+    differing = m.with_({"dimensions.l2.tolerance": 1e-9})
+    found = [jp.random(of, samples=60) for of in (m, differing)]
+    held = bool(jp.worst(m).limit_met.all())
+    assert [float(of.yield_specimen) for of in found] == [held, held]
+    assert [float(of.yield_specimen_low) for of in found] == [float(found[0].yield_specimen_low)] * 2
+
+
 def test_yields_are_of_determinate_mechanisms_with_scattered_offsets() -> None:
     bennett = jp.random(jp.loads(jp.examples.text("bennett")).with_({"limits.position": 1000.0}), samples=50)
     assert "yield_path" not in bennett
@@ -212,3 +224,18 @@ def test_a_mechanism_in_which_nothing_is_off_has_no_yields() -> None:
     assert (result.error_std < 1e-12).all()
     assert "yield_path" not in result
     assert "repeatability" not in result
+
+
+@pytest.mark.parametrize("name", ["four-bar", "four-bar-fits"])
+def test_specimens_with_offsets_drawn_anew_are_those_that_are_closed_row_by_row(name: str) -> None:
+    m, n = example(name), 1000
+    at, place = nominal(m), 2
+    drives, poses = at.drives[place : place + 1], at.poses[place : place + 1]
+    drawn, others = (m.core.specimens(n, seed, None, "plain") for seed in (1, 2))
+    errors = with_sizes(m, m.core.errors_of(drives, poses, m.core.with_offsets_of(drawn, others)))
+    limits = np.full((errors.shape[1], 2), [-np.inf, np.inf])
+    limits[0], limits[-2, 1] = np.quantile(errors[:, 0], [0.1, 0.9]), np.quantile(errors[:, -2], 0.8)
+    expected = ((errors >= limits[:, 0]) & (errors <= limits[:, 1])).all(axis=1)
+    found = m.core.within_redrawn(drives, poses, drawn, 2, limits)
+    assert 0 < expected.sum() < n
+    np.testing.assert_array_equal(found, expected)

@@ -16,11 +16,13 @@ import argparse
 import sys
 import time
 from collections import Counter
+from functools import partial
 
 import numpy as np
 
 import jointplay as jp
 from bounds import Bounded, bounded, of_spec
+from cores import on_all_cores
 from jointplay.analyses.certificate import REASONS
 from jointplay.analyses.nominal import nominal
 from oracles import loops
@@ -106,8 +108,7 @@ def main() -> int:
     excluded = 0
     for name, ask, count in (("planar", planar, options.planar), ("spatial", spatial, options.spatial)):
         gaps, reasons, begin = [], Counter[str](), time.perf_counter()
-        for number in range(count):
-            found = ask(number, options.parts)
+        for number, found in enumerate(on_all_cores(partial(ask, parts=options.parts), range(count))):
             reasons.update(REASONS[reason] for reason in found.reasons)
             gaps += found.gaps[found.certified].ravel().tolist()
             if found.excluded:

@@ -8,10 +8,23 @@ python tests/verify_examples.py --published      the published figures, written 
 from __future__ import annotations
 
 import sys
+from functools import cache
 
+from cores import on_all_cores
 from verification import random_mechanisms
 from verification.page import PAGE, Row, wanted, with_record, written
 from verification.record import figures
+from verification.subject import Check, Found, Subject
+
+
+@cache
+def comparisons() -> list[tuple[Subject, Check]]:
+    return list(wanted())
+
+
+def compared(place: int) -> Found:
+    s, check = comparisons()[place]
+    return check.compare(s)
 
 
 def main(names: list[str]) -> int:
@@ -20,10 +33,10 @@ def main(names: list[str]) -> int:
         print(f"wrote {PAGE.name}")
         return 0
     rows = []
-    for s, check in wanted():
-        if names and s.name not in names:
-            continue
-        row = Row(s.name, check, check.compare(s))
+    places = [k for k, (s, _) in enumerate(comparisons()) if not names or s.name in names]
+    for k, found in zip(places, on_all_cores(compared, places), strict=True):
+        s, check = comparisons()[k]
+        row = Row(s.name, check, found)
         rows.append(row)
         mark = "" if row.good else "  OUTSIDE"
         print(f"{s.name:24}{check.figure:34}{check.engine:38}{row.found.difference:8.1e}{mark}", flush=True)

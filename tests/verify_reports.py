@@ -25,6 +25,7 @@ import numpy as np
 import pandas as pd
 
 import jointplay as jp
+from cores import on_all_cores
 from jointplay import examples
 from jointplay.reporting.printing import BROWSERS
 from jointplay.result import from_dataset, parts, size
@@ -142,18 +143,23 @@ def in_browser(path: Path) -> Iterator[str]:
             yield "the drawing is not whole"
 
 
+def looked_at(name: str) -> tuple[float, int, list[str]]:
+    """The report of an example: seconds, characters, and what is wrong with it."""
+    with tempfile.TemporaryDirectory() as folder:
+        begun = time.perf_counter()
+        m, path = written(name, Path(folder))
+        took = time.perf_counter() - begun
+        text = path.read_text(encoding="utf-8")
+        found = [*in_text(m, text), *(in_browser(path) if BROWSER else ["no browser is installed"])]
+    return took, len(text), found
+
+
 def main(names: list[str]) -> int:
     """Look at the reports of examples."""
-    bad = 0
-    for name in names or examples.names():
-        with tempfile.TemporaryDirectory() as folder:
-            begun = time.perf_counter()
-            m, path = written(name, Path(folder))
-            took = time.perf_counter() - begun
-            text = path.read_text(encoding="utf-8")
-            found = [*in_text(m, text), *(in_browser(path) if BROWSER else ["no browser is installed"])]
+    names, bad = names or list(examples.names()), 0
+    for name, (took, length, found) in zip(names, on_all_cores(looked_at, names), strict=True):
         bad += bool(found)
-        print(f"{name:22} {took:5.1f} s  {len(text) / 1e6:4.2f} MB  {'; '.join(found) or 'whole'}", flush=True)
+        print(f"{name:22} {took:5.1f} s  {length / 1e6:4.2f} MB  {'; '.join(found) or 'whole'}", flush=True)
     return int(bad > 0)
 
 

@@ -15,12 +15,13 @@ import argparse
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 import jointplay as jp
+from cores import on_all_cores
 from jointplay.analyses.worst import compute
 from jointplay.model import Mechanism
 from oracles import brute
@@ -76,17 +77,16 @@ def misses(kind: str, seed: int, found: Answer, other: Answer) -> Iterator[Miss]
             yield Miss(kind, seed, name, float(low), float(high), found.ok)
 
 
-def against_many_starts(seeds: Iterable[int], kinds: Iterable[str] = KINDS) -> Iterator[tuple[str, Answer, list[Miss]]]:
-    """Every mechanism of these kinds: its kind, its answer and what more starts find beyond it."""
-    for seed in seeds:
-        for kind in kinds:
-            m = jp.loads(mechanism(kind, seed))
-            found = answer(m)
-            yield kind, found, list(misses(kind, seed, found, answer(m, REFERENCE)))
+def against_many_starts(drawn: tuple[str, int]) -> tuple[Answer, list[Miss]]:
+    """Of a mechanism, by its kind and seed: its answer and what more starts find beyond it."""
+    m = jp.loads(mechanism(*drawn))
+    found = answer(m)
+    return found, list(misses(*drawn, found, answer(m, REFERENCE)))
 
 
-def against_optimiser(kind: str, seed: int) -> tuple[Answer, list[Miss]]:
+def against_optimiser(drawn: tuple[str, int]) -> tuple[Answer, list[Miss]]:
     """What IPOPT on a closure of its own finds beyond the answer, where `given` confirms it."""
+    kind, seed = drawn
     text = mechanism(kind, seed)
     m, link = jp.loads(text), read(text)
     found = answer(m)
@@ -127,18 +127,18 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, nargs=2, default=(1000, 1084), metavar=("FIRST", "END"))
     parser.add_argument("--optimised", type=int, default=200, metavar="MECHANISMS")
     options = parser.parse_args()
-    answers, missed = [], []
-    for kind, found, beyond in against_many_starts(range(*options.seeds)):
-        answers.append((kind, found))
-        missed += beyond
-    good = report(f"against {REFERENCE} starts", answers, missed)
-    answers, missed = [], []
-    for k in range(options.optimised):
-        kind = KINDS[k % len(KINDS)]
-        found, beyond = against_optimiser(kind, k // len(KINDS))
-        answers.append((kind, found))
-        missed += beyond
-    good &= not answers or report("against IPOPT", answers, missed)
+    starts = [(kind, seed) for seed in range(*options.seeds) for kind in KINDS]
+    optimised = [(KINDS[k % len(KINDS)], k // len(KINDS)) for k in range(options.optimised)]
+    good = True
+    for title, compare, drawn in (
+        (f"against {REFERENCE} starts", against_many_starts, starts),
+        ("against IPOPT", against_optimiser, optimised),
+    ):
+        answers, missed = [], []
+        for (kind, _), (found, beyond) in zip(drawn, on_all_cores(compare, drawn), strict=True):
+            answers.append((kind, found))
+            missed += beyond
+        good &= not answers or report(title, answers, missed)
     return 0 if good else 1
 
 

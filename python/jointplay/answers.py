@@ -61,6 +61,7 @@ class Given(TypedDict):
     error: Floats
     error_first_order: Floats
     poses: Floats
+    residual: Floats
     status: Codes
     # over-constrained
     prestress: NotRequired[Floats]

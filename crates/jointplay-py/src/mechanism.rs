@@ -7,7 +7,7 @@ use jointplay_core::questions::random::{Request, Sampling};
 use jointplay_core::{Case, Mechanism as Core, Spec};
 use numpy::ndarray::Array2;
 use numpy::{
-    IntoPyArray, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+    IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
     PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
@@ -281,23 +281,27 @@ impl Mechanism {
         poses: PyReadonlyArray3<'py, f64>,
         u: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Matrix<'py>> {
-        self.closed(py, &drives, &poses, &u, Core::errors_of)
+        let errors = self.closed(py, &drives, &poses, &u, Core::errors_of)?;
+        in_matrix(py, u.shape()[0], self.core.size(), errors)
     }
 
-    /// The errors of specimens whose offsets are drawn anew by pseudo-random numbers.
-    #[pyo3(signature = (drives, poses, u, seed, law = None))]
-    fn errors_redrawn<'py>(
+    /// Whether specimens whose offsets are drawn anew by pseudo-random numbers keep to the limits.
+    #[allow(clippy::too_many_arguments)] // keyword arguments of one Python method
+    #[pyo3(signature = (drives, poses, u, seed, limits, law = None))]
+    fn within_redrawn<'py>(
         &self,
         py: Python<'py>,
         drives: PyReadonlyArray2<'py, f64>,
         poses: PyReadonlyArray3<'py, f64>,
         u: PyReadonlyArray2<'py, f64>,
         seed: u64,
+        limits: PyReadonlyArray2<'py, f64>,
         law: Option<&str>,
-    ) -> PyResult<Matrix<'py>> {
-        let (samples, sampling) = (u.shape()[0], Sampling::Plain);
-        let request = Request { samples, seed, law: named(law)?, sampling, ..Request::default() };
-        self.closed(py, &drives, &poses, &u, |core, case, specimens| core.errors_redrawn(case, specimens, &request))
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let (samples, sampling, limits) = (u.shape()[0], Sampling::Plain, self.limits(&limits)?);
+        let request = Request { samples, seed, limits, law: named(law)?, sampling, ..Request::default() };
+        let within = |core: &Core, case: Case<'_>, specimens: &[f64]| core.within_redrawn(case, specimens, &request);
+        Ok(self.closed(py, &drives, &poses, &u, within)?.into_pyarray(py))
     }
 
     /// Specimens with the offsets of their clearances where they reach farthest along weights of the parameters.
@@ -536,11 +540,7 @@ impl Mechanism {
         let core = &self.core;
         let (law, sampling) = (named(law)?, points(sampling)?);
         let probabilities = probabilities.as_array().to_vec();
-        let limits = limits.map_or(Ok(vec![]), |limits| rows(&limits, "limits", 2))?;
-        let limits: Vec<[f64; 2]> = limits.iter().map(|limit| [limit[0], limit[1]]).collect();
-        if !limits.is_empty() && limits.len() != core.size() + 2 {
-            return Err(PyValueError::new_err("a lowest and a highest value of every quantity are needed"));
-        }
+        let limits = limits.map_or(Ok(vec![]), |limits| self.limits(&limits))?;
         let request = Request { samples, seed, sampling, probabilities, limits, law, loaded, keep };
         let configurations = Configurations::new(core, &drives, &poses)?;
         let cases = configurations.cases();
@@ -551,14 +551,14 @@ impl Mechanism {
 
 impl Mechanism {
     /// What the core makes of rows of parameters, and of as many others beside them.
-    fn closed<'py>(
+    fn closed<'py, T: Send>(
         &self,
         py: Python<'py>,
         drives: &PyReadonlyArray2<'py, f64>,
         poses: &PyReadonlyArray3<'py, f64>,
         u: &PyReadonlyArray2<'py, f64>,
-        errors: impl Fn(&Core, Case<'_>, &[f64]) -> Vec<f64> + Sync,
-    ) -> PyResult<Matrix<'py>> {
+        found: impl Fn(&Core, Case<'_>, &[f64]) -> Vec<T> + Sync + Send,
+    ) -> PyResult<Vec<T>> {
         let core = &self.core;
         let specimens = flat_rows(u, "u", core.n_parameters())?;
         let configurations = Configurations::new(core, drives, poses)?;
@@ -568,8 +568,16 @@ impl Mechanism {
         if !core.is_isostatic() {
             return Err(PyValueError::new_err("the mechanism is not determinate"));
         }
-        let errors = work(py, || errors(core, case, &specimens))?;
-        in_matrix(py, u.shape()[0], core.size(), errors)
+        work(py, || found(core, case, &specimens))
+    }
+
+    /// Lowest and highest acceptable value of every quantity; none at all is no limit.
+    fn limits(&self, limits: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 2]>> {
+        let limits: Vec<[f64; 2]> = rows(limits, "limits", 2)?.iter().map(|limit| [limit[0], limit[1]]).collect();
+        if !limits.is_empty() && limits.len() != self.core.size() + 2 {
+            return Err(PyValueError::new_err("a lowest and a highest value of every quantity are needed"));
+        }
+        Ok(limits)
     }
 
     fn beside<'py>(

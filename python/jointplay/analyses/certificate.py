@@ -57,7 +57,7 @@ def add_bounds(builder: Builder, worst: Worst) -> None:
     for name, kind in (("position", "length"), ("rotation", "angle")):
         bound = np.where(certified, np.maximum(_above(found[name]), attained[name]), np.nan)
         words = f"upper bound of the largest {name} error, for all offsets in the sets"
-        builder.add(f"worst_{name}_bound", "configuration", bound, words, kind)
+        builder.add(f"worst_{name}_certified", "configuration", bound, words, kind)
         words = f"upper bound of the largest {name} error, as a part above the value that is attained"
         resting = ROUNDING * (builder.m.length if kind == "length" else 1.0)
         builder.add(f"worst_{name}_gap", "configuration", _gap(attained[name], bound, resting), words)
@@ -66,7 +66,7 @@ def add_bounds(builder: Builder, worst: Worst) -> None:
     ends = np.stack([np.minimum(-_above(-low), lowest), np.maximum(_above(high), highest)], axis=-1)
     ends[~certified] = np.nan
     words = "bounds of the lowest and highest error of the component, for all offsets in the sets"
-    builder.add("worst_component_bound", ("configuration", "component", "side"), ends, words, "component")
+    builder.add("worst_component_certified", ("configuration", "component", "side"), ends, words, "component")
     builder.add("certified", "configuration", certified, "whether there are bounds")
     words = "whether it is proved that there is one pose, and no singular one, for all offsets in the sets"
     builder.add("certified_assembly", "configuration", found["assembled"], words)

@@ -17,7 +17,7 @@ from jointplay.result import Result, parts, to_dataset
 from jointplay.typed import typed
 from jointplay.verdict import judge
 
-from .nominal import Floats, Nominal, nominal, report
+from .nominal import ON_CLOSURE, Floats, Nominal, nominal, report
 from .offsets import Offsets, admissible, parameters
 from .several import of_each, of_outputs
 
@@ -55,7 +55,8 @@ def given(
     xarray.Dataset
         Over `configuration`: `error`, `error_first_order`, `contribution` (per source; they add up to the first-order
         error), `offset` (all parameters), `admissible` (whether the offset of a source lies within its clearance or
-        tolerance; an offset outside is used as given), `pose` of every body, `nominal`, `status`.
+        tolerance; an offset outside is used as given), `pose` of every body, `residual` (the largest one of the
+        loop closure at this pose, angles at the mechanism's length), `nominal`, `status`.
 
         Of an over-constrained or elastic mechanism as well: `lack_of_fit` (misfit of the redundant constraints
         with these offsets; rigid bodies with a misfit are ``not_assemblable``), `prestress` and `deformation`
@@ -91,11 +92,12 @@ def compute(
     # Offsets of another result are nan where it has none.
     unknown = np.isnan(u).sum(axis=1) > 0
     found = m.core.given(at.drives, at.poses, np.where(unknown[:, None], m.centre, u))
-    for name in ("error", "error_first_order", "poses"):
+    for name in ("error", "error_first_order", "poses", "residual"):
         found[name][unknown] = np.nan
     slopes = m.core.sensitivity(at.drives, at.poses)["source"]
     pose = ("configuration", "component")
-    builder = report(m, "given", at, **attributes(m, sizes))
+    how = "Newton's method" if m.core.isostatic else "Newton's method, redundant members at their least energy"
+    builder = report(m, "given", at, obtained=f"{how}, {ON_CLOSURE}", **attributes(m, sizes))
     builder.add("error", pose, found["error"], "error of the output, actual - nominal", "component")
     builder.add("error_first_order", pose, found["error_first_order"], "error to first order", "component")
     builder.add(
@@ -115,6 +117,8 @@ def compute(
         "pose of the body's axes",
         "component",
     )
+    words = "largest residual of the loop closure at this pose, angles at the mechanism's length"
+    builder.add("residual", "configuration", m.length * found["residual"], words, "length")
     if not m.core.isostatic:
         words = "reaction to the elastic deformations"
         builder.add("prestress", ("configuration", "joint", "wrench"), found["prestress"], words, "wrench")

@@ -24,7 +24,7 @@ from jointplay.result import Builder, Result, to_dataset
 from jointplay.typed import typed
 from jointplay.verdict import judge
 
-from .nominal import Columns, Nominal, batched, finished, nominal, report
+from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Columns, Nominal, batched, finished, nominal, report
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -105,7 +105,9 @@ def compute(
     )
     at = at.first(done)
     pose = ("configuration", "component")
-    builder = report(m, "loaded", at, **attributes(m, sizes))
+    how = "" if m.core.isostatic else "cone programs, "
+    how += f"steps until offsets and reactions agree, {ON_CLOSURE}" if exact else TO_FIRST_ORDER
+    builder = report(m, "loaded", at, obtained=how, **attributes(m, sizes))
     words = "error of the output, actual - nominal" + ("" if exact else ", to first order")
     builder.add("error", pose, found["error"], words, "component")
     builder.add(

@@ -177,6 +177,11 @@ def _of(solved: Solved) -> Nominal:
     )
 
 
+#: how results are obtained, in the attribute `obtained`
+ON_CLOSURE = "on the exact loop closure"
+TO_FIRST_ORDER = "to first order at the nominal pose"
+
+
 def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float) -> Builder:
     """A result that says at which drive values and nominal poses it was found."""
     builder = Builder(m, question, at.units, **attrs)

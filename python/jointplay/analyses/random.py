@@ -26,7 +26,7 @@ from .capability import LEVELS
 from .indices import indices as find_indices
 from .indices import require_determinate_scatter
 from .loaded import require_loads
-from .nominal import Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
+from .nominal import ON_CLOSURE, Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
 from .scatter import REPLICATES, add_assembly, add_distribution, add_indices, add_moments, add_shares, add_yields
 from .several import of_each
 from .tails import require_rare, search_rare
@@ -218,7 +218,8 @@ def compute(
 
     found, done = batched(len(at), 1, run, progress)
     count, at = len(at), at.first(done)
-    builder = report(m, "random", at, samples=samples, seed=seed, law=law or "as in the file")
+    how = f"samples, {ON_CLOSURE}"
+    builder = report(m, "random", at, obtained=how, samples=samples, seed=seed, law=law or "as in the file")
     builder.attrs["sampling"] = points(m, samples, law, sampling)
     if is_loaded:
         builder.attrs["contact"] = contact

@@ -22,7 +22,7 @@ from jointplay.verdict import judge
 
 from .certificate import MOST_PARTS, PARTS, add_bounds, certified
 from .linear_worst import is_linear, linear_worst
-from .nominal import Nominal, Progress, batched, finished, nominal, report
+from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Nominal, Progress, batched, finished, nominal, report
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -70,8 +70,8 @@ def worst(
         largest value met is given), `nominal`, `status`. Where members are elastic, specimens that can only be
         assembled under strain count as well (`strained`), each at its pose of least energy, and `contribution_elastic`
         (per joint) is the contribution of its compliance; these add up to zero. Loads do not count: `loaded` gives the
-        deformation under a load. With `certify` also `worst_position_bound`, `worst_rotation_bound`,
-        `worst_component_bound` (no offsets in the sets make larger errors), `worst_position_gap`,
+        deformation under a load. With `certify` also `worst_position_certified`, `worst_rotation_certified`,
+        `worst_component_certified` (no offsets in the sets make larger errors), `worst_position_gap`,
         `worst_rotation_gap` (by which part the bound is above the value), `certified` (whether there are bounds),
         `certified_reason` (why not), `certified_assembly` (whether it is proved that the mechanism can be assembled
         for all offsets in the sets, in one pose each, without a singular one), `certified_parts`.
@@ -91,7 +91,7 @@ def worst(
     No offsets make more than this:
 
     >>> sure = jp.worst(jp.loads(jp.examples.text("four-bar")), certify=True)
-    >>> sure.worst_position_bound[[0, 5, 10]].values.round(3)
+    >>> sure.worst_position_certified[[0, 5, 10]].values.round(3)
     array([3.245, 3.297, 3.848])
     """
     return to_dataset(compute(m, starts=starts, exact=exact, certify=certify, parts=parts))
@@ -127,7 +127,9 @@ def compute(
 
     found, done = batched(len(at), BATCH, run, progress)
     at = at.first(done)
-    builder = report(m, "worst", at)
+    proved = "proved upper bounds where certified" if certify else "not certified: a search can only be too small"
+    how = f"ascents from {starts} starts, {ON_CLOSURE}; {proved}" if exact else TO_FIRST_ORDER
+    builder = report(m, "worst", at, obtained=how, starts=starts)
     if some := tight(m):
         builder.attrs["some_without_play"] = ", ".join(some)
     if groups := m.data.correlations:

@@ -72,7 +72,10 @@ def yields(
     """
     specimens = _Specimens(m, min(samples, PATH), seed, law, limits)
     path = np.ones(specimens.count, dtype=bool)
-    few = specimens.drawn[: min(samples, SPECIMENS)]
+    count = min(samples, SPECIMENS)
+    few = specimens.drawn[:count]
+    if _are_alike(m, few):
+        few = few[:1]
     anywhere = np.ones(len(few), dtype=bool)
     for k, inside in enumerate(workers.each(_Specimens.within, (specimens,), ((k, at.at(k)) for k in range(len(at))))):
         path &= inside
@@ -84,7 +87,13 @@ def yields(
         for part in np.array_split(left, max(1, len(left) // CHUNK)):
             for u in _worst_offsets(m, few[part], slopes, shift, limits):
                 anywhere[part] &= _within(m, m.core.errors_of(drives, poses, u), limits)
-    return Yields(int(path.sum()), len(path), int(anywhere.sum()), len(anywhere))
+    return Yields(int(path.sum()), len(path), int(anywhere.sum()) * (count // len(few)), count)
+
+
+def _are_alike(m: Mechanism, drawn: Floats) -> bool:
+    """Whether specimens differ in their offsets only: then one stands for all wherever the play lies."""
+    centred = m.core.with_offsets_of(drawn, np.tile(m.centre, (len(drawn), 1)))
+    return bool((centred == centred[0]).all())
 
 
 @dataclass(frozen=True)
@@ -108,8 +117,8 @@ class _Specimens:
     def within(self, place: tuple[int, Nominal]) -> Flags:
         """Which of them keep to the limits at a configuration with this number."""
         k, at = place
-        errors = self.m.core.errors_redrawn(at.drives, at.poses, self.drawn, _seed(self.seed, k), self.law)
-        return _within(self.m, errors, self.limits)
+        seed = _seed(self.seed, k)
+        return self.m.core.within_redrawn(at.drives, at.poses, self.drawn, seed, self.limits, self.law)
 
 
 def repeatability(m: Mechanism, at: Nominal, samples: int, seed: int, law: str | None) -> tuple[Floats, Floats]:

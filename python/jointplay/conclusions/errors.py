@@ -81,7 +81,10 @@ def proved(result: Result, place: str = "configuration") -> Iterator[Sentence]:
     if count:
         parts = []
         for quantity, words in WORDS.items():
-            bounds, unit = result.get(f"worst_{quantity}_bound")[certified], result.unit(f"worst_{quantity}_bound")
+            bounds, unit = (
+                result.get(f"worst_{quantity}_certified")[certified],
+                result.unit(f"worst_{quantity}_certified"),
+            )
             if np.nanmax(bounds, initial=0.0) > rounding(result, unit):
                 highest = f"{rounded_up(bounds).max():.{BOUND_DIGITS}g} {unit}"
                 parts.append(f"a {words} above {highest} ({_close(result.get(f'worst_{quantity}_gap')[certified])})")

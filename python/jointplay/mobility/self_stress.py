@@ -96,7 +96,11 @@ def _sparse(basis: Floats, members: Sequence[np.ndarray], new: Floats) -> Floats
     """Coefficients of one vector of few groups with a part in directions that are new."""
     space = np.eye(basis.shape[1])
     for rows in members:
-        smaller = space @ _unseen(basis[rows] @ space)
+        part = basis[rows] @ space
+        # One vector cannot become fewer; and along a leg the groups after the first one mostly see nothing more.
+        if space.shape[1] == 1 or np.linalg.norm(part) <= TAKES_PART:
+            continue
+        smaller = space @ _unseen(part)
         if np.abs(new.T @ smaller).max(initial=0.0) > RANK:
             space = smaller
     # What is left has one dimension, or rounding does not distinguish more: then the one with the largest new part.

@@ -211,8 +211,8 @@ def _bound(result: Result, which: str) -> list[Column]:
     """The bound of an error, and by how much it is above the value."""
     if "certified" not in result.data:
         return []
-    unit = result.unit(f"worst_{which}_bound")
-    bounds = rounded_up(result.get(f"worst_{which}_bound"))
+    unit = result.unit(f"worst_{which}_certified")
+    bounds = rounded_up(result.get(f"worst_{which}_certified"))
     gap = numbers(f"{which}\ngap", "%", 100 * result.get(f"worst_{which}_gap"), digits=2)
     return [numbers(f"{which}\nbound", unit, bounds, rounding(result, unit), BOUND_DIGITS), gap]
 

@@ -8,6 +8,7 @@ use crate::clearance::{Set, Shape};
 pub type Chord = [f64; 2];
 
 /// What `|a + t b| <= bound` leaves of a line.
+#[inline(always)]
 fn between(chord: &mut Chord, a: f64, b: f64, bound: f64) {
     if b != 0.0 {
         let (s, e) = ((-bound - a) / b, (bound - a) / b);
@@ -17,9 +18,15 @@ fn between(chord: &mut Chord, a: f64, b: f64, bound: f64) {
 }
 
 /// What the unit ball leaves of a line.
+#[inline(always)]
 fn through_ball(chord: &mut Chord, at: &[f64], along: &[f64]) {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-    let (square, half, rest) = (dot(along, along), dot(at, along), 1.0 - dot(at, at));
+    let (mut square, mut half, mut own) = (0.0, 0.0, 0.0);
+    for (a, b) in at.iter().zip(along) {
+        square += b * b;
+        half += a * b;
+        own += a * a;
+    }
+    let rest = 1.0 - own;
     if square > 0.0 {
         let root = (half * half + square * rest.max(0.0)).sqrt();
         chord[0] = chord[0].max((-half - root) / square);
@@ -29,6 +36,8 @@ fn through_ball(chord: &mut Chord, at: &[f64], along: &[f64]) {
 
 impl Set {
     /// What the set leaves of the line `at + t along` in its own coordinates, `at` being one of its points.
+    // Inlined into chains, which are compiled for a given width of vector registers.
+    #[inline(always)]
     #[must_use]
     pub fn chord(&self, at: &[f64], along: &[f64]) -> Chord {
         let mut chord = [f64::NEG_INFINITY, f64::INFINITY];

@@ -1,14 +1,15 @@
 //! Faces of admissible sets that the forces of all lanes expose, as [`crate::clearance`] has them of one.
 //!
-//! Loops over lanes without branches, so that many lanes are judged at once. The formulas are those of
-//! [`Set::face`], [`super::pin::Pin`] and [`super::tapered::Tapered`].
+//! Loops over lanes without branches, so that many lanes are judged at once: choices are made by masks, because the
+//! compiler takes a quotient that only some lanes ask for into a branch, and every lane after it one by one. The formulas
+//! are those of [`Set::face`], [`super::pin::Pin`] and [`super::tapered::Tapered`].
 
 use crate::clearance::offset::MAX_SIZE;
 use crate::clearance::pin::Pin;
 use crate::clearance::tapered::Tapered;
 use crate::clearance::undecided::Unforced;
 use crate::clearance::{Set, Shape};
-use crate::math::lanes::block::{Block, LANES};
+use crate::math::lanes::block::{Block, LANES, Mask, bits_if, select};
 
 /// What exposes the faces of a set.
 pub(crate) struct Pressed<'a> {
@@ -28,10 +29,10 @@ impl Pressed<'_> {
         self.before[component].0[lane]
     }
 
-    /// Whether what pushes a coordinate counts.
+    /// Where what pushes a coordinate counts.
     #[inline(always)]
-    fn counts(&self, coordinate: usize, lane: usize) -> bool {
-        !self.unforced[lane].has(coordinate)
+    fn counts(&self, coordinate: usize) -> Mask {
+        Mask::of(|lane| !self.unforced[lane].has(coordinate))
     }
 }
 
@@ -101,19 +102,19 @@ impl Faces {
         let Pressed { forces, tolerance, .. } = *by;
         let zero = Block::splat(0.0);
         let (mut nearest, mut open, mut part) = ([zero; MAX_SIZE], zero, zero);
+        let (mut decided, mut square) = (by.counts(0), zero);
+        for force in forces {
+            square = square.add(&force.mul(force));
+        }
         for i in 0..LANES {
-            let mut square = 0.0;
-            for force in forces {
-                square += force.0[i] * force.0[i];
-            }
-            let size = square.sqrt();
-            let decided = (size > tolerance.0[i]) & by.counts(0, i);
-            part.0[i] = if decided { radius / size } else { 0.0 };
-            open.0[i] = one_if(!decided);
+            let size = square.0[i].sqrt();
+            decided.0[i] &= bits_if(size > tolerance.0[i]);
+            part.0[i] = radius / size;
+            open.0[i] = select(decided.0[i], 0.0, 1.0);
         }
         for (k, force) in forces.iter().enumerate() {
             for i in 0..LANES {
-                nearest[k].0[i] = if open.0[i] == 0.0 { part.0[i] * force.0[i] } else { by.offset(k, i) };
+                nearest[k].0[i] = select(decided.0[i], part.0[i] * force.0[i], by.offset(k, i));
             }
         }
         Self { nearest, open, extent: Extent::Round(radius) }
@@ -125,11 +126,12 @@ impl Faces {
         let zero = Block::splat(0.0);
         let (mut nearest, mut open) = ([zero; MAX_SIZE], zero);
         let mut faces = DiamondFaces { gap, half_length, whole: zero, half: [zero; 2] };
+        let counts = by.counts(0);
         for i in 0..LANES {
             let [along, about] = [forces[0].0[i], forces[1].0[i]];
             let (shift, tilt, tolerance) = (along.abs(), about.abs() / half_length, tolerance.0[i]);
-            let whole = !(shift > tolerance || tilt > tolerance) | !by.counts(0, i);
-            let edge = !whole & ((shift - tilt).abs() <= tolerance);
+            let whole = !((bits_if(shift > tolerance) | bits_if(tilt > tolerance)) & counts.0[i]);
+            let edge = !whole & bits_if((shift - tilt).abs() <= tolerance);
             let corners = [gap.copysign(along), (gap / half_length).copysign(about)];
             let half = [0.5 * corners[0], -0.5 * corners[1]];
             // Along an edge in its own proportions, since its components differ in unit.
@@ -137,15 +139,15 @@ impl Faces {
             let part = 0.5 * ((at[0] - middle[0]) / half[0] + (at[1] - middle[1]) / half[1]);
             let part = if part < 1.0 { part } else { 1.0 };
             let part = if part > -1.0 { part } else { -1.0 };
-            let decided = [if shift > tilt { corners[0] } else { 0.0 }, if shift > tilt { 0.0 } else { corners[1] }];
+            let shifted = bits_if(shift > tilt);
+            let decided = [select(shifted, corners[0], 0.0), select(shifted, 0.0, corners[1])];
             for k in 0..2 {
-                let on_edge = middle[k] + part * half[k];
-                let pushed = if edge { on_edge } else { decided[k] };
-                nearest[k].0[i] = if whole { at[k] } else { pushed };
-                faces.half[k].0[i] = if edge { half[k] } else { 0.0 };
+                let pushed = select(edge, middle[k] + part * half[k], decided[k]);
+                nearest[k].0[i] = select(whole, at[k], pushed);
+                faces.half[k].0[i] = select(edge, half[k], 0.0);
             }
-            faces.whole.0[i] = one_if(whole);
-            open.0[i] = one_if(whole || edge);
+            faces.whole.0[i] = select(whole, 1.0, 0.0);
+            open.0[i] = select(whole | edge, 1.0, 0.0);
         }
         Self { nearest, open, extent: Extent::Diamond(faces) }
     }
@@ -155,12 +157,13 @@ impl Faces {
         let Pressed { forces, tolerance, .. } = *by;
         let zero = Block::splat(0.0);
         let (mut nearest, mut open) = ([zero; MAX_SIZE], zero);
+        let counts = by.counts(0);
         for i in 0..LANES {
             let force = forces[0].0[i];
-            let decided = (force.abs() > tolerance.0[i]) & by.counts(0, i);
-            let end = if force > 0.0 { high } else { low };
-            nearest[0].0[i] = if decided { end } else { by.offset(0, i) };
-            open.0[i] = one_if(!decided);
+            let decided = bits_if(force.abs() > tolerance.0[i]) & counts.0[i];
+            let end = select(bits_if(force > 0.0), high, low);
+            nearest[0].0[i] = select(decided, end, by.offset(0, i));
+            open.0[i] = select(decided, 0.0, 1.0);
         }
         Self { nearest, open, extent: Extent::Interval(0.5 * (high - low)) }
     }
@@ -176,19 +179,18 @@ impl Faces {
         let at = |k: usize| &by.before[across + k];
         let mut ends = [[zero; 2]; 2];
         for (e, side) in [1.0, -1.0].into_iter().enumerate() {
-            let fixed = r == 0.0;
+            let (counts, fixed) = (by.counts(1 + e), bits_if(r == 0.0));
             for i in 0..LANES {
                 let [x, y] = [reactions[e][0].0[i], reactions[e][1].0[i]];
                 let size = (x * x + y * y).sqrt();
-                let decided = (size > tolerance.0[i]) & by.counts(1 + e, i) | fixed;
-                let part = r / size;
-                let part = if size > 0.0 { part } else { 0.0 };
+                let decided = bits_if(size > tolerance.0[i]) & counts.0[i] | fixed;
+                let part = select(bits_if(size > 0.0), r / size, 0.0);
                 // Displacements of the ends, as the pin has them.
                 let (about_side, about_normal) = (l * at(2).0[i], l * at(3).0[i]);
                 let before = [at(0).0[i] + side * about_normal, at(1).0[i] - side * about_side];
-                ends[e][0].0[i] = if decided { part * x } else { before[0] };
-                ends[e][1].0[i] = if decided { part * y } else { before[1] };
-                parts[1 + e].0[i] = one_if(!decided);
+                ends[e][0].0[i] = select(decided, part * x, before[0]);
+                ends[e][1].0[i] = select(decided, part * y, before[1]);
+                parts[1 + e].0[i] = select(decided, 0.0, 1.0);
             }
         }
         let [first, second] = ends;
@@ -200,12 +202,14 @@ impl Faces {
             open.0[i] = parts[1].0[i] + parts[2].0[i];
         }
         if across == 1 {
+            let (counts, loose) = (by.counts(0), bits_if(axial > 0.0));
             for i in 0..LANES {
                 let force = forces[0].0[i];
-                let decided = (force.abs() > tolerance.0[i]) & by.counts(0, i);
-                let moves = !decided && axial > 0.0;
-                nearest[0].0[i] = if moves { by.offset(0, i) } else { axial * sign_if(decided, force) };
-                parts[0].0[i] = one_if(moves);
+                let decided = bits_if(force.abs() > tolerance.0[i]) & counts.0[i];
+                let moves = !decided & loose;
+                let side = select(decided, 1.0_f64.copysign(force), 0.0);
+                nearest[0].0[i] = select(moves, by.offset(0, i), axial * side);
+                parts[0].0[i] = select(moves, 1.0, 0.0);
                 open.0[i] += parts[0].0[i];
             }
         }
@@ -220,8 +224,9 @@ impl Faces {
         let (mut own, unit) = (own_forces(&tapered, forces), own_coordinates(&tapered, by));
         let (n, tapers) = (tapered.n, tapered.tapers);
         for (k, force) in own.iter_mut().enumerate() {
+            let counts = by.counts(k);
             for i in 0..LANES {
-                force.0[i] = if by.counts(k, i) { force.0[i] } else { 0.0 };
+                force.0[i] = select(counts.0[i], force.0[i], 0.0);
             }
         }
         let mut across = zero;
@@ -264,7 +269,8 @@ impl Faces {
             for i in 0..LANES {
                 let next = size.0[i] - slope.0[i] / bend.0[i];
                 let next = if next > f.low.0[i] { next } else { f.low.0[i] };
-                size.0[i] = if slope.0[i] <= 0.0 || size.0[i] <= f.low.0[i] { size.0[i] } else { next };
+                let stays = bits_if(slope.0[i] <= 0.0) | bits_if(size.0[i] <= f.low.0[i]);
+                size.0[i] = select(stays, size.0[i], next);
             }
         }
         let (mut there, mut moves, mut open) = ([zero; MAX_SIZE], [zero; MAX_SIZE], zero);
@@ -317,12 +323,9 @@ impl Faces {
         let mut width = Block::splat(0.0);
         match &self.extent {
             Extent::Round(radius) => {
+                let square = direction.iter().fold(width, |square, d| square.add(&d.mul(d)));
                 for i in 0..LANES {
-                    let mut square = 0.0;
-                    for d in direction {
-                        square += d.0[i] * d.0[i];
-                    }
-                    width.0[i] = one_if(self.open.0[i] != 0.0) * radius * square.sqrt();
+                    width.0[i] = one_if(self.open.0[i] != 0.0) * radius * square.0[i].sqrt();
                 }
             }
             Extent::Diamond(faces) => {

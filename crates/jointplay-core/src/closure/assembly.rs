@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::closure::equations::Inputs;
+use crate::closure::equations::{Command, Inputs};
 use crate::closure::newton::{Solver, State, scaled_size};
 use crate::interrupt;
 use crate::math::decomposition::singular_values;
@@ -15,6 +15,10 @@ const ASSEMBLY_STEPS: usize = 200;
 const ASSEMBLY_MOVE: f64 = 0.5;
 /// Residual (in characteristic lengths and radians) of an assembled mechanism.
 pub(crate) const ASSEMBLED: f64 = 1e-11;
+/// A singular value is taken for zero below this part of the largest.
+const NEGLIGIBLE: f64 = 1e-9;
+/// Condition number up to which elimination is as good as singular values.
+const PLAINLY_REGULAR: f64 = 1e6;
 /// Smallest pivot, as a part of the largest, of a mechanism that is plainly not singular.
 const REGULAR: f64 = 1e-8;
 /// Unknowns beyond which dense matrices are avoided.
@@ -53,14 +57,8 @@ impl Mechanism {
 
     fn dense(&self, coordinates: &[f64], drives: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
         let size = self.size();
-        let mut residual = vec![0.0; self.n_rows()];
-        let mut derivatives = vec![0.0; 2 * size * self.n_rows()];
-        self.evaluate(
-            &self.poses(coordinates),
-            &Inputs::nominal(self, drives).commands(self),
-            &mut residual,
-            &mut derivatives,
-        );
+        let commands = Inputs::nominal(self, drives).commands(self);
+        let (residual, derivatives) = self.evaluated(&self.poses(coordinates), &commands);
         let mut matrix = DMatrix::zeros(self.n_rows(), self.n_unknowns());
         for row in 0..self.n_rows() {
             for (side, body) in self.row_bodies(row).into_iter().enumerate() {
@@ -73,16 +71,21 @@ impl Mechanism {
         (DVector::from_vec(residual), matrix)
     }
 
-    /// Residual and Jacobian with every length divided by the characteristic one.
-    pub(crate) fn scaled(&self, coordinates: &[f64], drives: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
-        let (mut residual, mut matrix) = self.dense(coordinates, drives);
-        for (k, row) in self.rows.iter().enumerate() {
-            if matches!(row.component, Component::Along(_)) {
-                residual[k] /= self.length;
-            }
-        }
+    /// Residual with every length divided by the characteristic one.
+    pub(crate) fn scaled_residual(
+        &self,
+        coordinates: &[f64],
+        commands: &Inputs<Command<f64>, f64>,
+    ) -> impl Iterator<Item = f64> {
+        let (residual, _) = self.evaluated(&self.poses(coordinates), commands);
+        residual.into_iter().zip(&self.rows).map(|(r, row)| r / self.unit(row.component))
+    }
+
+    /// Jacobian with every length divided by the characteristic one.
+    pub(crate) fn scaled(&self, coordinates: &[f64], drives: &[f64]) -> DMatrix<f64> {
+        let (_, mut matrix) = self.dense(coordinates, drives);
         self.scale(&mut matrix, self.length);
-        (residual, matrix)
+        matrix
     }
 
     /// The closure Jacobian with every length divided by a given one.
@@ -114,39 +117,60 @@ impl Mechanism {
 
     /// The same from given coordinates.
     pub(crate) fn assemble_from(&self, coordinates: Vec<f64>, drives: &[f64], hold_drives: bool) -> Assembly {
+        self.assemble_by(coordinates, drives, hold_drives, least_norm)
+    }
+
+    /// The same by elimination where that is safe, for many searches that nearly all end in vain.
+    pub(crate) fn assemble_quickly(&self, coordinates: Vec<f64>, drives: &[f64]) -> Assembly {
+        self.assemble_by(coordinates, drives, true, least_norm_by_elimination)
+    }
+
+    fn assemble_by(
+        &self,
+        coordinates: Vec<f64>,
+        drives: &[f64],
+        hold_drives: bool,
+        least_norm: impl Fn(DMatrix<f64>, &DVector<f64>) -> Option<DVector<f64>>,
+    ) -> Assembly {
         if hold_drives && self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
             return self.assemble_large(coordinates, drives);
         }
         let rows = if hold_drives { self.n_rows() } else { self.n_rows() - self.n_driven };
-        self.close_in(coordinates, |c: &[f64]| {
-            let (r, j) = self.scaled(c, drives);
-            (r.rows(0, rows).into_owned(), j.rows(0, rows).into_owned())
-        })
+        let commands = Inputs::nominal(self, drives).commands(self);
+        self.close_in(
+            coordinates,
+            |c: &[f64]| DVector::from_iterator(rows, self.scaled_residual(c, &commands).take(rows)),
+            |c: &[f64]| self.scaled(c, drives).rows(0, rows).into_owned(),
+            least_norm,
+        )
     }
 
-    /// Damped Newton steps of least norm from given coordinates on length-scaled equations and their Jacobian.
+    /// Damped Newton steps of least norm from given coordinates on length-scaled equations and their Jacobian, by
+    /// [`least_norm`] or [`least_norm_by_elimination`].
     pub(crate) fn close_in(
         &self,
         mut coordinates: Vec<f64>,
-        equations: impl Fn(&[f64]) -> (DVector<f64>, DMatrix<f64>),
+        equations: impl Fn(&[f64]) -> DVector<f64>,
+        jacobian: impl Fn(&[f64]) -> DMatrix<f64>,
+        least_norm: impl Fn(DMatrix<f64>, &DVector<f64>) -> Option<DVector<f64>>,
     ) -> Assembly {
-        let (mut residual, mut matrix) = equations(&coordinates);
+        let mut residual = equations(&coordinates);
         for _ in 0..ASSEMBLY_STEPS {
             interrupt::check();
             if residual.amax() <= ASSEMBLED * 1e-3 {
                 break;
             }
-            let Some(svd) = singular_values(matrix.clone(), true, true) else { break };
-            let Ok(step) = svd.solve(&residual, 1e-9 * svd.singular_values.max()) else { break };
+            let Some(step) = least_norm(jacobian(&coordinates), &residual) else { break };
             let mut part = (ASSEMBLY_MOVE.min(self.largest_move) / step.amax()).min(1.0);
+            let size = residual.norm();
             let improved = loop {
                 let mut trial = coordinates.clone();
                 let unit = |j: usize| self.unit(self.space.components()[j % self.size()]);
                 let twists: Vec<f64> = step.iter().enumerate().map(|(j, s)| -part * s * unit(j)).collect();
                 self.retract(&mut trial, &twists);
-                let (r, j) = equations(&trial);
-                if r.norm() < residual.norm() {
-                    (coordinates, residual, matrix) = (trial, r, j);
+                let r = equations(&trial);
+                if r.norm() < size {
+                    (coordinates, residual) = (trial, r);
                     break true;
                 }
                 part *= 0.5;
@@ -217,9 +241,54 @@ impl Mechanism {
             let solver = Solver::new(self, &state.coordinates);
             return solver.inverse_iteration(state).unwrap_or_else(|| (0.0, vec![0.0; self.n_unknowns()]));
         }
-        let (_, matrix) = self.scaled(&state.coordinates, &state.inputs.drives);
+        let matrix = self.scaled(&state.coordinates, &state.inputs.drives);
         let Some(svd) = singular_values(matrix, false, true) else { return (0.0, vec![0.0; self.n_unknowns()]) };
         let (index, value) = svd.singular_values.argmin();
         (value, svd.v_t.map_or_else(Vec::new, |v_t| v_t.row(index).iter().copied().collect()))
+    }
+}
+
+/// The vector of least norm that a matrix takes nearest to `right`; `None` where a number is not finite.
+pub(crate) fn least_norm(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let svd = singular_values(matrix, true, true)?;
+    svd.solve(right, NEGLIGIBLE * svd.singular_values.max()).ok()
+}
+
+/// The same up to rounding, and much cheaper where the matrix is square and plainly regular: no singular value is
+/// negligible then, and there is one such vector only. The norms bound the ratio of the singular values from above.
+pub(crate) fn least_norm_by_elimination(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    if matrix.is_square() {
+        let size = matrix.norm();
+        let inverse = matrix.clone().try_inverse();
+        // Written so that NaN fails, too.
+        if let Some(inverse) = inverse.filter(|inverse| inverse.norm() * size <= PLAINLY_REGULAR) {
+            return Some(inverse * right);
+        }
+    }
+    least_norm(matrix, right)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn distance(a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+        (a - b).amax() / b.amax()
+    }
+
+    #[test]
+    fn elimination_gives_the_vector_of_least_norm() {
+        let regular = DMatrix::from_fn(6, 6, |i, j| ((7 * i * i + 3 * j + i * j) as f64).sin());
+        let right = DVector::from_fn(6, |i, _| 1.0 - i as f64);
+        let step = |of: &DMatrix<f64>| least_norm_by_elimination(of.clone(), &right).expect("finite");
+        let exact = least_norm(regular.clone(), &right).expect("finite");
+        assert!(distance(&step(&regular), &exact) < 1e-12);
+        // Of a singular matrix, and of one with more columns than rows, the very same.
+        let mut singular = regular.clone();
+        singular.set_column(5, &regular.column(4).into_owned());
+        assert_eq!(step(&singular), least_norm(singular.clone(), &right).expect("finite"));
+        let wide = DMatrix::from_fn(6, 8, |i, j| ((5 * i + 3 * j * j) as f64).cos());
+        assert_eq!(step(&wide), least_norm(wide.clone(), &right).expect("finite"));
+        assert!(least_norm_by_elimination(DMatrix::from_element(6, 6, f64::NAN), &right).is_none());
     }
 }

@@ -225,6 +225,14 @@ impl Mechanism {
         }
     }
 
+    /// The same in memory of its own: residuals and derivatives.
+    pub(crate) fn evaluated<S: Real>(&self, poses: &[Pose<S>], inputs: &Inputs<Command<S>, S>) -> (Vec<S>, Vec<S>) {
+        let mut residual = vec![S::from_f64(0.0); self.n_rows()];
+        let mut derivatives = vec![S::from_f64(0.0); 2 * self.size() * self.n_rows()];
+        self.evaluate(poses, inputs, &mut residual, &mut derivatives);
+        (residual, derivatives)
+    }
+
     /// Residual of a row, and its derivatives along the twists of both bodies: along the linear velocity of the second
     /// one (the opposite of that along the first one's) and along both angular velocities.
     fn evaluate_row<S: Real>(&self, row: &Row, ends: &Ends<'_, S>, inputs: &Inputs<Command<S>, S>) -> (S, Rate<S>) {

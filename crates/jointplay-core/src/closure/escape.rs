@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::closure::assembly::least_norm;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::mechanism::Mechanism;
@@ -38,23 +39,26 @@ impl Mechanism {
         let unit = |k: usize| self.unit(self.space.components()[k % self.size()]);
         let gap = |coordinates: &[f64]| self.output_difference(&self.output(coordinates, &from.inputs), target);
         let before = gap(&from.coordinates);
+        let commands = Inputs::nominal(self, &from.inputs.drives).commands(self);
         let equations = |coordinates: &[f64]| {
-            let (closure, jacobian) = self.scaled(coordinates, &from.inputs.drives);
-            let (now, poses) = (gap(coordinates), self.poses(coordinates));
-            let mut residual = DVector::zeros(joints + asked.len());
+            let now = gap(coordinates);
+            let left = asked.iter().map(|&k| ((1.0 - part) * before[k] - now[k]) / unit(k));
+            let closure = self.scaled_residual(coordinates, &commands).take(joints);
+            DVector::from_iterator(joints + asked.len(), closure.chain(left))
+        };
+        let jacobian = |coordinates: &[f64]| {
+            let poses = self.poses(coordinates);
             let mut matrix = DMatrix::zeros(joints + asked.len(), self.n_unknowns());
-            residual.rows_mut(0, joints).copy_from(&closure.rows(0, joints));
-            matrix.rows_mut(0, joints).copy_from(&jacobian.rows(0, joints));
+            matrix.rows_mut(0, joints).copy_from(&self.scaled(coordinates, &from.inputs.drives).rows(0, joints));
             for (row, &k) in (joints..).zip(&asked) {
-                residual[row] = ((1.0 - part) * before[k] - now[k]) / unit(k);
                 let twists = self.component_cost(k, &poses, &from.inputs.parameters).twists;
                 for (j, along) in twists.into_iter().enumerate() {
                     matrix[(row, j)] = along * unit(j) / unit(k);
                 }
             }
-            (residual, matrix)
+            matrix
         };
-        let coordinates = self.close_in(from.coordinates.clone(), equations).coordinates;
+        let coordinates = self.close_in(from.coordinates.clone(), equations, jacobian, least_norm).coordinates;
         let drives = self.drive_values(&coordinates, &from.inputs.drives);
         solver.polish(&coordinates, &Inputs::nominal(self, &drives))
     }

@@ -130,11 +130,7 @@ impl<'m> Solver<'m> {
     }
 
     fn evaluate(&self, poses: &[Pose<f64>], inputs: &Inputs<f64>) -> (Vec<f64>, Vec<f64>) {
-        let m = self.mechanism;
-        let mut residual = vec![0.0; m.n_rows()];
-        let mut derivatives = vec![0.0; 2 * m.size() * m.n_rows()];
-        m.evaluate(poses, &inputs.commands(m), &mut residual, &mut derivatives);
-        (residual, derivatives)
+        self.mechanism.evaluated(poses, &inputs.commands(self.mechanism))
     }
 
     fn factor(&self, derivatives: &[f64]) -> Option<Factored<'_>> {
@@ -198,15 +194,25 @@ impl<'m> Solver<'m> {
         Some((value, motion))
     }
 
-    fn newton(&self, coordinates: &mut [f64], inputs: &Inputs<f64>, budget: &mut Budget) -> Option<Converged> {
+    /// Steps until they vanish; given up as soon as `is_in_vain`, told the first move and the sum of the later ones.
+    fn newton(
+        &self,
+        coordinates: &mut [f64],
+        inputs: &Inputs<f64>,
+        mut budget: Option<&mut Budget>,
+        is_in_vain: impl Fn(f64, f64) -> bool,
+    ) -> Option<Converged> {
         let m = self.mechanism;
         interrupt::check();
-        let mut moves = Vec::with_capacity(NEWTON_STEPS);
+        let commands = inputs.commands(m);
+        let (mut first_move, mut later_moves, mut last) = (0.0, 0.0, f64::INFINITY);
         let mut step = vec![0.0; m.n_unknowns()];
         let mut mesh = Mesh::new(m, coordinates, &inputs.parameters);
-        for _ in 0..NEWTON_STEPS {
-            budget.take()?;
-            let (mut residual, derivatives) = self.evaluate(&m.poses(coordinates), inputs);
+        for k in 0..NEWTON_STEPS {
+            if let Some(budget) = &mut budget {
+                budget.take()?;
+            }
+            let (mut residual, derivatives) = m.evaluated(&m.poses(coordinates), &commands);
             if !mesh.is_kept(&residual) {
                 return None;
             }
@@ -220,21 +226,21 @@ impl<'m> Solver<'m> {
             if !(size <= LARGEST_MOVE) {
                 return None;
             }
-            if moves.last().is_some_and(|&last| size > 2.0 * last && size > LAST_STEP) {
+            if size > 2.0 * last && size > LAST_STEP {
+                return None;
+            }
+            *(if k == 0 { &mut first_move } else { &mut later_moves }) += size;
+            if is_in_vain(first_move, later_moves) {
                 return None;
             }
             m.retract(coordinates, &step);
             mesh.moves(coordinates, &inputs.parameters);
-            moves.push(size);
+            last = size;
             if size < LAST_STEP {
                 if m.jams(coordinates, &inputs.parameters) {
                     return None;
                 }
-                return Some(Converged {
-                    first_move: moves[0],
-                    later_moves: moves[1..].iter().sum(),
-                    negative: factors.negative(),
-                });
+                return Some(Converged { first_move, later_moves, negative: factors.negative() });
             }
         }
         None
@@ -244,13 +250,19 @@ impl<'m> Solver<'m> {
     /// determinant is.
     #[must_use]
     pub fn close(&self, from: &State, inputs: &Inputs<f64>) -> Option<State> {
-        self.close_within(from, inputs, &mut Budget::of(NEWTON_STEPS))
+        self.close_within(from, inputs, None)
     }
 
-    fn close_within(&self, from: &State, inputs: &Inputs<f64>, budget: &mut Budget) -> Option<State> {
+    fn close_within(&self, from: &State, inputs: &Inputs<f64>, budget: Option<&mut Budget>) -> Option<State> {
         let mut coordinates = from.coordinates.clone();
-        let converged = self.newton(&mut coordinates, inputs, budget)?;
-        let calm = converged.later_moves <= 0.5 * converged.first_move + LAST_STEP;
+        let is_calm = |first_move: f64, later_moves: f64| later_moves <= 0.5 * first_move + LAST_STEP;
+        // The sum of the moves only grows: what is not calm on the way is not at the end, and nothing is lost by giving
+        // it up. A limited search goes on all the same: its work is counted in steps, and with fewer of them on what
+        // is in vain it would get farther, that is, find something else.
+        let is_limited = budget.is_some();
+        let is_in_vain = |first_move, later_moves| !is_limited && !is_calm(first_move, later_moves);
+        let converged = self.newton(&mut coordinates, inputs, budget, is_in_vain)?;
+        let calm = is_calm(converged.first_move, converged.later_moves);
         // A singular state may be crossed where the branch goes straight on (a change point), which
         // shows in corrections that are small beside the move.
         let crossed = converged.negative != from.negative;
@@ -266,7 +278,7 @@ impl<'m> Solver<'m> {
     #[must_use]
     pub fn polish(&self, coordinates: &[f64], inputs: &Inputs<f64>) -> Option<State> {
         let mut coordinates = coordinates.to_vec();
-        let converged = self.newton(&mut coordinates, inputs, &mut Budget::of(NEWTON_STEPS))?;
+        let converged = self.newton(&mut coordinates, inputs, None, |_, _| false)?;
         Some(State { coordinates, inputs: inputs.clone(), negative: converged.negative })
     }
 
@@ -281,7 +293,7 @@ impl<'m> Solver<'m> {
 
     /// As [`Self::follow`], giving the last state reached with the failure.
     pub(crate) fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
-        self.follow_within(from, to, &mut Budget::of(self.mechanism.most_steps(&from.inputs, to) * NEWTON_STEPS))
+        self.follow_in_parts(from, to, None)
     }
 
     /// As [`Self::follow_part`], as far as the budget reaches.
@@ -290,6 +302,15 @@ impl<'m> Solver<'m> {
         from: &State,
         to: &Inputs<f64>,
         budget: &mut Budget,
+    ) -> Result<State, (State, Status)> {
+        self.follow_in_parts(from, to, Some(budget))
+    }
+
+    fn follow_in_parts(
+        &self,
+        from: &State,
+        to: &Inputs<f64>,
+        mut budget: Option<&mut Budget>,
     ) -> Result<State, (State, Status)> {
         let mut state = from.clone();
         if from.inputs == *to {
@@ -300,7 +321,7 @@ impl<'m> Solver<'m> {
         for _ in 0..self.mechanism.most_steps(&from.inputs, to) {
             let last = done + part >= 1.0;
             let inputs = if last { to.clone() } else { between(&from.inputs, to, done + part) };
-            if let Some(next) = self.close_within(&state, &inputs, budget) {
+            if let Some(next) = self.close_within(&state, &inputs, budget.as_deref_mut()) {
                 state = next;
                 if last {
                     return Ok(state);
@@ -309,7 +330,7 @@ impl<'m> Solver<'m> {
                 part = (2.0 * part).min(most);
             } else {
                 part *= 0.5;
-                if part < SMALLEST_PART * most || budget.is_spent() {
+                if part < SMALLEST_PART * most || budget.as_ref().is_some_and(|budget| budget.is_spent()) {
                     break;
                 }
             }
@@ -411,3 +432,6 @@ pub(crate) fn between(from: &Inputs<f64>, to: &Inputs<f64>, t: f64) -> Inputs<f6
     let mix = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect();
     Inputs { drives: mix(&from.drives, &to.drives), parameters: mix(&from.parameters, &to.parameters) }
 }
+
+#[cfg(test)]
+mod tests;

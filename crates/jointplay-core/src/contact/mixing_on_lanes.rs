@@ -12,7 +12,7 @@
 //! with the differences D of f and A of g. Offsets at which f vanishes are the same as of whole steps. Where these lead
 //! away from such a place, none of it is used.
 
-use crate::math::lanes::block::{Block, LANES};
+use crate::math::lanes::block::{Block, LANES, bits_if, select};
 use crate::mechanism::Mechanism;
 
 /// Contacts have found their sides where no offset changes by more than this part of its set.
@@ -128,16 +128,17 @@ impl Mixing {
         let [newest, before] = &mut self.differences;
         let (mut first, mut second, mut kept) = (zero, zero, zero);
         for i in 0..LANES {
-            let near = changed.0[i] < NEAR;
+            let near = bits_if(changed.0[i] < NEAR);
+            let shrinks = bits_if(size.0[i] < self.size.0[i]) & bits_if(self.size.0[i] < f64::INFINITY);
             // Along the last step g must not change by more than u: whole steps would lead away.
-            let used = near && size.0[i] < self.size.0[i] && self.size.0[i] < f64::INFINITY && ag.0[i] < aa.0[i];
+            let used = near & shrinks & bits_if(ag.0[i] < aa.0[i]);
             let rest = bb.0[i] - ab.0[i] * ab.0[i] / aa.0[i];
-            let both = used && rest > INDEPENDENT * bb.0[i];
+            let both = used & bits_if(rest > INDEPENDENT * bb.0[i]);
             let c = (bf.0[i] - ab.0[i] * af.0[i] / aa.0[i]) / rest;
-            second.0[i] = if both { c } else { 0.0 };
-            first.0[i] = if used { (af.0[i] - second.0[i] * ab.0[i]) / aa.0[i] } else { 0.0 };
-            kept.0[i] = if used { 1.0 } else { 0.0 };
-            self.size.0[i] = if near { size.0[i] } else { f64::INFINITY };
+            second.0[i] = select(both, c, 0.0);
+            first.0[i] = select(used, (af.0[i] - second.0[i] * ab.0[i]) / aa.0[i], 0.0);
+            kept.0[i] = select(used, 1.0, 0.0);
+            self.size.0[i] = select(near, size.0[i], f64::INFINITY);
         }
         if kept.0.iter().all(|kept| *kept == 0.0) {
             newest.fill([zero; 2]);

@@ -17,7 +17,7 @@ use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::rc::Rc;
 
-use crate::math::affine::unknowns::{Finite, Scaled};
+use crate::math::affine::unknowns::{Finite, Sum};
 pub(crate) use crate::math::affine::unknowns::{Group, Unknowns};
 use crate::math::interval::Interval;
 use crate::math::lanes::dispatch;
@@ -33,6 +33,8 @@ const HEAD: usize = 3;
 pub(crate) struct Forms {
     unknowns: Unknowns,
     numbers: RefCell<Vec<f64>>,
+    /// Room for the terms of a sum.
+    terms: RefCell<Vec<(f64, usize)>>,
     rooms: Rooms,
 }
 
@@ -50,7 +52,7 @@ impl Forms {
     /// Of some unknowns.
     pub fn new(unknowns: Unknowns, rooms: &Rooms) -> Self {
         let numbers = RefCell::new(rooms.borrow_mut().pop().unwrap_or_default());
-        Self { unknowns, numbers, rooms: Rc::clone(rooms) }
+        Self { unknowns, numbers, terms: RefCell::default(), rooms: Rc::clone(rooms) }
     }
 
     /// How many numbers are kept.
@@ -94,6 +96,8 @@ impl Forms {
         let place = numbers.len();
         numbers.resize(place + self.length(), 0.0);
         let (before, sum) = numbers.split_at_mut(place);
+        let mut linear = self.terms.borrow_mut();
+        linear.clear();
         let (mut count, mut weight) = (0.0, 0.0);
         for (factor, form) in terms {
             count += 1.0;
@@ -105,14 +109,15 @@ impl Forms {
                     weight += factor.abs() * (centre.abs() + rest);
                 }
                 Form::Linear(place, _) => {
-                    let of = &before[place..place + sum.len()];
+                    let of = &before[place..place + HEAD];
                     sum[0] += factor * of[0];
                     sum[1] += factor.abs() * of[1];
                     weight += factor.abs() * (of[0].abs() + of[1] + of[2]);
-                    dispatch(Scaled { sum: &mut sum[HEAD..], factor, added: &of[HEAD..] });
+                    linear.push((factor, place + HEAD));
                 }
             }
         }
+        dispatch(Sum { onto: &mut sum[HEAD..], terms: &linear, numbers: before });
         sum[1] = (sum[1] + EPSILON * (count + 2.0) * weight) * RAISED + f64::MIN_POSITIVE * count;
     }
 
@@ -233,17 +238,6 @@ impl Form<'_> {
     fn inverse(self) -> Self {
         self.mapped(|x| Interval::ONE / x, |x| -(Interval::ONE / x.square()))
     }
-
-    fn angle(sine: Self, cosine: Self) -> Self {
-        if let (Self::Constant(sine), Self::Constant(cosine)) = (sine, cosine) {
-            return Self::Constant(Interval::small_angle(sine, cosine));
-        }
-        if !(cosine.range().low > 0.0) {
-            return Self::Constant(Interval::LINE);
-        }
-        let arc = |x| Interval::small_angle(x, Interval::ONE);
-        (sine / cosine).mapped(arc, |x| Interval::ONE / (Interval::ONE + x.square()))
-    }
 }
 
 impl Add for Form<'_> {
@@ -337,20 +331,15 @@ impl Real for Form<'_> {
         let (sine, cosine) = (|x: Interval| x.sin_cos().0, |x: Interval| x.sin_cos().1);
         (self.mapped(sine, cosine), self.mapped(cosine, |x| -sine(x)))
     }
-    fn wide_sin_cos(self) -> (Self, Self) {
-        self.sin_cos()
-    }
-    fn angle_residual(sine: Self, cosine: Self) -> (Self, Self) {
-        (Self::angle(sine, cosine), Self::from_f64(1.0))
-    }
-    fn small_angle(sine: Self, cosine: Self) -> Self {
-        Self::angle(sine, cosine)
-    }
-    fn wide_angle(sine: Self, cosine: Self) -> Self {
-        Self::angle(sine, cosine)
-    }
     fn whole_angle(sine: Self, cosine: Self) -> Self {
-        Self::angle(sine, cosine)
+        if let (Self::Constant(sine), Self::Constant(cosine)) = (sine, cosine) {
+            return Self::Constant(Interval::whole_angle(sine, cosine));
+        }
+        if !(cosine.range().low > 0.0) {
+            return Self::Constant(Interval::LINE);
+        }
+        let arc = |x| Interval::whole_angle(x, Interval::ONE);
+        (sine / cosine).mapped(arc, |x| Interval::ONE / (Interval::ONE + x.square()))
     }
     fn tilt(sine: Self, cosine: Self) -> Self {
         if cosine.range().low > 0.5 { sine } else { Self::Constant(Interval::LINE) }

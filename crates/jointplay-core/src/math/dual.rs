@@ -34,12 +34,6 @@ impl Dual {
         }
         Self { value, ..self }
     }
-
-    fn angle(sine: Self, cosine: Self) -> Self {
-        let (s, c) = (sine.value, cosine.value);
-        let square = s * s + c * c;
-        Self::of([sine, cosine], s.atan2(c), [c / square, -s / square])
-    }
 }
 
 impl Add for Dual {
@@ -98,20 +92,10 @@ impl Real for Dual {
         let (s, c) = self.value.sin_cos();
         (self.mapped(s, c), self.mapped(c, -s))
     }
-    fn wide_sin_cos(self) -> (Self, Self) {
-        self.sin_cos()
-    }
-    fn angle_residual(sine: Self, cosine: Self) -> (Self, Self) {
-        (Self::angle(sine, cosine), Self::from_f64(1.0))
-    }
-    fn small_angle(sine: Self, cosine: Self) -> Self {
-        Self::angle(sine, cosine)
-    }
-    fn wide_angle(sine: Self, cosine: Self) -> Self {
-        Self::angle(sine, cosine)
-    }
     fn whole_angle(sine: Self, cosine: Self) -> Self {
-        Self::angle(sine, cosine)
+        let (s, c) = (sine.value, cosine.value);
+        let square = s * s + c * c;
+        Self::of([sine, cosine], s.atan2(c), [c / square, -s / square])
     }
     // The component of the rotation vector, `sine a / sin a` with the angle a of the whole tilt, as of a plain number.
     fn tilt(sine: Self, cosine: Self) -> Self {

@@ -157,16 +157,6 @@ impl Interval {
         if self.is_zero() { self } else { Self { low: end(self.low).low.max(0.0), high: end(self.high).high } }
     }
 
-    /// The angle of a vector whose second number is positive.
-    fn angle(sine: Self, cosine: Self) -> Self {
-        if cosine.low <= 0.0 || !sine.is_finite() {
-            return Self::LINE;
-        }
-        let tangent = sine / cosine;
-        let end = |x: f64| Self::near(libm::atan(x), FUNCTION);
-        if tangent.is_zero() { tangent } else { Self { low: end(tangent.low).low, high: end(tangent.high).high } }
-    }
-
     /// The values of a function between its values at the ends; where its slope may vanish in between, up to the side
     /// of one on which they are.
     fn wave(ends: [Self; 2], slopes: [Self; 2]) -> Self {
@@ -187,7 +177,7 @@ impl Interval {
         let s = Self::new(square, square);
         if square > ARC_SQUARE {
             let t = s.root();
-            return Self::angle(t, Self::ONE).scaled(2.0) / t;
+            return Self::whole_angle(t, Self::ONE).scaled(2.0) / t;
         }
         let mut sum = Self::of_size(2.0 * square.powi(ARC_TERMS));
         for k in (0..ARC_TERMS).rev() {
@@ -271,20 +261,14 @@ impl Real for Interval {
             [libm::sin as fn(f64) -> f64, libm::cos].map(|f| [self.low, self.high].map(|x| Self::near(f(x), FUNCTION)));
         (Self::wave(sines, cosines), Self::wave(cosines, sines))
     }
-    fn wide_sin_cos(self) -> (Self, Self) {
-        self.sin_cos()
-    }
-    fn angle_residual(sine: Self, cosine: Self) -> (Self, Self) {
-        (Self::angle(sine, cosine), Self::ONE)
-    }
-    fn small_angle(sine: Self, cosine: Self) -> Self {
-        Self::angle(sine, cosine)
-    }
-    fn wide_angle(sine: Self, cosine: Self) -> Self {
-        Self::angle(sine, cosine)
-    }
+    // Of a vector whose second number is positive.
     fn whole_angle(sine: Self, cosine: Self) -> Self {
-        Self::angle(sine, cosine)
+        if cosine.low <= 0.0 || !sine.is_finite() {
+            return Self::LINE;
+        }
+        let tangent = sine / cosine;
+        let end = |x: f64| Self::near(libm::atan(x), FUNCTION);
+        if tangent.is_zero() { tangent } else { Self { low: end(tangent.low).low, high: end(tangent.high).high } }
     }
     fn tilt(sine: Self, cosine: Self) -> Self {
         if cosine.low > 0.5 { sine } else { Self::LINE }

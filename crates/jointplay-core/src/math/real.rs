@@ -11,24 +11,35 @@ pub trait Real:
     fn from_f64(value: f64) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
+    /// The angle of the given sine and cosine, times one positive number near one, between minus and plus half a turn.
+    fn whole_angle(sine: Self, cosine: Self) -> Self;
     /// A residual that vanishes with the angle of the given sine and cosine, and its derivative
     /// with respect to that angle.
-    fn angle_residual(sine: Self, cosine: Self) -> (Self, Self);
+    ///
+    /// The angle itself: unlike its sine it does not vanish at half a turn, so that a rough start cannot settle on the
+    /// mirrored solution.
+    fn angle_residual(sine: Self, cosine: Self) -> (Self, Self) {
+        (Self::whole_angle(sine, cosine), Self::from_f64(1.0))
+    }
     /// The angle of the given sine and cosine, times any positive number each; at least near zero.
-    fn small_angle(sine: Self, cosine: Self) -> Self;
+    fn small_angle(sine: Self, cosine: Self) -> Self {
+        Self::whole_angle(sine, cosine)
+    }
     /// The same of an angle that may be as large as a quarter of a turn.
-    fn wide_angle(sine: Self, cosine: Self) -> Self;
+    fn wide_angle(sine: Self, cosine: Self) -> Self {
+        Self::whole_angle(sine, cosine)
+    }
     /// A number that vanishes with the tilt whose component has the given sine, the cosine being that of
     /// the whole tilt; the sine itself near zero.
     fn tilt(sine: Self, cosine: Self) -> Self;
     /// `2 atan(t) / t` of the square of t.
     fn double_arc(square: Self) -> Self;
     /// Sine and cosine of an angle that may be as large as some turns.
-    fn wide_sin_cos(self) -> (Self, Self);
+    fn wide_sin_cos(self) -> (Self, Self) {
+        self.sin_cos()
+    }
     /// Itself between -1 and 1, else the nearer of these; and the slope of that, at least between them.
     fn within_one(self) -> (Self, Self);
-    /// The angle of the given sine and cosine, times one positive number near one, between minus and plus half a turn.
-    fn whole_angle(sine: Self, cosine: Self) -> Self;
     /// One over the square root, `near` being what the root is like, give or take a factor of some hundreds; zero of zero.
     fn reciprocal_root(self, near: f64) -> Self;
     /// The square root, by way of a number within a factor of three of it; zero of a rough start's negative number.
@@ -41,17 +52,6 @@ impl Real for f64 {
     }
     fn sin_cos(self) -> (Self, Self) {
         Self::sin_cos(self)
-    }
-    // The angle itself: unlike its sine it does not vanish at half a turn, so that a rough start
-    // cannot settle on the mirrored solution.
-    fn angle_residual(sine: Self, cosine: Self) -> (Self, Self) {
-        (sine.atan2(cosine), 1.0)
-    }
-    fn small_angle(sine: Self, cosine: Self) -> Self {
-        sine.atan2(cosine)
-    }
-    fn wide_angle(sine: Self, cosine: Self) -> Self {
-        sine.atan2(cosine)
     }
     fn whole_angle(sine: Self, cosine: Self) -> Self {
         sine.atan2(cosine)
@@ -72,9 +72,6 @@ impl Real for f64 {
         let t = square.sqrt();
         // Below this the cubic term is lost beside 1.
         if t < 1e-8 { 2.0 } else { 2.0 * t.atan() / t }
-    }
-    fn wide_sin_cos(self) -> (Self, Self) {
-        Self::sin_cos(self)
     }
     fn within_one(self) -> (Self, Self) {
         // An end of the play is inside, rounded as it may be.

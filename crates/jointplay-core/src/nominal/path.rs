@@ -51,7 +51,7 @@ impl Mechanism {
 
     /// The singular state at the very end of a branch (a dead centre), which continuation only comes near.
     pub(crate) fn dead_centre(&self, near: &State, drives: &[f64]) -> Option<State> {
-        let assembly = self.assemble_from(near.coordinates.clone(), drives, true);
+        let assembly = self.assemble_quickly(near.coordinates.clone(), drives);
         let inputs = Inputs::nominal(self, drives);
         let state = State { coordinates: assembly.coordinates, inputs, negative: near.negative };
         (assembly.converged && self.nominal_status(&state) == Status::Singular).then_some(state)

@@ -15,6 +15,8 @@ columns! {
     error_first_order: f64 [Component];
     /// Coordinates of all bodies.
     poses: f64 [Body, Coordinate];
+    /// The largest residual of the closure at this pose, in characteristic lengths and radians.
+    residual: f64 [];
     /// Outcome.
     status: Status [];
 }

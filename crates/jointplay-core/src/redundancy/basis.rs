@@ -34,6 +34,8 @@ pub struct Basis {
     /// The other rows, and what they are by themselves.
     pub(crate) redundant: Vec<usize>,
     pub(crate) rest: Mechanism,
+    /// Units of the displacements; those that no row has displace points, or turn the axes there.
+    units: Vec<f64>,
 }
 
 impl Mechanism {
@@ -103,8 +105,17 @@ impl Mechanism {
         let every: Vec<usize> = (0..self.n_rows()).collect();
         let redundant: Vec<usize> = every.iter().copied().filter(|k| !rows.contains(k)).collect();
         let rest = self.displaced(&redundant, coordinates);
+        let all = self.displaced(&every, coordinates);
+        let of_points = |displacement: usize| {
+            let turned = all.points.iter().map(|point| point.turned_by(displacement)).fold(0.0, f64::max);
+            if turned > 0.0 { 1.0 } else { all.length }
+        };
+        let unit = |displacement: usize| {
+            all.rows.get(displacement).map_or_else(|| of_points(displacement), |row| all.unit(row.component))
+        };
         Ok(Basis {
-            all: self.displaced(&every, coordinates),
+            units: (0..all.n_parameters()).map(unit).collect(),
+            all,
             kept: Self { left_out: rest.rows.clone(), ..self.displaced(&rows, coordinates) },
             rest,
             rows,
@@ -114,7 +125,7 @@ impl Mechanism {
 
     /// As many independent rows as there are unknowns, in ascending order; `None` where there are fewer.
     fn independent(&self, coordinates: &[f64]) -> Option<Vec<usize>> {
-        let (_, matrix) = self.scaled(coordinates, &vec![0.0; self.n_drives]);
+        let matrix = self.scaled(coordinates, &vec![0.0; self.n_drives]);
         let (rows, unknowns) = (self.n_rows(), self.n_unknowns());
         let joints = rows - self.n_driven;
         let order: Vec<usize> = (joints..rows).chain(0..joints).collect();
@@ -192,7 +203,7 @@ impl Basis {
         self.redundant
             .iter()
             .zip(misfit.iter())
-            .fold(0.0, |largest: f64, (&k, gap)| largest.max(gap.abs() / self.all.unit(self.all.rows[k].component)))
+            .fold(0.0, |largest: f64, (&k, gap)| largest.max(gap.abs() / self.units[k]))
     }
 
     /// A solver of the basis, planned at given coordinates.
@@ -200,12 +211,8 @@ impl Basis {
         Solver::new(&self.kept, coordinates)
     }
 
-    /// The unit of a displacement; those that no row has displace points, or turn the axes there.
+    /// The unit of a displacement.
     pub(crate) fn unit(&self, displacement: usize) -> f64 {
-        let of_points = || {
-            let turned = self.all.points.iter().map(|point| point.turned_by(displacement)).fold(0.0, f64::max);
-            if turned > 0.0 { 1.0 } else { self.all.length }
-        };
-        self.all.rows.get(displacement).map_or_else(of_points, |row| self.all.unit(row.component))
+        self.units[displacement]
     }
 }

@@ -20,7 +20,7 @@ mod tests {
     use crate::clearance::draw::points::Points;
     use crate::clearance::law::Law;
     use crate::clearance::samples::KINDS;
-    use crate::math::lanes::block::Block;
+    use crate::math::lanes::block::{Block, LANES};
     use crate::math::lanes::simd::{Kernel, Width, dispatch, limit};
 
     struct Draws(Set, Law);
@@ -41,6 +41,27 @@ mod tests {
                 bits.extend(drawn.iter().flat_map(|block| block.0.map(f64::to_bits)));
             }
             bits
+        }
+    }
+
+    #[test]
+    fn own_coordinates_are_drawn_as_offsets_are() {
+        for set in KINDS {
+            for law in [Law::Uniform, Law::Boundary, Law::Normal, Law::Gauss] {
+                let (mut offsets, mut own) = (Stream::new(3, 1), Stream::new(3, 1));
+                let n = set.size();
+                let (mut drawn, mut unit) = (vec![Block::splat(0.0); n], vec![Block::splat(0.0); n]);
+                for _ in 0..10 {
+                    offsets.draw(&set, law, &mut drawn);
+                    own.draw_own(&set, law, &mut unit);
+                    for lane in 0..LANES {
+                        let at: Vec<f64> = unit.iter().map(|block| block.0[lane]).collect();
+                        for (k, d) in set.of_unit(&at)[..n].iter().enumerate() {
+                            assert!((d - drawn[k].0[lane]).abs() < 1e-14 * set.half_width(k), "{set:?} {law:?}");
+                        }
+                    }
+                }
+            }
         }
     }
 

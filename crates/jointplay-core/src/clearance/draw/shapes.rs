@@ -50,6 +50,12 @@ pub trait Draw: Sized {
     fn draw(&mut self, set: &Set, law: Law, out: &mut [Block]) {
         self.draw_shape(set, law, out);
     }
+
+    /// Draws the same in the set's own coordinates ([`Set::to_unit`]).
+    #[inline(always)]
+    fn draw_own(&mut self, set: &Set, law: Law, out: &mut [Block]) {
+        self.draw_unit_shape(set, law, out);
+    }
 }
 
 /// The laws of all shapes.
@@ -91,6 +97,30 @@ trait Laws: Draw {
         }
     }
 
+    /// Own coordinates of every shape.
+    #[inline(always)]
+    fn draw_unit_shape(&mut self, set: &Set, law: Law, out: &mut [Block]) {
+        match set.shape() {
+            Shape::Round { size: 2, .. } => out.copy_from_slice(&self.disc(law)),
+            Shape::Round { .. } => out.copy_from_slice(&self.ball(law)),
+            Shape::Diamond { .. } => out.copy_from_slice(&self.square(law)),
+            Shape::Interval { .. } => out[0] = self.interval(law),
+            Shape::Pin(pin) => {
+                let across = pin.across();
+                for along in &mut out[..across] {
+                    *along = self.interval(law);
+                }
+                for end in out[across..].chunks_exact_mut(2) {
+                    end.copy_from_slice(&self.disc(law));
+                }
+            }
+            Shape::Tapered(tapered) => {
+                let unit = self.tapered(law, &tapered.tapers[..tapered.n]);
+                out.copy_from_slice(&unit[..out.len()]);
+            }
+        }
+    }
+
     /// A radius by its inverse distribution, and a direction.
     #[inline(always)]
     fn disc(&mut self, law: Law) -> [Block; 2] {
@@ -112,7 +142,14 @@ trait Laws: Draw {
     /// The diamond `|a| + |b| <= 1` is the square `|p|, |q| <= 1` turned: `a = (p+q)/2, b = (p-q)/2`.
     #[inline(always)]
     fn diamond(&mut self, law: Law) -> [Block; 2] {
-        let [p, q] = match law {
+        let [p, q] = self.square(law);
+        let half = Block::splat(0.5);
+        [p.add(&q).mul(&half), p.sub(&q).mul(&half)]
+    }
+
+    #[inline(always)]
+    fn square(&mut self, law: Law) -> [Block; 2] {
+        match law {
             Law::Uniform => [self.symmetric(), self.symmetric()],
             Law::Normal | Law::Gauss => {
                 let mut pair = [Block::splat(0.0); 2];
@@ -131,9 +168,7 @@ trait Laws: Draw {
                 }
                 [p, q]
             }
-        };
-        let half = Block::splat(0.5);
-        [p.add(&q).mul(&half), p.sub(&q).mul(&half)]
+        }
     }
 
     #[inline(always)]

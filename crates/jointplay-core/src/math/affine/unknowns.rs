@@ -6,8 +6,10 @@
 use crate::math::lanes::{Kernel, dispatch};
 use crate::math::vector::norm;
 
-/// Sums are taken in so many parts, which a processor adds at once.
+/// Numbers are taken so many at once, and forms have a multiple of it.
 const AT_ONCE: usize = 8;
+/// Sums of forms are taken so many times as many at once.
+const WIDE: usize = 4 * AT_ONCE;
 
 /// Unknowns after each other that are bounded together besides: the length of their vector by a radius.
 pub(crate) struct Group {
@@ -15,7 +17,7 @@ pub(crate) struct Group {
     pub radius: f64,
 }
 
-/// Numbers that are not known, but bounded.
+/// Numbers that are not known, but bounded; and some at the end that are zero, up to a multiple of what is taken at once.
 pub(crate) struct Unknowns {
     pub sizes: Vec<f64>,
     /// Sizes of the unknowns that are bounded alone, zero for the others.
@@ -28,7 +30,8 @@ pub(crate) struct Unknowns {
 
 impl Unknowns {
     /// By their sizes, in groups.
-    pub fn new(sizes: Vec<f64>, groups: impl Iterator<Item = Group>) -> Self {
+    pub fn new(mut sizes: Vec<f64>, groups: impl Iterator<Item = Group>) -> Self {
+        sizes.resize(sizes.len().next_multiple_of(AT_ONCE), 0.0);
         let groups: Vec<Group> = groups.filter(|group| group.range.len() > 1 && group.radius.is_finite()).collect();
         let (mut alone, mut pairs) = (sizes.clone(), [(); 3].map(|()| vec![0.0; sizes.len()]));
         for group in &groups {
@@ -47,19 +50,43 @@ impl Unknowns {
     }
 }
 
-/// Numbers times a factor, added to others.
-pub(super) struct Scaled<'a> {
-    pub sum: &'a mut [f64],
-    pub factor: f64,
-    pub added: &'a [f64],
+/// Numbers times factors, added to others: the factors, and where the numbers of each begin.
+pub(super) struct Sum<'a> {
+    pub onto: &'a mut [f64],
+    pub terms: &'a [(f64, usize)],
+    pub numbers: &'a [f64],
 }
 
-impl Kernel for Scaled<'_> {
+impl Sum<'_> {
+    /// The next so many numbers of it, term after term.
+    #[inline(always)]
+    fn take<const N: usize>(&mut self, first: usize) -> usize {
+        let onto = &mut self.onto[first..first + N];
+        let mut sums = [0.0; N];
+        sums.copy_from_slice(onto);
+        for &(factor, place) in self.terms {
+            let of = &self.numbers[place + first..][..N];
+            for k in 0..N {
+                sums[k] += factor * of[k];
+            }
+        }
+        onto.copy_from_slice(&sums);
+        first + N
+    }
+}
+
+impl Kernel for Sum<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
-        self.sum.iter_mut().zip(self.added).for_each(|(sum, x)| *sum += self.factor * x);
+    fn run(mut self) {
+        let mut first = 0;
+        while first + WIDE <= self.onto.len() {
+            first = self.take::<WIDE>(first);
+        }
+        while first < self.onto.len() {
+            first = self.take::<AT_ONCE>(first);
+        }
     }
 }
 
@@ -87,20 +114,38 @@ impl Kernel for Reach<'_> {
     #[inline(always)]
     fn run(self) -> f64 {
         let (c, Unknowns { sizes, alone, pairs: [first, second, radius], groups }) = (self.coefficients, self.unknowns);
-        let n = c.len();
         let smaller = |a: f64, b: f64| if b < a { b } else { a };
-        let of_one = |k: usize| c[k].abs() * alone[k];
-        let of_two = |k: usize| {
-            let (a, b) = (c[k], c[k + 1]);
-            smaller(a.abs() * first[k] + b.abs() * second[k], (a * a + b * b).sqrt() * radius[k])
-        };
         let of_more = |group: &Group| {
             let of = &c[group.range.clone()];
             let apart: f64 = of.iter().zip(&sizes[group.range.clone()]).map(|(c, size)| c.abs() * size).sum();
             smaller(apart, norm(of) * group.radius)
         };
-        summed(n, of_one) + summed(n.saturating_sub(1), of_two) + groups.iter().map(of_more).sum::<f64>()
+        let mut sums = [0.0; AT_ONCE];
+        for at in (0..c.len()).step_by(AT_ONCE) {
+            let [a, alone, first, second, radius] =
+                [block(c, at), block(alone, at), block(first, at), block(second, at), block(radius, at)];
+            // No two begin at the last number.
+            let last = at + AT_ONCE == c.len();
+            let b = if last {
+                std::array::from_fn(|k| if k + 1 < AT_ONCE { a[k + 1] } else { 0.0 })
+            } else {
+                block(c, at + 1)
+            };
+            for k in 0..AT_ONCE {
+                let apart = a[k].abs() * first[k] + b[k].abs() * second[k];
+                let together = (a[k] * a[k] + b[k] * b[k]).sqrt() * radius[k];
+                sums[k] += a[k].abs() * alone[k] + smaller(apart, together);
+            }
+        }
+        sums.iter().sum::<f64>() + groups.iter().map(of_more).sum::<f64>()
     }
+}
+
+/// The numbers from a place on that are taken at once.
+#[inline(always)]
+fn block(numbers: &[f64], at: usize) -> [f64; AT_ONCE] {
+    let numbers = &numbers[at..at + AT_ONCE];
+    std::array::from_fn(|k| numbers[k])
 }
 
 /// A sum whose terms are added several at a time.

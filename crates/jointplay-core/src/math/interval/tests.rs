@@ -72,8 +72,11 @@ fn functions_hold_their_values_to_forty_digits() {
         let numbers: Vec<f64> = line.split_whitespace().map(|word| word.parse().unwrap()).collect();
         let [x, sine, sine_rest, cosine, cosine_rest, arc, arc_rest] = numbers[..] else { panic!("{line}") };
         let (s, c) = exact(x).sin_cos();
-        let found =
-            [(s, sine, sine_rest), (c, cosine, cosine_rest), (Interval::angle(exact(x), Interval::ONE), arc, arc_rest)];
+        let found = [
+            (s, sine, sine_rest),
+            (c, cosine, cosine_rest),
+            (Interval::whole_angle(exact(x), Interval::ONE), arc, arc_rest),
+        ];
         for (found, value, rest) in found {
             // The exact value is the number and what is missing from it.
             assert!(value - found.low >= -rest && found.high - value >= rest, "{x} {found:?} {value} {rest}");

@@ -31,9 +31,27 @@ pub const fn bits_if(chosen: bool) -> u64 {
     (chosen as u64).wrapping_neg()
 }
 
+/// `yes` where chosen, else `no`: both are computed, and no lane branches.
+#[inline(always)]
+#[must_use]
+pub const fn select(chosen: u64, yes: f64, no: f64) -> f64 {
+    f64::from_bits(yes.to_bits() & chosen | no.to_bits() & !chosen)
+}
+
 impl Mask {
     /// No lane.
     pub const NONE: Self = Self([0; LANES]);
+
+    /// The lanes for which something holds.
+    #[inline(always)]
+    #[must_use]
+    pub fn of(holds: impl Fn(usize) -> bool) -> Self {
+        let mut mask = Self::NONE;
+        for i in 0..LANES {
+            mask.0[i] = bits_if(holds(i));
+        }
+        mask
+    }
 
     /// Leaves the first lanes only.
     #[inline(always)]

@@ -17,6 +17,9 @@
 //! x without a jump, and the closure is nowhere singular there: the mechanism can be assembled everywhere in the part
 //! and stays on its branch. The box is one of z itself, or of other coordinates of it ([`Modes`]). Of a part of a part the same poses are sought, so that they need to be held only.
 
+mod gradient;
+mod straight;
+
 use crate::closure::newton::State;
 use crate::math::affine::{Form, Forms, Group, Rooms, Unknowns};
 use crate::math::interval::Interval;
@@ -26,9 +29,8 @@ use crate::mechanism::{Mechanism, Source};
 use crate::questions::certificate::blocks::{Block, Part, Product};
 use crate::questions::certificate::chart::{Chart, Equations, Poses};
 use crate::questions::certificate::inverse::Inverse;
-use crate::questions::certificate::linear::{Defect, fixed_point};
+use crate::questions::certificate::linear::Defect;
 use crate::questions::certificate::modes::{Modes, units};
-use crate::questions::certificate::second::Second;
 use crate::questions::certificate::slabs::Slabs;
 
 /// Rounds in which a box is widened until it holds its image.
@@ -234,48 +236,6 @@ impl<'m> Encloser<'m> {
         Some(Linear { inverse, slopes })
     }
 
-    /// The operator without its second term: what z is where the Jacobian does not change. On the way from the point,
-    ///
-    /// ```text
-    /// F(q0 + S d, u(x)) = F(q0, u0) + sum over k of d_k times the mean of (F_q S + F_u)_k on the way
-    /// ```
-    ///
-    /// so that what is of second order is known from what these derivatives are in first order. It is summed over all rows
-    /// before it is bounded, because most of it cancels.
-    fn bent(&self, modes: &Modes, part: &Part, at: &At, slopes: &[f64]) -> Vec<Interval> {
-        let forms = self.forms(part, &at.x, false);
-        let straight = self.expand(&forms, at, slopes, None).equations;
-        let (n, rows) = (self.product.n, at.near.len());
-        let v = points(&at.near);
-        let there = modes.corrections_of(&self.chart.residual(&self.chart.poses(&v), &at.parameters));
-        let mut along_poses = vec![Vec::new(); rows];
-        for &(row, column, value) in &straight.along_poses {
-            along_poses[row].push((column, value));
-        }
-        let mut along_parameters = vec![vec![Form::Constant(Interval::ZERO); self.centre.len()]; rows];
-        for &(row, p, value) in &straight.along_parameters {
-            along_parameters[row][p] = value;
-        }
-        let derivatives = |row: usize| -> Vec<Form<'_>> {
-            let own = self.own_gradient(&along_parameters[row]);
-            let along = |k: usize| {
-                let moved = along_poses[row].iter().map(|&(column, value)| (slopes[column * n + k], value));
-                forms.sum(moved.chain([(-1.0, own[k])]).filter(|(c, form)| *c != 0.0 && !form.is_zero()))
-            };
-            self.product.slabs.split_forms(&forms, (0..n).map(along).collect())
-        };
-        let derivatives: Vec<Vec<Form<'_>>> = (0..rows).map(derivatives).collect();
-        let coordinate = |i: usize| {
-            let along = |k: usize| {
-                let terms = modes.correction(i).iter().zip(&derivatives).map(|(c, of)| (*c, of[k]));
-                forms.parts_of_sum(terms.filter(|(c, form)| *c != 0.0 && !form.is_zero()), at.x.len())
-            };
-            let gained = Second::of(&self.product, (0..at.x.len()).map(along)).reach(&self.product, part, &at.x);
-            Interval::of_size(gained) - there[i]
-        };
-        (0..rows).map(coordinate).collect()
-    }
-
     /// All values of a form on a part and on the lines to it.
     pub fn ranged(&self, part: &Part, x: &[f64], form: Form<'_>) -> Interval {
         let (centre, coefficients, rest) = form.parts(x.len());
@@ -286,7 +246,12 @@ impl<'m> Encloser<'m> {
     /// The poses of a part about a point.
     pub fn enclose<'f>(&self, forms: &'f Forms, part: &Part, at: &At) -> Option<(Enclosure, Expanded<'f>)> {
         let Linear { inverse, slopes } = self.linear(&at.x, &at.near)?;
-        let enclosed = |modes: Modes| self.enclosed(forms, part, at, (&slopes, modes));
+        let straight = self.forms(part, &at.x, false);
+        let derivatives = self.derivatives(&straight, at, &slopes);
+        let enclosed = |modes: Modes| {
+            let bent = self.bent(&modes, part, at, &straight, &derivatives);
+            self.enclosed(forms, part, at, (&slopes, modes, &bent))
+        };
         enclosed(Modes::components(&inverse)).or_else(|| enclosed(Modes::singular(self.chart.mechanism, &inverse)?))
     }
 
@@ -296,9 +261,8 @@ impl<'m> Encloser<'m> {
         forms: &'f Forms,
         part: &Part,
         at: &At,
-        (slopes, modes): (&[f64], Modes),
+        (slopes, modes, bent): (&[f64], Modes, &[Interval]),
     ) -> Option<(Enclosure, Expanded<'f>)> {
-        let bent = self.bent(&modes, part, at, slopes);
         let point: Vec<Interval> =
             at.v.iter().zip(&at.near).map(|(v, near)| *v - Interval::from_point(*near)).collect();
         let point = modes.coordinates_of(&point);
@@ -309,7 +273,7 @@ impl<'m> Encloser<'m> {
         let mut z: Vec<Interval> = bent.iter().zip(&point).map(wider).collect();
         let largest = |z: &[Interval]| z.iter().fold(ROUNDING, |largest, z| largest.max(z.size()));
         for _ in 0..WIDENED {
-            if !z.iter().all(|z| z.is_finite()) || largest(&z) > LOST * largest(&bent) {
+            if !z.iter().all(|z| z.is_finite()) || largest(&z) > LOST * largest(bent) {
                 return None;
             }
             let before = forms.count();
@@ -317,7 +281,7 @@ impl<'m> Encloser<'m> {
             let after = forms.count();
             let defect = Defect::of(&modes, forms, &expanded.equations.along_poses);
             forms.back_to(after);
-            let image: Vec<Interval> = defect.times(&z).iter().zip(&bent).map(|(e, bent)| *bent + *e).collect();
+            let image: Vec<Interval> = defect.times(&z).iter().zip(bent).map(|(e, bent)| *bent + *e).collect();
             if z.iter().zip(&image).all(|(z, image)| z.surrounds(*image)) {
                 let (from, near, slopes) = (at.x.clone(), at.near.clone(), slopes.to_vec());
                 let found = Enclosure { part: part.clone(), from, near, slopes, modes, z, defect };
@@ -389,54 +353,5 @@ impl<'m> Encloser<'m> {
             }
         }
         None
-    }
-
-    /// The gradient along the own coordinates, over an enclosure, of a cost given by its gradients along twists and
-    /// parameters: with `J^T l = c_q` it is `c_u - F_u^T l`.
-    pub fn gradient<'f>(
-        &self,
-        forms: &'f Forms,
-        (enclosure, expanded): (&Enclosure, &Expanded<'f>),
-        twists: &[Form<'f>],
-        parameters: &[Form<'f>],
-    ) -> Option<Vec<Form<'f>>> {
-        let (size, modes) = (self.chart.mechanism.size(), &enclosure.modes);
-        let nonzero = |(c, form): &(f64, Form<'f>)| *c != 0.0 && !form.is_zero();
-        let along_modes = |row: &[Form<'f>]| -> Vec<Form<'f>> {
-            let along =
-                |j: usize| forms.sum(row.iter().enumerate().map(|(i, c)| (modes.motion(i)[j], *c)).filter(nonzero));
-            (0..modes.n).map(along).collect()
-        };
-        let bodies = twists.chunks_exact(size).zip(expanded.v.chunks_exact(size));
-        let cost: Vec<Form<'_>> = bodies.flat_map(|(twist, v)| self.chart.along_body(twist, v)).collect();
-        // With l = C' y:  y' = c_q' U (C F_q U)^-1 = c_q' U + y' (1 - C F_q U); with y0 in the middle of c_q' U
-        //    = y0' + (c_q' - y0' C F_q) U + (y - y0)' (1 - C F_q U)
-        let y0: Vec<f64> = along_modes(&cost).iter().map(|f| f.range().middle()).collect();
-        let weight = |row: usize| {
-            let terms = (0..modes.n).map(|j| Interval::from_point(y0[j]).scaled(modes.correction(j)[row]));
-            Form::Constant(terms.fold(Interval::ZERO, |sum, term| sum + term))
-        };
-        let weights: Vec<Form<'_>> = (0..modes.n).map(weight).collect();
-        let mut terms: Vec<Vec<(f64, Form<'_>)>> = cost.iter().map(|c| vec![(1.0, *c)]).collect();
-        for &(row, column, value) in &expanded.equations.along_poses {
-            terms[column].push((-1.0, weights[row] * value));
-        }
-        let change: Vec<Form<'_>> = terms.into_iter().map(|terms| forms.sum(terms.into_iter())).collect();
-        let change = along_modes(&change);
-        let ranges: Vec<Interval> = change.iter().map(|f| f.range()).collect();
-        let off = fixed_point(&ranges, |y| enclosure.defect.transposed_times(y))?;
-        let rest = enclosure.defect.transposed_times(&off);
-        let y = |j: usize| change[j] + Form::Constant(rest[j]) + Form::from_f64(y0[j]);
-        let y: Vec<Form<'_>> = (0..modes.n).map(y).collect();
-        let multiplier = |row: usize| {
-            let terms = y.iter().enumerate().map(|(j, y)| (modes.correction(j)[row], *y));
-            forms.sum(terms.filter(nonzero))
-        };
-        let multipliers: Vec<Form<'_>> = (0..modes.n).map(multiplier).collect();
-        let mut gradient = parameters.to_vec();
-        for &(row, p, value) in &expanded.equations.along_parameters {
-            gradient[p] = gradient[p] + value * multipliers[row];
-        }
-        Some(self.own_gradient(&gradient))
     }
 }

@@ -19,6 +19,11 @@ pub(super) struct Defect {
     entries: Vec<Interval>,
 }
 
+/// What a correction makes of a column of the Jacobian, subtracted: the terms of the sum.
+fn corrected<'f>(correction: &[f64], column: &[(usize, Form<'f>)]) -> impl Iterator<Item = (f64, Form<'f>)> {
+    column.iter().map(|&(row, value)| (-correction[row], value)).filter(|(c, _)| *c != 0.0)
+}
+
 impl Defect {
     pub fn of<'f>(modes: &Modes, forms: &'f Forms, along_poses: &Entries<Form<'f>>) -> Self {
         let n = modes.n;
@@ -27,17 +32,22 @@ impl Defect {
             columns[column].push((row, value));
         }
         let mut entries = Vec::with_capacity(n * n);
+        let unit = |i, j| if i == j { Interval::ONE } else { Interval::ZERO };
         for i in 0..n {
             let correction = modes.correction(i);
-            let corrected = |column: &Vec<(usize, Form<'f>)>| {
-                let terms = column.iter().map(|&(row, value)| (-correction[row], value));
-                forms.sum(terms.filter(|(c, _)| *c != 0.0))
-            };
-            let row: Vec<Form<'_>> = columns.iter().map(corrected).collect();
+            if modes.are_components {
+                entries.extend(
+                    columns
+                        .iter()
+                        .enumerate()
+                        .map(|(j, column)| unit(i, j) + forms.reached(corrected(correction, column))),
+                );
+                continue;
+            }
+            let row: Vec<Form<'_>> = columns.iter().map(|column| forms.sum(corrected(correction, column))).collect();
             entries.extend((0..n).map(|j| {
                 let terms = row.iter().enumerate().map(|(k, value)| (modes.motion(k)[j], *value));
-                let unit = if i == j { Interval::ONE } else { Interval::ZERO };
-                unit + forms.reached(terms.filter(|(c, _)| *c != 0.0))
+                unit(i, j) + forms.reached(terms.filter(|(c, _)| *c != 0.0))
             }));
         }
         Self { n, entries }

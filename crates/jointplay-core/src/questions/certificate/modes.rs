@@ -15,6 +15,8 @@ use crate::questions::certificate::inverse::Inverse;
 /// Coordinates k of motions `z = U k`.
 pub(super) struct Modes {
     pub n: usize,
+    /// Whether U is one.
+    pub are_components: bool,
     /// U, row by row.
     motions: Vec<f64>,
     /// Near the inverse of U; what their product is off by from one: the largest sum over a row.
@@ -48,7 +50,7 @@ impl Modes {
     pub fn components(inverse: &Inverse) -> Self {
         let one = || table(inverse.n, |i, j| if i == j { 1.0 } else { 0.0 });
         let corrections = table(inverse.n, |i, row| inverse.at(i, row));
-        Self { n: inverse.n, motions: one(), back: one(), off: 0.0, corrections }
+        Self { n: inverse.n, are_components: true, motions: one(), back: one(), off: 0.0, corrections }
     }
 
     /// Along the singular directions of a mechanism's closure.
@@ -68,7 +70,7 @@ impl Modes {
             }
         }
         let off = off.iter().fold(0.0, |largest: f64, sum| largest.max(sum.high));
-        (off < 0.5).then_some(Self { n, motions, back, off, corrections })
+        (off < 0.5).then_some(Self { n, are_components: false, motions, back, off, corrections })
     }
 
     /// The components of a motion of unit coordinates.

@@ -3,6 +3,8 @@
 mod over_constrained;
 mod specimens;
 
+pub(crate) use specimens::closed_plainly;
+
 use nalgebra::DMatrix;
 
 use crate::closure::equations::Inputs;
@@ -55,6 +57,7 @@ impl Mechanism {
                     Ok(state) => Given {
                         error: self.error(&state, &nominal),
                         error_first_order,
+                        residual: solver.residual(&state.coordinates, &state.inputs),
                         poses: state.coordinates,
                         status: self.status_of(&linearised, &nominal),
                     },

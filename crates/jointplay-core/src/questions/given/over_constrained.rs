@@ -72,6 +72,7 @@ impl Mechanism {
         forced.prestress = self.bearable(system.basis, &settled.state, &balance.forces, &unknown);
         forced.deformation = self.deformation(&system, balance);
         given.error = system.basis.kept.error(&settled.state, nominal);
+        given.residual = solver.residual(&settled.state.coordinates, &settled.state.inputs);
         given.poses = settled.state.coordinates;
         let strained = balance.given.iter().flatten().any(|v| *v != 0.0);
         given.status = match at.nominal_status() {

@@ -24,16 +24,14 @@ struct Closed<'a> {
     specimens: &'a [f64],
 }
 
-impl Closed<'_> {
-    #[inline(never)]
-    fn plainly(&self, specimen: &[f64]) -> Vec<f64> {
-        let m = self.solver.mechanism;
-        let inputs = Inputs { drives: self.built.inputs.drives.clone(), parameters: specimen.to_vec() };
-        let solved = self.solver.close(self.built, &inputs).map_or_else(|| self.solver.follow(self.built, &inputs), Ok);
-        match solved {
-            Ok(state) if state.negative == self.built.negative => m.error(&state, self.nominal),
-            _ => vec![f64::NAN; m.size()],
-        }
+/// The error of one specimen by the plain solver; NaN where it has no pose.
+#[inline(never)]
+pub(crate) fn closed_plainly(solver: &Solver<'_>, built: &State, nominal: &State, parameters: Vec<f64>) -> Vec<f64> {
+    let m = solver.mechanism;
+    let inputs = Inputs { drives: built.inputs.drives.clone(), parameters };
+    match solver.close(built, &inputs).map_or_else(|| solver.follow(built, &inputs), Ok) {
+        Ok(state) if state.negative == built.negative => m.error(&state, nominal),
+        _ => vec![f64::NAN; m.size()],
     }
 }
 
@@ -61,7 +59,7 @@ impl Kernel for Closed<'_> {
             for (lane, specimen) in block.chunks_exact(width).enumerate() {
                 match &self.bound {
                     Some(bound) if good.has(lane) => errors.extend((0..size).map(|k| bound.error(k).0[lane])),
-                    _ => errors.extend(self.plainly(specimen)),
+                    _ => errors.extend(closed_plainly(self.solver, self.built, self.nominal, specimen.to_vec())),
                 }
             }
         }
@@ -111,15 +109,20 @@ impl Mechanism {
         self.with_offsets(specimens, others, |source, specimen, other, values| {
             let gaps = source.gap.as_ref().map(|gap| [gap.at(specimen), gap.at(other)]);
             for (k, p) in source.range().enumerate() {
-                match gaps {
-                    Some([_, theirs]) if theirs <= 0.0 => {}
-                    Some([own, theirs]) if source.set.follows_gap(k) => {
-                        values[p] = self.centre[p] + (other[p] - self.centre[p]) * (own / theirs);
-                    }
-                    _ => values[p] = other[p],
-                }
+                values[p] = gaps.map_or(other[p], |[own, theirs]| {
+                    self.offset_of_gaps(source, k, specimen[p], other[p], own, theirs)
+                });
             }
         })
+    }
+
+    /// Coordinate `k` of an offset at the same part of the play as another one, by the gaps of both.
+    pub(crate) fn offset_of_gaps(&self, source: &Source, k: usize, own: f64, other: f64, gap: f64, theirs: f64) -> f64 {
+        if theirs <= 0.0 {
+            return own;
+        }
+        let centre = self.centre[source.range().start + k];
+        if source.set.follows_gap(k) { centre + (other - centre) * (gap / theirs) } else { other }
     }
 
     /// Specimens of which the values of every clearance are put in anew, with a row beside each.

@@ -69,6 +69,21 @@ impl Job<'_> {
     }
 }
 
+/// The errors that were solved, component by component, and behind them the sizes of position and rotation.
+#[inline(always)]
+pub(crate) fn put_quantities(bound: &Bound<'_>, translations: usize, quantities: &mut [Block]) {
+    let n = quantities.len() - 2;
+    let (mut position, mut rotation) = (Block::splat(0.0), Block::splat(0.0));
+    for k in 0..n {
+        let error = bound.error(k);
+        quantities[k] = *error;
+        let size = if k < translations { &mut position } else { &mut rotation };
+        *size = error.mul_add(error, size);
+    }
+    quantities[n] = position.sqrt();
+    quantities[n + 1] = rotation.sqrt();
+}
+
 struct Chunk<'j, 'a> {
     job: &'j Job<'a>,
     part: &'j Part,
@@ -102,15 +117,7 @@ impl Kernel for Chunk<'_, '_> {
             let mut good = Mask::NONE;
             if let Some(bound) = &mut bound {
                 good = bound.solve();
-                let (mut position, mut rotation) = (Block::splat(0.0), Block::splat(0.0));
-                for k in 0..n {
-                    let error = bound.error(k);
-                    quantities[k] = *error;
-                    let size = if k < translations { &mut position } else { &mut rotation };
-                    *size = error.mul_add(error, size);
-                }
-                quantities[n] = position.sqrt();
-                quantities[n + 1] = rotation.sqrt();
+                put_quantities(bound, translations, &mut quantities);
             }
             good.limit(lanes);
             let used = good.count();

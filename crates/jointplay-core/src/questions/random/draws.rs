@@ -12,7 +12,6 @@ use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::mechanism::Mechanism;
-use crate::mechanism::case::Case;
 use crate::mechanism::scores::Scores;
 use crate::questions::random::parts::{Part, parts};
 use crate::questions::random::request::Request;
@@ -43,7 +42,7 @@ impl Kernel for Draws<'_> {
 }
 
 /// What is found for every part, given the number of its first sample, on all threads; replicate after replicate.
-fn in_order(request: &Request, found: impl Fn(&Part, usize) -> Vec<f64> + Sync) -> Vec<f64> {
+pub(crate) fn in_order<T: Clone + Send>(request: &Request, found: impl Fn(&Part, usize) -> Vec<T> + Sync) -> Vec<T> {
     let mut parts: Vec<Part> = (0..parts(request)).map(|k| Part::of(request, k)).collect();
     parts.sort_by_key(|part| part.replicate);
     let firsts = parts.iter().scan(0, |next, part| Some(std::mem::replace(next, *next + part.count)));
@@ -126,17 +125,6 @@ impl Mechanism {
     #[must_use]
     pub fn specimens(&self, request: &Request) -> Vec<f64> {
         in_order(request, |part, _| self.specimens_of(request, part))
-    }
-
-    /// The exact errors, at one configuration, of specimens whose offsets are drawn anew, specimen after specimen: those of
-    /// [`Mechanism::errors_of`] with the offsets of [`Mechanism::specimens`], part by part, so that memory does not grow.
-    #[must_use]
-    pub fn errors_redrawn(&self, case: Case<'_>, specimens: &[f64], request: &Request) -> Vec<f64> {
-        let width = self.n_parameters();
-        in_order(request, |part, first| {
-            let own = &specimens[first * width..(first + part.count) * width];
-            self.errors_of(case, &self.with_offsets_of(own, &self.specimens_of(request, part)))
-        })
     }
 
     fn specimens_of(&self, request: &Request, part: &Part) -> Vec<f64> {

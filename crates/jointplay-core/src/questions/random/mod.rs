@@ -10,6 +10,7 @@ mod draws;
 mod estimates;
 mod over_constrained;
 mod parts;
+mod redrawn;
 mod request;
 mod specimens;
 mod tally;

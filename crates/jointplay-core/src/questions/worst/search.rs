@@ -13,6 +13,7 @@
 
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Budget, Solver};
+use crate::interrupt;
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::mechanism::Mechanism;
 use crate::questions::worst::ascent::Measure;
@@ -206,6 +207,7 @@ impl<'b, 'm> Search<'b, 'm> {
         for (site, prepared) in self.prepared.iter().enumerate() {
             for (extreme, Extreme { measure, .. }) in prepared.extremes.iter().enumerate() {
                 tries.extend(of(self, site, extreme).into_iter().map(|(pace, start)| {
+                    interrupt::check();
                     // What only stays has to be exact: it is compared with what climbs.
                     let task = Task { site, measure: *measure, pace, fine: pace == Pace::Stay, start };
                     Try { extreme, task }
@@ -294,7 +296,8 @@ impl<'b, 'm> Search<'b, 'm> {
 
     /// Runs all climbs, on lanes and, where these leave them in doubt, plainly.
     fn climb_all(&mut self, tries: Vec<Try>) -> Vec<(Try, Option<Climbed>)> {
-        let tasks: Vec<Task> = tries.iter().map(|tried| tried.task.clone()).collect();
+        let (extremes, tasks): (Vec<usize>, Vec<Task>) =
+            tries.into_iter().map(|Try { extreme, task }| (extreme, task)).unzip();
         let climbed = match self.climb {
             Some(climb) => dispatch(Climbs { climb, sites: &self.sites, tasks: &tasks }),
             None => vec![None; tasks.len()],
@@ -303,7 +306,8 @@ impl<'b, 'm> Search<'b, 'm> {
             let climbed = climbed.or_else(|| self.climb_plainly(&tried));
             (tried, climbed)
         };
-        tries.into_iter().zip(climbed).map(plainly).collect()
+        let tries = extremes.into_iter().zip(tasks).map(|(extreme, task)| Try { extreme, task });
+        tries.zip(climbed).map(plainly).collect()
     }
 
     /// One climb by the plain solver, within what is left of the work of its extreme.

@@ -8,6 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::clearance::offset::{MAX_SIZE, inner};
 use crate::closure::sensitivity::Output;
+use crate::interrupt;
 use crate::math::mesh::spread;
 use crate::math::vector::Vec3;
 use crate::mechanism::Mechanism;
@@ -68,6 +69,7 @@ impl Mechanism {
     /// The linearised extreme along a direction of the output's components; `shift` is the error that
     /// drive values other than the nominal ones make.
     fn extent(&self, map: &Output, shift: &[f64], direction: &[f64]) -> Linear {
+        interrupt::check();
         let mut parameters = self.centre.clone();
         let mut contribution = vec![0.0; self.sources.len()];
         let mut of_gaps = Vec::new();
@@ -140,6 +142,7 @@ impl Mechanism {
 
     /// Moves the given sources of a start to corners of their sets, drawn at random.
     fn to_corners(&self, parameters: &mut [f64], sources: &[usize], rng: &mut Xoshiro256PlusPlus) {
+        interrupt::check();
         for source in sources.iter().map(|&s| &self.sources[s]) {
             let mut w = [0.0; MAX_SIZE];
             // Every component weighs the same at the set's own proportions.
@@ -163,6 +166,7 @@ impl Mechanism {
             let centre = &self.centre[source.range()];
             let offset: Vec<f64> = parameters[source.range()].iter().zip(centre).map(|(p, c)| p - c).collect();
             for to in source.set.elsewhere(&offset) {
+                interrupt::check();
                 let way: Vec<f64> = offset.iter().zip(to).map(|(from, to)| from - to).collect();
                 let losses: Vec<f64> = slopes.iter().map(|slope| inner(&slope[source.range()], &way)).collect();
                 if is_plain(&losses) {

@@ -29,13 +29,14 @@ impl Kernel for Draw<'_> {
 
     #[inline(always)]
     fn run(self) {
-        self.stream.draw(self.set, self.law, self.out);
+        self.stream.draw_own(self.set, self.law, self.out);
     }
 }
 
 /// A block of numbers, compiled for every width.
 enum Next<'a> {
     Unit(&'a mut Stream),
+    Symmetric(&'a mut Stream),
     Normal(&'a mut Stream),
 }
 
@@ -46,6 +47,7 @@ impl Kernel for Next<'_> {
     fn run(self) -> Block {
         match self {
             Self::Unit(stream) => stream.unit(),
+            Self::Symmetric(stream) => stream.symmetric(),
             Self::Normal(stream) => stream.normal(),
         }
     }
@@ -57,8 +59,8 @@ impl Dice {
         Self { stream: Stream::new(seed ^ APART, specimen), uniform: none(), normal: none() }
     }
 
-    /// Offsets of a set by its law, one per lane.
-    pub fn draw(&mut self, set: &Set, law: Law, out: &mut [Block]) {
+    /// Own coordinates of a set by its law, one point per lane.
+    pub fn draw_own(&mut self, set: &Set, law: Law, out: &mut [Block]) {
         dispatch(Draw { stream: &mut self.stream, set, law, out });
     }
 
@@ -69,7 +71,7 @@ impl Dice {
 
     /// Uniform from -1 to 1.
     pub fn symmetric(&mut self) -> Block {
-        self.stream.symmetric()
+        dispatch(Next::Symmetric(&mut self.stream))
     }
 
     /// One number, uniform from 0 to 1.
@@ -81,12 +83,18 @@ impl Dice {
         self.uniform.0.0[self.uniform.1 - 1]
     }
 
-    /// One standard normal number.
-    pub fn next_normal(&mut self) -> f64 {
-        if self.normal.1 == LANES {
-            self.normal = (dispatch(Next::Normal(&mut self.stream)), 0);
+    /// Standard normal numbers.
+    pub fn normals(&mut self, out: &mut [f64]) {
+        let mut rest = out;
+        while !rest.is_empty() {
+            if self.normal.1 == LANES {
+                self.normal = (dispatch(Next::Normal(&mut self.stream)), 0);
+            }
+            let first = self.normal.1;
+            let (now, later) = rest.split_at_mut(rest.len().min(LANES - first));
+            now.copy_from_slice(&self.normal.0.0[first..first + now.len()]);
+            self.normal.1 += now.len();
+            rest = later;
         }
-        self.normal.1 += 1;
-        self.normal.0.0[self.normal.1 - 1]
     }
 }

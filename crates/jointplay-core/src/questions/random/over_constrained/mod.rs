@@ -9,6 +9,7 @@ mod chain;
 mod chunk;
 mod course;
 mod dice;
+mod directions;
 mod opened;
 mod ranges;
 mod room;

@@ -15,6 +15,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
+use crate::math::lanes::simd::{Kernel, dispatch};
+
 /// Times that coordinates are solved for: each leaves what the flanks open of one another.
 const PASSES: usize = 60;
 /// Coordinates that change by less have been solved for.
@@ -136,11 +139,14 @@ impl Opened {
     pub fn opened(&self, at_rest: &[f64], x: &[f64]) -> Option<Vec<f64>> {
         let mut rest = x.to_vec();
         self.places.iter().for_each(|&j| rest[j] = 0.0);
+        let splat = |values: &[f64]| values.iter().map(|value| Block::splat(*value)).collect::<Vec<Block>>();
         let own: Vec<f64> = self.places.iter().map(|&j| x[j]).collect();
+        let mut solved = splat(&own);
+        let gaps = splat(&self.gaps(at_rest, &rest));
+        let all = dispatch(Solve { y: &mut solved, gaps: &gaps, rates: &self.together });
         let mut y = x.to_vec();
-        let solved = solve(&own, &self.gaps(at_rest, &rest), &self.together)?;
-        self.places.iter().zip(solved).for_each(|(&j, own)| y[j] = own);
-        Some(y)
+        self.places.iter().zip(solved).for_each(|(&j, own)| y[j] = own.0[0]);
+        all.has(0).then_some(y)
     }
 
     /// What is common to all proposals where the bound coordinates are the constant and what follows from the free ones;
@@ -175,33 +181,44 @@ impl Opened {
         Some(Proposals { gaps: self.free.iter().map(gap).collect(), largest })
     }
 
-    /// Solves for the coordinates of a proposal from those of the free ones, of which `follow` makes the others; gives its
-    /// weight. Flanks are offsets before and after.
-    pub fn complete(
-        &self,
-        proposals: &Proposals,
-        at_rest: &[f64],
-        u: &mut [f64],
-        follow: impl Fn(&mut [f64]),
-    ) -> Option<f64> {
-        let x: Vec<f64> = self.free.iter().map(|&f| u[self.places[f]]).collect();
-        let beside = |(gap, row): (&f64, &Vec<f64>)| gap + dot(row, self.free_places.iter().map(|&j| &u[j]));
-        let gaps: Vec<f64> = proposals.gaps.iter().zip(&self.beside).map(beside).collect();
-        let y = solve(&x, &gaps, &self.along)?;
-        self.free.iter().zip(&y).for_each(|(&f, y)| u[self.places[f]] = *y);
-        follow(u);
-        // Most proposals end here.
-        let gap = |f: usize, u: &[f64]| at_rest[f] + dot(&self.rates[f], u);
-        if self.bound.iter().any(|&f| u[self.places[f]].abs() > gap(f, u)) {
-            return None;
+    /// Makes coordinates of the offsets of the free flanks, in a block of proposals; gives where that is possible.
+    #[inline(always)]
+    pub fn open_free(&self, proposals: &Proposals, own: &mut [Block]) -> Mask {
+        let mut y: Vec<Block> = self.free.iter().map(|&f| own[self.places[f]]).collect();
+        let mut gaps = Vec::with_capacity(y.len());
+        for (gap, row) in proposals.gaps.iter().zip(&self.beside) {
+            let mut sum = Block::splat(0.0);
+            for (rate, &j) in row.iter().zip(&self.free_places) {
+                add_times(&mut sum, *rate, &own[j]);
+            }
+            gaps.push(Block::splat(*gap).add(&sum));
         }
+        let solved = Solve { y: &mut y, gaps: &gaps, rates: &self.along }.run();
+        self.free.iter().zip(y).for_each(|(&f, y)| own[self.places[f]] = y);
+        solved
+    }
+
+    /// How large a bound coordinate of a block of proposals may be: of a flank, its gap.
+    #[inline(always)]
+    pub fn most(&self, place: usize, at_rest: &[f64], own: &[Block]) -> Block {
+        let Some(f) = self.bound.iter().copied().find(|&f| self.places[f] == place) else { return Block::splat(1.0) };
+        let mut sum = Block::splat(0.0);
+        for (rate, y) in self.rates[f].iter().zip(own) {
+            add_times(&mut sum, *rate, y);
+        }
+        Block::splat(at_rest[f]).add(&sum)
+    }
+
+    /// Makes offsets of the coordinates of all flanks of a proposal; gives its weight, none where a gap is closed.
+    pub fn close(&self, at_rest: &[f64], u: &mut [f64]) -> Option<f64> {
         let gaps = self.gaps(at_rest, u);
         if gaps.iter().any(|gap| *gap <= 0.0) {
             return None;
         }
         self.places.iter().zip(&gaps).for_each(|(&j, gap)| u[j] /= gap);
         let opened: f64 = self.bound.iter().map(|&f| gaps[f]).product();
-        Some(self.bend(u) / (opened * bend(&self.along, &x)))
+        let free: Vec<f64> = self.free.iter().map(|&f| u[self.places[f]]).collect();
+        Some(self.bend(u) / (opened * bend(&self.along, &free)))
     }
 
     /// What flanks do to the gaps of one another, as a determinant.
@@ -236,21 +253,56 @@ impl Opened {
     }
 }
 
-/// The y with `y = X (gaps + rates y)`.
-fn solve(x: &[f64], gaps: &[f64], rates: &[Vec<f64>]) -> Option<Vec<f64>> {
-    let mut y: Vec<f64> = x.iter().zip(gaps).map(|(x, gap)| x * gap).collect();
-    for _ in 0..PASSES {
-        let mut change: f64 = 0.0;
-        for f in 0..x.len() {
-            let own = x[f] * (gaps[f] + dot(&rates[f], &y));
-            change = change.max((own - y[f]).abs());
-            y[f] = own;
+/// Finds the y with `y = X (gaps + rates y)`, which begin as the x, for every lane; gives where there are any.
+struct Solve<'a> {
+    y: &'a mut [Block],
+    gaps: &'a [Block],
+    rates: &'a [Vec<f64>],
+}
+
+impl Kernel for Solve<'_> {
+    type Output = Mask;
+
+    #[inline(always)]
+    fn run(self) -> Mask {
+        let Self { y, gaps, rates } = self;
+        let x = y.to_vec();
+        for (y, gap) in y.iter_mut().zip(gaps) {
+            *y = y.mul(gap);
         }
-        if change <= SOLVED {
-            return Some(y);
+        let mut left = Mask([bits_if(!y.is_empty()); LANES]);
+        for _ in 0..PASSES {
+            if left.count() == 0 {
+                break;
+            }
+            let mut change = Block::splat(0.0);
+            for f in 0..x.len() {
+                let mut sum = Block::splat(0.0);
+                for (rate, y) in rates[f].iter().zip(&*y) {
+                    add_times(&mut sum, *rate, y);
+                }
+                for lane in 0..LANES {
+                    // What has been solved stays, so that a lane does not depend on the others.
+                    let own = x[f].0[lane] * (gaps[f].0[lane] + sum.0[lane]);
+                    let before = y[f].0[lane];
+                    change.0[lane] = change.0[lane].max((own - before).abs());
+                    y[f].0[lane] = if left.has(lane) { own } else { before };
+                }
+            }
+            for lane in 0..LANES {
+                left.0[lane] &= bits_if(change.0[lane] > SOLVED);
+            }
         }
+        Mask(left.0.map(|bits| !bits))
     }
-    None
+}
+
+/// Adds so many times a block.
+#[inline(always)]
+fn add_times(sum: &mut Block, factor: f64, block: &Block) {
+    if factor != 0.0 {
+        *sum = sum.add(&block.mul(&Block::splat(factor)));
+    }
 }
 
 /// `|det(1 - X B)|`

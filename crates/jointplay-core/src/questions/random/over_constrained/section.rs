@@ -7,13 +7,17 @@
 //! ([`chain`](super::chain)), started where the clearances are used the least. What is different about flanks of
 //! couplings is in [`opened`](super::opened).
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::clearance::Set;
 use crate::clearance::law::Law;
 use crate::clearance::offset::MAX_SIZE;
-use crate::math::lanes::block::{Block, LANES};
+use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
+use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::questions::random::over_constrained::dice::Dice;
+use crate::questions::random::over_constrained::directions::Directions;
 use crate::questions::random::over_constrained::opened::{Opened, Proposals};
 
 /// Blocks of proposals before a chain is started.
@@ -65,6 +69,10 @@ impl Interior {
 pub struct Section {
     pub(crate) members: Vec<Member>,
     pub(crate) places: Vec<Place>,
+    /// The places of every member.
+    pub(crate) ranges: Vec<Range<usize>>,
+    /// The precisions of the places beside flanks.
+    pub(crate) precisions: Vec<f64>,
     /// Coefficients of the coordinates, one column each.
     matrix: DMatrix<f64>,
     /// What the middles of the sets are in the equations, and those of the flanks one by one.
@@ -77,15 +85,14 @@ pub struct Section {
     /// The bound coordinates are `from_right b - from_free u_free`.
     from_right: DMatrix<f64>,
     from_free: DMatrix<f64>,
-    /// Orthonormal directions within the section, one per column.
-    pub(crate) directions: DMatrix<f64>,
+    pub(crate) directions: Directions,
     /// Which members have a bound coordinate.
     is_bound: Vec<bool>,
 }
 
 impl Section {
     pub fn new(members: Vec<Member>, equations: usize) -> Self {
-        let mut places = Vec::new();
+        let (mut places, mut ranges) = (Vec::new(), Vec::with_capacity(members.len()));
         let mut columns: Vec<DVector<f64>> = Vec::new();
         let mut middle = DVector::zeros(equations);
         let (mut flanks, mut flank_middles, mut opening) = (Vec::new(), Vec::new(), Vec::new());
@@ -103,6 +110,7 @@ impl Section {
                 flanks.push((places.len(), precisions[0]));
                 flank_middles.push(image(map, &zero));
             }
+            let first = places.len();
             for (k, precision) in precisions.into_iter().enumerate().take(size) {
                 let mut at = [0.0; MAX_SIZE];
                 at[k] = 1.0;
@@ -113,6 +121,7 @@ impl Section {
                     opening.push(image(opens, &offset));
                 }
             }
+            ranges.push(first..places.len());
         }
         let n = places.len();
         let matrix = DMatrix::from_fn(equations, n, |i, j| columns[j][i]);
@@ -123,10 +132,13 @@ impl Section {
             member.set.support(&member.opens[f * size..(f + 1) * size])
         };
         let reach = (0..flanks.len()).map(|f| beside().map(|member| reach(member, f)).sum()).collect();
+        let precision = |place: &Place| if members[place.member].is_flank { 0.0 } else { place.precision };
         let mut section = Self {
             is_bound: vec![false; members.len()],
+            precisions: places.iter().map(precision).collect(),
             members,
             places,
+            ranges,
             middle,
             flank_middles: DMatrix::from_fn(equations, flanks.len(), |i, f| flank_middles[f][i]),
             opened: Opened::default(),
@@ -134,7 +146,7 @@ impl Section {
             free: (0..n).collect(),
             from_right: DMatrix::zeros(0, equations),
             from_free: DMatrix::zeros(0, n),
-            directions: DMatrix::zeros(n, 0),
+            directions: Directions::default(),
             matrix,
         };
         section.eliminate();
@@ -191,7 +203,7 @@ impl Section {
                 span[(i, c)] = -self.from_free[(r, c)];
             }
         }
-        self.directions = if self.free.is_empty() { span } else { span.qr().q() };
+        self.directions = Directions::new(&if self.free.is_empty() { span } else { span.qr().q() });
     }
 
     /// Offsets of the members with the conditional law, for what they have to add up to and the gaps of the flanks where
@@ -244,59 +256,35 @@ impl Section {
     ) -> Option<Vec<f64>> {
         let mut own = vec![Block::splat(0.0); self.places.len()];
         let mut drawn = [Block::splat(0.0); MAX_SIZE];
-        let mut next = 0;
-        for (m, member) in self.members.iter().enumerate() {
-            let places =
-                next..self.places[next..].iter().position(|p| p.member != m).map_or(self.places.len(), |p| p + next);
-            next = places.end;
-            if self.is_bound[m] {
+        for ((member, range), is_bound) in self.members.iter().zip(&self.ranges).zip(&self.is_bound) {
+            if *is_bound {
                 // Their joint density with the bound coordinates is judged on acceptance.
-                places.for_each(|j| own[j] = dice.symmetric());
+                range.clone().for_each(|j| own[j] = dice.symmetric());
                 continue;
             }
-            let size = member.set.size();
-            dice.draw(&member.set, member.law, &mut drawn[..size]);
-            for lane in 0..LANES {
-                let offset: [f64; MAX_SIZE] = std::array::from_fn(|k| drawn[k].0[lane]);
-                let at = member.set.to_unit(&offset[..size]);
-                places.clone().for_each(|j| own[j].0[lane] = at[self.places[j].k]);
-            }
+            dice.draw_own(&member.set, member.law, &mut drawn[..member.set.size()]);
+            range.clone().for_each(|j| own[j] = drawn[self.places[j].k]);
         }
         let luck = dice.uniform();
+        let near = dispatch(Complete { section: self, constant, gaps, proposals, own: &mut own });
         let mut u = vec![0.0; self.places.len()];
-        for lane in 0..LANES {
+        for lane in (0..LANES).filter(|lane| near.has(*lane)) {
             u.iter_mut().zip(&own).for_each(|(u, block)| *u = block.0[lane]);
-            let Some(weight) = self.complete(constant, gaps, proposals, &mut u) else { continue };
-            let near = |j: &usize| u[*j].abs() <= 1.0;
-            if self.bound.iter().all(near)
-                && self.is_inside(&u)
-                && luck.0[lane] * proposals.largest < weight * self.density(&u)
-            {
+            let Some(weight) = self.opened.close(gaps, &mut u) else { continue };
+            if self.is_inside(&u) && luck.0[lane] * proposals.largest < weight * self.density(&u) {
                 return Some(u);
             }
         }
         None
     }
 
-    /// Computes the bound coordinates of a proposal; gives its weight beside its density.
-    fn complete(&self, constant: &DVector<f64>, gaps: &[f64], proposals: &Proposals, u: &mut [f64]) -> Option<f64> {
-        let follow = |u: &mut [f64]| {
-            for (r, &j) in self.bound.iter().enumerate() {
-                let moved: f64 = self.free.iter().enumerate().map(|(c, &i)| self.from_free[(r, c)] * u[i]).sum();
-                u[j] = constant[r] - moved;
-            }
-        };
-        if self.opened.is_empty() {
-            follow(u);
-            return Some(1.0);
-        }
-        self.opened.complete(proposals, gaps, u, follow)
-    }
-
     /// Whether the members with bound coordinates are in their sets.
     fn is_inside(&self, u: &[f64]) -> bool {
-        self.each_member(u)
-            .all(|(m, at)| !self.is_bound[m] || self.members[m].set.contains_unit(&at[..self.members[m].set.size()]))
+        let is_inside = |m: usize| {
+            let set = &self.members[m].set;
+            set.contains_unit(&self.of_member(m, u)[..set.size()])
+        };
+        (0..self.members.len()).all(|m| !self.is_bound[m] || is_inside(m))
     }
 
     /// Their density, as a part of the largest one.
@@ -305,17 +293,16 @@ impl Section {
         (-0.5 * bound.map(|(place, u)| place.precision * u * u).sum::<f64>()).exp()
     }
 
-    /// Own coordinates member by member.
-    pub(crate) fn each_member<'a>(&'a self, u: &'a [f64]) -> impl Iterator<Item = (usize, [f64; MAX_SIZE])> + 'a {
-        let mut next = 0;
-        (0..self.members.len()).map(move |m| {
-            let mut at = [0.0; MAX_SIZE];
-            while let Some(place) = self.places.get(next).filter(|place| place.member == m) {
-                at[place.k] = u[next];
-                next += 1;
-            }
-            (m, at)
-        })
+    /// Whether all own coordinates of a member move.
+    pub(crate) fn moves_whole(&self, m: usize) -> bool {
+        self.ranges[m].len() == self.members[m].set.size()
+    }
+
+    /// Own coordinates of a member.
+    pub(crate) fn of_member(&self, m: usize, u: &[f64]) -> [f64; MAX_SIZE] {
+        let mut at = [0.0; MAX_SIZE];
+        self.ranges[m].clone().for_each(|j| at[self.places[j].k] = u[j]);
+        at
     }
 
     /// Offsets of the members in the coordinates that move.
@@ -325,11 +312,42 @@ impl Section {
     }
 
     fn offsets(&self, u: &[f64]) -> Vec<Vec<f64>> {
-        let offset = |(m, at): (usize, [f64; MAX_SIZE])| {
-            let set = &self.members[m].set;
-            set.of_unit(&at)[..set.size()].to_vec()
-        };
-        self.each_member(u).map(offset).collect()
+        let offset =
+            |(m, member): (usize, &Member)| member.set.of_unit(&self.of_member(m, u))[..member.set.size()].to_vec();
+        self.members.iter().enumerate().map(offset).collect()
+    }
+}
+
+/// The bound coordinates of a block of proposals; gives where none is beyond its set by itself.
+struct Complete<'a> {
+    section: &'a Section,
+    constant: &'a DVector<f64>,
+    gaps: &'a [f64],
+    proposals: &'a Proposals,
+    own: &'a mut [Block],
+}
+
+impl Kernel for Complete<'_> {
+    type Output = Mask;
+
+    #[inline(always)]
+    fn run(self) -> Mask {
+        let Self { section, constant, gaps, proposals, own } = self;
+        let mut near = section.opened.open_free(proposals, own);
+        for (r, &j) in section.bound.iter().enumerate() {
+            let mut moved = Block::splat(0.0);
+            for (c, &i) in section.free.iter().enumerate() {
+                moved = moved.add(&own[i].mul(&Block::splat(section.from_free[(r, c)])));
+            }
+            own[j] = Block::splat(constant[r]).sub(&moved);
+        }
+        for &j in &section.bound {
+            let most = section.opened.most(j, gaps, own);
+            for lane in 0..LANES {
+                near.0[lane] &= bits_if(own[j].0[lane].abs() <= most.0[lane]);
+            }
+        }
+        near
     }
 }
 
