@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::closure::equations::Inputs;
 use crate::closure::sensitivity::Cost;
-use crate::math::memory::filled;
+use crate::math::memory::Fresh;
 use crate::math::real::Real;
 use crate::math::space::{Component, Pose};
 use crate::math::vector::{Vec3, add, cross, sub};
@@ -57,16 +57,19 @@ impl Mechanism {
             let rows = coordinates.chunks_exact(self.n_coordinates());
             return rows.flat_map(|c| self.output(c, &inputs)).collect();
         };
-        let mut outputs = filled(coordinates.len() / self.n_coordinates() * self.size(), 0.0);
-        let rows = outputs.par_chunks_exact_mut(self.size()).zip(coordinates.par_chunks_exact(self.n_coordinates()));
-        rows.with_min_len(AT_ONCE).for_each(|(output, row)| {
-            let own = &row[body * width..(body + 1) * width];
-            let pose = self.space.pose(own);
-            let (place, attitude) = output.split_at_mut(self.n_translations());
-            place.copy_from_slice(&add(pose.position, pose.turn(point.at))[..place.len()]);
-            attitude.copy_from_slice(&self.space.attitude(own));
+        let mut outputs = Fresh::new(coordinates.len() / self.n_coordinates() * self.size());
+        let runs = outputs.part().runs(AT_ONCE * self.size()).into_par_iter();
+        runs.zip(coordinates.par_chunks(AT_ONCE * self.n_coordinates())).for_each(|(outputs, rows)| {
+            let outputs = outputs.untouched().chunks_exact_mut(self.size());
+            for (output, row) in outputs.zip(rows.chunks_exact(self.n_coordinates())) {
+                let own = &row[body * width..(body + 1) * width];
+                let pose = self.space.pose(own);
+                let (place, attitude) = output.split_at_mut(self.n_translations());
+                place.copy_from_slice(&add(pose.position, pose.turn(point.at))[..place.len()]);
+                attitude.copy_from_slice(&self.space.attitude(own));
+            }
         });
-        outputs
+        outputs.into_vec()
     }
 
     /// Adds a wrench on the output, in the axes in which it is seen.

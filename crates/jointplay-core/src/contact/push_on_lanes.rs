@@ -14,19 +14,20 @@ pub(crate) fn unforced_of<'b>(
     scale: &Block,
 ) -> Vec<[Unforced; LANES]> {
     let tolerance = scale.mul(&Block::splat(UNDECIDED));
-    let unforced = |source: &Source| {
-        if source.set.is_zero() {
-            return [Unforced::default(); LANES];
+    let mut unforced = vec![[Unforced::default(); LANES]; m.sources().len()];
+    // No closure over the sources: it would not be compiled for the width of the registers.
+    for (of, source) in unforced.iter_mut().zip(m.sources()).filter(|(_, source)| !source.set.is_zero()) {
+        if let Some(found) = exposed(source, &gradient, &tolerance, None).unforced() {
+            *of = found;
+            continue;
         }
-        exposed(source, &gradient, &tolerance, None).unforced().unwrap_or_else(|| {
-            std::array::from_fn(|i| {
-                let mut w = [0.0; MAX_SIZE];
-                w.iter_mut().zip(source.range()).for_each(|(w, p)| *w = gradient(p).0[i]);
-                source.set.unforced(&w[..source.set.size()], source.undecided(tolerance.0[i]))
-            })
-        })
-    };
-    m.sources().iter().map(unforced).collect()
+        for (i, of) in of.iter_mut().enumerate() {
+            let mut w = [0.0; MAX_SIZE];
+            w.iter_mut().zip(source.range()).for_each(|(w, p)| *w = gradient(p).0[i]);
+            *of = source.set.unforced(&w[..source.set.size()], source.undecided(tolerance.0[i]));
+        }
+    }
+    unforced
 }
 
 /// Whether a source is moved: by a load, a clearance.

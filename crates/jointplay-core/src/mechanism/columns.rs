@@ -4,16 +4,15 @@
 //! those that are given on request only, their group in [`crate::mechanism::Keep`]. From that follow rows as they are solved, tables that
 //! all cores fill part by part, and the arrays of an [`Answer`].
 
-use crate::math::memory::filled;
+use crate::math::lanes::block::LANES;
+use crate::math::memory::{Fresh, FreshPart, Untouched};
 use crate::mechanism::answer::{Answer, Column, Values};
 use crate::mechanism::dim::{Declared, Dim, Wanted};
 use crate::mechanism::status::Status;
 
 /// What a column can be made of.
-pub(crate) trait Element: Copy + Send + Sync {
+pub(crate) trait Element: Untouched + Send + Sync {
     const NAME: &'static str;
-    /// Where nothing has been put.
-    const UNTOUCHED: Self;
     /// Where nothing is known.
     const UNKNOWN: Self;
     fn values(all: Vec<Self>) -> Values;
@@ -21,7 +20,6 @@ pub(crate) trait Element: Copy + Send + Sync {
 
 impl Element for f64 {
     const NAME: &'static str = "float64";
-    const UNTOUCHED: Self = 0.0;
     const UNKNOWN: Self = Self::NAN;
     fn values(all: Vec<Self>) -> Values {
         Values::Numbers(all)
@@ -30,7 +28,6 @@ impl Element for f64 {
 
 impl Element for u64 {
     const NAME: &'static str = "uint64";
-    const UNTOUCHED: Self = 0;
     const UNKNOWN: Self = 0;
     fn values(all: Vec<Self>) -> Values {
         Values::Counts(all)
@@ -39,16 +36,18 @@ impl Element for u64 {
 
 impl Element for bool {
     const NAME: &'static str = "bool";
-    const UNTOUCHED: Self = true;
     const UNKNOWN: Self = false;
     fn values(all: Vec<Self>) -> Values {
         Values::Flags(all)
     }
 }
 
+impl Untouched for Status {
+    const UNTOUCHED: Self = Self::Ok;
+}
+
 impl Element for Status {
     const NAME: &'static str = "uint8";
-    const UNTOUCHED: Self = Self::Ok;
     const UNKNOWN: Self = Self::NotAssembled;
     fn values(all: Vec<Self>) -> Values {
         Values::Codes(all.into_iter().map(Self::code).collect())
@@ -90,32 +89,28 @@ pub(crate) trait Row: Sized {
 /// Many rows, column by column.
 pub(crate) trait Table: Sized {
     type Row: Row<Table = Self>;
-    type Rows<'t>: Rows<Row = Self::Row>
-    where
-        Self: 't;
-    /// Room for `n` rows.
-    fn sized(of: &Wanted<'_>, n: usize) -> Self;
+    type Fresh<'t>: FreshRows;
+    /// `n` rows, and what came of filling them.
+    fn filled<T>(of: &Wanted<'_>, n: usize, fill: impl FnOnce(Self::Fresh<'_>) -> T) -> (Self, T);
     /// Rows one after the other.
     fn of<'r>(of: &Wanted<'_>, rows: impl ExactSizeIterator<Item = &'r Self::Row> + Clone) -> Self
     where
         Self::Row: 'r;
     /// Number of rows.
     fn n(&self) -> usize;
-    /// The rows, to be filled.
-    fn rows(&mut self) -> Self::Rows<'_>;
     /// Leaves out the rows after the first ones, if there are any.
     fn keep_first(&mut self, n: usize);
     /// The arrays that are wanted.
     fn columns(self, of: &Wanted<'_>) -> Vec<Column>;
 }
 
-/// Rows of a table, to be filled.
-pub(crate) trait Rows: Sized {
-    type Row;
+/// Rows of a table of which nothing is written yet.
+pub(crate) trait FreshRows: Sized {
+    type Rows;
     fn n(&self) -> usize;
     fn split_at(self, n: usize) -> (Self, Self);
-    /// Puts a row.
-    fn put(&mut self, row: usize, of: &Self::Row);
+    /// The rows, to be filled: at first they are untouched.
+    fn begin(self) -> Self::Rows;
 
     /// Runs of up to `n` rows each.
     fn runs(self, n: usize) -> Vec<Self> {
@@ -130,18 +125,20 @@ pub(crate) trait Rows: Sized {
     }
 }
 
+/// Rows of a table, to be filled.
+pub(crate) trait Rows {
+    type Row;
+    /// Puts a row.
+    fn put(&mut self, row: usize, of: &Self::Row);
+}
+
 /// Some rows of a column; rows of no numbers where it is not kept.
 pub(crate) struct Part<'t, T> {
     values: &'t mut [T],
     width: usize,
 }
 
-impl<'t, T: Copy> Part<'t, T> {
-    pub fn new(values: &'t mut [T], n: usize) -> Self {
-        let width = values.len() / n.max(1);
-        Self { values, width }
-    }
-
+impl<T: Copy> Part<'_, T> {
     /// Whether it is kept.
     #[inline(always)]
     pub const fn is_kept(&self) -> bool {
@@ -162,23 +159,56 @@ impl<'t, T: Copy> Part<'t, T> {
         }
     }
 
-    /// Puts the values of a row, if it is kept.
+    /// Puts the rows of the chosen lanes, of which the first one has row `first`, if they are kept: `values` has one value
+    /// of all lanes.
     #[inline(always)]
-    pub fn fill(&mut self, row: usize, value: impl Fn(usize) -> T) {
-        for (k, place) in self.row(row).iter_mut().enumerate() {
-            *place = value(k);
+    pub fn put_lanes<'b>(&mut self, first: usize, chosen: &[bool], values: impl Fn(usize) -> &'b [T; LANES])
+    where
+        T: 'b,
+    {
+        // Some values at a time: those of a lane are far from one another.
+        const AT_ONCE: usize = 8;
+        let width = self.width;
+        let rows = &mut self.values[first * width..(first + chosen.len()) * width];
+        for k in (0..width).step_by(AT_ONCE) {
+            let n = AT_ONCE.min(width - k);
+            let columns: [&[T; LANES]; AT_ONCE] = std::array::from_fn(|j| values(k + j.min(n - 1)));
+            for (lane, row) in rows.chunks_exact_mut(width).enumerate() {
+                if chosen[lane] {
+                    for (place, column) in row[k..k + n].iter_mut().zip(&columns) {
+                        *place = column[lane];
+                    }
+                }
+            }
         }
-    }
-
-    pub fn split_at(self, n: usize) -> (Self, Self) {
-        let (first, second) = self.values.split_at_mut(n * self.width);
-        (Self { values: first, width: self.width }, Self { values: second, width: self.width })
     }
 }
 
 /// Room for a column of `n` rows.
-pub(crate) fn room<E: Element>(of: &Wanted<'_>, n: usize, dims: &[Dim], kept: bool) -> Vec<E> {
-    filled(if kept { n * Dim::width(dims, of) } else { 0 }, E::UNTOUCHED)
+pub(crate) fn room<E: Element>(of: &Wanted<'_>, n: usize, dims: &[Dim], kept: bool) -> Fresh<E> {
+    Fresh::new(if kept { n * Dim::width(dims, of) } else { 0 })
+}
+
+/// Some rows of a column that are not written yet.
+pub(crate) struct FreshCells<'t, T: Untouched> {
+    values: FreshPart<'t, T>,
+    width: usize,
+}
+
+impl<'t, T: Untouched> FreshCells<'t, T> {
+    pub fn new(room: &'t mut Fresh<T>, n: usize) -> Self {
+        let values = room.part();
+        Self { width: values.len() / n.max(1), values }
+    }
+
+    pub fn split_at(self, n: usize) -> (Self, Self) {
+        let (first, second) = self.values.split_at(n * self.width);
+        (Self { values: first, width: self.width }, Self { values: second, width: self.width })
+    }
+
+    pub fn begin(self) -> Part<'t, T> {
+        Part { values: self.values.untouched(), width: self.width }
+    }
 }
 
 /// The values of a column row after row.
@@ -225,7 +255,7 @@ macro_rules! cell {
 /// only, the group of [`crate::mechanism::Keep`].
 macro_rules! columns {
     (
-        $(#[$doc:meta])* $Row:ident in $Table:ident by $Rows:ident:
+        $(#[$doc:meta])* $Row:ident in $Table:ident by $Rows:ident from $Fresh:ident:
         $($(#[$about:meta])* $name:ident: $element:ident [$($dim:ident),*] $(if $group:ident)?;)+
     ) => {
         $(#[$doc])*
@@ -242,8 +272,13 @@ macro_rules! columns {
 
         /// Rows of the table, to be filled.
         pub(crate) struct $Rows<'t> {
-            n: usize,
             $($(#[$about])* pub $name: $crate::mechanism::columns::Part<'t, $element>,)+
+        }
+
+        /// Rows of the table of which nothing is written yet.
+        pub(crate) struct $Fresh<'t> {
+            n: usize,
+            $($name: $crate::mechanism::columns::FreshCells<'t, $element>,)+
         }
 
         impl $crate::mechanism::columns::Row for $Row {
@@ -261,13 +296,16 @@ macro_rules! columns {
 
         impl $crate::mechanism::columns::Table for $Table {
             type Row = $Row;
-            type Rows<'t> = $Rows<'t>;
+            type Fresh<'t> = $Fresh<'t>;
 
-            fn sized(of: &Wanted<'_>, n: usize) -> Self {
-                Self {
+            fn filled<T>(of: &Wanted<'_>, n: usize, fill: impl FnOnce($Fresh<'_>) -> T) -> (Self, T) {
+                $(let mut $name =
+                    $crate::mechanism::columns::room(of, n, &[$(Dim::$dim),*], true $(&& of.keep.$group)?);)+
+                let found = fill($Fresh {
                     n,
-                    $($name: $crate::mechanism::columns::room(of, n, &[$(Dim::$dim),*], true $(&& of.keep.$group)?),)+
-                }
+                    $($name: $crate::mechanism::columns::FreshCells::new(&mut $name, n),)+
+                });
+                (Self { n, $($name: $name.into_vec(),)+ }, found)
             }
 
             #[allow(unused_variables)] // no column has a group
@@ -283,11 +321,6 @@ macro_rules! columns {
 
             fn n(&self) -> usize {
                 self.n
-            }
-
-            fn rows(&mut self) -> $Rows<'_> {
-                let n = self.n;
-                $Rows { n, $($name: $crate::mechanism::columns::Part::new(&mut self.$name, n),)+ }
             }
 
             fn keep_first(&mut self, n: usize) {
@@ -308,8 +341,8 @@ macro_rules! columns {
             }
         }
 
-        impl $crate::mechanism::columns::Rows for $Rows<'_> {
-            type Row = $Row;
+        impl<'t> $crate::mechanism::columns::FreshRows for $Fresh<'t> {
+            type Rows = $Rows<'t>;
 
             fn n(&self) -> usize {
                 self.n
@@ -322,6 +355,14 @@ macro_rules! columns {
                     Self { n: self.n - n, $($name: $name.1,)+ },
                 )
             }
+
+            fn begin(self) -> $Rows<'t> {
+                $Rows { $($name: self.$name.begin(),)+ }
+            }
+        }
+
+        impl $crate::mechanism::columns::Rows for $Rows<'_> {
+            type Row = $Row;
 
             fn put(&mut self, row: usize, of: &$Row) {
                 $(self.$name.put(row, $crate::mechanism::columns::Cell::values(&of.$name));)+

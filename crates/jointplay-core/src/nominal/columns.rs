@@ -11,7 +11,7 @@ use crate::nominal::trace::Trace;
 
 columns! {
     /// A configuration with its nearness to a singular one.
-    Solved in SolvedTable by SolvedRows:
+    Solved in SolvedTable by SolvedRows from FreshSolved:
     /// Coordinates of all bodies.
     poses: f64 [Body, Coordinate];
     /// Pose of the output.
@@ -28,14 +28,14 @@ columns! {
 
 columns! {
     /// What is left to a target.
-    Missed in MissedTable by MissedRows:
+    Missed in MissedTable by MissedRows from FreshMissed:
     /// Distance from it.
     mismatch: f64 [];
 }
 
 columns! {
     /// A pose alone.
-    Traced in TracedTable by TracedRows:
+    Traced in TracedTable by TracedRows from FreshTraced:
     /// Coordinates of all bodies.
     poses: f64 [Body, Coordinate];
     /// Pose of the output.
@@ -46,7 +46,7 @@ columns! {
 
 columns! {
     /// Nearness to singularities; motions and twists are length-scaled, their largest part one.
-    Nearness in NearnessTable by NearnessRows:
+    Nearness in NearnessTable by NearnessRows from FreshNearness:
     /// Smallest singular values.
     values: f64 [Singularity] if details;
     /// The motions that belong to them.

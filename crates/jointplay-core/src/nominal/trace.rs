@@ -10,7 +10,7 @@ use crate::closure::newton::{CLEAR, Solver, State};
 use crate::interrupt;
 use crate::math::lanes::block::{Block as Numbers, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
-use crate::math::memory::filled;
+use crate::math::memory::{Fresh, FreshPart};
 use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
 use crate::nominal::on_lanes::{Follow, Start};
@@ -227,28 +227,21 @@ impl Mechanism {
         if self.n_rows() != self.n_unknowns() {
             return self.trace_on_bases(n, drives);
         }
-        let coordinates = filled(n * self.n_coordinates(), f64::NAN);
-        let mut trace = Trace { coordinates, status: Vec::new() };
         let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
         let Some((solver, from)) = first else {
-            trace.status.resize(n, Status::NotAssembled);
-            return trace;
+            return Trace {
+                coordinates: vec![f64::NAN; n * self.n_coordinates()],
+                status: vec![Status::NotAssembled; n],
+            };
         };
-        let rows = trace.coordinates.chunks_mut(RUN * self.n_coordinates()).collect();
-        let status = trace_runs(
-            &solver,
-            &from,
-            n,
-            drives,
-            rows,
-            || (),
-            |(), rows: &mut [f64], _, part| {
-                rows.copy_from_slice(&part.coordinates);
-                part.status.clone()
-            },
-        );
-        trace.status = status.concat();
-        trace
+        let mut coordinates = Fresh::new(n * self.n_coordinates());
+        let rows = coordinates.part().runs(RUN * self.n_coordinates());
+        let put = |(): &mut (), rows: FreshPart<'_, f64>, _: &[f64], part: &Trace| {
+            rows.copied(&part.coordinates);
+            part.status.clone()
+        };
+        let status = trace_runs(&solver, &from, n, drives, rows, || (), put).concat();
+        Trace { coordinates: coordinates.into_vec(), status }
     }
 }
 

@@ -8,7 +8,7 @@ use crate::mechanism::status::Status;
 
 columns! {
     /// The pose for given parameter values.
-    Given in GivenTable by GivenRows:
+    Given in GivenTable by GivenRows from FreshGiven:
     /// Error on the exact closure.
     error: f64 [Component];
     /// Its linearisation at the nominal pose.
@@ -23,7 +23,7 @@ columns! {
 
 columns! {
     /// What given parameter values strain, where more than statics shares the load.
-    Forced in ForcedTable by ForcedRows:
+    Forced in ForcedTable by ForcedRows from FreshForced:
     /// Reactions to the deformations.
     prestress: f64 [Joint, Wrench];
     /// Deformation of every elastic component.
@@ -34,7 +34,7 @@ columns! {
 
 columns! {
     /// First-order maps; NaN where the nominal state is singular or missing.
-    Sensitivity in SensitivityTable by SensitivityRows:
+    Sensitivity in SensitivityTable by SensitivityRows from FreshSensitivity:
     /// Error of the output per parameter.
     source: f64 [Component, Parameter];
     /// Error of the output per drive value.
@@ -45,7 +45,7 @@ columns! {
 
 columns! {
     /// The load-determined error.
-    Loaded in LoadedTable by LoadedRows:
+    Loaded in LoadedTable by LoadedRows from FreshLoaded:
     /// Error on the exact closure.
     error: f64 [Component];
     /// Its linearisation at the nominal pose.
@@ -70,7 +70,7 @@ columns! {
 
 columns! {
     /// What the load strains, where more than statics shares it.
-    Strain in StrainTable by StrainRows:
+    Strain in StrainTable by StrainRows from FreshStrain:
     /// The smallest factor on the clearances with which the rigid mechanism can be assembled.
     clearance_factor: f64 [];
     /// Reactions without any load.
@@ -89,7 +89,7 @@ columns! {
 
 columns! {
     /// A specimen under load; here a row is a specimen.
-    Specimen in SpecimenTable by SpecimenRows:
+    Specimen in SpecimenTable by SpecimenRows from FreshSpecimen:
     /// The smallest factor on the clearances with which the rigid specimen can be assembled.
     clearance_factor: f64 [];
     /// Coordinates of all bodies.
@@ -106,7 +106,7 @@ columns! {
 
 columns! {
     /// The largest errors.
-    Worst in WorstTable by WorstRows:
+    Worst in WorstTable by WorstRows from FreshWorst:
     /// Largest distance of the output point from nominal.
     position: f64 [];
     /// To first order.
@@ -143,7 +143,7 @@ columns! {
 
 columns! {
     /// What the largest errors certainly do not exceed.
-    Certificate in CertificateTable by CertificateRows:
+    Certificate in CertificateTable by CertificateRows from FreshCertificate:
     /// Largest distance of the output point from nominal.
     position: f64 [];
     /// Largest rotation from nominal, absolute.
@@ -160,7 +160,7 @@ columns! {
 
 columns! {
     /// The region of the output point's error.
-    Region in RegionTable by RegionRows:
+    Region in RegionTable by RegionRows from FreshRegion:
     /// How far the point can be displaced along the direction.
     extent: f64 [Direction];
     /// To first order.
@@ -175,7 +175,7 @@ columns! {
 
 columns! {
     /// Scatter from specimen to specimen.
-    Scatter in ScatterTable by ScatterRows:
+    Scatter in ScatterTable by ScatterRows from FreshScatter:
     /// Mean of every component.
     mean: f64 [Component];
     /// Its standard error.
@@ -222,7 +222,7 @@ columns! {
 
 columns! {
     /// What strains specimens of over-constrained and elastic mechanisms, and those under load.
-    StrainScatter in StrainScatterTable by StrainScatterRows:
+    StrainScatter in StrainScatterTable by StrainScatterRows from FreshStrainScatter:
     /// Quantiles of the smallest factor on the clearances with which a specimen can be assembled rigidly.
     clearance_factor: f64 [Probability];
     /// Quantiles of the force on every row of the elastic joints.
@@ -234,7 +234,7 @@ columns! {
 columns! {
     /// A random sample, kept only when asked for; here a row is a sample.
     #[allow(clippy::struct_field_names)] // they stand beside those of [`Scatter`]
-    Sample in SampleTable by SampleRows:
+    Sample in SampleTable by SampleRows from FreshSample:
     /// Parameter values.
     kept_parameters: f64 [Parameter];
     /// Error.

@@ -85,6 +85,9 @@ impl<'m> FirstOrder<'m> {
         let mut error = [Block::splat(0.0); 6];
         let mut reaches = [Block::splat(0.0); 6];
         let mut openings: Vec<Opening> = Vec::new();
+        let room = |n: usize, kept: bool| vec![Block::splat(0.0); if kept { n } else { 0 }];
+        let mut all_offsets = room(m.n_parameters(), rows.offset.is_kept());
+        let mut shares = room(m.sources().len() * size, rows.contribution.is_kept());
         for (s, source) in m.sources().iter().enumerate() {
             let n = source.set.size();
             let mut offsets: [Block; MAX_SIZE] =
@@ -119,35 +122,20 @@ impl<'m> FirstOrder<'m> {
                 }
                 error[k] = error[k].add(&share);
                 if rows.contribution.is_kept() {
-                    for i in 0..cases.len() {
-                        rows.contribution.row(first + i)[s * size + k] = share.0[i];
-                    }
+                    shares[s * size + k] = share;
                 }
             }
             if rows.offset.is_kept() {
-                for p in 0..n {
-                    for i in 0..cases.len() {
-                        rows.offset.row(first + i)[source.first + p] = offsets[p].0[i];
-                    }
-                }
+                all_offsets[source.range()].copy_from_slice(&offsets[..n]);
             }
         }
+        let all = &[true; LANES][..cases.len()];
+        rows.contribution.put_lanes(first, all, |k| &shares[k].0);
+        rows.offset.put_lanes(first, all, |p| &all_offsets[p].0);
+        rows.error.put_lanes(first, all, |k| &error[k].0);
+        rows.error_first_order.put_lanes(first, all, |k| &error[k].0);
+        rows.reaction.put_lanes(first, all, |k| &out(at.reactions + k).0);
         self.put_openings(&openings, &reaches, cases.len(), rows, first);
-        for i in 0..cases.len() {
-            for k in 0..size {
-                rows.error.row(first + i)[k] = error[k].0[i];
-            }
-        }
-        if rows.reaction.is_kept() {
-            for i in 0..cases.len() {
-                for k in 0..size {
-                    rows.error_first_order.row(first + i)[k] = error[k].0[i];
-                }
-                for k in 0..m.n_joints() * size {
-                    rows.reaction.row(first + i)[k] = out(at.reactions + k).0[i];
-                }
-            }
-        }
         good
     }
 

@@ -22,12 +22,12 @@ use crate::math::lanes::block::{Block, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::mechanism::answer::Answer;
 use crate::mechanism::case::Case;
-use crate::mechanism::columns::{Row, Rows, Table};
+use crate::mechanism::columns::{FreshRows, Row, Rows, Table};
 use crate::mechanism::dim::{Keep, Wanted};
 use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
-use crate::nominal::trace::{self, trace_runs};
-use crate::questions::columns::{Loaded, LoadedRows, LoadedTable};
+use crate::nominal::trace::{self, Trace, trace_runs};
+use crate::questions::columns::{FreshLoaded, Loaded, LoadedRows, LoadedTable};
 use crate::questions::form::Form;
 use crate::questions::loaded::first_order_on_lanes::FirstOrder;
 use crate::questions::loaded::on_lanes::Contact;
@@ -168,57 +168,52 @@ impl Mechanism {
     /// In blocks on all cores.
     pub(crate) fn loaded_determinate(&self, cases: &[Case<'_>], exact: bool, keep: Keep) -> Answer {
         let wanted = Wanted { keep, ..Wanted::all(self) };
-        let mut table = LoadedTable::sized(&wanted, cases.len());
-        let mut fallbacks = 0;
-        if let Some(solver) = self.solver(cases) {
+        let (mut table, by_run) = LoadedTable::filled(&wanted, cases.len(), |rows| {
+            let Some(solver) = self.solver(cases) else { return self.put_none_assembled(rows) };
             let programs = if cases.len() >= LANES { Programs::record(&solver, exact) } else { Programs::None };
-            let runs = table.rows().runs(RUN).into_par_iter().zip(cases.par_chunks(RUN));
-            let run = |workspace: &mut Workspace, (rows, cases)| {
-                let run = Run { solver: &solver, programs: &programs, cases, exact, rows, workspace };
-                interrupt::until_stopped(|| [dispatch(run).0])
+            let runs = rows.runs(RUN).into_par_iter().zip(cases.par_chunks(RUN));
+            let run = |workspace: &mut Workspace, (rows, cases): (FreshLoaded<'_>, _)| {
+                interrupt::until_stopped(|| {
+                    let rows = rows.begin();
+                    [dispatch(Run { solver: &solver, programs: &programs, cases, exact, rows, workspace }).0]
+                })
             };
-            let by_run = interrupt::before_the_stop(runs.map_init(Workspace::default, run).collect());
-            table.keep_first(RUN * by_run.len());
-            fallbacks = by_run.into_iter().sum();
-        } else {
-            self.put_none_assembled(&mut table);
-        }
-        Answer::of(table, &wanted).total(FALLBACKS, fallbacks)
+            interrupt::before_the_stop(runs.map_init(Workspace::default, run).collect())
+        });
+        table.keep_first(RUN * by_run.len());
+        Answer::of(table, &wanted).total(FALLBACKS, by_run.into_iter().sum())
     }
 
     fn loaded_along_determinate(&self, n: usize, drives: &[f64], exact: bool, keep: Keep) -> Answer {
         let wanted = Wanted { keep, ..Wanted::all(self) };
-        let mut table = LoadedTable::sized(&wanted, n);
-        let mut fallbacks = 0;
         let first = if n > 0 { self.first_state(&drives[..self.n_drives()]) } else { None };
-        if let Some((solver, from)) = first {
+        let (table, by_run) = LoadedTable::filled(&wanted, n, |rows| {
+            let Some((solver, from)) = first else { return self.put_none_assembled(rows) };
             let programs = if n >= LANES { Programs::record(&solver, exact) } else { Programs::None };
-            let runs = table.rows().runs(trace::RUN);
-            let by_run =
-                trace_runs(&solver, &from, n, drives, runs, Workspace::default, |workspace, rows, drives, trace| {
-                    let width = self.n_drives();
-                    let case =
-                        |(row, coordinates)| Case { drives: &drives[row * width..(row + 1) * width], coordinates };
-                    let coordinates = trace.coordinates.chunks_exact(self.n_coordinates());
-                    let cases: Vec<Case<'_>> = coordinates.enumerate().map(case).collect();
-                    let run = Run { solver: &solver, programs: &programs, cases: &cases, exact, rows, workspace };
-                    let (fallbacks, mut rows) = dispatch(run);
-                    for (row, status) in trace.status.iter().enumerate().filter(|(_, status)| **status != Status::Ok) {
-                        rows.status.row(row)[0] = *status;
-                    }
-                    fallbacks
-                });
-            fallbacks = by_run.into_iter().sum();
-        } else {
-            self.put_none_assembled(&mut table);
-        }
-        Answer::of(table, &wanted).total(FALLBACKS, fallbacks)
+            let run = |workspace: &mut Workspace, rows: FreshLoaded<'_>, drives: &[f64], trace: &Trace| {
+                let width = self.n_drives();
+                let case = |(row, coordinates)| Case { drives: &drives[row * width..(row + 1) * width], coordinates };
+                let coordinates = trace.coordinates.chunks_exact(self.n_coordinates());
+                let cases: Vec<Case<'_>> = coordinates.enumerate().map(case).collect();
+                let rows = rows.begin();
+                let run = Run { solver: &solver, programs: &programs, cases: &cases, exact, rows, workspace };
+                let (fallbacks, mut rows) = dispatch(run);
+                for (row, status) in trace.status.iter().enumerate().filter(|(_, status)| **status != Status::Ok) {
+                    rows.status.row(row)[0] = *status;
+                }
+                fallbacks
+            };
+            trace_runs(&solver, &from, n, drives, rows.runs(trace::RUN), Workspace::default, run)
+        });
+        Answer::of(table, &wanted).total(FALLBACKS, by_run.into_iter().sum())
     }
 
-    fn put_none_assembled(&self, table: &mut LoadedTable) {
+    /// Gives the number of rows that were left to the plain solver by run: each a run of its own, none left.
+    fn put_none_assembled(&self, rows: FreshLoaded<'_>) -> Vec<u64> {
         let missing = self.no_load_result(Status::NotAssembled);
-        let mut rows = table.rows();
-        (0..rows.n()).for_each(|row| rows.put(row, &missing));
+        let (n, mut rows) = (rows.n(), rows.begin());
+        (0..n).for_each(|row| rows.put(row, &missing));
+        vec![0; n]
     }
 
     fn loaded_plainly(&self, solver: &Solver<'_>, case: &Case<'_>, exact: bool) -> Loaded {

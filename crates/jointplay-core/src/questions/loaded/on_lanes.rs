@@ -23,7 +23,6 @@ use crate::math::lanes::block::{Block, LANES};
 use crate::math::space::Space;
 use crate::mechanism::case::Case;
 use crate::mechanism::columns::Rows;
-use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
 use crate::program::symbol::Recorder;
 use crate::program::tape::Program;
@@ -60,6 +59,8 @@ pub(crate) struct Workspace {
     step: Vec<Block>,
     /// Where the forces push the offsets.
     pushed: Vec<Block>,
+    /// The share of every source in every component.
+    shares: Vec<Block>,
     mixing: Mixing,
 }
 
@@ -84,8 +85,9 @@ impl<'m> Contact<'m> {
         let mut step = self.close.registers(&[]);
         self.finish.put_common(&mut step, &[]);
         self.step.put_common(&mut step, &[]);
-        let pushed = vec![Block::splat(0.0); self.mechanism.n_parameters()];
-        Workspace { statics: self.statics.registers(&[]), step, pushed, mixing: Mixing::new(self.mechanism) }
+        let m = self.mechanism;
+        let [pushed, shares] = [m.n_parameters(), m.sources().len() * m.size()].map(|n| vec![Block::splat(0.0); n]);
+        Workspace { statics: self.statics.registers(&[]), step, pushed, shares, mixing: Mixing::new(m) }
     }
 
     /// Solves up to a block of cases and puts their rows, from row `first` on, by `plainly` where the
@@ -101,7 +103,7 @@ impl<'m> Contact<'m> {
     ) {
         let m = self.mechanism;
         let n_u = m.n_parameters();
-        let Workspace { statics, step, pushed, mixing } = workspace;
+        let Workspace { statics, step, pushed, shares, mixing } = workspace;
         mixing.begin();
         // Idle lanes repeat the first.
         let case = |lane: usize| cases.get(lane).unwrap_or(&cases[0]);
@@ -124,7 +126,7 @@ impl<'m> Contact<'m> {
         let unforced = unforced_of(m, |p| out(at.gradient + p), out(at.scale));
         push(m, Some(&unforced), |p| out(at.gradient + p), out(at.scale), step, pushed);
         let map = |k: usize, p: usize| out(at.map + k * n_u + p);
-        let reaches = put_shares(m, map, pushed, cases.len(), rows, first);
+        let reaches = put_shares(m, map, pushed, shares, cases.len(), rows, first);
         let mut open = Openings::none(m);
         open.add(m, |p| out(at.gradient + p), out(at.scale), &unforced, map, &reaches);
 
@@ -175,21 +177,22 @@ impl<'m> Contact<'m> {
         let out = |k: usize| self.step.output(step, k);
         open.add(m, |p| out(to.gradient + p), out(to.scale), &unforced, map, &reaches);
         for (i, case) in cases.iter().enumerate() {
-            let row = first + i;
-            if !(good[i] && settled[i]) || open.observable[i] || self.turns_far(step, i) {
-                rows.put(row, &plainly(case));
-                continue;
+            good[i] &= settled[i] && !open.observable[i] && !self.turns_far(step, i);
+            if !good[i] {
+                rows.put(first + i, &plainly(case));
             }
-            let lane = |b: &Block| b.0[i];
-            let nominal = |k: usize| lane(self.statics.output(statics, at.output + k));
-            // Nothing is undetermined, as where nothing has been put.
-            rows.error.fill(row, |k| lane(self.finish.output(step, k)) - nominal(k));
-            rows.decided.fill(row, |s| open.decided[s][i]);
-            rows.reaction.fill(row, |k| lane(self.step.output(step, to.reactions + k)));
-            rows.offset.fill(row, |p| lane(&step[p]));
-            rows.iterations.put(row, &[steps[i]]);
-            rows.status.put(row, &[Status::Ok]);
         }
+        // Nothing is undetermined, as where nothing has been put, and the status is as it is there.
+        let found = &good[..cases.len()];
+        let nominal = |k: usize| self.statics.output(statics, at.output + k);
+        let moved =
+            |k: usize| if k < m.size() { self.finish.output(step, k).sub(nominal(k)) } else { Block::splat(0.0) };
+        let error: [Block; 6] = std::array::from_fn(moved);
+        rows.error.put_lanes(first, found, |k| &error[k].0);
+        rows.decided.put_lanes(first, found, |s| &open.decided[s]);
+        rows.reaction.put_lanes(first, found, |k| &self.step.output(step, to.reactions + k).0);
+        rows.offset.put_lanes(first, found, |p| &step[p].0);
+        rows.iterations.put_lanes(first, found, |_| &steps);
     }
 
     /// Drops the lanes where a step went too far, or to another branch.
@@ -308,6 +311,7 @@ fn put_shares<'b>(
     m: &Mechanism,
     map: impl Fn(usize, usize) -> &'b Block,
     offsets: &[Block],
+    shares: &mut [Block],
     n: usize,
     rows: &mut LoadedRows<'_>,
     first: usize,
@@ -321,16 +325,12 @@ fn put_shares<'b>(
                 reaches[k] = reaches[k].add(&reach);
             }
             error[k] = error[k].add(&share);
-            for i in 0..if rows.contribution.is_kept() { n } else { 0 } {
-                rows.contribution.row(first + i)[s * size + k] = share.0[i];
-            }
+            shares[s * size + k] = share;
         }
     }
-    for i in 0..if rows.error_first_order.is_kept() { n } else { 0 } {
-        for k in 0..size {
-            rows.error_first_order.row(first + i)[k] = error[k].0[i];
-        }
-    }
+    let all = &[true; LANES][..n];
+    rows.contribution.put_lanes(first, all, |k| &shares[k].0);
+    rows.error_first_order.put_lanes(first, all, |k| &error[k].0);
     reaches
 }
 
