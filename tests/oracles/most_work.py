@@ -12,6 +12,7 @@ IPOPT from offsets at random, corners and the middle; the closure is that of `li
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +30,15 @@ OPTIONS = {
               "constr_viol_tol": 1e-12, "acceptable_tol": 1e-8, "acceptable_iter": 8},
 }  # fmt: skip
 SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+
+
+#: work below this part of the load's size times the largest play counts as none
+UNFELT = 1e-6
+
+
+def play_of(link: Linkage) -> float:
+    """The largest play of any source."""
+    return max(s.size[0] if s.kind != "interval" else s.size[1] for s in link.sources)
 
 
 @dataclass(frozen=True)
@@ -54,7 +64,10 @@ class MostWork:
         self.start = float(link.work(list(q0), self.zero))
         self.widths = np.concatenate([np.abs(s.corners() - np.array(s.centre)).max(axis=0) for s in link.sources])
         gradient = self.gradient()
-        self.unit = sum(float(s.support(gradient[list(map(link.labels.index, s.labels))])) for s in link.sources)
+        support = [float(s.support(gradient[list(map(link.labels.index, s.labels))])) for s in link.sources]
+        # A load on a body that no play moves does no work, and differences give that to rounding.
+        pressing = sum(math.hypot(fx, fy) + abs(moment) / link.length for _, fx, fy, moment in link.loads)
+        self.unit = max(sum(support), UNFELT * pressing * play_of(link))
         self.solver = self._program()
 
     def gradient(self) -> np.ndarray:
@@ -85,7 +98,7 @@ class MostWork:
     def _program(self) -> Any:
         link, n = self.link, self.q0.size
         q, d, weight = casadi.SX.sym("q", n), casadi.SX.sym("d", self.widths.size), casadi.SX.sym("w", 4)
-        play = max(s.size[0] if s.kind != "interval" else s.size[1] for s in link.sources)
+        play = play_of(link)
         self.step = np.where(np.arange(n) % 3 == 2, play / link.length, play)
         poses = [self.q0[i] + q[i] * self.step[i] for i in range(n)]
         u = {label: d[k] * self.widths[k] for k, label in enumerate(link.labels)}
