@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn work_that_stops_leaves_its_part_untouched() {
-        let mut fresh = Fresh::new(3);
+        let mut fresh = Fresh::<bool>::new(3);
         let part = fresh.part();
         let stopped = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
             let _held = part;
