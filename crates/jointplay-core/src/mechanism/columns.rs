@@ -271,6 +271,7 @@ macro_rules! columns {
         }
 
         /// Rows of the table, to be filled.
+        #[allow(clippy::struct_field_names)] // the names are those of the row
         pub(crate) struct $Rows<'t> {
             $($(#[$about])* pub $name: $crate::mechanism::columns::Part<'t, $element>,)+
         }
