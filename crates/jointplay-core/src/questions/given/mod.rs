@@ -3,7 +3,7 @@
 mod over_constrained;
 mod specimens;
 
-pub(crate) use specimens::closed_plainly;
+pub(crate) use specimens::Place;
 
 use nalgebra::DMatrix;
 

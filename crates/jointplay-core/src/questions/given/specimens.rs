@@ -15,24 +15,33 @@ use crate::mechanism::{Mechanism, Source};
 /// Specimens that one task closes.
 const CHUNK: usize = 4096;
 
-/// Specimens of one configuration, closed lane by lane where the recorded iteration settles, else plainly.
-struct Closed<'a> {
-    solver: &'a Solver<'a>,
-    bound: Option<Bound<'a>>,
+/// A configuration at which specimens are closed.
+#[derive(Clone)]
+pub(crate) struct Place<'a> {
+    pub solver: &'a Solver<'a>,
+    /// The recorded programs; without them every specimen is closed plainly.
+    pub bound: Option<Bound<'a>>,
     built: &'a State,
     nominal: &'a State,
-    specimens: &'a [f64],
 }
 
-/// The error of one specimen by the plain solver; NaN where it has no pose.
-#[inline(never)]
-pub(crate) fn closed_plainly(solver: &Solver<'_>, built: &State, nominal: &State, parameters: Vec<f64>) -> Vec<f64> {
-    let m = solver.mechanism;
-    let inputs = Inputs { drives: built.inputs.drives.clone(), parameters };
-    match solver.close(built, &inputs).map_or_else(|| solver.follow(built, &inputs), Ok) {
-        Ok(state) if state.negative == built.negative => m.error(&state, nominal),
-        _ => vec![f64::NAN; m.size()],
+impl Place<'_> {
+    /// The error of one specimen by the plain solver; NaN where it has no pose.
+    #[inline(never)]
+    pub fn closed_plainly(&self, parameters: Vec<f64>) -> Vec<f64> {
+        let Self { solver, built, nominal, .. } = self;
+        let inputs = Inputs { drives: built.inputs.drives.clone(), parameters };
+        match solver.close(built, &inputs).map_or_else(|| solver.follow(built, &inputs), Ok) {
+            Ok(state) if state.negative == built.negative => solver.mechanism.error(&state, nominal),
+            _ => vec![f64::NAN; solver.mechanism.size()],
+        }
     }
+}
+
+/// Specimens, closed lane by lane where the recorded iteration settles, else plainly.
+struct Closed<'a> {
+    place: Place<'a>,
+    specimens: &'a [f64],
 }
 
 impl Kernel for Closed<'_> {
@@ -40,14 +49,14 @@ impl Kernel for Closed<'_> {
 
     #[inline(always)]
     fn run(mut self) -> Vec<f64> {
-        let m = self.solver.mechanism;
+        let m = self.place.solver.mechanism;
         let (width, size) = (m.n_parameters(), m.size());
         let mut errors = Vec::with_capacity(self.specimens.len() / width * size);
         for block in self.specimens.chunks(LANES * width) {
             interrupt::check();
             let lanes = block.len() / width;
             let mut good = Mask::NONE;
-            if let Some(bound) = &mut self.bound {
+            if let Some(bound) = &mut self.place.bound {
                 for (p, values) in bound.parameters().iter_mut().enumerate() {
                     for lane in 0..LANES {
                         // Lanes without a specimen repeat the first one.
@@ -57,9 +66,9 @@ impl Kernel for Closed<'_> {
                 good = bound.solve();
             }
             for (lane, specimen) in block.chunks_exact(width).enumerate() {
-                match &self.bound {
+                match &self.place.bound {
                     Some(bound) if good.has(lane) => errors.extend((0..size).map(|k| bound.error(k).0[lane])),
-                    _ => errors.extend(closed_plainly(self.solver, self.built, self.nominal, specimen.to_vec())),
+                    _ => errors.extend(self.place.closed_plainly(specimen.to_vec())),
                 }
             }
         }
@@ -68,12 +77,13 @@ impl Kernel for Closed<'_> {
 }
 
 impl Mechanism {
-    /// The exact error of every specimen at one configuration, specimen after specimen; NaN where it has no pose. The
-    /// mechanism has to be determinate.
-    #[must_use]
-    pub fn errors_of(&self, case: Case<'_>, specimens: &[f64]) -> Vec<f64> {
-        let (width, size) = (self.n_parameters(), self.size());
-        let none = || vec![f64::NAN; specimens.len() / width * size];
+    /// What is found of specimens at one configuration; `none` where it has no pose.
+    pub(crate) fn at_place<T: Send>(
+        &self,
+        case: Case<'_>,
+        find: impl Fn(&Place<'_>) -> Vec<T> + Sync,
+        none: impl Fn() -> Vec<T> + Sync,
+    ) -> Vec<T> {
         let solver = self.solver(&[case]);
         let newton = solver.as_ref().and_then(Newton::record);
         let found = self.each(
@@ -82,15 +92,23 @@ impl Mechanism {
             |solver, _, case, nominal| {
                 let Ok(built) = solver.follow(&nominal, &self.built(case.drives)) else { return none() };
                 let bound = newton.as_ref().map(|newton| newton.bind(self, &nominal, case.drives));
-                let chunk = |specimens: &[f64]| {
-                    let (bound, built, nominal) = (bound.clone(), &built, &nominal);
-                    dispatch(Closed { solver, bound, built, nominal, specimens })
-                };
-                specimens.par_chunks(CHUNK * width).map(chunk).collect::<Vec<_>>().concat()
+                find(&Place { solver, bound, built: &built, nominal: &nominal })
             },
-            none,
+            &none,
         );
-        found.concat()
+        found.into_iter().flatten().collect()
+    }
+
+    /// The exact error of every specimen at one configuration, specimen after specimen; NaN where it has no pose. The
+    /// mechanism has to be determinate.
+    #[must_use]
+    pub fn errors_of(&self, case: Case<'_>, specimens: &[f64]) -> Vec<f64> {
+        let (width, size) = (self.n_parameters(), self.size());
+        let find = |place: &Place<'_>| {
+            let chunk = |specimens: &[f64]| dispatch(Closed { place: place.clone(), specimens });
+            specimens.par_chunks(CHUNK * width).map(chunk).collect::<Vec<_>>().concat()
+        };
+        self.at_place(case, find, || vec![f64::NAN; specimens.len() / width * size])
     }
 
     /// Every specimen with the offsets of its clearances where they reach farthest along its weights of the parameters.

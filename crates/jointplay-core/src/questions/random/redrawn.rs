@@ -1,15 +1,14 @@
 //! Specimens whose offsets are drawn anew, closed at one configuration and held against the limits. This happens in the blocks
 //! in which they are drawn, because only yes or no is kept of each.
 
-use crate::closure::newton::{Solver, State};
-use crate::closure::recorded::program::{Bound, Newton};
+use crate::closure::recorded::program::Bound;
 use crate::interrupt;
 use crate::math::lanes::block::{Block, LANES, Mask};
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::math::vector::norm;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
-use crate::questions::given::closed_plainly;
+use crate::questions::given::Place;
 use crate::questions::random::chunk::put_quantities;
 use crate::questions::random::draws::in_order;
 use crate::questions::random::parts::Part;
@@ -17,11 +16,7 @@ use crate::questions::random::request::Request;
 
 /// A part of the specimens.
 struct Redrawn<'a> {
-    solver: &'a Solver<'a>,
-    /// The recorded programs at this configuration; without them every specimen is closed plainly.
-    bound: Option<Bound<'a>>,
-    built: &'a State,
-    nominal: &'a State,
+    place: Place<'a>,
     request: &'a Request,
     part: &'a Part,
     specimens: &'a [f64],
@@ -30,8 +25,8 @@ struct Redrawn<'a> {
 impl Redrawn<'_> {
     #[inline(never)]
     fn is_within_plainly(&self, parameters: Vec<f64>) -> bool {
-        let mut quantities = closed_plainly(self.solver, self.built, self.nominal, parameters);
-        let (translations, rotations) = quantities.split_at(self.solver.mechanism.n_translations());
+        let mut quantities = self.place.closed_plainly(parameters);
+        let (translations, rotations) = quantities.split_at(self.place.solver.mechanism.n_translations());
         let sizes = [norm(translations), norm(rotations)];
         quantities.extend(sizes);
         // NaN, of a specimen without a pose, keeps to no limit.
@@ -44,7 +39,7 @@ impl Kernel for Redrawn<'_> {
 
     #[inline(always)]
     fn run(mut self) -> Vec<bool> {
-        let m = self.solver.mechanism;
+        let m = self.place.solver.mechanism;
         let width = m.n_parameters();
         let mut numbers = self.part.numbers(self.request);
         let mut unsolved = vec![Block::splat(0.0); width];
@@ -52,11 +47,11 @@ impl Kernel for Redrawn<'_> {
         let mut within = Vec::with_capacity(self.part.count);
         for block in self.specimens.chunks(LANES * width) {
             interrupt::check();
-            let parameters = self.bound.as_mut().map_or(&mut unsolved[..], Bound::parameters);
+            let parameters = self.place.bound.as_mut().map_or(&mut unsolved[..], Bound::parameters);
             m.draw(&mut numbers, self.request, parameters);
             m.keep_offsets(block, parameters);
             let (mut good, mut keeps) = (Mask::NONE, Mask::NONE);
-            if let Some(bound) = &mut self.bound {
+            if let Some(bound) = &mut self.place.bound {
                 good = bound.solve();
                 put_quantities(bound, m.n_translations(), &mut quantities);
                 keeps = all_within(&self.request.limits, &quantities);
@@ -65,7 +60,7 @@ impl Kernel for Redrawn<'_> {
                 let is_within = if good.has(lane) {
                     keeps.has(lane)
                 } else {
-                    let parameters = self.bound.as_mut().map_or(&mut unsolved[..], Bound::parameters);
+                    let parameters = self.place.bound.as_mut().map_or(&mut unsolved[..], Bound::parameters);
                     let specimen = parameters.iter().map(|values| values.0[lane]).collect();
                     self.is_within_plainly(specimen)
                 };
@@ -99,24 +94,13 @@ impl Mechanism {
     #[must_use]
     pub fn within_redrawn(&self, case: Case<'_>, specimens: &[f64], request: &Request) -> Vec<bool> {
         let width = self.n_parameters();
-        let none = || vec![false; request.samples];
-        let solver = self.solver(&[case]);
-        let newton = solver.as_ref().and_then(Newton::record);
-        let found = self.each(
-            solver.as_ref(),
-            &[case],
-            |solver, _, case, nominal| {
-                let Ok(built) = solver.follow(&nominal, &self.built(case.drives)) else { return none() };
-                let bound = newton.as_ref().map(|newton| newton.bind(self, &nominal, case.drives));
-                in_order(request, |part, first| {
-                    let specimens = &specimens[first * width..(first + part.count) * width];
-                    let (bound, built, nominal) = (bound.clone(), &built, &nominal);
-                    dispatch(Redrawn { solver, bound, built, nominal, request, part, specimens })
-                })
-            },
-            none,
-        );
-        found.concat()
+        let find = |place: &Place<'_>| {
+            in_order(request, |part, first| {
+                let specimens = &specimens[first * width..(first + part.count) * width];
+                dispatch(Redrawn { place: place.clone(), request, part, specimens })
+            })
+        };
+        self.at_place(case, find, || vec![false; request.samples])
     }
 
     /// Puts specimens, row by row, into lanes that have drawn values, of which their clearances keep the offsets.
