@@ -27,6 +27,15 @@ pub struct FirstOrder<'m> {
     statics: Program,
 }
 
+/// What a block is solved in; the next one overwrites it.
+pub(crate) struct Workspace {
+    registers: Vec<Block>,
+    /// The values of all parameters.
+    offsets: Vec<Block>,
+    /// The share of every source in every component.
+    shares: Vec<Block>,
+}
+
 /// What the load leaves open of a source, and the half-width of that in every component of the output.
 struct Opening {
     source: usize,
@@ -47,10 +56,12 @@ impl<'m> FirstOrder<'m> {
         Some(Self { mechanism: m, statics, layout })
     }
 
-    /// Registers to work in.
+    /// Room for one block.
     #[must_use]
-    pub fn workspace(&self) -> Vec<Block> {
-        self.statics.registers(&[])
+    pub fn workspace(&self) -> Workspace {
+        let m = self.mechanism;
+        let [offsets, shares] = [m.n_parameters(), m.sources().len() * m.size()].map(|n| vec![Block::splat(0.0); n]);
+        Workspace { registers: self.statics.registers(&[]), offsets, shares }
     }
 
     /// Solves up to a block of cases and puts their rows, from row `first` on; tells which lanes are in
@@ -58,12 +69,13 @@ impl<'m> FirstOrder<'m> {
     #[inline(always)]
     pub(crate) fn solve(
         &self,
-        registers: &mut [Block],
+        workspace: &mut Workspace,
         cases: &[Case<'_>],
         rows: &mut LoadedRows<'_>,
         first: usize,
     ) -> [bool; LANES] {
         let m = self.mechanism;
+        let Workspace { registers, offsets: all_offsets, shares } = workspace;
         let size = m.size();
         // Idle lanes repeat the last case.
         let given =
@@ -85,9 +97,6 @@ impl<'m> FirstOrder<'m> {
         let mut error = [Block::splat(0.0); 6];
         let mut reaches = [Block::splat(0.0); 6];
         let mut openings: Vec<Opening> = Vec::new();
-        let room = |n: usize, kept: bool| vec![Block::splat(0.0); if kept { n } else { 0 }];
-        let mut all_offsets = room(m.n_parameters(), rows.offset.is_kept());
-        let mut shares = room(m.sources().len() * size, rows.contribution.is_kept());
         for (s, source) in m.sources().iter().enumerate() {
             let n = source.set.size();
             let mut offsets: [Block; MAX_SIZE] =

@@ -18,7 +18,7 @@ use crate::clearance::undecided::{UNDECIDED, Unforced};
 use crate::closure::newton::{Solver, State};
 use crate::closure::sensitivity::{Gradient, Output, UNOBSERVABLE};
 use crate::interrupt;
-use crate::math::lanes::block::{Block, LANES};
+use crate::math::lanes::block::LANES;
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::mechanism::answer::Answer;
 use crate::mechanism::case::Case;
@@ -64,7 +64,7 @@ impl<'m> Programs<'m> {
 #[derive(Default)]
 struct Workspace {
     exact: Option<on_lanes::Workspace>,
-    first_order: Vec<Block>,
+    first_order: Option<first_order_on_lanes::Workspace>,
 }
 
 /// A run of cases solved block by block into their rows; gives the number of those that were solved plainly.
@@ -104,14 +104,11 @@ impl<'r> Kernel for Run<'r, '_> {
                 }
             }
             Programs::FirstOrder(program) => {
-                let registers = &mut self.workspace.first_order;
-                if registers.is_empty() {
-                    *registers = program.workspace();
-                }
+                let workspace = self.workspace.first_order.get_or_insert_with(|| program.workspace());
                 for (number, block) in self.cases.chunks(LANES).enumerate() {
                     interrupt::check();
                     let first = number * LANES;
-                    let good = program.solve(registers, block, &mut self.rows, first);
+                    let good = program.solve(workspace, block, &mut self.rows, first);
                     for (i, case) in block.iter().enumerate().filter(|(i, _)| !good[*i]) {
                         fallbacks += 1;
                         self.rows.put(first + i, &m.loaded_plainly(self.solver, case, false));
