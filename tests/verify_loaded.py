@@ -89,7 +89,7 @@ def compare(text: str, starts: int = 2) -> Comparison:
     reach = np.array(support).sum(axis=1)
     moves = reach > 1e-9 * np.array([link.length, link.length, 1.0])
     part = np.where(moves, 1.0 / np.where(moves, reach, 1.0), 0.0)
-    play = float(max(s.size[-1] if s.kind == "interval" else s.size[0] for s in link.sources)) / link.length
+    play = float(search.play) / link.length
     best = next(iter(search.maxima(starts)), None)
     values = dict(zip(result.parameter.values.tolist(), result.offset.values.tolist(), strict=True))
     offsets = {label: values[label] * link.scale(label) for label in link.labels}

@@ -36,11 +36,6 @@ SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 UNFELT = 1e-6
 
 
-def play_of(link: Linkage) -> float:
-    """The largest play of any source."""
-    return max(s.size[0] if s.kind != "interval" else s.size[1] for s in link.sources)
-
-
 @dataclass(frozen=True)
 class Best:
     """Poses, offsets and error of the output where the work is largest."""
@@ -67,7 +62,8 @@ class MostWork:
         support = [float(s.support(gradient[list(map(link.labels.index, s.labels))])) for s in link.sources]
         # A load on a body that no play moves does no work, and differences give that to rounding.
         pressing = sum(math.hypot(fx, fy) + abs(moment) / link.length for _, fx, fy, moment in link.loads)
-        self.unit = max(sum(support), UNFELT * pressing * play_of(link))
+        self.play = max(s.play for s in link.sources)
+        self.unit = max(sum(support), UNFELT * pressing * self.play)
         self.solver = self._program()
 
     def gradient(self) -> np.ndarray:
@@ -96,9 +92,8 @@ class MostWork:
         return self.link.out(self.pose(u), self.link.as_dict(u)) - self.nominal
 
     def _program(self) -> Any:
-        link, n = self.link, self.q0.size
+        link, n, play = self.link, self.q0.size, self.play
         q, d, weight = casadi.SX.sym("q", n), casadi.SX.sym("d", self.widths.size), casadi.SX.sym("w", 4)
-        play = play_of(link)
         self.step = np.where(np.arange(n) % 3 == 2, play / link.length, play)
         poses = [self.q0[i] + q[i] * self.step[i] for i in range(n)]
         u = {label: d[k] * self.widths[k] for k, label in enumerate(link.labels)}

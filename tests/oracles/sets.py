@@ -25,6 +25,11 @@ class Source:
     size: tuple[float, ...]
     centre: tuple[float, ...]
 
+    @property
+    def play(self) -> float:
+        """How far it goes: a radius, a gap, or the upper end of an interval."""
+        return self.size[1] if self.kind == "interval" else self.size[0]
+
     def inside(self, values: np.ndarray, slack: float = 0.0) -> np.ndarray:
         """Whether the values (components first) lie in the set."""
         v = np.asarray(values) - np.reshape(self.centre, (-1,) + (1,) * (np.ndim(values) - 1))
