@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import jointplay as jp
 from jointplay import examples
-from jointplay.analyses.nominal import Nominal
+from jointplay.analyses.nominal import Nominal, nominal
 from jointplay.analyses.singular_path import Path as DrivePath
 from jointplay.analyses.singular_values import Scaled
 from oracles.platform import placed
@@ -170,3 +170,14 @@ def test_the_committed_map_is_what_is_computed_and_follows_the_closed_form() -> 
     # The legs hold the less, the smaller the determinant of their couples, on rings around the axis.
     inside = (radius > 40) & (radius < 290)
     assert np.corrcoef(rows[inside, 2], np.abs(rows[inside, 3]))[0, 1] > 0.95
+
+
+def test_a_pose_of_another_mode_is_no_end_of_the_branch() -> None:
+    """With these lengths the platform can be under the base and turned by 43 degrees, in a mode of motion in which each pose
+    is singular. No way leads there, and the search for a dead centre must not end there."""
+    m = example()
+    reached = np.array([0.58099225, 0.63225628, 0.63225628])
+    beyond = np.array([0.63225628, 0.27340812, 0.47846421])
+    found = m.core.trace(np.stack([nominal(m).drives[0], reached, beyond]))
+    assert found["status"].tolist() == [0, 0, 1]
+    assert np.isnan(found["poses"][2]).all()

@@ -6,7 +6,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::closure::assembly::least_norm;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::mechanism::Mechanism;
@@ -58,7 +57,7 @@ impl Mechanism {
             }
             matrix
         };
-        let coordinates = self.close_in(from.coordinates.clone(), equations, jacobian, least_norm).coordinates;
+        let coordinates = self.close_in(from.coordinates.clone(), equations, jacobian, |_, _| false).coordinates;
         let drives = self.drive_values(&coordinates, &from.inputs.drives);
         solver.polish(&coordinates, &Inputs::nominal(self, &drives))
     }
