@@ -13,4 +13,5 @@ pub(crate) mod sobol;
 pub(crate) mod space;
 pub(crate) mod sparse;
 pub(crate) mod stats;
+pub(crate) mod tasks;
 pub mod vector;

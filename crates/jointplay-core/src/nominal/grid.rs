@@ -15,6 +15,7 @@ use crate::closure::newton::{CLEAR, Solver, State};
 use crate::interrupt;
 use crate::math::lanes::block::{Block as Numbers, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
+use crate::math::tasks::in_rooms;
 use crate::mechanism::Mechanism;
 use crate::mechanism::case::Case;
 use crate::mechanism::status::Status;
@@ -132,7 +133,7 @@ impl Mechanism {
                 .map(|tasks| Block { solver: &solver, follow: follow.as_ref(), drives, tasks })
                 .collect();
             let work = |registers: &mut Vec<Numbers>, block| dispatch(Work(block, registers));
-            let outcomes: Vec<Vec<Outcome>> = blocks.par_iter().map_init(Vec::new, work).collect();
+            let outcomes: Vec<Vec<Outcome>> = in_rooms(blocks.par_iter(), Vec::new, work).collect();
             let mut reached = Vec::new();
             for ((node, _), (status, state)) in tasks.iter().zip(outcomes.into_iter().flatten()) {
                 trace.status[*node] = status;

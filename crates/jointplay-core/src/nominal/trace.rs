@@ -11,12 +11,15 @@ use crate::interrupt;
 use crate::math::lanes::block::{Block as Numbers, LANES};
 use crate::math::lanes::simd::{Kernel, dispatch};
 use crate::math::memory::{Fresh, FreshPart};
+use crate::math::tasks::in_rooms;
 use crate::mechanism::Mechanism;
 use crate::mechanism::status::Status;
 use crate::nominal::on_lanes::{Follow, Start};
 
-/// Rows of one task.
-pub(crate) const RUN: usize = 32 * LANES;
+/// Up to so many rows are traced one after the other; ...
+const ONE_RUN: usize = 32 * LANES;
+/// ... of more of them, one task traces so many.
+const RUN: usize = 8 * LANES;
 /// Every so many rows one is traced beforehand; tasks begin from these.
 const STRIDE: usize = LANES;
 /// Rows before a block among which the nearest one is looked for, ...
@@ -235,7 +238,7 @@ impl Mechanism {
             };
         };
         let mut coordinates = Fresh::new(n * self.n_coordinates());
-        let rows = coordinates.part().runs(RUN * self.n_coordinates());
+        let rows = coordinates.part().runs(run_of(n) * self.n_coordinates());
         let put = |(): &mut (), rows: FreshPart<'_, f64>, _: &[f64], part: &Trace| {
             rows.copied(&part.coordinates);
             part.status.clone()
@@ -245,7 +248,12 @@ impl Mechanism {
     }
 }
 
-/// Traces runs of [`RUN`] rows of drive values on all cores, from a state near the first, and does something
+/// How many of `n` rows are traced one after the other.
+pub(crate) const fn run_of(n: usize) -> usize {
+    if n <= ONE_RUN { ONE_RUN } else { RUN }
+}
+
+/// Traces runs of [`run_of`] rows of drive values on all cores, from a state near the first, and does something
 /// with each: in a workspace, with what is given for it, its drive values and its nominal coordinates.
 pub(crate) fn trace_runs<W: Send, G: Send, T: Send>(
     solver: &Solver<'_>,
@@ -265,7 +273,7 @@ pub(crate) fn trace_runs<W: Send, G: Send, T: Send>(
     };
     let drives_of = |rows: Range<usize>| &drives[rows.start * width..rows.end * width];
     let mut ahead = Traced::default();
-    if n <= RUN {
+    if n <= ONE_RUN {
         run(from, n, drives, &mut ahead);
         return given.into_iter().map(|given| each(&mut workspace(), given, drives, &ahead.trace)).collect();
     }
@@ -290,5 +298,5 @@ pub(crate) fn trace_runs<W: Send, G: Send, T: Send>(
         run(&begin(task), rows.len(), drives, done);
         each(workspace, given, drives, &done.trace)
     };
-    tasks.map_init(init, task).collect()
+    in_rooms(tasks, init, task).collect()
 }

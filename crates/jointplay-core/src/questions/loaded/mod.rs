@@ -20,13 +20,14 @@ use crate::closure::sensitivity::{Gradient, Output, UNOBSERVABLE};
 use crate::interrupt;
 use crate::math::lanes::block::LANES;
 use crate::math::lanes::simd::{Kernel, dispatch};
+use crate::math::tasks::in_rooms;
 use crate::mechanism::answer::Answer;
 use crate::mechanism::case::Case;
 use crate::mechanism::columns::{FreshRows, Row, Rows, Table};
 use crate::mechanism::dim::{Keep, Wanted};
 use crate::mechanism::status::Status;
 use crate::mechanism::{Mechanism, Source};
-use crate::nominal::trace::{self, Trace, trace_runs};
+use crate::nominal::trace::{Trace, run_of, trace_runs};
 use crate::questions::columns::{FreshLoaded, Loaded, LoadedRows, LoadedTable};
 use crate::questions::form::Form;
 use crate::questions::loaded::first_order_on_lanes::FirstOrder;
@@ -175,7 +176,7 @@ impl Mechanism {
                     [dispatch(Run { solver: &solver, programs: &programs, cases, exact, rows, workspace }).0]
                 })
             };
-            interrupt::before_the_stop(runs.map_init(Workspace::default, run).collect())
+            interrupt::before_the_stop(in_rooms(runs, Workspace::default, run).collect())
         });
         table.keep_first(RUN * by_run.len());
         Answer::of(table, &wanted).total(FALLBACKS, by_run.into_iter().sum())
@@ -200,7 +201,7 @@ impl Mechanism {
                 }
                 fallbacks
             };
-            trace_runs(&solver, &from, n, drives, rows.runs(trace::RUN), Workspace::default, run)
+            trace_runs(&solver, &from, n, drives, rows.runs(run_of(n)), Workspace::default, run)
         });
         Answer::of(table, &wanted).total(FALLBACKS, by_run.into_iter().sum())
     }
