@@ -43,7 +43,7 @@ mod tests {
     #[test]
     fn long_neighbours_are_shared() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("two threads");
-        let work = |_: &mut (), task: usize| {
+        let work = |(): &mut (), task: usize| {
             if task >= 24 {
                 std::thread::sleep(std::time::Duration::from_millis(20));
             }
