@@ -173,8 +173,8 @@ def test_the_committed_map_is_what_is_computed_and_follows_the_closed_form() -> 
 
 
 def test_a_pose_of_another_mode_is_no_end_of_the_branch() -> None:
-    """With these lengths the platform can be under the base and turned by 43 degrees, in a mode of motion in which each pose
-    is singular. No way leads there, and the search for a dead centre must not end there."""
+    """With these lengths the platform can be under the base and turned by 43 degrees, in a mode of motion in which
+    each pose is singular. No way leads there, and the search for a dead centre must not end there."""
     m = example()
     reached = np.array([0.58099225, 0.63225628, 0.63225628])
     beyond = np.array([0.63225628, 0.27340812, 0.47846421])

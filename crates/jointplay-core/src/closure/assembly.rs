@@ -19,8 +19,10 @@ pub(crate) const ASSEMBLED: f64 = 1e-11;
 const NEGLIGIBLE: f64 = 1e-9;
 /// Condition number up to which elimination is as good as singular values.
 const PLAINLY_REGULAR: f64 = 1e6;
-/// A step that lowers the residual by less than this part may be in vain.
+/// A step that lowers the residual by less than this part may be in vain, ...
 const SMALL_GAIN: f64 = 0.01;
+/// ... where the residual is above this. Below, the drives may be beyond a dead centre by their rounding only.
+const FAR_FROM_ASSEMBLED: f64 = 1e3 * ASSEMBLED;
 /// Smallest pivot, as a part of the largest, of a mechanism that is plainly not singular.
 const REGULAR: f64 = 1e-8;
 /// Unknowns beyond which dense matrices are avoided.
@@ -131,7 +133,7 @@ impl Mechanism {
         let mut last_gain = f64::INFINITY;
         let is_in_vain = |before: f64, after: f64| {
             let gain = 1.0 - after / before;
-            let is_less = gain < last_gain && last_gain < SMALL_GAIN && after > ASSEMBLED;
+            let is_less = gain < last_gain && last_gain < SMALL_GAIN && after > FAR_FROM_ASSEMBLED;
             last_gain = gain;
             is_less
         };
