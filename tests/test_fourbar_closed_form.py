@@ -269,3 +269,29 @@ def test_a_dead_centre_is_singular_and_what_lies_beyond_it_is_not_assembled() ->
     # A crank at the end of its range is found to the square root of rounding.
     np.testing.assert_allclose(path.nominal.values[2, :2], [30.0, 0.0], atol=1e-3)
     np.testing.assert_allclose(path.nominal.values[4], path.nominal.values[1], atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_where_a_crank_can_turn_no_farther(seed: int) -> None:
+    """Coupler and rocker are stretched or folded there: the law of cosines tells the angle, from near and from far."""
+    rng = np.random.default_rng(seed)
+    while True:
+        l1, l2, l3, ground = rng.uniform(20, 120, 4)
+        stretched = bool(rng.integers(2))
+        reach = l2 + l3 if stretched else abs(l2 - l3)
+        cosine = (l1**2 + ground**2 - reach**2) / (2 * l1 * ground)
+        back = 10 ** rng.uniform(-3, 0) * (-1 if stretched else 1)
+        fb = FourBar(l1, l2, l3, D=complex(ground), branch=int(rng.choice([-1, 1])))
+        if abs(cosine) < 1 and np.isfinite(fb.rocker_pin(np.arccos(cosine) + back)):
+            break
+    limit = float(np.arccos(cosine))
+    from_there = [limit + back * part for part in (1, 0, 1, 1e-9, 1, -1e-3, 1, -0.3, 1, -3, 1)]
+    path = jp.solve(jp.loads(text_of(fb, np.rad2deg(from_there).tolist())))
+    beyond = ["not_assembled", "ok"]
+    assert path.status.values.tolist() == ["ok", "singular", "ok", "singular", "ok", *3 * beyond]
+    # At the end of its range a crank is found to the square root of rounding.
+    end = fb.D + (1 if stretched or l3 > l2 else -1) * l3 * (fb.crank_pin(limit) - fb.D) / abs(
+        fb.crank_pin(limit) - fb.D
+    )
+    found = path.nominal.values[1, :2]
+    np.testing.assert_allclose(found, [end.real, end.imag], rtol=0, atol=1e-4 * l1)
