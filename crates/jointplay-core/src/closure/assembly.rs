@@ -121,10 +121,11 @@ impl Mechanism {
 
     /// The same from given coordinates.
     pub(crate) fn assemble_from(&self, coordinates: Vec<f64>, drives: &[f64], hold_drives: bool) -> Assembly {
-        self.assemble_by(coordinates, drives, hold_drives, |_, _| false)
+        self.assemble_by(coordinates, drives, hold_drives, least_norm, |_, _| false)
     }
 
-    /// The same for many searches that nearly all end in vain: given up where two steps gain little, the later one less.
+    /// The same by elimination where that is safe, for many searches that nearly all end in vain: given up where two steps
+    /// gain little, the later one less.
     ///
     /// Where there is nothing to be found, the steps become longer and longer and smaller and smaller parts of them are
     /// taken, until they end in another mode of motion far away, or nowhere. At a singular state each step takes away more
@@ -137,7 +138,7 @@ impl Mechanism {
             last_gain = gain;
             is_less
         };
-        self.assemble_by(coordinates, drives, true, is_in_vain)
+        self.assemble_by(coordinates, drives, true, least_norm_by_elimination, is_in_vain)
     }
 
     fn assemble_by(
@@ -145,6 +146,7 @@ impl Mechanism {
         coordinates: Vec<f64>,
         drives: &[f64],
         hold_drives: bool,
+        least_norm: impl Fn(DMatrix<f64>, &DVector<f64>) -> Option<DVector<f64>>,
         is_in_vain: impl FnMut(f64, f64) -> bool,
     ) -> Assembly {
         if hold_drives && self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
@@ -156,17 +158,20 @@ impl Mechanism {
             coordinates,
             |c: &[f64]| DVector::from_iterator(rows, self.scaled_residual(c, &commands).take(rows)),
             |c: &[f64]| self.scaled(c, drives).rows(0, rows).into_owned(),
+            least_norm,
             is_in_vain,
         )
     }
 
-    /// Damped Newton steps of least norm from given coordinates on length-scaled equations and their Jacobian; given up
-    /// after a step that `is_in_vain`, told the norms of the residual before and after it.
+    /// Damped Newton steps of least norm from given coordinates on length-scaled equations and their Jacobian, by
+    /// [`least_norm`] or [`least_norm_by_elimination`]; given up after a step that `is_in_vain`, told the norms of the
+    /// residual before and after it.
     pub(crate) fn close_in(
         &self,
         mut coordinates: Vec<f64>,
         equations: impl Fn(&[f64]) -> DVector<f64>,
         jacobian: impl Fn(&[f64]) -> DMatrix<f64>,
+        least_norm: impl Fn(DMatrix<f64>, &DVector<f64>) -> Option<DVector<f64>>,
         mut is_in_vain: impl FnMut(f64, f64) -> bool,
     ) -> Assembly {
         let mut residual = equations(&coordinates);
@@ -263,11 +268,15 @@ impl Mechanism {
     }
 }
 
-/// The vector of least norm that a matrix takes nearest to `right`, up to rounding; `None` where a number is not finite.
-///
-/// Elimination is much cheaper than singular values where the matrix is square and plainly regular: no singular value is
+/// The vector of least norm that a matrix takes nearest to `right`; `None` where a number is not finite.
+pub(crate) fn least_norm(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let svd = singular_values(matrix, true, true)?;
+    svd.solve(right, NEGLIGIBLE * svd.singular_values.max()).ok()
+}
+
+/// The same up to rounding, and much cheaper where the matrix is square and plainly regular: no singular value is
 /// negligible then, and there is one such vector only. The norms bound the ratio of the singular values from above.
-fn least_norm(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+pub(crate) fn least_norm_by_elimination(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     if matrix.is_square() {
         let size = matrix.norm();
         let inverse = matrix.clone().try_inverse();
@@ -276,12 +285,7 @@ fn least_norm(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>
             return Some(inverse * right);
         }
     }
-    least_norm_by_singular_values(matrix, right)
-}
-
-fn least_norm_by_singular_values(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let svd = singular_values(matrix, true, true)?;
-    svd.solve(right, NEGLIGIBLE * svd.singular_values.max()).ok()
+    least_norm(matrix, right)
 }
 
 #[cfg(test)]
@@ -296,15 +300,15 @@ mod tests {
     fn elimination_gives_the_vector_of_least_norm() {
         let regular = DMatrix::from_fn(6, 6, |i, j| ((7 * i * i + 3 * j + i * j) as f64).sin());
         let right = DVector::from_fn(6, |i, _| 1.0 - i as f64);
-        let step = |of: &DMatrix<f64>| least_norm(of.clone(), &right).expect("finite");
-        let by_singular_values = |of: &DMatrix<f64>| least_norm_by_singular_values(of.clone(), &right).expect("finite");
-        assert!(distance(&step(&regular), &by_singular_values(&regular)) < 1e-12);
+        let step = |of: &DMatrix<f64>| least_norm_by_elimination(of.clone(), &right).expect("finite");
+        let exact = least_norm(regular.clone(), &right).expect("finite");
+        assert!(distance(&step(&regular), &exact) < 1e-12);
         // Of a singular matrix, and of one with more columns than rows, the very same.
         let mut singular = regular.clone();
         singular.set_column(5, &regular.column(4).into_owned());
-        assert_eq!(step(&singular), by_singular_values(&singular));
+        assert_eq!(step(&singular), least_norm(singular.clone(), &right).expect("finite"));
         let wide = DMatrix::from_fn(6, 8, |i, j| ((5 * i + 3 * j * j) as f64).cos());
-        assert_eq!(step(&wide), by_singular_values(&wide));
-        assert!(least_norm(DMatrix::from_element(6, 6, f64::NAN), &right).is_none());
+        assert_eq!(step(&wide), least_norm(wide.clone(), &right).expect("finite"));
+        assert!(least_norm_by_elimination(DMatrix::from_element(6, 6, f64::NAN), &right).is_none());
     }
 }

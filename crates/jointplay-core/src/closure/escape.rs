@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::closure::assembly::least_norm;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::mechanism::Mechanism;
@@ -57,7 +58,8 @@ impl Mechanism {
             }
             matrix
         };
-        let coordinates = self.close_in(from.coordinates.clone(), equations, jacobian, |_, _| false).coordinates;
+        let coordinates =
+            self.close_in(from.coordinates.clone(), equations, jacobian, least_norm, |_, _| false).coordinates;
         let drives = self.drive_values(&coordinates, &from.inputs.drives);
         solver.polish(&coordinates, &Inputs::nominal(self, &drives))
     }
