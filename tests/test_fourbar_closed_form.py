@@ -285,13 +285,12 @@ def test_where_a_crank_can_turn_no_farther(seed: int) -> None:
         if abs(cosine) < 1 and np.isfinite(fb.rocker_pin(np.arccos(cosine) + back)):
             break
     limit = float(np.arccos(cosine))
-    from_there = [limit + back * part for part in (1, 0, 1, 1e-9, 1, -1e-3, 1, -0.3, 1, -3, 1)]
-    path = jp.solve(jp.loads(text_of(fb, np.rad2deg(from_there).tolist())))
+    angles = [limit + back * part for part in (1, 0, 1, 1e-9, 1, -1e-3, 1, -0.3, 1, -3, 1)]
+    path = jp.solve(jp.loads(text_of(fb, np.rad2deg(angles).tolist())))
     beyond = ["not_assembled", "ok"]
     assert path.status.values.tolist() == ["ok", "singular", "ok", "singular", "ok", *3 * beyond]
     # At the end of its range a crank is found to the square root of rounding.
-    end = fb.D + (1 if stretched or l3 > l2 else -1) * l3 * (fb.crank_pin(limit) - fb.D) / abs(
-        fb.crank_pin(limit) - fb.D
-    )
+    line = fb.crank_pin(limit) - fb.D
+    end = fb.D + (l3 if stretched or l3 > l2 else -l3) * line / abs(line)
     found = path.nominal.values[1, :2]
     np.testing.assert_allclose(found, [end.real, end.imag], rtol=0, atol=1e-4 * l1)

@@ -28,6 +28,20 @@ const REGULAR: f64 = 1e-8;
 /// Unknowns beyond which dense matrices are avoided.
 const LARGE: usize = 240;
 
+/// How a search for an assembled pose steps, and when it is given up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Search {
+    /// By singular values, as long as a part of a step lowers the residual.
+    Thorough,
+    /// For many searches that nearly all end in vain: by elimination where that is safe, and given up where two steps gain
+    /// little, the later one less.
+    ///
+    /// Where there is nothing to be found, the steps become longer and longer and smaller and smaller parts of them are
+    /// taken, until they end in another mode of motion far away, or nowhere. At a singular state each step takes away
+    /// more than half of the residual, and on the way to it gains grow.
+    Quick,
+}
+
 /// The result of a first assembly.
 #[derive(Clone, Debug)]
 pub struct Assembly {
@@ -121,34 +135,15 @@ impl Mechanism {
 
     /// The same from given coordinates.
     pub(crate) fn assemble_from(&self, coordinates: Vec<f64>, drives: &[f64], hold_drives: bool) -> Assembly {
-        self.assemble_by(coordinates, drives, hold_drives, least_norm, |_, _| false)
+        self.assemble_by(coordinates, drives, hold_drives, Search::Thorough)
     }
 
-    /// The same by elimination where that is safe, for many searches that nearly all end in vain: given up where two steps
-    /// gain little, the later one less.
-    ///
-    /// Where there is nothing to be found, the steps become longer and longer and smaller and smaller parts of them are
-    /// taken, until they end in another mode of motion far away, or nowhere. At a singular state each step takes away more
-    /// than half of the residual, and on the way to it gains grow.
+    /// The same with the drives held, by a quick search.
     pub(crate) fn assemble_quickly(&self, coordinates: Vec<f64>, drives: &[f64]) -> Assembly {
-        let mut last_gain = f64::INFINITY;
-        let is_in_vain = |before: f64, after: f64| {
-            let gain = 1.0 - after / before;
-            let is_less = gain < last_gain && last_gain < SMALL_GAIN && after > FAR_FROM_ASSEMBLED;
-            last_gain = gain;
-            is_less
-        };
-        self.assemble_by(coordinates, drives, true, least_norm_by_elimination, is_in_vain)
+        self.assemble_by(coordinates, drives, true, Search::Quick)
     }
 
-    fn assemble_by(
-        &self,
-        coordinates: Vec<f64>,
-        drives: &[f64],
-        hold_drives: bool,
-        least_norm: impl Fn(DMatrix<f64>, &DVector<f64>) -> Option<DVector<f64>>,
-        is_in_vain: impl FnMut(f64, f64) -> bool,
-    ) -> Assembly {
+    fn assemble_by(&self, coordinates: Vec<f64>, drives: &[f64], hold_drives: bool, search: Search) -> Assembly {
         if hold_drives && self.n_unknowns() > LARGE && self.n_rows() == self.n_unknowns() {
             return self.assemble_large(coordinates, drives);
         }
@@ -158,23 +153,24 @@ impl Mechanism {
             coordinates,
             |c: &[f64]| DVector::from_iterator(rows, self.scaled_residual(c, &commands).take(rows)),
             |c: &[f64]| self.scaled(c, drives).rows(0, rows).into_owned(),
-            least_norm,
-            is_in_vain,
+            search,
         )
     }
 
-    /// Damped Newton steps of least norm from given coordinates on length-scaled equations and their Jacobian, by
-    /// [`least_norm`] or [`least_norm_by_elimination`]; given up after a step that `is_in_vain`, told the norms of the
-    /// residual before and after it.
+    /// Damped Newton steps of least norm from given coordinates on length-scaled equations and their Jacobian.
     pub(crate) fn close_in(
         &self,
         mut coordinates: Vec<f64>,
         equations: impl Fn(&[f64]) -> DVector<f64>,
         jacobian: impl Fn(&[f64]) -> DMatrix<f64>,
-        least_norm: impl Fn(DMatrix<f64>, &DVector<f64>) -> Option<DVector<f64>>,
-        mut is_in_vain: impl FnMut(f64, f64) -> bool,
+        search: Search,
     ) -> Assembly {
+        let least_norm = match search {
+            Search::Thorough => least_norm,
+            Search::Quick => least_norm_by_elimination,
+        };
         let mut residual = equations(&coordinates);
+        let mut last_gain = f64::INFINITY;
         for _ in 0..ASSEMBLY_STEPS {
             interrupt::check();
             if residual.amax() <= ASSEMBLED * 1e-3 {
@@ -198,9 +194,13 @@ impl Mechanism {
                     break false;
                 }
             };
-            if !improved || is_in_vain(size, residual.norm()) {
+            let left = residual.norm();
+            let gain = 1.0 - left / size;
+            let is_in_vain = gain < last_gain && last_gain < SMALL_GAIN && left > FAR_FROM_ASSEMBLED;
+            if !improved || search == Search::Quick && is_in_vain {
                 break;
             }
+            last_gain = gain;
         }
         let largest = residual.amax();
         Assembly { coordinates, residual: largest, converged: largest <= ASSEMBLED }
@@ -269,14 +269,14 @@ impl Mechanism {
 }
 
 /// The vector of least norm that a matrix takes nearest to `right`; `None` where a number is not finite.
-pub(crate) fn least_norm(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+fn least_norm(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let svd = singular_values(matrix, true, true)?;
     svd.solve(right, NEGLIGIBLE * svd.singular_values.max()).ok()
 }
 
 /// The same up to rounding, and much cheaper where the matrix is square and plainly regular: no singular value is
 /// negligible then, and there is one such vector only. The norms bound the ratio of the singular values from above.
-pub(crate) fn least_norm_by_elimination(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+fn least_norm_by_elimination(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     if matrix.is_square() {
         let size = matrix.norm();
         let inverse = matrix.clone().try_inverse();

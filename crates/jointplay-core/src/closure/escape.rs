@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::closure::assembly::least_norm;
+use crate::closure::assembly::Search;
 use crate::closure::equations::Inputs;
 use crate::closure::newton::{Solver, State};
 use crate::mechanism::Mechanism;
@@ -58,8 +58,7 @@ impl Mechanism {
             }
             matrix
         };
-        let coordinates =
-            self.close_in(from.coordinates.clone(), equations, jacobian, least_norm, |_, _| false).coordinates;
+        let coordinates = self.close_in(from.coordinates.clone(), equations, jacobian, Search::Thorough).coordinates;
         let drives = self.drive_values(&coordinates, &from.inputs.drives);
         solver.polish(&coordinates, &Inputs::nominal(self, &drives))
     }
