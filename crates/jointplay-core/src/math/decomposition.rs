@@ -43,6 +43,31 @@ pub(crate) fn largest_eigenvalue(matrix: DMatrix<f64>) -> Option<f64> {
     decomposed.map(|d| d.eigenvalues.max())
 }
 
+/// The determinant of a square matrix given row by row, which is overwritten: for many small ones, each of which would be
+/// memory of its own in [`nalgebra`].
+pub(crate) fn determinant(n: usize, matrix: &mut [f64]) -> f64 {
+    let mut product = 1.0;
+    for k in 0..n {
+        let size = |row: &usize| matrix[row * n + k].abs();
+        let pivot = (k..n).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(k);
+        if pivot != k {
+            (k..n).for_each(|j| matrix.swap(k * n + j, pivot * n + j));
+            product = -product;
+        }
+        let (done, rest) = matrix.split_at_mut((k + 1) * n);
+        let row = &done[k * n..];
+        product *= row[k];
+        if row[k] == 0.0 {
+            return 0.0;
+        }
+        for below in rest.chunks_exact_mut(n) {
+            let factor = below[k] / row[k];
+            below[k + 1..].iter_mut().zip(&row[k + 1..]).for_each(|(b, a)| *b -= factor * a);
+        }
+    }
+    product
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -66,5 +91,21 @@ mod tests {
         assert_eq!(pseudo_inverse(&matrix, 1e-12), matrix.clone().pseudo_inverse(1e-12).ok());
         let square = &matrix * matrix.transpose();
         assert_eq!(largest_eigenvalue(square.clone()), Some(square.symmetric_eigenvalues().max()));
+    }
+
+    #[test]
+    fn determinants_are_those_of_nalgebra() {
+        for n in 0..9 {
+            let entry = |i: usize, j: usize| if i + j == 2 { 0.0 } else { ((3 * i * i + 5 * j + n) as f64).sin() };
+            let matrix = DMatrix::from_fn(n, n, entry);
+            let ours = determinant(n, &mut matrix.transpose().as_slice().to_vec());
+            assert!((ours - matrix.determinant()).abs() < 1e-14, "{n}: {ours}");
+            // Twice the same row.
+            let mut twice = matrix.clone();
+            if n > 1 {
+                twice.set_row(0, &matrix.row(n - 1));
+                assert!(determinant(n, &mut twice.transpose().as_slice().to_vec()).abs() < 1e-14);
+            }
+        }
     }
 }

@@ -15,6 +15,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::math::decomposition::determinant;
 use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
 use crate::math::lanes::simd::{Kernel, dispatch};
 
@@ -209,22 +210,23 @@ impl Opened {
         Block::splat(at_rest[f]).add(&sum)
     }
 
-    /// Makes offsets of the coordinates of all flanks of a proposal; gives its weight, none where a gap is closed.
-    pub fn close(&self, at_rest: &[f64], u: &mut [f64]) -> Option<f64> {
-        let gaps = self.gaps(at_rest, u);
-        if gaps.iter().any(|gap| *gap <= 0.0) {
-            return None;
-        }
-        self.places.iter().zip(&gaps).for_each(|(&j, gap)| u[j] /= gap);
+    /// Makes offsets of the coordinates of all flanks of a proposal, and of the gaps at rest what they are there; gives
+    /// whether all are open.
+    pub fn close(&self, gaps: &mut [f64], u: &mut [f64]) -> bool {
+        gaps.iter_mut().zip(&self.rates).for_each(|(gap, rates)| *gap += dot(rates, &*u));
+        self.places.iter().zip(&*gaps).for_each(|(&j, gap)| u[j] /= gap);
+        gaps.iter().all(|gap| *gap > 0.0)
+    }
+
+    /// The weight of a proposal, by its gaps and offsets.
+    pub fn weight(&self, gaps: &[f64], u: &[f64], room: &mut Vec<f64>) -> f64 {
         let opened: f64 = self.bound.iter().map(|&f| gaps[f]).product();
-        let free: Vec<f64> = self.free.iter().map(|&f| u[self.places[f]]).collect();
-        Some(self.bend(u) / (opened * bend(&self.along, &free)))
+        self.bend(u, room) / (opened * bend(&self.along, |k| u[self.places[self.free[k]]], room))
     }
 
     /// What flanks do to the gaps of one another, as a determinant.
-    fn bend(&self, x: &[f64]) -> f64 {
-        let own: Vec<f64> = self.places.iter().map(|&j| x[j]).collect();
-        bend(&self.together, &own)
+    fn bend(&self, x: &[f64], room: &mut Vec<f64>) -> f64 {
+        bend(&self.together, |f| x[self.places[f]], room)
     }
 
     /// The logarithm of the density that the flanks add.
@@ -232,7 +234,7 @@ impl Opened {
         let gaps = self.gaps(at_rest, y);
         let x = self.closed(at_rest, y);
         let law = self.places.iter().zip(&self.precisions).map(|(&j, precision)| -0.5 * precision * x[j] * x[j]);
-        law.sum::<f64>() + (self.bend(&x) / gaps.iter().product::<f64>()).abs().ln()
+        law.sum::<f64>() + (self.bend(&x, &mut Vec::new()) / gaps.iter().product::<f64>()).abs().ln()
     }
 
     /// What the flanks leave of the line `y + t along`.
@@ -306,10 +308,14 @@ fn add_times(sum: &mut Block, factor: f64, block: &Block) {
 }
 
 /// `|det(1 - X B)|`
-fn bend(rates: &[Vec<f64>], x: &[f64]) -> f64 {
+fn bend(rates: &[Vec<f64>], x: impl Fn(usize) -> f64, room: &mut Vec<f64>) -> f64 {
     if rates.iter().flatten().all(|b| *b == 0.0) {
         return 1.0;
     }
-    let entry = |f: usize, k: usize| f64::from(u8::from(f == k)) - x[f] * rates[f][k];
-    DMatrix::<f64>::from_fn(x.len(), x.len(), entry).determinant().abs()
+    room.clear();
+    for (f, rates) in rates.iter().enumerate() {
+        let x = x(f);
+        room.extend(rates.iter().enumerate().map(|(k, rate)| f64::from(u8::from(f == k)) - x * rate));
+    }
+    determinant(rates.len(), room).abs()
 }

@@ -267,11 +267,15 @@ impl Section {
         }
         let luck = dice.uniform();
         let near = dispatch(Complete { section: self, constant, gaps, proposals, own: &mut own });
-        let mut u = vec![0.0; self.places.len()];
+        let (mut u, mut closed, mut room) = (vec![0.0; self.places.len()], gaps.to_vec(), Vec::new());
         for lane in (0..LANES).filter(|lane| near.has(*lane)) {
             u.iter_mut().zip(&own).for_each(|(u, block)| *u = block.0[lane]);
-            let Some(weight) = self.opened.close(gaps, &mut u) else { continue };
-            if self.is_inside(&u) && luck.0[lane] * proposals.largest < weight * self.density(&u) {
+            closed.copy_from_slice(gaps);
+            if !self.opened.close(&mut closed, &mut u) || !self.is_inside(&u) {
+                continue;
+            }
+            let weight = self.opened.weight(&closed, &u, &mut room) * self.density(&u);
+            if luck.0[lane] * proposals.largest < weight {
                 return Some(u);
             }
         }
