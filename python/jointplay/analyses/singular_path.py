@@ -249,7 +249,7 @@ class Path:
             found += self._singular_run(track, first, last, clear)
         lowest = [self._lowest(track, k - 1, k + 1) for k in self._dips(track, clear)]
         found += [state for state in lowest if self._value(state) < self.limit]
-        return [Place(s.along, self._output(s.pose[None])[0], self._kind(s.pose)) for s in found]
+        return [Place(s.along, self._output(s.pose[None])[0], self._kind(s.pose)) for s in found if s.is_closed]
 
     def _dips(self, track: _Track, clear: Flags) -> list[int]:
         """Steps around which the singular value, going on as steeply as it comes, could fall below the limit."""
@@ -311,6 +311,8 @@ class Path:
         """Where, between two steps, a figure ends to be positive that is so at the first."""
         anchor = self._at_step(track, near)
         found = {anchor.along: anchor}
+        if not anchor.is_closed:
+            return anchor
 
         def tried(along: float) -> float:
             found[along] = self._state(anchor, along)
@@ -327,14 +329,16 @@ class Path:
             found[along] = self._state(anchor, along)
             return self._value(found[along]) ** 2
 
+        if not anchor.is_closed:
+            return anchor
         minimum(tried, anchor.along, float(track.along[far]))
         return min((state for state in found.values() if state.is_closed), key=self._value)
 
     def _at_step(self, track: _Track, step: int) -> _State:
         """A step of the path with its poses, which are not kept: followed anew from its regular configuration."""
         along = track.along[step]
-        regular = np.flatnonzero(self.values >= self.limit)
-        there = regular[(regular >= track.along[0]) & (regular <= track.along[-1])]
+        # A configuration behind a gap of the branch is on another one.
+        there = np.intersect1d(np.flatnonzero(self.values >= self.limit), track.along[np.isfinite(track.value)])
         anchor = int(there[np.abs(there - along).argmin()])
         between = track.along[(track.along > min(anchor, along)) & (track.along < max(anchor, along))]
         way = np.concatenate([[anchor], between if along > anchor else between[::-1], [along]])

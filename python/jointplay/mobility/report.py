@@ -120,8 +120,9 @@ def _range(m: Mechanism, reach: tuple[float, float]) -> Iterator[str]:
     low, high = min(low, high), max(low, high)
     if np.isinf([low, high]).all():
         return
-    limits = [f"from {_rounded(low, math.ceil)}"] * math.isfinite(low)
-    limits += [f"{'' if limits else 'up '}to {_rounded(high, math.floor)}"] * math.isfinite(high)
+    limits = [f"from {_rounded(low, math.ceil)}"] if math.isfinite(low) else []
+    if math.isfinite(high):
+        limits.append(f"{'' if limits else 'up '}to {_rounded(high, math.floor)}")
     yield f"With the lengths of the file it can be assembled for {name} {' '.join(limits)} {unit}."
 
 

@@ -20,8 +20,19 @@ const NEWTON_STEPS: usize = 14;
 const LAST_STEP: f64 = 1e-9;
 /// The largest move (length-scaled; radians) taken at once, so that the branch is not left.
 const LARGEST_MOVE: f64 = 0.35;
-/// Continuation gives up when a step of this part of the way, or of a radian of a drive that turns farther, fails.
+/// Continuation gives up when a step of this part of the way, or of a radian of a drive that turns farther, fails; ...
 const SMALLEST_PART: f64 = 1e-6;
+/// ... where it has not left a state that may be near the end of a branch, or is near its aim, this one.
+const FINEST_PART: f64 = 1e-12;
+/// So many steps of the last size before the aim is near.
+const NEAR: f64 = 64.0;
+/// Corrections of a step across a singular state, as a part of the move, where the branch goes straight on.
+const STRAIGHT: f64 = 0.02;
+/// Parts of a way across a singular state at which it is divided; none is in the middle, where that state often is.
+const DIVISIONS: [f64; 3] = [0.38, 0.63, 0.45];
+/// A singular state that is crossed in a move of this size (length-scaled; radians) has been enclosed: what is missing there
+/// to be assembled is the square of it at most, which is rounding.
+const ENCLOSED: f64 = 1e-5;
 /// Inverse iterations for the smallest singular value of a large mechanism.
 const INVERSE_ITERATIONS: usize = 300;
 /// Continuation gives up after this many steps, or after this many for every turn of a drive, ...
@@ -263,15 +274,39 @@ impl<'m> Solver<'m> {
         let is_in_vain = |first_move, later_moves| !is_limited && !is_calm(first_move, later_moves);
         let converged = self.newton(&mut coordinates, inputs, budget, is_in_vain)?;
         let calm = is_calm(converged.first_move, converged.later_moves);
-        // A singular state may be crossed where the branch goes straight on (a change point), which
-        // shows in corrections that are small beside the move.
-        let crossed = converged.negative != from.negative;
-        let straight = converged.later_moves <= 0.02 * converged.first_move;
-        (calm && (!crossed || straight)).then(|| State {
-            coordinates,
-            inputs: inputs.clone(),
-            negative: converged.negative,
-        })
+        let state = State { coordinates, inputs: inputs.clone(), negative: converged.negative };
+        (calm && (state.negative == from.negative || self.goes_straight_on(from, &converged, inputs))).then_some(state)
+    }
+
+    /// Whether a step that has changed the sign of the determinant leads across a singular state where the branch goes
+    /// straight on (a change point).
+    ///
+    /// There corrections are small beside the move, however short the way is on which it is crossed. Where two branches only
+    /// come near one another, with a gap in which there is no pose or none between them, a long step gets to the wrong one with small
+    /// corrections, too, a short one does not.
+    fn goes_straight_on(&self, from: &State, converged: &Converged, to: &Inputs<f64>) -> bool {
+        let step = |from: &State, inputs: &Inputs<f64>| {
+            let mut coordinates = from.coordinates.clone();
+            let converged = self.newton(&mut coordinates, inputs, None, |_, _| false)?;
+            let straight = converged.later_moves <= STRAIGHT * converged.first_move + LAST_STEP;
+            let state = State { coordinates, inputs: inputs.clone(), negative: converged.negative };
+            straight.then_some((state, converged.first_move))
+        };
+        let (mut before, mut after, mut size) = (from.clone(), to.clone(), converged.first_move);
+        let mut crosses = converged.later_moves <= STRAIGHT * converged.first_move;
+        while crosses && size > ENCLOSED {
+            let divide = |part: &f64| step(&before, &between(&before.inputs, &after, *part));
+            let Some((between, moved)) = DIVISIONS.iter().find_map(divide) else { return false };
+            if between.negative == from.negative {
+                before = between;
+                let across = step(&before, &after);
+                crosses = across.as_ref().is_some_and(|(state, _)| state.negative != from.negative);
+                size = across.map_or(0.0, |(_, size)| size);
+            } else {
+                (after, size) = (between.inputs, moved);
+            }
+        }
+        crosses
     }
 
     /// Polishes a state that already closes up to rounding.
@@ -330,7 +365,9 @@ impl<'m> Solver<'m> {
                 part = (2.0 * part).min(most);
             } else {
                 part *= 0.5;
-                if part < SMALLEST_PART * most || budget.as_ref().is_some_and(|budget| budget.is_spent()) {
+                let is_near = done == 0.0 || 1.0 - done <= NEAR * part;
+                let smallest = if is_near { FINEST_PART } else { SMALLEST_PART };
+                if part < smallest * most || budget.as_ref().is_some_and(|budget| budget.is_spent()) {
                     break;
                 }
             }

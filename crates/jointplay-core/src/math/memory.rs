@@ -3,6 +3,8 @@
 use std::mem::{MaybeUninit, take};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::interrupt;
+
 /// Values to which nothing has been written yet.
 ///
 /// Memory from the system comes page by page, and takes as long as many a result, so that every core has to write the part
@@ -10,7 +12,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 pub(crate) struct Fresh<T> {
     values: Vec<T>,
     n: usize,
-    written: AtomicUsize,
+    done: Done,
+}
+
+/// What has become of the values.
+struct Done {
+    /// How many are written, or left as they are.
+    seen: AtomicUsize,
+    /// The first one that is left as it is.
+    left: AtomicUsize,
 }
 
 /// What such memory can be made of.
@@ -33,33 +43,41 @@ impl Untouched for bool {
 
 impl<T: Untouched> Fresh<T> {
     pub fn new(n: usize) -> Self {
-        Self { values: Vec::with_capacity(n), n, written: AtomicUsize::new(0) }
+        Self { values: Vec::with_capacity(n), n, done: Done { seen: AtomicUsize::new(0), left: AtomicUsize::new(n) } }
     }
 
     /// All of them, to be split up.
     pub fn part(&mut self) -> FreshPart<'_, T> {
-        *self.written.get_mut() = 0;
+        (*self.done.seen.get_mut(), *self.done.left.get_mut()) = (0, self.n);
         let values = &mut self.values.spare_capacity_mut()[..self.n];
-        FreshPart { values, written: &self.written }
+        FreshPart { first: 0, values, done: &self.done }
     }
 
-    /// The values when no part of them is left.
+    /// How many of `n` rows, of the same length each, stopped work has not left.
+    pub fn whole_rows(&mut self, n: usize) -> usize {
+        self.done.left.get_mut().checked_div(self.n / n.max(1)).unwrap_or(n)
+    }
+
+    /// The values up to the first one that stopped work has left.
     ///
     /// # Panics
     /// When a part was forgotten.
     #[allow(unsafe_code)]
     pub fn into_vec(mut self) -> Vec<T> {
-        assert_eq!(*self.written.get_mut(), self.n, "a part of the memory was forgotten");
-        // SAFETY: parts do not overlap, none is left, and each counts its values once, when all of them are written.
-        unsafe { self.values.set_len(self.n) };
+        assert_eq!(*self.done.seen.get_mut(), self.n, "a part of the memory was forgotten");
+        // SAFETY: parts do not overlap, none is missing, and each counts its values once: when all of them are written, or
+        // when it has said that they are left.
+        unsafe { self.values.set_len(*self.done.left.get_mut()) };
         self.values
     }
 }
 
-/// A part of them. What nobody asks for is written when it is dropped.
+/// A part of them. What nobody asks for is written when it is dropped, unless work has been stopped: most of the memory may
+/// then be left, and would take longer than the work.
 pub(crate) struct FreshPart<'t, T: Untouched> {
+    first: usize,
     values: &'t mut [MaybeUninit<T>],
-    written: &'t AtomicUsize,
+    done: &'t Done,
 }
 
 impl<'t, T: Untouched> FreshPart<'t, T> {
@@ -69,14 +87,14 @@ impl<'t, T: Untouched> FreshPart<'t, T> {
 
     pub fn split_at(mut self, n: usize) -> (Self, Self) {
         let (first, second) = take(&mut self.values).split_at_mut(n);
-        let part = |values| Self { values, written: self.written };
-        (part(first), part(second))
+        let part = |first, values| Self { first, values, done: self.done };
+        (part(self.first, first), part(self.first + n, second))
     }
 
     /// Parts of up to `n` values.
     pub fn runs(mut self, n: usize) -> Vec<Self> {
-        let runs = take(&mut self.values).chunks_mut(n);
-        runs.map(|values| Self { values, written: self.written }).collect()
+        let runs = (self.first..).step_by(n).zip(take(&mut self.values).chunks_mut(n));
+        runs.map(|(first, values)| Self { first, values, done: self.done }).collect()
     }
 
     /// The values, all untouched.
@@ -99,7 +117,7 @@ impl<'t, T: Untouched> FreshPart<'t, T> {
         for (k, place) in values.iter_mut().enumerate() {
             place.write(value(k));
         }
-        self.written.fetch_add(values.len(), Ordering::Relaxed);
+        self.done.seen.fetch_add(values.len(), Ordering::Relaxed);
         // SAFETY: every one of them has just been written.
         unsafe { &mut *(std::ptr::from_mut(values) as *mut [T]) }
     }
@@ -107,13 +125,19 @@ impl<'t, T: Untouched> FreshPart<'t, T> {
 
 impl<T: Untouched> Drop for FreshPart<'_, T> {
     fn drop(&mut self) {
-        self.written(|_| T::UNTOUCHED);
+        if !self.values.is_empty() && interrupt::is_asked() {
+            self.done.left.fetch_min(self.first, Ordering::Relaxed);
+            self.done.seen.fetch_add(take(&mut self.values).len(), Ordering::Relaxed);
+        } else {
+            self.written(|_| T::UNTOUCHED);
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::Fresh;
+    use crate::interrupt::listen;
 
     #[test]
     fn what_is_not_written_is_untouched() {
@@ -137,6 +161,20 @@ mod tests {
         }));
         assert!(stopped.is_err());
         assert_eq!(fresh.into_vec(), [true; 3]);
+    }
+
+    #[test]
+    fn what_stopped_work_leaves_takes_no_time() {
+        let mut fresh = Fresh::new(10);
+        let mut runs = fresh.part().runs(2).into_iter();
+        let [first, second, third] = std::array::from_fn(|_| runs.next().unwrap());
+        third.untouched()[0] = 3.0;
+        first.copied(&[1.0, 2.0]);
+        listen(Some(|| true));
+        drop((second, runs));
+        listen(None);
+        assert_eq!((fresh.whole_rows(5), fresh.whole_rows(10)), (1, 2));
+        assert_eq!(fresh.into_vec(), [1.0, 2.0]);
     }
 
     #[test]

@@ -306,6 +306,7 @@ macro_rules! columns {
                     n,
                     $($name: $crate::mechanism::columns::FreshCells::new(&mut $name, n),)+
                 });
+                let n = [n, $($name.whole_rows(n)),+].into_iter().fold(n, usize::min);
                 (Self { n, $($name: $name.into_vec(),)+ }, found)
             }
 

@@ -25,6 +25,8 @@ const PASSES: usize = 60;
 const SOLVED: f64 = 1e-15;
 /// No coordinate of a flank that opens flanks is above this in proposals.
 const WIDEST: f64 = 2.0;
+/// Up to so many flanks that open one another the determinant is looked at in all corners.
+const CORNERS: usize = 10;
 /// Proposals are not made where a flank that they are solved for may close to less than this part.
 const NARROWEST: f64 = 0.1;
 /// Nor where the gaps of flanks change one another by more than the rest of this part, which a pass leaves of an error.
@@ -40,6 +42,10 @@ pub(crate) struct Opened {
     rates: Vec<Vec<f64>>,
     together: Vec<Vec<f64>>,
     reach: Vec<f64>,
+    /// The part of it by the clearances beside flanks.
+    reach_beside: Vec<f64>,
+    /// What flanks do to one another at most, and the free ones along the section at least, as determinants.
+    bends: [f64; 2],
     /// The numbers of those that are free, and of those that the equations are solved for.
     free: Vec<usize>,
     bound: Vec<usize>,
@@ -73,7 +79,7 @@ impl Opened {
     pub fn new(
         flanks: Vec<(usize, f64)>,
         rates: Vec<Vec<f64>>,
-        mut reach: Vec<f64>,
+        reach_beside: Vec<f64>,
         bound: &[usize],
         free: &[usize],
         from_free: &DMatrix<f64>,
@@ -97,15 +103,18 @@ impl Opened {
             row
         };
         let beside = all.iter().map(without).collect();
-        let along = all.iter().map(|row| columns.iter().map(|&c| row[c]).collect()).collect();
+        let along: Vec<Vec<f64>> = all.iter().map(|row| columns.iter().map(|&c| row[c]).collect()).collect();
         let together: Vec<Vec<f64>> = rates.iter().map(|row| places.iter().map(|&j| row[j]).collect()).collect();
-        reach.iter_mut().zip(&together).for_each(|(reach, row)| *reach += WIDEST * size(row));
+        let reach = reach_beside.iter().zip(&together).map(|(reach, row)| reach + WIDEST * size(row)).collect();
+        let bends = [extremes(&together)[1], extremes(&along)[0]];
         Self {
             places,
             precisions,
             rates,
             together,
             reach,
+            reach_beside,
+            bends,
             free: own_free,
             bound: own_bound,
             beside,
@@ -153,29 +162,27 @@ impl Opened {
     /// What is common to all proposals where the bound coordinates are the constant and what follows from the free ones;
     /// `None` where proposals are of no use.
     pub fn proposals(&self, at_rest: &[f64], constant: &DVector<f64>) -> Option<Proposals> {
-        let mut largest = 1.0;
-        for (f, (gap, row)) in at_rest.iter().zip(&self.together).enumerate() {
+        for (f, gap) in at_rest.iter().enumerate() {
             if gap + self.reach[f] > WIDEST && self.together.iter().any(|row| row[f] != 0.0) {
                 return None;
             }
-            // Hadamard's bound of the determinant.
-            largest *= 1.0 + size(row);
         }
-        for &f in &self.bound {
-            let narrowest = at_rest[f] - self.reach[f];
-            if narrowest < NARROWEST {
-                return None;
-            }
-            largest /= narrowest;
+        // Diagonals that outweigh the rest of their rows: the determinant along the section is positive everywhere.
+        if self.along.iter().any(|row| 1.0 - size(row) < CONTRACTS) {
+            return None;
         }
-        // A determinant whose diagonal outweighs the rest of its rows is at least the product of what is left.
-        for row in &self.along {
-            let left = 1.0 - size(row);
-            if left < CONTRACTS {
-                return None;
-            }
-            largest /= left;
+        // No coordinate of a flank is above its gap.
+        let widest: Vec<f64> = at_rest.iter().zip(&self.reach).map(|(gap, reach)| gap + reach).collect();
+        let narrowest = |&f: &usize| -> f64 {
+            let by_flanks: f64 = self.together[f].iter().zip(&widest).map(|(rate, most)| rate.abs() * most).sum();
+            at_rest[f] - self.reach_beside[f] - by_flanks
+        };
+        let narrowest: Vec<f64> = self.bound.iter().map(narrowest).collect();
+        if narrowest.iter().any(|gap| *gap < NARROWEST) {
+            return None;
         }
+        let [most, least] = self.bends;
+        let largest = most / (least * narrowest.iter().product::<f64>());
         let gap = |&f: &usize| -> f64 {
             at_rest[f] + self.solved.iter().zip(constant.iter()).map(|(&j, b)| self.rates[f][j] * b).sum::<f64>()
         };
@@ -318,4 +325,24 @@ fn bend(rates: &[Vec<f64>], x: impl Fn(usize) -> f64, room: &mut Vec<f64>) -> f6
         room.extend(rates.iter().enumerate().map(|(k, rate)| f64::from(u8::from(f == k)) - x * rate));
     }
     determinant(rates.len(), room).abs()
+}
+
+/// Bounds of `det(1 - X B)` in magnitude, for diagonal X from -1 to 1. The determinant is linear in each x, so that the
+/// largest magnitude is that of a corner, and so is the smallest where no sign changes; for many flanks by Hadamard's
+/// inequality, and by the product of what the diagonals outweigh their rows by.
+fn extremes(rates: &[Vec<f64>]) -> [f64; 2] {
+    let opening: Vec<usize> = (0..rates.len()).filter(|&f| rates[f].iter().any(|b| *b != 0.0)).collect();
+    if opening.len() > CORNERS {
+        let by = |part: fn(f64) -> f64| rates.iter().map(|row| part(size(row))).product();
+        return [by(|size| (1.0 - size).max(0.0)), by(|size| 1.0 + size)];
+    }
+    let mut room = Vec::new();
+    let corner = |number: usize| {
+        let side = |f: usize| {
+            let place = opening.iter().position(|o| *o == f);
+            place.map_or(0.0, |place| if number >> place & 1 == 1 { 1.0 } else { -1.0 })
+        };
+        bend(rates, side, &mut room)
+    };
+    (0..1 << opening.len()).map(corner).fold([f64::INFINITY, 0.0], |[least, most], b| [least.min(b), most.max(b)])
 }

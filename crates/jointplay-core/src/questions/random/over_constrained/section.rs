@@ -275,6 +275,7 @@ impl Section {
                 continue;
             }
             let weight = self.opened.weight(&closed, &u, &mut room) * self.density(&u);
+            debug_assert!(weight <= proposals.largest * (1.0 + 1e-9), "{weight} is above {}", proposals.largest);
             if luck.0[lane] * proposals.largest < weight {
                 return Some(u);
             }
