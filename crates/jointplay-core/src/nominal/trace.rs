@@ -279,27 +279,15 @@ pub(crate) fn trace_runs<W: Send, G: Send, T: Send>(
     }
     let sparse: Vec<f64> = (0..n).step_by(STRIDE).flat_map(|row| drives_of(row..row + 1)).copied().collect();
     run(from, n.div_ceil(STRIDE), &sparse, &mut ahead);
-    let state = |traced: &Traced, row: usize, drives: &[f64]| {
+    let begin = |task: usize| {
+        let row = ahead.trace.status[..=task * RUN / STRIDE].iter().rposition(|s| *s == Status::Ok);
+        let Some(row) = row else { return from.clone() };
         let size = m.n_coordinates();
         State {
-            coordinates: traced.trace.coordinates[row * size..(row + 1) * size].to_vec(),
-            inputs: Inputs::nominal(m, drives),
-            negative: traced.negative[row],
+            coordinates: ahead.trace.coordinates[row * size..(row + 1) * size].to_vec(),
+            inputs: Inputs::nominal(m, &sparse[row * width..(row + 1) * width]),
+            negative: ahead.negative[row],
         }
-    };
-    let begin = |task: usize, room: &mut Traced| {
-        let first = task * RUN / STRIDE;
-        let row = ahead.trace.status[..=first].iter().rposition(|s| *s == Status::Ok);
-        let Some(row) = row else { return from.clone() };
-        let known = state(&ahead, row, &sparse[row * width..(row + 1) * width]);
-        if row == first {
-            return known;
-        }
-        // Somewhere after this row the drives are out of reach: up to there the rows lead on.
-        let rows = row * STRIDE + 1..(row + 1) * STRIDE;
-        run(&known, rows.len(), drives_of(rows.clone()), room);
-        let last = Rows::last(room).map(|last| state(room, last, drives_of(rows.start + last..rows.start + last + 1)));
-        last.unwrap_or(known)
     };
     let tasks = given.into_par_iter().enumerate();
     // Memory of a run is as large as the caches: it is taken over from run to run.
@@ -307,8 +295,7 @@ pub(crate) fn trace_runs<W: Send, G: Send, T: Send>(
     let task = |(done, workspace): &mut (Traced, W), (task, given)| {
         let rows = task * RUN..n.min((task + 1) * RUN);
         let drives = drives_of(rows.clone());
-        let from = begin(task, done);
-        run(&from, rows.len(), drives, done);
+        run(&begin(task), rows.len(), drives, done);
         each(workspace, given, drives, &done.trace)
     };
     in_rooms(tasks, init, task).collect()
