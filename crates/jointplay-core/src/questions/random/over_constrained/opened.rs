@@ -19,17 +19,13 @@ use crate::math::decomposition::determinant;
 use crate::math::lanes::block::{Block, LANES, Mask, bits_if};
 use crate::math::lanes::simd::{Kernel, dispatch};
 
-/// Times that coordinates are solved for: each leaves what the flanks open of one another.
-const PASSES: usize = 60;
-/// Coordinates that change by less have been solved for.
-const SOLVED: f64 = 1e-15;
 /// No coordinate of a flank that opens flanks is above this in proposals.
 const WIDEST: f64 = 2.0;
 /// Up to so many flanks that open one another the determinant is looked at in all corners.
 const CORNERS: usize = 10;
 /// Proposals are not made where a flank that they are solved for may close to less than this part.
 const NARROWEST: f64 = 0.1;
-/// Nor where the gaps of flanks change one another by more than the rest of this part, which a pass leaves of an error.
+/// Nor where the gaps of flanks change one another by more than the rest of this part.
 const CONTRACTS: f64 = 0.5;
 
 /// The flanks of a section.
@@ -262,7 +258,10 @@ impl Opened {
     }
 }
 
-/// Finds the y with `y = X (gaps + rates y)`, which begin as the x, for every lane; gives where there are any.
+/// Finds the y with `y = X (gaps + rates y)`, which begin as the x, for every lane; gives where no gap is closed.
+///
+/// By elimination without pivoting: in proposals the diagonals of `1 - X rates` outweigh the rest of their rows, and elsewhere
+/// a pivot that is not positive means flanks that pass through each other.
 struct Solve<'a> {
     y: &'a mut [Block],
     gaps: &'a [Block],
@@ -275,34 +274,47 @@ impl Kernel for Solve<'_> {
     #[inline(always)]
     fn run(self) -> Mask {
         let Self { y, gaps, rates } = self;
-        let x = y.to_vec();
+        let n = y.len();
+        let mut matrix = Vec::with_capacity(n * n);
+        for (f, rates) in rates.iter().enumerate() {
+            for (k, rate) in rates.iter().enumerate() {
+                let unit = Block::splat(f64::from(u8::from(f == k)));
+                matrix.push(unit.sub(&y[f].mul(&Block::splat(*rate))));
+            }
+        }
         for (y, gap) in y.iter_mut().zip(gaps) {
             *y = y.mul(gap);
         }
-        let mut left = Mask([bits_if(!y.is_empty()); LANES]);
-        for _ in 0..PASSES {
-            if left.count() == 0 {
-                break;
-            }
-            let mut change = Block::splat(0.0);
-            for f in 0..x.len() {
-                let mut sum = Block::splat(0.0);
-                for (rate, y) in rates[f].iter().zip(&*y) {
-                    add_times(&mut sum, *rate, y);
-                }
-                for lane in 0..LANES {
-                    // What has been solved stays, so that a lane does not depend on the others.
-                    let own = x[f].0[lane] * (gaps[f].0[lane] + sum.0[lane]);
-                    let before = y[f].0[lane];
-                    change.0[lane] = change.0[lane].max((own - before).abs());
-                    y[f].0[lane] = if left.has(lane) { own } else { before };
-                }
-            }
+        let mut open = Mask([u64::MAX; LANES]);
+        let keep_positive = |block: &Block, open: &mut Mask| {
             for lane in 0..LANES {
-                left.0[lane] &= bits_if(change.0[lane] > SOLVED);
+                open.0[lane] &= bits_if(block.0[lane] > 0.0);
+            }
+        };
+        for p in 0..n {
+            keep_positive(&matrix[p * n + p], &mut open);
+            for row in p + 1..n {
+                let factor = matrix[row * n + p].div(&matrix[p * n + p]);
+                for k in p + 1..n {
+                    matrix[row * n + k] = matrix[row * n + k].sub(&factor.mul(&matrix[p * n + k]));
+                }
+                y[row] = y[row].sub(&factor.mul(&y[p]));
             }
         }
-        Mask(left.0.map(|bits| !bits))
+        for p in (0..n).rev() {
+            for k in p + 1..n {
+                y[p] = y[p].sub(&matrix[p * n + k].mul(&y[k]));
+            }
+            y[p] = y[p].div(&matrix[p * n + p]);
+        }
+        for (gap, rates) in gaps.iter().zip(rates) {
+            let mut gap = *gap;
+            for (rate, y) in rates.iter().zip(&*y) {
+                add_times(&mut gap, *rate, y);
+            }
+            keep_positive(&gap, &mut open);
+        }
+        open
     }
 }
 
