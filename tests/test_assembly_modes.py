@@ -166,3 +166,25 @@ def test_a_range_that_was_followed_to_one_end_only_is_told() -> None:
     assert path.status.values.tolist() == ["ok"] * 4 + ["not_assembled"] * 2
     # The crank ends at 86.3947 deg, that is 20 times 6.3947 deg of the pinion.
     assert "can be assembled for q from -127.89 deg" in path.attrs["failure"]
+
+
+@pytest.mark.parametrize("asymmetry", [0.0, 1e-14, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2])
+@pytest.mark.parametrize("middle", [[], [0.0], [-1 / 3, 1 / 3]])
+@pytest.mark.parametrize("links", [(141, 165, 163, 187), (127, 141, 161, 175), (50, 120, 50, 120), (60, 60, 100, 100)])
+def test_where_a_step_begins_and_ends_does_not_matter_at_a_change_point(
+    links: tuple[float, ...], middle: list[float], asymmetry: float
+) -> None:
+    """Both links in line with the ground (l1 + D = l2 + l3): parts of a step may hit that pose, or hardly miss it."""
+    l1, l2, l3, ground = links
+    parts = np.array([-1.0, *middle, 1 + asymmetry])
+    angles = math.pi + math.radians(20) * parts
+    fb = FourBar(l1, l2, l3, D=complex(ground))
+    # The modes change places there: of the sides of the line that the links are on each keeps its own.
+    behind = FourBar(l1, l2, l3, D=complex(ground), branch=-1)
+    path = jp.solve(four_bar(fb, angles))
+    status = path.status.values.tolist()
+    assert status == ["singular" if part == 0 else "ok" for part in parts]
+    pin = np.where(parts <= 0, fb.rocker_pin(angles), behind.rocker_pin(angles))
+    regular = parts != 0
+    found = path.nominal.values[:, 0] + 1j * path.nominal.values[:, 1]
+    np.testing.assert_allclose(found[regular], pin[regular], rtol=0, atol=1e-6)

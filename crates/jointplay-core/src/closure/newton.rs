@@ -24,8 +24,14 @@ const LARGEST_MOVE: f64 = 0.35;
 const SMALLEST_PART: f64 = 1e-6;
 /// ... where it has not left a state that may be near the end of a branch, or is near its aim, this one.
 const FINEST_PART: f64 = 1e-12;
+/// What is left of a step that fails. Halves would meet in the middle of the way, where a singular state often is.
+const SHORTER: f64 = 0.49;
 /// So many steps of the last size before the aim is near.
 const NEAR: f64 = 64.0;
+/// A correction that is a larger part of the one before it tells that the next state is nearly singular, ...
+const QUADRATIC: f64 = 0.3;
+/// ... unless that one is below this.
+const FINE: f64 = 1e3 * LAST_STEP;
 /// Corrections of a step across a singular state, as a part of the move, where the branch goes straight on.
 const STRAIGHT: f64 = 0.02;
 /// Parts of a way across a singular state at which it is divided; none is in the middle, where that state often is.
@@ -85,7 +91,17 @@ pub struct State {
 struct Converged {
     first_move: f64,
     later_moves: f64,
+    /// The largest correction as a part of the one before it.
+    slowest: f64,
     negative: bool,
+}
+
+impl Converged {
+    /// Whether it is known which of the branches that come near each other has been found. Where they cross, Newton's method halves
+    /// what is left in every step, and a rounding decides on which side it ends.
+    fn is_clear(&self) -> bool {
+        self.slowest <= QUADRATIC
+    }
 }
 
 /// The closure Jacobian at a state, factored.
@@ -216,7 +232,7 @@ impl<'m> Solver<'m> {
         let m = self.mechanism;
         interrupt::check();
         let commands = inputs.commands(m);
-        let (mut first_move, mut later_moves, mut last) = (0.0, 0.0, f64::INFINITY);
+        let (mut first_move, mut later_moves, mut slowest, mut last) = (0.0, 0.0, 0.0_f64, f64::INFINITY);
         let mut step = vec![0.0; m.n_unknowns()];
         let mut mesh = Mesh::new(m, coordinates, &inputs.parameters);
         for k in 0..NEWTON_STEPS {
@@ -240,6 +256,9 @@ impl<'m> Solver<'m> {
             if size > 2.0 * last && size > LAST_STEP {
                 return None;
             }
+            if k >= 2 && last > FINE {
+                slowest = slowest.max(size / last);
+            }
             *(if k == 0 { &mut first_move } else { &mut later_moves }) += size;
             if is_in_vain(first_move, later_moves) {
                 return None;
@@ -251,7 +270,7 @@ impl<'m> Solver<'m> {
                 if m.jams(coordinates, &inputs.parameters) {
                     return None;
                 }
-                return Some(Converged { first_move, later_moves, negative: factors.negative() });
+                return Some(Converged { first_move, later_moves, slowest, negative: factors.negative() });
             }
         }
         None
@@ -273,7 +292,7 @@ impl<'m> Solver<'m> {
         let is_limited = budget.is_some();
         let is_in_vain = |first_move, later_moves| !is_limited && !is_calm(first_move, later_moves);
         let converged = self.newton(&mut coordinates, inputs, budget, is_in_vain)?;
-        let calm = is_calm(converged.first_move, converged.later_moves);
+        let calm = is_calm(converged.first_move, converged.later_moves) && converged.is_clear();
         let state = State { coordinates, inputs: inputs.clone(), negative: converged.negative };
         (calm && (state.negative == from.negative || self.goes_straight_on(from, &converged, inputs))).then_some(state)
     }
@@ -290,7 +309,7 @@ impl<'m> Solver<'m> {
             let converged = self.newton(&mut coordinates, inputs, None, |_, _| false)?;
             let straight = converged.later_moves <= STRAIGHT * converged.first_move + LAST_STEP;
             let state = State { coordinates, inputs: inputs.clone(), negative: converged.negative };
-            straight.then_some((state, converged.first_move))
+            (straight && converged.is_clear()).then_some((state, converged.first_move))
         };
         let (mut before, mut after, mut size) = (from.clone(), to.clone(), converged.first_move);
         let mut crosses = converged.later_moves <= STRAIGHT * converged.first_move;
@@ -364,7 +383,7 @@ impl<'m> Solver<'m> {
                 done += part;
                 part = (2.0 * part).min(most);
             } else {
-                part *= 0.5;
+                part *= SHORTER;
                 let is_near = done == 0.0 || 1.0 - done <= NEAR * part;
                 let smallest = if is_near { FINEST_PART } else { SMALLEST_PART };
                 if part < smallest * most || budget.as_ref().is_some_and(|budget| budget.is_spent()) {

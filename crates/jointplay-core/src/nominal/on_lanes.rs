@@ -144,9 +144,11 @@ impl<'m> Follow<'m> {
                 // The pivots' product has the determinant's sign up to the parity of their order.
                 parity = if product.0[0] * signs[0] > 0.0 { 1.0 } else { -1.0 };
             }
+            // Squares. Where two branches cross, every step leaves a half, and either of them may be found.
+            let most = [1.0, 0.25, 0.09][step.min(2)];
             let mut all = true;
             for i in 0..LANES {
-                let shrinks = now.0[i] <= if step == 0 { last.0[i] } else { 0.25 * last.0[i] };
+                let shrinks = now.0[i] <= most * last.0[i];
                 good[i] &= (shrinks || now.0[i] <= LAST * LAST) && product.0[i] * parity * signs[i] > 0.0;
                 done[i] = now.0[i] <= LAST * LAST;
                 all &= done[i] || !good[i];
