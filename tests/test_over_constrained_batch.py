@@ -82,7 +82,7 @@ def test_loaded_together_is_loaded_alone(name: str, exact: bool) -> None:
     m = mechanism(name)
     drives, poses = rows(m)
     together = m.core.loaded(drives, poses, exact)
-    # Clarabel decides no more than alone: of programs that are degenerate, where the last digits of the poses tell which.
+    # Clarabel decides no more than alone: of programs that are degenerate; the last digits of poses tell which.
     if together["fallbacks"] > 0:
         singles = [(drives[k : k + 1], poses[k : k + 1]) for k in range(len(drives))]
         assert together["fallbacks"] <= sum(m.core.loaded(*single, exact)["fallbacks"] for single in singles)
