@@ -81,9 +81,14 @@ NAMES = ("cranks", "elastic cranks", "sarrus", "bennett", "antenna-support", "x-
 def test_loaded_together_is_loaded_alone(name: str, exact: bool) -> None:
     m = mechanism(name)
     drives, poses = rows(m)
+    if exact and name in PARTS:
+        # The last digits of its poses tell which of its programs are degenerate.
+        poses = poses + 1e-14 * np.cos(np.arange(poses.size)).reshape(poses.shape)
     together = m.core.loaded(drives, poses, exact)
-    # Clarabel decides no more than alone: of programs that are degenerate; the last digits of poses tell which.
-    if together["fallbacks"] > 0:
+    # Where Clarabel decides, that is counted; elsewhere it decides no more than alone: of programs that are degenerate.
+    if exact and name in PARTS:
+        assert together["fallbacks"] > 0
+    elif together["fallbacks"] > 0:
         singles = [(drives[k : k + 1], poses[k : k + 1]) for k in range(len(drives))]
         assert together["fallbacks"] <= sum(m.core.loaded(*single, exact)["fallbacks"] for single in singles)
     for row in [0, 1, 2, 3, 7, 8, 31, 63, 64, 65, 69]:

@@ -276,8 +276,7 @@ class Path:
         else:
             edges = [pair for pair, there in (((left, first), has_left), ((right, last), has_right)) if there]
             found = [self._closed_in(track, a, b, lambda s: self._value(s) - self.limit, ZERO) for a, b in edges]
-        inside = [self._at_step(track, k) for k in range(first, last + 1)]
-        return found + [state for state in inside if state.is_closed]
+        return found + [self._at_step(track, k) for k in range(first, last + 1)]
 
     def _crossing(self, track: _Track, near: int, far: int) -> _State:
         """Where the determinant changes its sign: the singular value of that sign goes through zero."""

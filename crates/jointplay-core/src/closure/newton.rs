@@ -29,15 +29,15 @@ const SHORTER: f64 = 0.49;
 /// So many steps of the last size before the aim is near.
 const NEAR: f64 = 64.0;
 /// A correction that is a larger part of the one before it tells that the next state is nearly singular, ...
-const QUADRATIC: f64 = 0.3;
+pub(crate) const QUADRATIC: f64 = 0.3;
 /// ... unless that one is below this.
 const FINE: f64 = 1e3 * LAST_STEP;
 /// Corrections of a step across a singular state, as a part of the move, where the branch goes straight on.
 const STRAIGHT: f64 = 0.02;
 /// Parts of a way across a singular state at which it is divided; none is in the middle, where that state often is.
 const DIVISIONS: [f64; 3] = [0.38, 0.63, 0.45];
-/// A singular state that is crossed in a move of this size (length-scaled; radians) has been enclosed: what is missing there
-/// to be assembled is the square of it at most, which is rounding.
+/// A singular state that is crossed in a move of this size (length-scaled; radians) has been enclosed: what is missing
+/// there to be assembled is the square of it at most, which is rounding.
 const ENCLOSED: f64 = 1e-5;
 /// Inverse iterations for the smallest singular value of a large mechanism.
 const INVERSE_ITERATIONS: usize = 300;
@@ -97,8 +97,8 @@ struct Converged {
 }
 
 impl Converged {
-    /// Whether it is known which of the branches that come near each other has been found. Where they cross, Newton's method halves
-    /// what is left in every step, and a rounding decides on which side it ends.
+    /// Whether it is known which branch has been found. Where two of them cross, Newton's method halves what is left in
+    /// every step, and rounding decides on which of them it ends.
     fn is_clear(&self) -> bool {
         self.slowest <= QUADRATIC
     }
@@ -300,9 +300,9 @@ impl<'m> Solver<'m> {
     /// Whether a step that has changed the sign of the determinant leads across a singular state where the branch goes
     /// straight on (a change point).
     ///
-    /// There corrections are small beside the move, however short the way is on which it is crossed. Where two branches only
-    /// come near one another, with a gap in which there is no pose or none between them, a long step gets to the wrong one with small
-    /// corrections, too, a short one does not.
+    /// There corrections are small beside the move, however short the way is on which it is crossed. Where two branches
+    /// only come near each other, or end on both sides of a gap, a long step gets from one to the other with small
+    /// corrections, too, but a short one does not.
     fn goes_straight_on(&self, from: &State, converged: &Converged, to: &Inputs<f64>) -> bool {
         let step = |from: &State, inputs: &Inputs<f64>| {
             let mut coordinates = from.coordinates.clone();

@@ -72,8 +72,8 @@ impl<T: Untouched> Fresh<T> {
     }
 }
 
-/// A part of them. What nobody asks for is written when it is dropped, unless work has been stopped: most of the memory may
-/// then be left, and would take longer than the work.
+/// A part of them. What nobody asks for is written when it is dropped, unless work has been stopped: most of the memory
+/// may then be left, and would take longer than the work.
 pub(crate) struct FreshPart<'t, T: Untouched> {
     first: usize,
     values: &'t mut [MaybeUninit<T>],

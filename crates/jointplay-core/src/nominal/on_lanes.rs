@@ -4,7 +4,7 @@
 //! counts when its first move is small, the following ones shrink, and the determinant keeps its sign:
 //! it is then on the branch of the state it came from. The others are followed plainly.
 
-use crate::closure::newton::{Solver, State};
+use crate::closure::newton::{QUADRATIC, Solver, State};
 use crate::closure::recorded::elimination::Linear;
 use crate::closure::recorded::layout::Layout;
 use crate::closure::recorded::statics::poses_of;
@@ -145,7 +145,7 @@ impl<'m> Follow<'m> {
                 parity = if product.0[0] * signs[0] > 0.0 { 1.0 } else { -1.0 };
             }
             // Squares. Where two branches cross, every step leaves a half, and either of them may be found.
-            let most = [1.0, 0.25, 0.09][step.min(2)];
+            let most = [1.0, 0.25, QUADRATIC * QUADRATIC][step.min(2)];
             let mut all = true;
             for i in 0..LANES {
                 let shrinks = now.0[i] <= most * last.0[i];

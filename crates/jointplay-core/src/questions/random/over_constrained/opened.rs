@@ -260,8 +260,8 @@ impl Opened {
 
 /// Finds the y with `y = X (gaps + rates y)`, which begin as the x, for every lane; gives where no gap is closed.
 ///
-/// By elimination without pivoting: in proposals the diagonals of `1 - X rates` outweigh the rest of their rows, and elsewhere
-/// a pivot that is not positive means flanks that pass through each other.
+/// By elimination without pivoting: in proposals the diagonals of `1 - X rates` outweigh the rest of their rows, and
+/// elsewhere a pivot that is not positive means flanks that pass through each other.
 struct Solve<'a> {
     y: &'a mut [Block],
     gaps: &'a [Block],
