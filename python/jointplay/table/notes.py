@@ -21,6 +21,8 @@ OUTCOMES = {
     "undetermined": "no force pushes some joint to one side; `jointplay error -q loaded` names it",
     "strained": "it can only be assembled with strained members",
     "not_assemblable": "the clearances cannot absorb the deviations",
+    "other_branch": "behind a singularity: the machine cannot move there from its start",
+    "outside_limits": "a drive or a joint would leave its range",
 }
 #: outcomes of specimens that have a pose
 COUNTED = ("ok", "undetermined", "strained")

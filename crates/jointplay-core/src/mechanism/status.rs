@@ -18,11 +18,15 @@ pub enum Status {
     Strained = 5,
     /// Rigid and over-constrained, and the clearances cannot absorb the deviations.
     NotAssemblable = 6,
+    /// The pose lies behind a singularity: no way leads there on which the determinant of the closure keeps its sign.
+    OtherBranch = 7,
+    /// A drive or a joint would have to leave its range.
+    OutsideLimits = 8,
 }
 
 impl Status {
     /// Every status, in the order of its code.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Ok,
         Self::NotAssembled,
         Self::Singular,
@@ -30,6 +34,8 @@ impl Status {
         Self::Undetermined,
         Self::Strained,
         Self::NotAssemblable,
+        Self::OtherBranch,
+        Self::OutsideLimits,
     ];
 
     /// The name that results carry.
@@ -43,6 +49,8 @@ impl Status {
             Self::Undetermined => "undetermined",
             Self::Strained => "strained",
             Self::NotAssemblable => "not_assemblable",
+            Self::OtherBranch => "other_branch",
+            Self::OutsideLimits => "outside_limits",
         }
     }
 
