@@ -25,6 +25,7 @@ from jointplay.typed import typed
 from .loaded import require_loads
 from .nominal import Codes, Floats, Nominal, nominal, report
 from .offsets import Offsets, array_of, parameters
+from .recorded import recorded
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -104,6 +105,7 @@ class Correction:
     settled: NDArray[np.bool_]
 
 
+@recorded
 @of_each(lambda given: given["question"] == "loaded")
 def compute(
     m: Mechanism,

@@ -5,6 +5,8 @@ from .build import SIDES, STATUSES, Builder, axes_of, version
 from .combine import SEVERAL, align, beside, merge, parts, stack
 from .dataset import from_dataset, to_dataset
 from .names import coordinate_names
+from .origin import Origin, attributes
+from .origin import label as origin_label
 from .quantity import TYPICAL, bounds, commanded, first_largest, quantities, quantity, size, split, typical, unit_of
 from .structure import Array, Attribute, Result, Variable
 from .tidy import Column, Rows, rows, unit_at
@@ -20,10 +22,12 @@ __all__ = [
     "Blame",
     "Builder",
     "Column",
+    "Origin",
     "Result",
     "Rows",
     "Variable",
     "align",
+    "attributes",
     "axes_of",
     "beside",
     "blame",
@@ -35,6 +39,7 @@ __all__ = [
     "in_words",
     "largest",
     "merge",
+    "origin_label",
     "parts",
     "parts_by_cause",
     "quantities",
