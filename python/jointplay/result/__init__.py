@@ -5,7 +5,7 @@ from .build import SIDES, STATUSES, Builder, axes_of, version
 from .combine import SEVERAL, align, beside, merge, parts, stack
 from .dataset import from_dataset, to_dataset
 from .names import coordinate_names
-from .origin import Origin, attributes
+from .origin import Origin, attributes, today
 from .origin import label as origin_label
 from .quantity import TYPICAL, bounds, commanded, first_largest, quantities, quantity, size, split, typical, unit_of
 from .structure import Array, Attribute, Result, Variable
@@ -50,6 +50,7 @@ __all__ = [
     "split",
     "stack",
     "to_dataset",
+    "today",
     "typical",
     "unit_at",
     "unit_of",

@@ -11,12 +11,15 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from jointplay.carried import TEXT
 from jointplay.model import Mechanism, plain
 
 from .structure import Attribute, Result
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def today() -> str:
@@ -58,9 +61,9 @@ def attributes(result: Result) -> dict[str, Attribute]:
     return {**result.attrs, **(result.origin.attributes() if result.origin is not None else {})}
 
 
-def label(result: Result) -> str:
+def label(result: Result | xr.Dataset) -> str:
     """``mechanism 3f2a9c1b``, or both of two; nothing where it is not known."""
-    if result.origin is not None:
+    if isinstance(result, Result) and result.origin is not None:
         hashes = [m.hash for m in result.origin.mechanisms]
     else:
         hashes = [str(result.attrs[name]) for name in (f"{TEXT}_hash", f"{TEXT}_hash_other") if name in result.attrs]
