@@ -20,6 +20,7 @@ from jointplay.result import (
 from jointplay.verdict import verdict
 
 from .errors import WORDS, blamed, figure, figures, proved
+from .motion import largest_change
 from .words import READABLE, Conclusion, Sentence, at, farthest, plural, say
 
 Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -115,7 +116,10 @@ def of_compare(result: Result) -> Conclusion:
                 continue
             tops.append(f"{one} {say(float(row[k]), unit)}{at(part, k)}{blamed(part, kind, k).replace('; ', ', ', 1)}")
         if tops:
-            sentences.append(Sentence(f"Largest {WORDS[kind]}: {'; '.join(tops)}."))
+            said = words if question == "compensate" else WORDS[kind]
+            sentences.append(Sentence(f"Largest {said}: {'; '.join(tops)}."))
+    for name, part in zip(names, two, strict=True) if question == "compensate" else ():
+        sentences.append(Sentence(f"Largest change in {name}{largest_change(part)}."))
     for name, part in zip(names, two, strict=True):
         bad = part.get("status") != "ok"
         if bad.any():
