@@ -13,7 +13,7 @@ from jointplay.errors import InputError, shown
 
 from . import DONE, answer, completing
 from .arguments import assignments, several, value
-from .options import File, LoadCase, Point, Settings
+from .options import File, LoadCase, Offset, Point, Settings
 
 #: options by the words that messages of the import begin with
 OPTIONS = {
@@ -147,6 +147,7 @@ def export(
             "--configuration", "-c", metavar="N", help="The configuration in which drives are held, or that is drawn."
         ),
     ] = 0,
+    offset: Offset = None,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -161,9 +162,9 @@ def export(
         raise InputError("say where it goes: -o NAME.xml (MJCF) or -o NAME.dxf", key="--output")
     m = answer.mechanism(file, settings, output_point, load_case)
     try:
-        write(m, output, configuration=configuration)
+        write(m, output, configuration=configuration, offsets=answer.offsets(m, offset) if offset else None)
     except InputError as problem:
-        key = f"--{problem.key}" if problem.key == "configuration" else problem.key
+        key = f"--{problem.key.rstrip('s')}" if problem.key in ("configuration", "offsets") else problem.key
         raise InputError(problem.problem, file=problem.file, key=key) from None
     typer.echo(f"wrote {output}")
     return DONE
