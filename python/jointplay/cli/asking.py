@@ -10,8 +10,8 @@ import typer
 from . import answer, arguments
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
+    Assumed,
     Certify,
-    Contact,
     Correctable,
     File,
     LoadCase,
@@ -30,7 +30,6 @@ from .options import (
     Shares,
     Sized,
     Sizes,
-    Touching,
 )
 from .printing import prints
 
@@ -52,7 +51,7 @@ def error(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
     indices: Shares = False,
     rare: Annotated[
         bool, typer.Option("--rare", help="random: search for specimens outside the limits where hardly any are.")
@@ -73,8 +72,8 @@ def error(
     scatters from specimen to specimen. given: the error for given offsets (--offset), else for those of the largest
     position error; asked only where it is named, or with --offset.
 
-    Exit code 1: some configuration is not ok, or a limit of the file is missed (by random only where
-    limits.probability asks for a yield).
+    Exit code 1: some configuration is not ok, or a limit of the file is missed or not shown to hold (by random only
+    where limits.probability asks for a yield).
     """
     from jointplay.analyses import given, loaded, random, worst
 
@@ -93,7 +92,7 @@ def error(
 
     def ask_random(m: Mechanism, progress: Any) -> Result:
         options = answer.scatter(samples, seed, law, sampling) | {
-            "contact": contact.value,
+            "contact": contact and contact.value,
             "indices": indices,
             "rare": rare,
             "scheduler": scheduler,
@@ -144,7 +143,8 @@ def compensate(
 ) -> int:
     """Correct the drives so that the output returns to its place.
 
-    It comes as near as possible to its nominal pose; what no drive can remove is left.
+    It comes as near as possible to its nominal pose; what no drive can remove is left. Exit code 1: some configuration
+    is not ok, or what is left misses a limit of the file.
     """
     from jointplay.analyses.compensate import compute
 

@@ -9,8 +9,8 @@ import typer
 from . import answer, arguments
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
+    Assumed,
     Compared,
-    Contact,
     First,
     LoadCase,
     Output,
@@ -22,7 +22,6 @@ from .options import (
     Second,
     Seed,
     Settings,
-    Touching,
 )
 from .printing import prints
 
@@ -49,7 +48,7 @@ def compare(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -65,7 +64,7 @@ def compare(
     a, b = (answer.mechanism(file, settings, output_point, load_case) for file in (first, second))
     options: dict[str, Any] = {}
     if question is Compared.random:
-        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
     followed = arguments.words(components)
 
     def ask(m: Mechanism) -> Result:

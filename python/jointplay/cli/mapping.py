@@ -15,8 +15,8 @@ from jointplay.errors import InputError
 from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
+    Assumed,
     Certify,
-    Contact,
     File,
     LoadCase,
     Mapped,
@@ -30,7 +30,6 @@ from .options import (
     Scheduler,
     Seed,
     Settings,
-    Touching,
 )
 from .printing import prints
 from .progress import bar
@@ -98,7 +97,7 @@ def map_(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -127,7 +126,7 @@ def map_(
     if question is Mapped.worst:
         options = {"certify": certify, "parts": parts}
     if question is Mapped.random:
-        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
     if question is Mapped.given:
         options = {"offsets": answer.offsets(m, offset)}
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None

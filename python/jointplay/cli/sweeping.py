@@ -11,7 +11,7 @@ from jointplay.errors import InputError
 from . import answer, arguments, completing
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
-    Contact,
+    Assumed,
     File,
     LoadCase,
     Offset,
@@ -24,7 +24,6 @@ from .options import (
     Scheduler,
     Seed,
     Swept,
-    Touching,
 )
 from .printing import prints
 
@@ -64,7 +63,7 @@ def sweep(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
     scheduler: Scheduler = None,
     output: Output = None,
     plot: Figure = NO_FIGURE,
@@ -85,7 +84,7 @@ def sweep(
         answer.change(m, {second: others[0]})
         options["by"] = {second: others}
     if question is Swept.random:
-        options |= answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+        options |= answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
     if question is Swept.given:
         options |= {"offsets": answer.offsets(m, offset)}
 

@@ -2,10 +2,11 @@
 
 from .blame import LOAD, Blame, blame, in_words, largest, parts_by_cause, shares
 from .build import SIDES, STATUSES, Builder, axes_of, version
-from .combine import SEVERAL, align, beside, merge, parts, stack
+from .combine import SEVERAL, align, beside, judged_alone, merge, parts, stack
 from .dataset import from_dataset, to_dataset
 from .names import coordinate_names
 from .quantity import TYPICAL, bounds, commanded, first_largest, quantities, quantity, size, split, typical, unit_of
+from .reachable import counted
 from .structure import Array, Attribute, Result, Variable
 from .tidy import Column, Rows, rows, unit_at
 
@@ -30,9 +31,11 @@ __all__ = [
     "bounds",
     "commanded",
     "coordinate_names",
+    "counted",
     "first_largest",
     "from_dataset",
     "in_words",
+    "judged_alone",
     "largest",
     "merge",
     "parts",
