@@ -136,7 +136,10 @@ def of_compare(result: Result) -> Conclusion:
     names, question = result.labels("mechanism"), str(result.attrs["question"])
     two = each(result)
     sentences = []
-    for name, found in zip(names, judged(result), strict=True):
+    verdicts = judged(result)
+    if all(found.outcome == HELD for found in verdicts):
+        sentences.append(Sentence(f"Limits hold in both{verdicts[0].basis}.", state=HELD))
+    for name, found in zip(names, verdicts, strict=True):
         count, total = sum(map(bool, found.marks)), plural(len(found.marks), "configuration")
         if found.outcome == MISSED:
             text = f"Limit missed: {name}, at {count} of {total}."
@@ -144,8 +147,6 @@ def of_compare(result: Result) -> Conclusion:
         elif found.outcome == NOT_SHOWN:
             text = f"Not shown: whether limits hold in {name}; {found.gist}."
             sentences.append(Sentence(text, is_alarm=True, state=NOT_SHOWN))
-        elif found.outcome == HELD:
-            sentences.append(Sentence(f"Limits hold: {name}, at {total}.", state=HELD))
     for name, which, words in figures(question):
         values, unit = figure(result, name, which)
         kind = "position" if "position" in words else "rotation"

@@ -44,9 +44,9 @@ def decide(answers: Mapping[str, Parts]) -> Sentence | None:
                 told[found.outcome].append(rests(question, part, found, heading))
     missed, unknown, held = told.values()
     if missed:
-        parts_ = [f"Limits missed: {'; '.join(missed)}"]
-        parts_ += [f"held: {_listed(held)}"] * bool(held) + [f"not shown: {'; '.join(unknown)}"] * bool(unknown)
-        return Sentence(f"{'. '.join(part[:1].upper() + part[1:] for part in parts_)}.", True, True, state=MISSED)
+        rest = f" Held: {_listed(held)}." if held else ""
+        rest += f" Not shown: {'; '.join(unknown)}." if unknown else ""
+        return Sentence(f"Limits missed: {'; '.join(missed)}.{rest}", True, True, state=MISSED)
     if unknown:
         rest = f"; they hold {_listed(held)}" if held else ""
         return Sentence(f"Not shown: whether limits hold {'; '.join(unknown)}{rest}.", True, True, state=NOT_SHOWN)
