@@ -21,6 +21,7 @@ LAYERS = (
     "typed",
     "files",
     "toml",
+    "carried",
     "columns",
     "measured",
     "units",

@@ -19,6 +19,7 @@ from jointplay.verdict import add_limits, limits_in_words, percent
 from .failure import failure
 from .hints import hints
 from .nominal import Floats
+from .recorded import recorded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,6 +67,7 @@ def check(m: Mechanism) -> xr.Dataset:
     return to_dataset(compute(m))
 
 
+@recorded
 def compute(m: Mechanism) -> Result:
     """The light form of `check`."""
     # A spin that is held under some loads and turned by those of a case is a free motion in this case.

@@ -22,6 +22,7 @@ from jointplay.typed import typed
 
 from .nominal import Interrupted, Nominal, follow, nominal, report
 from .questions import check_options, computation
+from .recorded import recorded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,6 +74,7 @@ def compare(
     return to_dataset(compute(a, b, question, components=components, names=names, **options))
 
 
+@recorded
 def compute(
     a: Mechanism,
     b: Mechanism,

@@ -28,6 +28,7 @@ from jointplay.verdict import judge
 from .loaded import require_loads, under_loads
 from .nominal import Codes, Floats, Nominal, nominal, report
 from .offsets import Offsets, array_of, parameters
+from .recorded import recorded
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -109,6 +110,7 @@ class Correction:
     settled: NDArray[np.bool_]
 
 
+@recorded
 @of_each(lambda given: given["question"] == "loaded")
 def compute(
     m: Mechanism,

@@ -19,6 +19,7 @@ from jointplay.verdict import judge
 
 from .nominal import ON_CLOSURE, Floats, Nominal, nominal, report
 from .offsets import Offsets, admissible, parameters
+from .recorded import recorded
 from .several import of_each, of_outputs
 
 if TYPE_CHECKING:
@@ -77,6 +78,7 @@ def given(
     return to_dataset(compute(m, offsets, deviations, sizes=sizes))
 
 
+@recorded
 @of_each(lambda _: False)
 def compute(
     m: Mechanism,

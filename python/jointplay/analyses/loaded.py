@@ -25,6 +25,7 @@ from jointplay.typed import typed
 from jointplay.verdict import PLAYS, READABLE, add_play, judge
 
 from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Columns, Nominal, batched, finished, nominal, report
+from .recorded import recorded
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -84,6 +85,7 @@ def loaded(m: Mechanism, *, exact: bool = True, details: bool = True, sizes: str
     return to_dataset(compute(m, exact=exact, details=details, sizes=sizes))
 
 
+@recorded
 @of_each(lambda _: True)
 def compute(
     m: Mechanism,

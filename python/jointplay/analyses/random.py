@@ -28,6 +28,7 @@ from .indices import indices as find_indices
 from .indices import require_determinate_scatter
 from .loaded import require_loads
 from .nominal import ON_CLOSURE, Floats, Interrupted, Nominal, Progress, batched, finished, nominal, report
+from .recorded import recorded
 from .scatter import REPLICATES, add_assembly, add_distribution, add_indices, add_moments, add_shares, add_yields
 from .several import of_each, share
 from .tails import require_rare, search_rare
@@ -170,6 +171,7 @@ def random(
     )
 
 
+@recorded
 @with_workers
 def compute(
     m: Mechanism,

@@ -16,6 +16,7 @@ from jointplay.typed import typed
 
 from .failure import failure
 from .nominal import Floats, Nominal, nominal, report
+from .recorded import recorded
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def solve(m: Mechanism) -> xr.Dataset:
     return to_dataset(compute(m))
 
 
+@recorded
 @of_each(lambda _: False)
 def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     """The light form of `solve`; at configurations that are solved already, without the targets of a path."""

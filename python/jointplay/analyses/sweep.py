@@ -19,6 +19,7 @@ from jointplay.typed import typed
 
 from .nominal import Interrupted, Progress
 from .questions import check_options, computation
+from .recorded import recorded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,6 +102,7 @@ def sweep(
     return to_dataset(compute(m, key, values, question, name=name, by=by, scheduler=scheduler, **options))
 
 
+@recorded
 @with_workers
 def compute(
     m: Mechanism,

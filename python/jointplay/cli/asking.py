@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import answer, arguments
+from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
     Assumed,
@@ -84,6 +85,7 @@ def error(
         asked |= {Question.worst, Question.random} | ({Question.loaded} if m.has_loads else set())
     if put:
         asked.add(Question.given)
+    refuse_unheard([which.value for which in Question if which in asked])
     found: dict[str, Result] = {}
 
     def ask_worst(m: Mechanism, progress: Any) -> Result:

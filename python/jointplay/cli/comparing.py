@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import answer, arguments
+from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
     Assumed,
@@ -61,6 +62,7 @@ def compare(
     """
     from jointplay.analyses.compare import compute
 
+    refuse_unheard([question.value])
     a, b = (answer.mechanism(file, settings, output_point, load_case) for file in (first, second))
     options: dict[str, Any] = {}
     if question is Compared.random:

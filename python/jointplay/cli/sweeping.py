@@ -9,6 +9,7 @@ import typer
 from jointplay.errors import InputError
 
 from . import answer, arguments, completing
+from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
     Assumed,
@@ -71,6 +72,7 @@ def sweep(
     """Compute the error for every value of something in the file."""
     from jointplay.analyses.sweep import compute
 
+    refuse_unheard([question.value], own=("scheduler",))
     pairs = arguments.assignments(settings or (), "--set")
     m = answer.mechanism(file, arguments.only_set(pairs), output_point, load_case)
     keys, values = arguments.swept(pairs, answer.reader(m))

@@ -118,7 +118,9 @@ def draw(m: Mechanism, results: Mapping[str, Result], path: Path, choice: Choice
     choice : Choice, optional
     """
     check_path(path)
-    put(sheet(m, results, choice), path)
+    choice = choice or Choice()
+    with using(choice.style):
+        put(sheet(m, results, choice), path, next(iter(results.values())))
 
 
 def sheet(m: Mechanism, results: Mapping[str, Result], choice: Choice | None = None) -> Figure:

@@ -24,7 +24,7 @@ def page(answers: Answers, command: str) -> str:
         name = one_line(chapter.output)
         chapters.append((f"Output {name}" if name else "", list(sections.of_chapter(chapter))))
     last = [section for section in (sections.assembly(answers), sections.map_(answers)) if section is not None]
-    chapters.append(("", [*last, sections.inputs(answers, m.text(m.file), command)]))
+    chapters.append(("", [*last, sections.inputs(answers, command)]))
     body, contents = _body(chapters)
     if len(answers.chapters) > 1:
         body = f"{sections.whole(answers.chapters)}{body}"

@@ -18,7 +18,7 @@ from jointplay.analyses.hints import hints
 from jointplay.conclusions import Sentence, conclude, decide
 from jointplay.plot.sheet import sheet
 from jointplay.plot.style import USUAL_STYLE
-from jointplay.result import Result, in_words, size, typical
+from jointplay.result import Result, in_words, size, today, typical
 from jointplay.table import tables
 from jointplay.table.html import folded, paragraphs, table
 from jointplay.verdict import HELD, MISSED, NOT_SHOWN, cause, place, verdict
@@ -299,12 +299,13 @@ def map_(answers: Answers) -> Section | None:
         return Section("Map", maps.content(answers.m, answers.map))
 
 
-def inputs(answers: Answers, source: str, command: str) -> Section:
+def inputs(answers: Answers, command: str) -> Section:
     """What the page was made from."""
     m, known = answers.m, answers.check
     rows: Mapping[str, Any] = {
         "mechanism": known.attrs["mobility"],
-        "file": Path(m.file).name,
+        "file": f"{Path(m.file).name}, mechanism {m.hash}",
+        "date": today(),
         "configurations": known.attrs["configurations"],
         "random specimens": f"{answers.samples:,} per configuration, seed {answers.seed}",
         "warnings": " ".join(hints(m)) or "none",
@@ -319,4 +320,4 @@ def inputs(answers: Answers, source: str, command: str) -> Section:
     )
     content = f"<dl>{items}</dl>{paragraphs([assumed], 'note')}"
     content += folded("What the mechanism is made of", "".join(table(one, title=True) for one in tables(known)))
-    return Section("Inputs and assumptions", content + folded("The file", f"<pre>{escape(source)}</pre>"))
+    return Section("Inputs and assumptions", content + folded("The file", f"<pre>{escape(m.complete_text)}</pre>"))

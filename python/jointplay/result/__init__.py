@@ -5,6 +5,8 @@ from .build import SIDES, STATUSES, Builder, axes_of, version
 from .combine import SEVERAL, align, beside, judged_alone, merge, parts, stack
 from .dataset import from_dataset, to_dataset
 from .names import coordinate_names
+from .origin import Origin, attributes, today
+from .origin import label as origin_label
 from .quantity import TYPICAL, bounds, commanded, first_largest, quantities, quantity, size, split, typical, unit_of
 from .reachable import counted
 from .structure import Array, Attribute, Result, Variable
@@ -21,10 +23,12 @@ __all__ = [
     "Blame",
     "Builder",
     "Column",
+    "Origin",
     "Result",
     "Rows",
     "Variable",
     "align",
+    "attributes",
     "axes_of",
     "beside",
     "blame",
@@ -38,6 +42,7 @@ __all__ = [
     "judged_alone",
     "largest",
     "merge",
+    "origin_label",
     "parts",
     "parts_by_cause",
     "quantities",
@@ -48,6 +53,7 @@ __all__ = [
     "split",
     "stack",
     "to_dataset",
+    "today",
     "typical",
     "unit_at",
     "unit_of",

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from .names import coordinate_names
+from .origin import Origin
 from .structure import Array, Result, Variable
 
 #: dimensions whose labels may differ between mechanisms
@@ -46,7 +48,7 @@ def stack(results: Sequence[Result], along: Variable, attrs: Mapping[str, str | 
             found = [missing if value is None else value for value in values]
             coords[name] = Variable((dim,), np.array(found))
             attrs = {key: value for key, value in attrs.items() if key != name}
-    return Result(coords, data, attrs)
+    return Result(coords, data, attrs, results[0].origin)
 
 
 def beside(results: Sequence[Result], dim: str, labels: Sequence[str], words: str, same: Sequence[str] = ()) -> Result:
@@ -63,7 +65,7 @@ def beside(results: Sequence[Result], dim: str, labels: Sequence[str], words: st
     stacked = stack(results, along, attrs)
     coords = {name: Variable((dim,), np.array(v)) for name, v in apart.items()}
     data = {name: first.data[name] if name in same and name in first.data else v for name, v in stacked.data.items()}
-    return Result({**stacked.coords, **coords}, data, attrs)
+    return Result({**stacked.coords, **coords}, data, attrs, stacked.origin)
 
 
 def parts(result: Result) -> list[tuple[str, Result]]:
@@ -184,7 +186,17 @@ def merge(results: Mapping[str, Result]) -> Result:
         attrs |= result.attrs
     attrs["question"] = ", ".join(results)
     drives = _drives(list(results.values()), {*Result(coords, data).sizes, *coords, *data, *attrs})
-    return Result({**coords, **drives}, data, {**attrs, "drives": ", ".join(drives)} if drives else attrs)
+    attrs |= {"drives": ", ".join(drives)} if drives else {}
+    return Result({**coords, **drives}, data, attrs, _origin(results))
+
+
+def _origin(results: Mapping[str, Result]) -> Origin | None:
+    """Of all questions: their options stand under their names."""
+    known = {question: result.origin for question, result in results.items() if result.origin is not None}
+    if not known:
+        return None
+    first = next(iter(known.values()))
+    return replace(first, options={question: origin.options for question, origin in known.items()})
 
 
 def _drives(results: Sequence[Result], taken: set[str]) -> dict[str, Variable]:

@@ -20,7 +20,7 @@ from jointplay.compile import Grid
 from jointplay.errors import InputError, listed
 from jointplay.mobility import require_determinate
 from jointplay.model import Mechanism
-from jointplay.result import Result, Variable, axes_of, coordinate_names
+from jointplay.result import Attribute, Origin, Result, Variable, axes_of, coordinate_names
 from jointplay.store import Stamps, Writer
 
 from .contact import Contacts
@@ -123,6 +123,12 @@ class Asking:
             return Answer(part, {}, contacts)
         return Answer(None, self.writer.write(self.lattice.region(number), part), contacts)
 
+    def _attributes(self, flat: Result) -> dict[str, Attribute]:
+        """Those of an answer, which say what the whole map is of: they are written with its first chunk."""
+        known = flat.origin.options if flat.origin is not None else {}
+        options = {"question": self.ask.question, **{name: v for name, v in known.items() if name != "path"}}
+        return {**flat.attrs, **Origin((self.ask.whole,), options).attributes()}
+
     def _part(self, number: int, at: Nominal) -> tuple[Result, Floats | None]:
         """The answer at the nodes of a chunk, over the axes of the grid, and under load the states of contact."""
         m, flat = self.ask.m, self.ask(at)
@@ -131,7 +137,7 @@ class Asking:
             within = within_limits(m, at, coordinates(m, at)[0])
             words = "whether joints and drives keep to their ranges"
             data["within_limits"] = Variable(("configuration",), within, "", words)
-        result = _on_grid(Result(flat.coords, data, flat.attrs), m, self.lattice, number, self.names)
+        result = _on_grid(Result(flat.coords, data, self._attributes(flat)), m, self.lattice, number, self.names)
         if flat.attrs["question"] != "loaded":
             return result, None
         states = self._contacts.states(result.get("offset"))
@@ -197,7 +203,7 @@ def _configurations_first(result: Result) -> Result:
         return Variable(dims, np.moveaxis(variable.values, place, 0), variable.units, variable.long_name)
 
     coords = {name: moved(v) for name, v in result.coords.items()}
-    return Result(coords, {name: moved(v) for name, v in result.data.items()}, result.attrs)
+    return replace(result, coords=coords, data={name: moved(v) for name, v in result.data.items()})
 
 
 def unassembled(m: Mechanism, ask: Ask) -> Result:
