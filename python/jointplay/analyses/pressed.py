@@ -10,6 +10,7 @@ as many are drawn as decide whether a required yield is met, of all those that a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -74,4 +75,4 @@ def beside(result: Result, m: Mechanism, answers: Sequence[Result]) -> Result:
         names = np.array([name for name, _ in cases(m)])
         words = "load case with the largest share"
         data["outside_loaded_case"] = Variable(own.dims, np.where(unknown, "", names[largest]), "", words)
-    return Result(result.coords, data, {**result.attrs, "samples_loaded": answers[0].attrs["samples"]})
+    return replace(result, data=data, attrs={**result.attrs, "samples_loaded": answers[0].attrs["samples"]})

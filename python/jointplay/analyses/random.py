@@ -8,7 +8,7 @@ specimen; specimens whose clearances cannot fulfil it are strained, or cannot be
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -210,7 +210,7 @@ def compute(
         **common,
     )
     if m.has_loads:
-        result = Result(result.coords, result.data, {**result.attrs, "contact": own})
+        result = replace(result, attrs={**result.attrs, "contact": own})
     if not both:
         return result
 
@@ -221,7 +221,7 @@ def compute(
         return pressed.beside(result, m, pressed.in_cases(m, at, samples, ask, progress))
     except KeyboardInterrupt:
         words = "interrupted before the shares outside under the load"
-        raise Interrupted(Result(result.coords, result.data, {**result.attrs, "incomplete": words})) from None
+        raise Interrupted(replace(result, attrs={**result.attrs, "incomplete": words})) from None
 
 
 @of_each(lambda given: given["contact"] == LOADED)

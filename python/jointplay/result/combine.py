@@ -41,12 +41,12 @@ def stack(results: Sequence[Result], along: Variable, attrs: Mapping[str, str | 
         same = all(_same(first.values, v.values) for v in variables)
         coords[name] = first if same else _stacked(variables, dim)
     data = {name: _stacked([result.data[name] for result in results], dim) for name in results[0].data}
+    # Of two mechanisms, or values, each keeps to its own.
     for name in JUDGED_BY:
         values = [result.attrs.get(name) for result in results]
         if any(value != values[0] for value in values):
             missing = np.nan if isinstance(next(filter(None, values)), float) else ""
-            found = [missing if value is None else value for value in values]
-            coords[name] = Variable((dim,), np.array(found))
+            coords[name] = Variable((dim,), np.array([missing if value is None else value for value in values]))
             attrs = {key: value for key, value in attrs.items() if key != name}
     return Result(coords, data, attrs, results[0].origin)
 
@@ -93,7 +93,7 @@ def judged_alone(result: Result) -> Result:
     """One mechanism of a comparison, or value of a sweep, with those attributes of its own that verdicts rest on."""
     own = {name: result.coords[name].values.item() for name in JUDGED_BY if name in result.coords}
     known = {name: value for name, value in own.items() if value == value and value != ""}
-    return Result(result.coords, result.data, {**result.attrs, **known})
+    return replace(result, attrs={**result.attrs, **known})
 
 
 def _same(a: Array, b: Array) -> bool:
