@@ -43,6 +43,8 @@ PUBLIC = (
     *("bodies", "drives", "hash", "joints", "load_cases", "outputs", "parameters", "raw", "sources", "units"),
     *("only", "title", "value", "with_", "write"),
 )
+#: extensions of other formats, which are known far above this layer
+FOREIGN = (".urdf", ".xacro", ".sdf", ".mjcf", ".dxf")
 #: what has the order of the file
 ORDERED = ("bodies", "joints", "sources", "drives", "parameters", "outputs", "load_cases", "core_spec")
 
@@ -349,6 +351,11 @@ class Mechanism(Compiled):
         place = os.fspath(path)
         return next(text for text in document.texts(self._source, self.raw) if self._is(text, place))
 
+    @property
+    def written(self) -> str:
+        """The text as it was typed, where it was read from one."""
+        return self._source.text if self._source is not None else ""
+
     @cached_property
     def complete_text(self) -> str:
         """The text of a file that has all of the mechanism in it: changes, parts and tables of other files."""
@@ -434,6 +441,9 @@ def load(path: str | os.PathLike[str]) -> Mechanism:
     """
     if carried.is_result(path):
         return loads(carried.text(path), os.fspath(path))
+    if (kind := Path(path).suffix.lower()) in FOREIGN:
+        problem = f"'{kind}' is a format of other programs; jointplay.read(path) or `jointplay import FILE` reads it"
+        raise InputError(problem, file=os.fspath(path))
     name, content = toml.read(path)
     return _read(content, os.fspath(path), name)
 

@@ -27,7 +27,7 @@ from .recorded import recorded
 if TYPE_CHECKING:
     import xarray as xr
 
-QUESTIONS = ("loaded", "worst", "random")
+QUESTIONS = ("loaded", "worst", "random", "compensate")
 
 
 @typed
@@ -48,14 +48,15 @@ def compare(
         Gives the path: the nominal poses of its output.
     b : Mechanism
         Its drives are solved from the path; its own drive values do not matter.
-    question : {"worst", "loaded", "random"}
+    question : {"worst", "loaded", "random", "compensate"}
     components : sequence of str, optional
         What `b` has to follow, of x, y, angle (in space x, y, z, rx, ry, rz), in the least squares sense; all with as
         many drives or more, else the position.
     names : (str, str), optional
         Labels of the two; the names of their files if left out.
     **options
-        Of the question, such as ``samples`` and ``seed``.
+        Of the question, such as ``samples`` and ``seed``. Of ``compensate``: ``target``, ``weights``, and ``corrects``,
+        which is what its argument `question` is.
 
     Returns
     -------

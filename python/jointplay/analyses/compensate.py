@@ -10,7 +10,7 @@ kept. W weighs lengths against angles. What no drive can remove is what remains 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +25,8 @@ from jointplay.result import Result, axes_of, split, to_dataset
 from jointplay.typed import typed
 from jointplay.verdict import judge
 
+from . import worst
+from .given import OF_WORST
 from .loaded import require_loads, under_loads
 from .nominal import Codes, Floats, Nominal, nominal, report
 from .offsets import Offsets, array_of, parameters
@@ -68,7 +70,8 @@ def compensate(
     question : {"loaded", "given"}
         Which error is corrected.
     offsets, deviations : optional
-        As for `given`; with that question only.
+        As for `given`; with that question only. Without them and without a `target` they are those of the largest
+        position error of the worst case.
     weights : (float, float), optional
         Weights of position and rotation: a position error counts as many times its length, a rotation as
         many times the arc it makes at the radius `weights[1]`, in the length unit of the file per radian. Default:
@@ -126,12 +129,16 @@ def compute(
     if not m.drives:
         raise InputError("a mechanism without drives has nothing to correct", file=m.file, key="drives")
     at = at or nominal(m)
+    of_worst = question == "given" and offsets is None and deviations is None and target is None
+    if of_worst:
+        offsets = worst.compute(m, at=at).get("worst_offset", extreme="position")
     errors = _errors(m, at, question, offsets, deviations)
     weight = _weights(m, weights)
     wanted = _target(m, len(at), target)
     before, _ = errors(at.drives, np.arange(len(at)))
     correction = correct(errors, at, weight, wanted, _unit(m), _ranges(m))
-    return _report(m, at, question, before, correction, weight, wanted)
+    result = _report(m, at, question, before, correction, weight, wanted)
+    return replace(result, attrs={**result.attrs, "offsets_of": OF_WORST}) if of_worst else result
 
 
 def correct(errors: Errors, at: Nominal, weight: Floats, wanted: Floats, unit: Floats, ranges: Floats) -> Correction:

@@ -81,6 +81,11 @@ def offsets(m: Mechanism, given: Sequence[str] | None) -> dict[str, Any]:
     return {name: numbers(text, f"--offset {name}", None, reader(m)) for name, text in pairs.items()}
 
 
+def target(m: Mechanism, text: str | None) -> Any:
+    """An error to reach."""
+    return None if text is None else numbers(text, "--target", (2, 3, 6), reader(m))
+
+
 def scatter(samples: int, seed: int, law: Law | None, sampling: Sampling) -> dict[str, Any]:
     """The options of random specimens."""
     return {"samples": samples, "seed": seed, "law": law.value if law else None, "sampling": sampling.value}

@@ -31,6 +31,7 @@ from .options import (
     Shares,
     Sized,
     Sizes,
+    Target,
 )
 from .printing import prints
 
@@ -131,12 +132,7 @@ def compensate(
         str | None,
         typer.Option("--weights", metavar="P,R", help="Weights of position and of rotation; R is a length per radian."),
     ] = None,
-    target: Annotated[
-        str | None,
-        typer.Option(
-            "--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero; in space X,Y,Z[,RX,RY,RZ]."
-        ),
-    ] = None,
+    target: Target = None,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -154,7 +150,7 @@ def compensate(
     put = answer.offsets(m, offset)
     which = (question or (Correctable.given if put else Correctable.loaded)).value
     pair: Any = None if weights is None else arguments.numbers(weights, "--weights", (2,), answer.reader(m))
-    aim: Any = None if target is None else arguments.numbers(target, "--target", (2, 3, 6), answer.reader(m))
+    aim: Any = answer.target(m, target)
 
     def correct(m: Mechanism) -> Result:
         return compute(m, which, put or None, weights=pair, target=aim)

@@ -12,6 +12,7 @@ from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
     Assumed,
     Compared,
+    Corrects,
     First,
     LoadCase,
     Output,
@@ -23,6 +24,7 @@ from .options import (
     Second,
     Seed,
     Settings,
+    Target,
 )
 from .printing import prints
 
@@ -50,6 +52,8 @@ def compare(
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
     contact: Assumed = None,
+    corrects: Corrects = None,
+    target: Target = None,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -67,6 +71,8 @@ def compare(
     options: dict[str, Any] = {}
     if question is Compared.random:
         options = answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
+    if question is Compared.compensate:
+        options = {"corrects": corrects.value if corrects else None, "target": answer.target(a, target)}
     followed = arguments.words(components)
 
     def ask(m: Mechanism) -> Result:

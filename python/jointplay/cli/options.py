@@ -36,6 +36,7 @@ class Swept(StrEnum):
     random = "random"
     given = "given"
     solve = "solve"
+    compensate = "compensate"
 
 
 class Compared(StrEnum):
@@ -44,6 +45,7 @@ class Compared(StrEnum):
     worst = "worst"
     loaded = "loaded"
     random = "random"
+    compensate = "compensate"
 
 
 class Allowed(StrEnum):
@@ -176,6 +178,16 @@ Offset = Annotated[
         metavar="NAME=VALUE",
         help="Given offset or deviation: J1=0.5,0 or J1.x=0.5 or l2=0.02",
         autocompletion=completing.offsets,
+    ),
+]
+Corrects = Annotated[
+    Correctable | None,
+    typer.Option("--corrects", help="compensate: which error. [default: loaded where there is a load]"),
+]
+Target = Annotated[
+    str | None,
+    typer.Option(
+        "--target", metavar="X,Y[,ANGLE]", help="Error to reach, in place of zero; in space X,Y,Z[,RX,RY,RZ]."
     ),
 ]
 Samples = Annotated[

@@ -13,6 +13,7 @@ from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
     Assumed,
+    Corrects,
     File,
     LoadCase,
     Offset,
@@ -25,6 +26,7 @@ from .options import (
     Scheduler,
     Seed,
     Swept,
+    Target,
 )
 from .printing import prints
 
@@ -65,6 +67,8 @@ def sweep(
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
     contact: Assumed = None,
+    corrects: Corrects = None,
+    target: Target = None,
     scheduler: Scheduler = None,
     output: Output = None,
     plot: Figure = NO_FIGURE,
@@ -87,6 +91,8 @@ def sweep(
         options["by"] = {second: others}
     if question is Swept.random:
         options |= answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
+    if question is Swept.compensate:
+        options |= {"corrects": corrects.value if corrects else None, "target": answer.target(m, target)}
     if question is Swept.given:
         options |= {"offsets": answer.offsets(m, offset)}
 

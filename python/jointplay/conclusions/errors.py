@@ -144,6 +144,8 @@ def figures(question: str) -> list[tuple[str, dict[str, object], str]]:
         ]
     if question == "solve":
         return [("singular_value", {}, "smallest singular value")]
+    if question == "compensate":
+        return [(f"residual_{size}", {}, f"{size} after the correction") for size in SIZES]
     return [("error", {"size": "position"}, "position error"), ("error", {"size": "rotation"}, "rotation")]
 
 

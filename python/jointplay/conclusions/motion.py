@@ -124,13 +124,21 @@ def of_compensate(result: Result) -> Conclusion:
         text = f"Largest {words}: {say(before[first], unit)} before and {say(shown, unit)} after the correction"
         rest = f"{there(result, last)}; no drive can remove the rest" if shown else ""
         sentences.append(Sentence(f"{text}{rest}."))
-    changes = [_change(result, drive) for drive in result.labels("drive")]
-    if known := [change for change in changes if change is not None]:
-        drive, value, unit, k = max(known, key=lambda change: abs(change[1]))
-        more = f" of {plural(len(known), 'drive')}" if len(known) > 1 else ""
-        sentences.append(Sentence(f"Largest change{more}: {drive} by {say(value, unit)}{there(result, k)}."))
+    change = largest_change(result)
+    sentences += [Sentence(f"Largest change{change}.")] if change else []
     severity = (float(RANK[found.outcome]), found.used, *left)
     return Conclusion((*judged_in(found), *of_statuses(result), *sentences), severity)
+
+
+def largest_change(result: Result) -> str:
+    """`` of 2 drives: theta by 0.6 deg at configuration 3``; nothing where none is known."""
+    changes = [_change(result, drive) for drive in result.labels("drive")]
+    known = [change for change in changes if change is not None]
+    if not known:
+        return ""
+    drive, value, unit, k = max(known, key=lambda change: abs(change[1]))
+    more = f" of {plural(len(known), 'drive')}" if len(known) > 1 else ""
+    return f"{more}: {drive} by {say(value, unit)}{there(result, k)}"
 
 
 def _change(result: Result, drive: str) -> tuple[str, float, str, int] | None:

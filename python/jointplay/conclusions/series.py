@@ -21,6 +21,7 @@ from jointplay.result import (
 from jointplay.verdict import HELD, MISSED, NOT_SHOWN, RANK, READABLE, Verdict, of_nodes, percent, there, verdict
 
 from .errors import WORDS, blamed, figure, figures, proved
+from .motion import largest_change
 from .words import Conclusion, Sentence, farthest, plural, say
 
 Nodes = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -162,7 +163,10 @@ def of_compare(result: Result) -> Conclusion:
                 f"{one} {say(float(row[k]), unit)}{there(part, k)}{blamed(part, kind, k).replace('; ', ', ', 1)}"
             )
         if tops:
-            sentences.append(Sentence(f"Largest {WORDS[kind]}: {'; '.join(tops)}."))
+            said = words if question == "compensate" else WORDS[kind]
+            sentences.append(Sentence(f"Largest {said}: {'; '.join(tops)}."))
+    for name, part in zip(names, two, strict=True) if question == "compensate" else ():
+        sentences.append(Sentence(f"Largest change in {name}{largest_change(part)}."))
     for name, part in zip(names, two, strict=True):
         bad = part.get("status") != "ok"
         if bad.any():

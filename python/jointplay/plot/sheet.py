@@ -93,10 +93,8 @@ def panel_names(m: Mechanism, asked: list[str]) -> tuple[str, ...]:
         return ("position", "position-surface", "rotation", "rotation-surface")
     if "pairs" in asked:
         return SIZES
-    if "compensate" in asked:
+    if {"compensate", "compare"} & {*asked}:
         return ("position", "rotation", "correction", "correction-length", "correction-angle")
-    if "compare" in asked:
-        return SIZES
     if "singularities" in asked:
         return ("mechanism", "nearness", "distance")
     if set(asked) <= set(ASKED):
@@ -183,7 +181,9 @@ def _panels(m: Mechanism, results: Mapping[str, Result], choice: Choice) -> dict
         return _singularities(m, first, choice)
     if "compensate" in results:
         return _sizes(results, choice) | _corrections(m, first)
-    return _sizes(results, choice) if "compare" in results else _errors(m, results, choice)
+    if "compare" in results:
+        return _sizes(results, choice) | (_corrections(m, first) if "correction" in first.data else {})
+    return _errors(m, results, choice)
 
 
 def _quantities(choice: Choice) -> tuple[str, ...]:

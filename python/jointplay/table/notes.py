@@ -212,7 +212,9 @@ def _correction(result: Result) -> Iterable[str]:
     else:
         weights = f"{result.attrs['weight_position']:g} : {result.attrs['weight_rotation']:g} per radian"
         yield f"The drives are corrected for position and rotation, weighted {weights}; left: what no drive can remove."
-    limited = [d for d in result.labels("drive") if result.get("at_limit", drive=d).any()]
+    # Of two mechanisms each has drives that the other one has not.
+    held = result.get("at_limit").astype(bool) & np.isfinite(result.get("correction"))
+    limited = [drive for k, drive in enumerate(result.labels("drive")) if held[..., k].any()]
     if limited:
         yield f"Held by the range in the file: {', '.join(limited)}."
     unsettled = ~result.get("settled") & np.isfinite(result.get("residual_position"))

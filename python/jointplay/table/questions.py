@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -301,6 +301,8 @@ def _compare(result: Result) -> tuple[Column, ...]:
             values = result.get("drive_value", mechanism=label, drive=drive)
             if np.isfinite(values).any():
                 columns.append(replace(commands(f"{label}\n{drive}", unit, values), spare=1))
+    if _question(result) == "compensate":
+        columns += _corrections_of_both(result)
     for name, at, what in figures(_question(result)):
         values, unit = figure(result, name, at)
         short = "position" if "position" in what else "rotation"
@@ -318,6 +320,16 @@ def _compare(result: Result) -> tuple[Column, ...]:
         if (outcomes[k] != "ok").any():
             columns.append(statuses(f"{label}\nstatus", outcomes[k].tolist()))
     return tuple(columns)
+
+
+def _corrections_of_both(result: Result) -> Iterator[Column]:
+    """What each mechanism of a comparison changes of its own drives."""
+    units = result.coords["drive_unit"].values.tolist() if "drive_unit" in result.coords else []
+    for label in result.labels("mechanism"):
+        for drive, unit in zip(result.labels("drive"), units, strict=True):
+            values = result.get("correction", mechanism=label, drive=drive)
+            if np.isfinite(values).any():
+                yield numbers(f"{label}\n{drive} change", unit, values, rounding(result, unit))
 
 
 def _sweep(result: Result) -> list[Table]:
