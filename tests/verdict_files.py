@@ -118,15 +118,17 @@ def files() -> Iterator[File]:
 def of_base(name: str, number: int) -> Iterator[File]:
     """The four files of a mechanism: which limits they have is decided by its numbers."""
     m = base(name)
-    reached = _reached(m)
-    values = np.sort(jp.solve(m).singular_value.values.reshape(-1))
-    values = np.unique(values[np.isfinite(values)])
+    near = jp.solve(m.first).singular_value.values
+    values = np.unique(near[np.isfinite(near)])
+    # Poses nearer to a singular one than this are singular.
+    singular = float(values[: (len(values) + 1) // 2].max() * (1.0 + 1e-9)) if len(values) else 0.0
+    every = _reached(m, loaded=bool(m.has_loads and number % 2))
     for k, kind in enumerate(KINDS):
-        beyond = kind in ("narrow", "both")
-        changes: dict[str, Any] = {"limits.position": reached * (1.0 - NEAR if beyond else 1.0 + NEAR)}
-        if kind in ("unknown", "both") and len(values):
-            # Poses nearer to a singular one than this are singular.
-            changes["limits.singular_value"] = float(values[: (len(values) + 1) // 2].max() * (1.0 + 1e-9))
+        counts = every[near > singular] if kind == "both" and (near > singular).any() else every
+        factor = 1.0 - NEAR if kind in ("narrow", "both") else 1.0 + NEAR
+        changes: dict[str, Any] = {"limits.position": float(counts.max()) * factor}
+        if kind in ("unknown", "both"):
+            changes["limits.singular_value"] = singular
         if (number + k) % 3:
             changes["limits.probability"] = (0.5, 0.9, 0.99)[(number + k) % 3]
         if m.has_loads and (number + k) % 4 == 3:
@@ -134,9 +136,17 @@ def of_base(name: str, number: int) -> Iterator[File]:
         yield File(name, kind, m.with_(changes))
 
 
-def _reached(m: jp.Mechanism) -> float:
-    """The largest position error of the worst case."""
-    return float(jp.worst(m).worst_position.max())
+def _reached(m: jp.Mechanism, *, loaded: bool) -> np.ndarray:
+    """The largest position error at every configuration: under the load with any play, or in the worst case."""
+    if not loaded:
+        found = jp.worst(m).worst_position
+        return np.asarray(found.max([dim for dim in found.dims if dim != "configuration"]))
+    sizes = []
+    for which in ("largest", "smallest", "middle"):
+        result = jp.loaded(m, sizes=which)
+        size = _size(result.error, result.undetermined)
+        sizes.append(np.asarray(size.max([dim for dim in size.dims if dim != "configuration"])))
+    return np.max(sizes, axis=0)
 
 
 # --- what is expected -----------------------------------------------------------------------------------------------
