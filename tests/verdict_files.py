@@ -91,7 +91,7 @@ def base(name: str) -> jp.Mechanism:
     """A mechanism with three configurations at most, without limits."""
     m = jp.loads(OWN[name] if name in OWN else jp.examples.text(name), f"{name}.toml")
     changes: dict[str, Any] = {"limits": None, **{f"outputs.{output}.limits": None for output in m.outputs}}
-    solved = jp.solve(m.only(*(next(iter(names), None) for names in (m.outputs, m.load_cases))))
+    solved = jp.solve(_alone(m))
     count = solved.sizes["configuration"]
     chosen = np.unique(np.linspace(0, count - 1, min(count, 3)).round().astype(int))
     for drive, table in m.raw.get("drives", {}).items():
@@ -109,16 +109,15 @@ def base(name: str) -> jp.Mechanism:
     return m.with_(changes)
 
 
-def files() -> Iterator[File]:
-    """All of them."""
-    for number, name in enumerate(BASES):
-        yield from of_base(name, number)
+def _alone(m: jp.Mechanism) -> jp.Mechanism:
+    """With its first output, in its first load case."""
+    return m.only(*(next(iter(names), None) for names in (m.outputs, m.load_cases)))
 
 
 def of_base(name: str, number: int) -> Iterator[File]:
     """The four files of a mechanism: which limits they have is decided by its numbers."""
     m = base(name)
-    near = jp.solve(m.first).singular_value.values
+    near = jp.solve(_alone(m)).singular_value.values
     values = np.unique(near[np.isfinite(near)])
     # Poses nearer to a singular one than this are singular.
     singular = float(values[: (len(values) + 1) // 2].max() * (1.0 + 1e-9)) if len(values) else 0.0

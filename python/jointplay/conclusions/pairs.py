@@ -11,7 +11,7 @@ from jointplay.result import Array, Result, first_largest
 from jointplay.verdict import Verdict, there, verdict
 
 from .errors import blamed, figure, figures
-from .series import each, summed_up
+from .series import each, ranked, summed_up
 from .words import Conclusion, Sentence, plural, say
 
 
@@ -103,7 +103,7 @@ def of_pairs(result: Result) -> Conclusion:
         if say(found.values[low]) != say(found.values[high]):
             span = f"{say(found.values[low], found.unit)} with {pair_in_words(result, low)}; {span}"
         sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{there(part, k)}{cause}."))
-    return Conclusion(tuple(sentences), (float(any(sentence.is_alarm for sentence in sentences)), severity))
+    return Conclusion(tuple(sentences), (*ranked(sentences), severity))
 
 
 def _place(values: Array) -> tuple[int, int]:

@@ -76,7 +76,13 @@ def of_sweep(result: Result) -> Conclusion:
         if say(tops[low]) != say(tops[high]):
             span = f"{say(tops[low], unit)} with {value(low)}, {span}"
         sentences.append(Sentence(f"{words[0].upper()}{words[1:]}: {span}{there(part, k)}{cause}."))
-    return Conclusion(tuple(sentences), (float(any(sentence.is_alarm for sentence in sentences)), severity))
+    return Conclusion(tuple(sentences), (*ranked(sentences), severity))
+
+
+def ranked(sentences: Sequence[Sentence]) -> tuple[float, float]:
+    """How bad the verdict among some sentences is, and whether any of them is an alarm."""
+    worst = max((RANK[sentence.state] for sentence in sentences), default=0)
+    return float(worst), float(any(sentence.is_alarm for sentence in sentences))
 
 
 def _missed_values(result: Result, value: Callable[[int], str]) -> Iterator[Sentence]:
@@ -173,7 +179,7 @@ def of_compare(result: Result) -> Conclusion:
             words = ", ".join(dict.fromkeys(s.replace("_", " ") for s in part.get("status")[bad].tolist()))
             text = f"Not ok in {name}: {int(bad.sum())} of {plural(len(bad), 'configuration')} ({words})."
             sentences.append(Sentence(text, is_alarm=True))
-    return Conclusion(tuple(sentences))
+    return Conclusion(tuple(sentences), ranked(sentences))
 
 
 def of_map(result: Result) -> Conclusion:
