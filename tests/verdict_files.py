@@ -259,8 +259,8 @@ class Asked:
     code: int
 
 
-def asked(file: File, path: Path) -> Iterator[Asked]:
-    """Every command on a file."""
+def asked(file: File, path: Path, *, report: bool) -> Iterator[Asked]:
+    """Every command on a file; the report, which takes longest, where it is wanted."""
     m, name = file.m, str(path)
     questions = ["worst", "random", *(["loaded"] if m.has_loads else [])]
     few = ("--samples", str(SAMPLES))
@@ -279,7 +279,9 @@ def asked(file: File, path: Path) -> Iterator[Asked]:
         yield Asked(f"error -q {question}", arguments, first, code([found[question]], [good[question]]))
     every = [found[question] for question in questions]
     yield Asked("error", ("error", name, *few), whole(every), code(every, list(good.values())))
-    yield Asked("report", ("report", name, *few, "-o", f"{name}.html"), whole(every), code(every, list(good.values())))
+    if report:
+        page = ("report", name, *few, "-o", f"{name}.html")
+        yield Asked("report", page, whole(every), code(every, list(good.values())))
     if m.has_loads and m.drives:
         judged = outcome(file, "compensate")
         good_ = is_good([jp.compensate(m).status])

@@ -20,6 +20,8 @@ import verdict_files as files
 from cores import on_all_cores
 from jointplay.cli import run
 
+#: of so many files one gets a report
+REPORTS = 7
 #: characters of a line on which every sentence fits
 WIDE = "100000"
 
@@ -32,7 +34,7 @@ def of_file(number: int) -> list[tuple[str, str, str, bool, bool, str]]:
     found = []
     with tempfile.TemporaryDirectory() as folder:
         path = files.write(file, Path(folder))
-        for one in files.asked(file, path):
+        for one in files.asked(file, path, report=number % REPORTS == 0):
             said, code = answered(one.arguments)
             first = said_first(one, said, Path(f"{path}.html"))
             says = one.says is None or files.says(first) == one.says
