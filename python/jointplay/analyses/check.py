@@ -9,7 +9,7 @@ import numpy as np
 
 from jointplay import poses
 from jointplay.compile import LENGTHS, described
-from jointplay.gaps import clearance_of, scattering
+from jointplay.gaps import ROUNDED, clearance_of, scattering
 from jointplay.mobility import Misfit, SelfStress, examine, held_spins, spin_words
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result, Variable, axes_of, to_dataset
@@ -213,6 +213,8 @@ def _plays(m: Mechanism, builder: Builder) -> None:
     names = [m.sources[k] for k in found]
     builder.labels("clearance", np.array(names, dtype=str), "clearance whose size scatters")
     travel = 2.0 * np.array([*found.values()])
+    # A play of zero is neither play nor interference.
+    travel[np.abs(travel) <= 2.0 * ROUNDED * m.length] = 0.0
     words = "least and most travel from side to side; negative where hole and pin have interference"
     builder.add("play", ("clearance", "side"), travel, words, "length")
     # A pin with several bodies, or a universal joint, stands once in the file.

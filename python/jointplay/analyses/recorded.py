@@ -14,7 +14,7 @@ from .nominal import Interrupted
 
 P = ParamSpec("P")
 #: arguments on which no number depends, or that are the mechanisms themselves
-NO_OPTIONS = frozenset(("m", "a", "b", "at", "offset", "options", "progress", "scheduler", "threads"))
+NO_OPTIONS = frozenset(("m", "a", "b", "at", "offset", "options", "plays", "progress", "scheduler", "threads"))
 
 
 def recorded(compute: Callable[P, Result]) -> Callable[P, Result]:

@@ -11,8 +11,8 @@ from . import answer, arguments
 from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
+    Assumed,
     Certify,
-    Contact,
     Correctable,
     File,
     LoadCase,
@@ -32,7 +32,6 @@ from .options import (
     Sized,
     Sizes,
     Target,
-    Touching,
 )
 from .printing import prints
 
@@ -54,7 +53,7 @@ def error(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
     indices: Shares = False,
     rare: Annotated[
         bool, typer.Option("--rare", help="random: search for specimens outside the limits where hardly any are.")
@@ -75,8 +74,8 @@ def error(
     scatters from specimen to specimen. given: the error for given offsets (--offset), else for those of the largest
     position error; asked only where it is named, or with --offset.
 
-    Exit code 1: some configuration is not ok, or a limit of the file is missed (by random only where
-    limits.probability asks for a yield).
+    Exit code 1: some configuration is not ok, or a limit of the file is missed or not shown to hold (by random only
+    where limits.probability asks for a yield).
     """
     from jointplay.analyses import given, loaded, random, worst
 
@@ -96,7 +95,7 @@ def error(
 
     def ask_random(m: Mechanism, progress: Any) -> Result:
         options = answer.scatter(samples, seed, law, sampling) | {
-            "contact": contact.value,
+            "contact": contact and contact.value,
             "indices": indices,
             "rare": rare,
             "scheduler": scheduler,
@@ -142,7 +141,8 @@ def compensate(
 ) -> int:
     """Correct the drives so that the output returns to its place.
 
-    It comes as near as possible to its nominal pose; what no drive can remove is left.
+    It comes as near as possible to its nominal pose; what no drive can remove is left. Exit code 1: some configuration
+    is not ok, or what is left misses a limit of the file.
     """
     from jointplay.analyses.compensate import compute
 

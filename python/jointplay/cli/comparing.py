@@ -10,8 +10,8 @@ from . import answer, arguments
 from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
+    Assumed,
     Compared,
-    Contact,
     Corrects,
     First,
     LoadCase,
@@ -25,7 +25,6 @@ from .options import (
     Seed,
     Settings,
     Target,
-    Touching,
 )
 from .printing import prints
 
@@ -52,7 +51,7 @@ def compare(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
     corrects: Corrects = None,
     target: Target = None,
     output_point: Point = None,
@@ -71,7 +70,7 @@ def compare(
     a, b = (answer.mechanism(file, settings, output_point, load_case) for file in (first, second))
     options: dict[str, Any] = {}
     if question is Compared.random:
-        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
     if question is Compared.compensate:
         options = {"corrects": corrects.value if corrects else None, "target": answer.target(a, target)}
     followed = arguments.words(components)

@@ -16,8 +16,8 @@ from . import DONE, INTERRUPTED, NOT_OK, answer, arguments
 from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
+    Assumed,
     Certify,
-    Contact,
     File,
     LoadCase,
     Mapped,
@@ -31,7 +31,6 @@ from .options import (
     Scheduler,
     Seed,
     Settings,
-    Touching,
 )
 from .printing import prints
 from .progress import bar
@@ -99,7 +98,7 @@ def map_(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
     output_point: Point = None,
     load_case: LoadCase = None,
     settings: Settings = None,
@@ -129,7 +128,7 @@ def map_(
     if question is Mapped.worst:
         options = {"exact": not first_order, "certify": certify, "parts": parts}
     if question is Mapped.random:
-        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+        options = answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
     if question is Mapped.given:
         options = {"offsets": answer.offsets(m, offset)}
     ranges = arguments.gridded(arguments.assignments(grid, "--grid"), answer.reader(m)) if grid else None

@@ -207,6 +207,14 @@ Shares = Annotated[
 Touching = Annotated[
     Contact, typer.Option("--contact", help="random: clearances scatter, or the load decides where they are.")
 ]
+Assumed = Annotated[
+    Contact | None,
+    typer.Option(
+        "--contact",
+        help="random: clearances scatter, or the load decides where they are."
+        " [default: as limits.contact says; else scattered, and the shares outside both ways]",
+    ),
+]
 Certify = Annotated[bool, typer.Option("--certify", help="worst: upper bounds that no offsets within the sets exceed.")]
 Parts = Annotated[
     int,

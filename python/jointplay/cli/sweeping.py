@@ -12,7 +12,7 @@ from . import answer, arguments, completing
 from .belonging import refuse_unheard
 from .drawing import NO_FIGURE, Figure, with_figure
 from .options import (
-    Contact,
+    Assumed,
     Corrects,
     File,
     LoadCase,
@@ -27,7 +27,6 @@ from .options import (
     Seed,
     Swept,
     Target,
-    Touching,
 )
 from .printing import prints
 
@@ -67,7 +66,7 @@ def sweep(
     seed: Seed = 0,
     law: Scatter = None,
     sampling: Points = Sampling.sobol,
-    contact: Touching = Contact.scattered,
+    contact: Assumed = None,
     corrects: Corrects = None,
     target: Target = None,
     scheduler: Scheduler = None,
@@ -91,7 +90,7 @@ def sweep(
         answer.change(m, {second: others[0]})
         options["by"] = {second: others}
     if question is Swept.random:
-        options |= answer.scatter(samples, seed, law, sampling) | {"contact": contact.value}
+        options |= answer.scatter(samples, seed, law, sampling) | {"contact": contact and contact.value}
     if question is Swept.compensate:
         options |= {"corrects": corrects.value if corrects else None, "target": answer.target(m, target)}
     if question is Swept.given:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from jointplay.result import Result, parts
-from jointplay.verdict import rounding
+from jointplay.verdict import READABLE, rounding
 
 from .building import FITS, VERDICTS, of_assemble, of_check
 from .errors import figure, figures, of_errors, quantile
@@ -17,7 +17,8 @@ from .motion import KINDS, motion, of_compensate, of_singularities, of_solve
 from .pairs import Tops, missed, of_pairs, tops
 from .series import beyond, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import MOST_NAMES, first_missed, of_allocate, of_allow, share_of
-from .words import BOUND_DIGITS, READABLE, Conclusion, Sentence, owners, plural, rounded_up, which
+from .whole import decide, rests
+from .words import BOUND_DIGITS, Conclusion, Sentence, owners, plural, rounded_up, which
 
 __all__ = [
     "BOUND_DIGITS",
@@ -31,6 +32,7 @@ __all__ = [
     "Tops",
     "beyond",
     "conclude",
+    "decide",
     "figure",
     "figures",
     "first_missed",
@@ -39,6 +41,7 @@ __all__ = [
     "owners",
     "plural",
     "quantile",
+    "rests",
     "rounded_up",
     "rounding",
     "share_of",

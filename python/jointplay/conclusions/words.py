@@ -9,10 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointplay.result import Array, Result, first_largest
-from jointplay.verdict import place
+from jointplay.verdict import READABLE
 
-#: outcomes of configurations that have a pose whose numbers can be read
-READABLE = ("ok", "undetermined", "strained")
 #: as many configurations are named one by one
 FEW = 8
 #: digits of an upper bound
@@ -32,12 +30,15 @@ class Sentence:
         Whether it stands in front where several questions are asked, as sentences of alarm do.
     is_common : bool
         Whether it holds whatever is asked, so that it is said once for all questions.
+    state : str
+        Of a verdict: ``held``, ``missed`` or ``not shown``.
     """
 
     text: str
     is_alarm: bool = False
     is_answer: bool = False
     is_common: bool = False
+    state: str = ""
 
 
 @dataclass(frozen=True)
@@ -75,11 +76,6 @@ def rounded_up(values: Array) -> Array:
 def plural(count: int, one: str, more: str = "") -> str:
     """``1 configuration``, ``2 configurations``."""
     return f"{count} {one if count == 1 else more or one + 's'}"
-
-
-def at(result: Result, configuration: int) -> str:
-    """`` at configuration 3 (theta = 40 deg)``; nothing where there is only one."""
-    return f" at {place(result, configuration)}" if result.sizes.get("configuration", 1) > 1 else ""
 
 
 def which(places: Sequence[int]) -> str:

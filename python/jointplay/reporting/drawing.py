@@ -82,7 +82,7 @@ def _text(chapter: Chapter, k: int) -> list[str]:
                 lines.append(f"{label} {value:.4g} {part.unit('error', component='x')}")
             mark = (verdict(part).marks or ("",) * (k + 1))[k]
             if mark:
-                lines.append(f"{label}: beyond the limit of {mark}")
+                lines.append(f"{label}: beyond the limit: {mark}")
     return lines
 
 

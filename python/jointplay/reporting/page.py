@@ -26,6 +26,8 @@ def page(answers: Answers, command: str) -> str:
     last = [section for section in (sections.assembly(answers), sections.map_(answers)) if section is not None]
     chapters.append(("", [*last, sections.inputs(answers, command)]))
     body, contents = _body(chapters)
+    if len(answers.chapters) > 1:
+        body = f"{sections.whole(answers.chapters)}{body}"
     style = files(__package__).joinpath("page.css").read_text(encoding="utf-8")
     return (
         f"{head(style)}<title>{escape(title)}</title></head><body>"

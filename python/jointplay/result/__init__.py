@@ -2,12 +2,13 @@
 
 from .blame import LOAD, Blame, blame, in_words, largest, parts_by_cause, shares
 from .build import SIDES, STATUSES, Builder, axes_of, version
-from .combine import SEVERAL, align, beside, merge, parts, stack
+from .combine import SEVERAL, align, beside, judged_alone, merge, parts, stack
 from .dataset import from_dataset, to_dataset
 from .names import coordinate_names
 from .origin import Origin, attributes, today
 from .origin import label as origin_label
 from .quantity import TYPICAL, bounds, commanded, first_largest, quantities, quantity, size, split, typical, unit_of
+from .reachable import counted
 from .structure import Array, Attribute, Result, Variable
 from .tidy import Column, Rows, rows, unit_at
 
@@ -34,9 +35,11 @@ __all__ = [
     "bounds",
     "commanded",
     "coordinate_names",
+    "counted",
     "first_largest",
     "from_dataset",
     "in_words",
+    "judged_alone",
     "largest",
     "merge",
     "origin_label",

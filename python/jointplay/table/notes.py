@@ -66,9 +66,9 @@ def _notes(result: Result) -> Iterable[str]:
     if question == "worst" and "unsettled" in result.data and result.get("unsettled").any():
         where = which(np.flatnonzero(result.get("unsettled")).tolist()) if status.ndim == 1 else "Some configurations"
         yield f"{where}: the search reached its limit of steps; the largest errors found are shown."
-    if question == "worst" and "some_without_play" in result.attrs:
-        tight = result.attrs["some_without_play"]
-        yield f"{tight}: the largest play counts; some or all pairs have interference, and no play."
+    if "some_without_play" in result.attrs:
+        counts = "the largest play counts; " if question == "worst" else ""
+        yield f"{result.attrs['some_without_play']}: {counts}some or all pairs have interference, and no play."
     if question == "worst" and "correlations_ignored" in result.attrs:
         yield (
             f"{result.attrs['correlations_ignored']}: correlated, but the worst case takes each of them at any of its"
@@ -79,6 +79,8 @@ def _notes(result: Result) -> Iterable[str]:
         yield f"{endless}: without limits; the bounds hold up to three standard deviations."
     if question in ("loaded", "given") and "offsets_of" not in result.attrs:
         yield from sizes_taken(result, "; --sizes takes the largest or the smallest play")
+    elif question == "compensate":
+        yield from sizes_taken(result)
     if question == "loaded" and "undetermined" in result.data and status.ndim == 1:
         yield from _left_open(result)
     if question == "compensate":

@@ -246,7 +246,8 @@ def _indices(result: Result, which: str) -> list[Column]:
 def _outside(result: Result) -> list[Column]:
     """Shares beyond the limits with their confidence intervals, and the least capability."""
     share, low, high = (result.get(name) for name in ("outside", "outside_low", "outside_high"))
-    unit, factor = ("%", 1e2) if np.nanmax(high) >= RARE else ("ppm", 1e6)
+    tops = [result.get(name) for name in ("outside_high", "outside_loaded_high") if name in result.data]
+    unit, factor = ("%", 1e2) if np.nanmax(tops) >= RARE else ("ppm", 1e6)
     ends = zip((factor * low).tolist(), (factor * high).tolist(), strict=True)
     intervals = [NOTHING if a != a else f"{_rough(a)} to {_rough(b)}" for a, b in ends]
     # Shares that are searched for have digits of their own, however far apart they are.
@@ -257,6 +258,9 @@ def _outside(result: Result) -> list[Column]:
         else numbers("outside", unit, factor * share, digits=3),
         Column("95 % confidence", unit, tuple(intervals), spare=3),
     ]
+    if "outside_loaded" in result.data and np.isfinite(result.get("outside_loaded")).any():
+        pressed = numbers("outside\nunder load", unit, factor * result.get("outside_loaded"), digits=3)
+        columns.append(replace(pressed, legend="Under load: the load decides the offsets."))
     cpk = result.get("cpk")
     if np.isfinite(cpk).any():
         least = np.where(np.isfinite(cpk), cpk, np.inf).min(axis=1)

@@ -35,7 +35,10 @@ COMPUTE: Mapping[str, Callable[..., Result]] = {
     "random": random.compute,
 }
 #: what is not asked for: it decides nothing, and takes most of the time
-LESS: Mapping[str, Mapping[str, Any]] = {"loaded": {"details": False}, "random": {"path": False, "probabilities": ()}}
+LESS: Mapping[str, Mapping[str, Any]] = {
+    "loaded": {"details": False, "plays": False},
+    "random": {"path": False, "probabilities": (), "contact": "scattered"},
+}
 #: outcomes with an error
 WITH_ERROR = ("ok", "undetermined", "strained")
 #: what binds where not an error does: no pose, and a size that the file cannot have

@@ -61,7 +61,7 @@ class Ask:
         """The answer at configurations that are solved."""
         ask, m = computation(self.question, QUESTIONS), self.m
         # Where contacts change sides is seen from the offsets. The nodes of a grid are no path.
-        also = {"loaded": {"offset": True}, "random": {"path": False}}.get(self.question, {})
+        also = {"loaded": {"offset": True, "plays": False}, "random": {"path": False}}.get(self.question, {})
         if self.whole is m:
             return ask(m, at=at, **self.options, **also)
         # The axes of the grid come first.
