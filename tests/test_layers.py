@@ -48,6 +48,7 @@ LAYERS = (
     "analyses",
     "spreadsheets",
     "write",
+    "pages",
     "table",
     "plot",
     "display",
