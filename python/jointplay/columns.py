@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from jointplay import files
 from jointplay.errors import InputError, not_known, one_line, shown
 
 #: no column that somebody measured is longer
@@ -97,12 +98,7 @@ def beside(path: str, name: object, file: str, key: str) -> Columns:
     InputError
         When it is not there, or is no table.
     """
-    if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name or "\\" in name:
-        problem = f"{shown(name)} is not the name of a file in the same folder, without its folder"
-        raise InputError(problem, file=file, key=key)
-    place = Path(path).parent / name
-    if not place.is_file():
-        raise InputError(f"there is no file {shown(name)} in the same folder", file=file, key=key)
+    place = files.beside(path, name, file, key)
     said = one_line(str(place))
     lines = _text(place).splitlines()
     separator = next((mark for mark in SEPARATORS if lines and mark in lines[0]), ",")

@@ -1,4 +1,4 @@
-"""Files that are there as a whole, or not at all.
+"""Files that are written as a whole, or not at all; and those that a mechanism file may name.
 
 What is written is complete in memory before the disk is touched, goes to a new file beside its place, and gets its name
 when the disk has it. A symbolic link stays, and what it leads to is replaced. A pipe or a device such as a terminal
@@ -16,10 +16,58 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from jointplay.errors import InputError
+from jointplay.errors import InputError, shown
 
 #: in front of the names of files that are not complete
 HIDDEN = ".jointplay-"
+
+
+def beside(path: str | os.PathLike[str], name: object, file: str, key: str) -> Path:
+    """Where a file is that a mechanism file names: in its folder, and also what a link leads to is there.
+
+    Whoever sends a mechanism sends a folder. With a link in it, what is read, and shown in messages, would be a file of
+    whoever opens it.
+
+    Parameters
+    ----------
+    path : path-like
+        The mechanism file; it may be a link itself.
+    name : object
+        What it says is the name of the file.
+    file : str
+        Name of the mechanism file in messages.
+    key : str
+        Where it says so.
+
+    Raises
+    ------
+    InputError
+        When it is no name without a folder, or there is no such file.
+    """
+    if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name or "\\" in name:
+        problem = f"{shown(name)} is not the name of a file in the same folder, without its folder"
+        raise InputError(problem, file=file, key=key)
+    place = Path(path).parent / name
+    # Before it is asked whether there is something, which is nobody's business elsewhere.
+    if not is_within(place, place.parent):
+        problem = f"{shown(name)} is a link that leads out of the folder; copy the file into it"
+        raise InputError(problem, file=file, key=key)
+    try:
+        mode = place.stat().st_mode
+    except (OSError, ValueError):
+        raise InputError(f"there is no file {shown(name)} in the same folder", file=file, key=key) from None
+    if not stat.S_ISREG(mode):
+        raise InputError(f"{shown(name)} is no file", file=file, key=key)
+    return place
+
+
+def is_within(place: Path, folder: Path) -> bool:
+    """Whether what a path leads to, links followed, is in a folder or in one below it."""
+    try:
+        return Path(os.path.realpath(place)).is_relative_to(os.path.realpath(folder))
+    except (OSError, ValueError):
+        # A name that no system has leads nowhere.
+        return True
 
 
 def require_writable(path: Path, *, folder: bool = False) -> Path:
