@@ -8,9 +8,9 @@ cannot be replaced: it is written to.
 from __future__ import annotations
 
 import os
+import secrets
 import shutil
 import stat
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -151,17 +151,21 @@ def _write(handle: int, content: bytes | memoryview) -> None:
 @contextmanager
 def replacing(place: Path) -> Iterator[Path]:
     """A new file to write to, which then takes this place; it goes away when that fails."""
-    handle, name = tempfile.mkstemp(prefix=HIDDEN, dir=place.parent)
-    os.close(handle)
-    new = Path(name)
+    new = _hidden(place.parent)
     try:
+        new.touch(0o600, exist_ok=False)
         yield new
-        # mkstemp keeps a file to its owner; this one is as readable as what it replaces, or as any other new file.
+        # Until now it was its owner's alone; it becomes as readable as what it replaces, or as any other new file.
         new.chmod(stat.S_IMODE(place.stat().st_mode) if place.exists() else 0o666 & ~_umask())
         new.replace(place)
     except BaseException:
         new.unlink(missing_ok=True)
         raise
+
+
+def _hidden(parent: Path) -> Path:
+    """A name that is known before there is something, so that an interruption in between leaves nothing behind."""
+    return parent / f"{HIDDEN}{secrets.token_hex(8)}"
 
 
 def _umask() -> int:
@@ -187,10 +191,11 @@ def remove_folder(path: str | os.PathLike[str]) -> None:
 
 
 @contextmanager
-def _room(parent: Path) -> Iterator[str]:
+def _room(parent: Path) -> Iterator[Path]:
     """A hidden folder that goes at the end."""
-    room = tempfile.mkdtemp(prefix=HIDDEN, dir=parent)
+    room = _hidden(parent)
     try:
+        room.mkdir(0o700)
         yield room
     finally:
         with suppress(OSError):
@@ -207,7 +212,7 @@ def put_folder(write: Callable[[Path], None], path: Path) -> None:
     """
     place = require_writable(path, folder=True)
     with said_of(path), _room(place.parent) as room:
-        new, old = Path(room) / "new", Path(room) / "old"
+        new, old = room / "new", room / "old"
         write(new)
         if place.is_dir():
             place.replace(old)

@@ -9,6 +9,7 @@ from contextlib import suppress
 
 from jointplay.errors import JointplayError, one_line
 
+from .stopping import finish, listen
 from .streams import let_go, open_all
 
 #: exit codes
@@ -24,7 +25,8 @@ def main() -> None:
     if "_JOINTPLAY_COMPLETE" in os.environ:
         _complete()
     gc.set_threshold(GARBAGE)
-    code = run(sys.argv[1:])
+    listen()
+    code = finish(run(sys.argv[1:]))
     # The system takes the memory as a whole; the interpreter would take it apart object by object, which is slow.
     gc.freeze()
     sys.exit(code)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointplay.analyses import loaded, random, worst
-from jointplay.analyses.nominal import Nominal, carried, nominal
+from jointplay.analyses.nominal import Nominal, carried, nominal, within_another
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
@@ -134,7 +134,8 @@ class Asked:
             everywhere = len(places) == len(at)
             # Loads may go by the number of the configuration, and random numbers cost nothing there.
             all_of_it = everywhere or self.by_load
-            result = COMPUTE[self.question](part, at=at if all_of_it else _only(at, places), **self.options)
+            with within_another():
+                result = COMPUTE[self.question](part, at=at if all_of_it else _only(at, places), **self.options)
             used = self._of(part, result)
             status = result.get("status")
             if all_of_it:
