@@ -9,7 +9,7 @@ from contextlib import suppress
 
 from jointplay.errors import JointplayError, one_line
 
-from .stopping import finish, listen
+from .stopping import leave, listen
 from .streams import let_go, open_all
 
 #: exit codes
@@ -25,11 +25,13 @@ def main() -> None:
     if "_JOINTPLAY_COMPLETE" in os.environ:
         _complete()
     gc.set_threshold(GARBAGE)
-    listen()
-    code = finish(run(sys.argv[1:]))
-    # The system takes the memory as a whole; the interpreter would take it apart object by object, which is slow.
-    gc.freeze()
-    sys.exit(code)
+    try:
+        listen()
+        code = run(sys.argv[1:])
+    except KeyboardInterrupt:
+        # Once more, while the first one was being answered.
+        code = INTERRUPTED
+    leave(code)
 
 
 def run(arguments: list[str]) -> int:

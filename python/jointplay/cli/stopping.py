@@ -7,10 +7,15 @@ left behind. The second one ends it at once.
 from __future__ import annotations
 
 import _thread
+import atexit
+import gc
+import os
 import signal
 import sys
 import threading
+from contextlib import suppress
 from types import FrameType
+from typing import NoReturn
 
 #: signals that ask for an end, where the system has them
 ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -47,8 +52,8 @@ def _unheard(lost: sys.UnraisableHookArgs) -> None:
         sys.__unraisablehook__(lost)
 
 
-def finish(code: int) -> int:
-    """The exit code of the process; nothing interrupts what is left to do.
+def leave(code: int) -> NoReturn:
+    """Leave with the exit code of the command; nothing interrupts what is left to do.
 
     Parameters
     ----------
@@ -57,5 +62,14 @@ def finish(code: int) -> int:
     """
     for number in (signal.SIGINT, *ENDING):
         signal.signal(number, signal.SIG_IGN)
+    # The system takes the memory as a whole; the interpreter would take it apart object by object, which is slow.
+    gc.freeze()
     # A command that was done all the same says so.
-    return BY_SIGNAL + _heard[-1] if _heard and code == BY_SIGNAL + signal.SIGINT else code
+    if code != BY_SIGNAL + signal.SIGINT:
+        sys.exit(code)
+    # Python may have noted, where Ctrl-C passed through `exec`, to end by the signal in place of an exit code.
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):
+            stream.flush()
+    os._exit(BY_SIGNAL + _heard[-1] if _heard else code)
