@@ -10,7 +10,7 @@ from contextlib import suppress
 from jointplay.errors import JointplayError, one_line
 
 from .stopping import leave, listen
-from .streams import let_go, open_all
+from .streams import forget, let_go, open_all, tell
 
 #: exit codes
 DONE, NOT_OK, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
@@ -48,8 +48,11 @@ def run(arguments: list[str]) -> int:
         0 done, 1 done but some configuration is not ok or a limit is missed, 2 bad input, 130 interrupted, 141
         nobody reads any more.
     """
+    forget()
     try:
         code = _run(arguments)
+        if code != BAD_INPUT:
+            tell()
         sys.stdout.flush()
     except JointplayError as problem:
         return _refuse(str(problem))

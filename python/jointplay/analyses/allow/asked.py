@@ -171,7 +171,8 @@ def _share(values: Floats, limit: Floats) -> Floats:
     """Values by their limits, nan where there is none; a limit of zero is kept by no more than rounding."""
     size = np.where(limit > 0.0, limit, 1.0)
     shares = np.where(limit > 0.0, values / size, np.where(values > 0.0, np.inf, 0.0))
-    return np.asarray(np.where(np.isfinite(limit), np.maximum(np.nan_to_num(shares, nan=np.inf), 0.0), 0.0))
+    known = np.where(np.isnan(shares), np.inf, shares)
+    return np.asarray(np.where(np.isfinite(limit), np.maximum(known, 0.0), 0.0))
 
 
 def _places(parts: Sequence[Mechanism]) -> list[Nominal]:
