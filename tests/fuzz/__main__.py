@@ -93,9 +93,7 @@ def search(seconds: float, seed: int, limit: float, kinds: list[str]) -> int:
                 if number % RARE.get(kind, 1):
                     continue
                 if time.monotonic() > end:
-                    share = (
-                        f"{worker.read} of {worker.files} files were read ({worker.read / max(worker.files, 1):.0%})"
-                    )
+                    share = f"{worker.read / max(worker.files, 1):.0%} of {worker.files} files were read"
                     print(f"{sum(counts.values())} cases ({counts}); {share}; {found} found", flush=True)  # noqa: T201
                     return found
                 counts[kind] += 1

@@ -1,7 +1,7 @@
-"""Mechanism files that are mostly valid, so that the questions see them: other sizes, laws, drives, places, loads, limits.
+"""Mechanism files that are mostly valid, so that questions see them: other sizes, laws, drives, places, loads, limits.
 
-They begin with an example, or with a random mechanism of the tests, and go where such files do not: lengths of zero, points
-in a row or at one place, sizes that fill the mechanism, values that do not matter.
+They begin with an example, or with a random mechanism of the tests, and go where such files do not: lengths of zero,
+points in a row or at one place, sizes that fill the mechanism, values that do not matter.
 """
 
 from __future__ import annotations
@@ -155,7 +155,8 @@ def dimensions(raw: Tables, random: Random) -> None:
 
 def drives(raw: Tables, random: Random) -> None:
     """Other drive values: one, the same again, backwards, far away."""
-    for drive in raw.get("drives", {}).values():
+    # With a path drives have no values.
+    for drive in raw.get("drives", {}).values() if "path" not in raw else ():
         values = drive.get("values") or [drive.get("from", 0.0), drive.get("to", 0.0)]
         if not all(isinstance(value, int | float) for value in values):
             continue
@@ -177,7 +178,7 @@ def drives(raw: Tables, random: Random) -> None:
 
 def layouts(raw: Tables, random: Random) -> None:
     """Points that coincide, lie in a row or at the origin of their body, or are a little beside their place."""
-    places = [place for place in _places(raw)]
+    places = list(_places(raw))
     if len(places) < 2:
         return
     for one in random.sample(places, random.choice((1, 1, 2))):
