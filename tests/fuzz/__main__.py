@@ -18,7 +18,7 @@ from . import cases
 #: address space of a worker
 MEMORY = 6_000_000_000
 #: kinds that take long are tried only as often as this
-RARE = {"store": 20, "raw": 3, "structured": 3}
+RARE = {"store": 20, "stop": 20, "raw": 3, "structured": 3}
 #: seconds after which a worker that waits for something is ended
 PATIENCE = 900
 #: cases after which a worker is replaced

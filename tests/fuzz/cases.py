@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from random import Random
 
+import processes
 from jointplay.cli import run
 from jointplay.errors import JointplayError
 from jointplay.model import load
@@ -23,7 +24,7 @@ from jointplay.model import load
 from . import asking, files, lines, valid
 
 #: exit codes that mean something
-CODES = (0, 1, 2, 130, 141)
+CODES = (0, 1, 2, 130, 141, 143)
 HOSTILE = {*map(chr, range(32)), *map(chr, range(127, 160)), "\u202e"} - {"\n"}
 LEFT = (".jointplay-", ".part", ".new", ".lock", ".partial")
 #: on stderr of what is done: what a key with a `*` reached
@@ -137,6 +138,43 @@ def line(random: Random, folder: Path) -> str:
     return problem and f"{example} as m.toml, {words}: {problem}"
 
 
+#: commands that take a while, which a signal comes into
+LONG = [
+    ["error", "m.toml", "-q", "random", "--samples", "30000000"],
+    ["error", "m.toml", "--samples", "3000000", "-o", "r.nc", "--plot", "d.svg"],
+    ["sweep", "m.toml", "-s", "joints.J1.clearance.radial=0:1:30", "-q", "random", "--samples", "100000"],
+    ["map", "m.toml", "-g", "theta1=20:60:200", "-q", "worst", "-o", "map.zarr", "--chunk", "10"],
+    ["compare", "m.toml", "m.toml", "-q", "random", "--samples", "3000000"],
+    ["allow", "m.toml", "-q", "random"],
+    ["allow", "m.toml", "-q", "loaded"],
+    ["allocate", "press.toml", "-q", "random"],
+    ["report", "m.toml", "-o", "page.html"],
+    ["animate", "m.toml", "-o", "a.gif"],
+    ["assemble", "m.toml"],
+    ["compensate", "m.toml"],
+    ["singularities", "m.toml"],
+    ["export", "m.toml", "-o", "model.xml"],
+]
+
+
+def stop(random: Random, folder: Path) -> str:
+    """Ctrl-C, or a signal that asks for an end, at any moment: what is done is told, and nothing half is left."""
+    (folder / "m.toml").write_text(files.TEXTS["four-bar"], encoding="utf-8")
+    (folder / "press.toml").write_text(files.TEXTS["press"], encoding="utf-8")
+    before = {path.relative_to(folder) for path in folder.rglob("*")}
+    words, number = random.choice(LONG), random.choice([signal.SIGINT, signal.SIGINT, signal.SIGTERM])
+    with processes.working(words, folder) as process:
+        processes.worked(process, random.uniform(0.1, 4.0), ends=True)
+        process.send_signal(number)
+        out, err = process.communicate()
+    if process.returncode < 0 or "_run_module_as_main" in err:
+        # The interpreter had not come to the command yet.
+        return ""
+    problem = judged(process.returncode, out, "" if process.returncode >= 128 else err, folder, before)
+    problem = problem or (err if "Traceback" in err or "Exception ignored" in err else "")
+    return problem and f"{words}, {signal.Signals(number).name}: {problem}"
+
+
 MAPPED = ["map", "m.toml", "-g", "x=-60:60:5", "-g", "y=150,180,190", "--chunk", "2", "--no-details", "-o", "map.zarr"]
 
 
@@ -199,6 +237,7 @@ KINDS: dict[str, Callable[[Random, Path], str]] = {
     "valid": _file(valid.valid),
     "line": line,
     "store": store,
+    "stop": stop,
 }
 
 

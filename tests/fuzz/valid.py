@@ -89,10 +89,6 @@ def _tolerated(raw: Tables) -> list[Tables]:
     return [table for key in ("dimensions", "drives") for table in raw.get(key, {}).values()]
 
 
-def _sources(raw: Tables) -> list[str]:
-    return [name for key in ("joints", "dimensions", "drives") for name in raw.get(key, {})]
-
-
 def sizes(raw: Tables, random: Random) -> None:
     """A clearance of another size, from none to one as large as the mechanism."""
     joint = random.choice([*raw["joints"].values()])
