@@ -12,7 +12,7 @@ from jointplay import files
 from jointplay.errors import InputError
 from jointplay.typed import typed
 
-from .style import boxes_for_letters, escape_texts
+from .style import as_far_as_it_goes, escape_texts
 
 EXTENSIONS = (".png", ".svg", ".pdf")
 
@@ -37,6 +37,6 @@ def put(figure: Figure, path: Path) -> None:
     escape_texts(figure)
     # Without a date the same drawing is the same file.
     undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
-    with boxes_for_letters():
+    with as_far_as_it_goes():
         figure.savefig(content, format=kind, metadata=undated)
     files.put(content.getbuffer(), path)
