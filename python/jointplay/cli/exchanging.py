@@ -14,6 +14,7 @@ from jointplay.errors import InputError, shown
 from . import DONE, answer, completing
 from .arguments import assignments, several, value
 from .options import File, LoadCase, Offset, Point, Settings
+from .streams import hold
 
 #: options by the words that messages of the import begin with
 OPTIONS = {
@@ -97,7 +98,7 @@ def import_(
         key = " ".join([OPTIONS.get(word, word), rest]).strip()
         raise InputError(problem.problem, file=problem.file, key=key) from None
     create(found.text, path, replace=force)
-    answer.say(found.notes)
+    hold(found.notes)
     m = found.mechanism
     assert m.data.output is not None
     parts = [_counted(m.bodies, "body", "bodies"), _counted(m.joints, "joint"), _counted(m.drives, "drive")]
