@@ -57,7 +57,7 @@ def _interferences(result: Result) -> Iterator[Sentence]:
     given = result.get("play_given").tolist()
     for name, fit, (low, high) in zip(result.labels("clearance"), given, play.tolist(), strict=True):
         if high <= 0.0 and low < 0.0:
-            span = f"{say(max(-high, 0.0), unit)} to {say(-low, unit)}"
+            span = f"{say(abs(high), unit)} to {say(-low, unit)}"
             text = f"{name}, {fit}, always has interference, {span}: what is pressed in does not turn or slide;"
             yield Sentence(f"{text} here it is taken as a joint without play.", is_alarm=True)
         elif low < 0.0:

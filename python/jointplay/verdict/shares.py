@@ -87,8 +87,8 @@ def of_shares(result: Result) -> Verdict:
     basis = " and".join(one.words for one in contacts)
     if not seen:
         if not is_required:
-            return Verdict((f"Outside the limits: not known; {rows.why()}.",), nothing)
-        text = f"Required yield {percent(required)}: not shown; {rows.why()}."
+            return Verdict((f"Outside the limits: not known; {rows.why()}{rows.left_out()}.",), nothing)
+        text = f"Required yield {percent(required)}: not shown; {rows.why()}{rows.left_out()}."
         return Verdict((text,), nothing, NOT_SHOWN, basis=basis, gist=rows.why())
     seen.sort(key=lambda one: (is_required and one.outcome(required) == MISSED, one.outside[one.at]), reverse=True)
     used = max(float(one.high[one.at]) for one in seen)
