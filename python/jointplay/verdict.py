@@ -23,6 +23,7 @@ from jointplay.result import (
     Variable,
     blame,
     commanded,
+    counted,
     first_largest,
     in_words,
     largest,
@@ -159,7 +160,7 @@ def _of_margins(result: Result) -> Verdict:
     margin, met = result.get("margin"), result.get("limit_met").astype(bool)
     known = np.isfinite(margin)
     missed = ~met & known
-    unknown = np.flatnonzero((~met & ~known).any(axis=1)).tolist()
+    unknown = np.flatnonzero((~met & ~known).any(axis=1) & counted(result.get("status"))).tolist()
     marks = tuple(", ".join(name for name, bad in zip(names, row, strict=True) if bad) for row in missed.tolist())
     found = [_Extreme(result, q) for q in range(len(names)) if known[:, q].any()]
     worse = sorted((one for one in found if missed[:, one.quantity].any()), key=lambda one: one.part, reverse=True)

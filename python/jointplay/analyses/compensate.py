@@ -118,7 +118,7 @@ def compute(
     """The light form of `compensate`."""
     if not m.drives:
         raise InputError("a mechanism without drives has nothing to correct", file=m.file, key="drives")
-    at = at or nominal(m)
+    at = (at or nominal(m)).with_errors
     errors = _errors(m, at, question, offsets, deviations)
     weight = _weights(m, weights)
     wanted = _target(m, len(at), target)

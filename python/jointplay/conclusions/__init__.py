@@ -17,7 +17,7 @@ from .motion import KINDS, motion, of_compensate, of_singularities, of_solve
 from .pairs import Tops, missed, of_pairs, tops
 from .series import beyond, of_compare, of_map, of_sweep, shares_over_nodes
 from .sizes import MOST_NAMES, first_missed, of_allocate, of_allow, share_of
-from .words import BOUND_DIGITS, READABLE, Conclusion, Sentence, owners, plural, rounded_up, which
+from .words import BOUND_DIGITS, READABLE, Conclusion, Sentence, leaving, owners, plural, rounded_up, which
 
 __all__ = [
     "BOUND_DIGITS",
@@ -34,6 +34,7 @@ __all__ = [
     "figure",
     "figures",
     "first_missed",
+    "leaving",
     "missed",
     "motion",
     "owners",
@@ -78,6 +79,11 @@ def conclude(result: Result) -> Conclusion:
 
 
 def _of_one(result: Result) -> Conclusion:
+    found = _answer(result)
+    return replace(found, sentences=tuple(sorted(found.sentences, key=lambda sentence: not sentence.is_first)))
+
+
+def _answer(result: Result) -> Conclusion:
     if "mechanism" in result.sizes:
         return of_compare(result)
     if "sweep_by" in result.attrs:

@@ -5,6 +5,7 @@ from .build import SIDES, STATUSES, Builder, axes_of, version
 from .combine import SEVERAL, align, beside, merge, parts, stack
 from .dataset import from_dataset, to_dataset
 from .names import coordinate_names
+from .outcomes import UNREACHABLE, counted
 from .quantity import TYPICAL, bounds, commanded, first_largest, quantities, quantity, size, split, typical, unit_of
 from .structure import Array, Attribute, Result, Variable
 from .tidy import Column, Rows, rows, unit_at
@@ -15,6 +16,7 @@ __all__ = [
     "SIDES",
     "STATUSES",
     "TYPICAL",
+    "UNREACHABLE",
     "Array",
     "Attribute",
     "Blame",
@@ -30,6 +32,7 @@ __all__ = [
     "bounds",
     "commanded",
     "coordinate_names",
+    "counted",
     "first_largest",
     "from_dataset",
     "in_words",
