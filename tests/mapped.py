@@ -1,4 +1,4 @@
-"""Maps of parallel robots beside their determinants by hand: `tests/test_branches.py` and `tests/verify_branches.py`."""
+"""Maps of parallel robots beside their determinants by hand, for `test_branches.py` and `verify_branches.py`."""
 
 from __future__ import annotations
 
@@ -26,17 +26,18 @@ class Case:
     m : Mechanism
     robot : Robot
     grid : dict
-        Of the map; `pose` are the numbers of a pose of the robot that are its axes.
-    pose : list of int
-    start : dict
-        What is changed in the file, so that the map begins elsewhere.
+        Of the map.
     """
 
     name: str
     m: jp.Mechanism
     robot: Robot
     grid: dict[str, Any]
-    pose: list[int]
+
+    @property
+    def axes(self) -> int:
+        """How many it has."""
+        return sum(isinstance(values, dict) for values in self.grid.values())
 
 
 def span(low: float, high: float, count: int) -> dict[str, float]:
@@ -57,18 +58,34 @@ def cases(finer: int) -> list[Case]:
     robot = branches.five_bar(137.5, 230.0, 230.0, (0.0, float(y)))
     own = branches.five_bar(45.0, 110.0, 150.0, (0.0, 190.0))
     upu, delta, stewart = branches.three_upu(), branches.delta(), branches.stewart_gough()
-    return [
-        Case("five-bar, x and y", tool, robot, {"x": span(-300, 300, n(14)), "y": span(-20, 400, n(11))}, [0, 1]),
-        Case("five-bar, along y", tool, robot, {"x": 0, "y": span(100, 372, n(17))}, [1]),
-        Case("five-bar of the examples", example("five-bar"), own, {"x": span(-200, 200, n(10)), "y": span(-50, 250, n(8))}, [0, 1]),
-        Case("3-RRR, x and y", example("3-rrr"), branches.three_rrr(), {"x": span(-150, 150, n(8)), "y": span(-150, 150, n(8)), "angle": 0}, [0, 1]),
-        Case("3-RRR, x, y and angle", example("3-rrr"), branches.three_rrr(), {"x": span(-120, 120, n(4)), "y": span(-120, 120, n(4)), "angle": span(-60, 60, n(4))}, [0, 1, 2]),
-        Case("3-UPU, x and y", example("3-upu"), upu, {"x": span(-400, 400, n(6)), "y": span(-400, 400, n(6)), "z": 400}, [0, 1]),
-        Case("3-UPU, x, y and z", example("3-upu"), upu, {"x": span(-400, 400, n(3)), "y": span(-350, 350, n(3)), "z": span(250, 550, n(2))}, [0, 1, 2]),
-        Case("delta", example("delta"), delta, {"x": span(-300, 300, n(3)), "y": span(-300, 300, n(3)), "z": span(-650, -150, n(4))}, [0, 1, 2]),
-        Case("Stewart-Gough, x, y and z", example("stewart-gough"), stewart, {"x": span(-300, 300, n(2)), "y": span(-300, 300, n(2)), "z": span(150, 600, n(3)), "rx": 0, "ry": 0, "rz": 0}, [0, 1, 2]),
-        Case("Stewart-Gough, rolled by 40 deg", example("stewart-gough"), stewart, {"x": span(-500, 500, n(3)), "z": span(20, 500, n(3)), "y": 0, "rx": 40, "ry": 0, "rz": 0}, [0, 2]),
-    ]  # fmt: skip
+    rrr, level = branches.three_rrr(), {"rx": 0, "ry": 0, "rz": 0}
+
+    def over(**axes: tuple[float, float, int] | float) -> dict[str, Any]:
+        return {k: span(v[0], v[1], n(v[2])) if isinstance(v, tuple) else v for k, v in axes.items()}
+
+    table = (
+        ("five-bar, x and y", tool, robot, over(x=(-300, 300, 14), y=(-20, 400, 11))),
+        ("five-bar, along y", tool, robot, over(x=0, y=(100, 372, 17))),
+        ("five-bar of the examples", example("five-bar"), own, over(x=(-200, 200, 10), y=(-50, 250, 8))),
+        ("3-RRR, x and y", example("3-rrr"), rrr, over(x=(-150, 150, 8), y=(-150, 150, 8), angle=0)),
+        ("3-RRR, x, y and angle", example("3-rrr"), rrr, over(x=(-120, 120, 4), y=(-120, 120, 4), angle=(-60, 60, 4))),
+        ("3-UPU, x and y", example("3-upu"), upu, over(x=(-400, 400, 6), y=(-400, 400, 6), z=400)),
+        ("3-UPU, x, y and z", example("3-upu"), upu, over(x=(-400, 400, 3), y=(-350, 350, 3), z=(250, 550, 2))),
+        ("delta, x, y and z", example("delta"), delta, over(x=(-300, 300, 3), y=(-300, 300, 3), z=(-650, -150, 4))),
+        (
+            "Stewart-Gough, x, y and z",
+            example("stewart-gough"),
+            stewart,
+            over(x=(-300, 300, 2), y=(-300, 300, 2), z=(150, 600, 3), **level),
+        ),
+        (
+            "Stewart-Gough, rolled by 40 deg",
+            example("stewart-gough"),
+            stewart,
+            over(x=(-500, 500, 3), z=(20, 500, 3), y=0, **{**level, "rx": 40}),
+        ),
+    )
+    return [Case(*row) for row in table]
 
 
 @dataclass(frozen=True)
@@ -95,7 +112,7 @@ class Compared:
     open: float
 
 
-def compare(case: Case, finer: int = 12, **options: Any) -> Compared:
+def compare(case: Case, finer: int, **options: Any) -> Compared:
     """A map beside the robot by hand."""
     result = jp.map(case.m, "solve", case.grid, **options)
     status = result.status.values
@@ -124,7 +141,9 @@ def compare(case: Case, finer: int = 12, **options: Any) -> Compared:
         turned = there & (np.linalg.norm(pose[..., 3:] - held[3:], axis=-1) > 1e-6)
     reached, clear = case.robot.reached([values for _, values in axes], held, [k for k, _ in axes], finer)
     order = [str(name) for name in result.status.dims]
-    reached, clear = (np.transpose(a, [[components[k] for k, _ in axes].index(name) for name in order]) for a in (reached, clear))
+    reached, clear = (
+        np.transpose(a, [[components[k] for k, _ in axes].index(name) for name in order]) for a in (reached, clear)
+    )
     return Compared(
         status.size, int(ok.sum()), int((status == "other_branch").sum()),
         int((ok & ((sign <= 0) | turned)).sum()), int((reached & clear & ~ok).sum()), float(lacks),

@@ -87,8 +87,9 @@ class Robot:
         for k in range(pose.shape[-1]):
             step = np.zeros(pose.shape[-1])
             step[k] = STEP * (self.size if k < self.lengths else 1.0)
-            above, below = self.constraints(self._moved(pose, step), drives), self.constraints(
-                self._moved(pose, -step), drives
+            above, below = (
+                self.constraints(self._moved(pose, step), drives),
+                self.constraints(self._moved(pose, -step), drives),
             )
             columns.append((above - below) / (2.0 * STEP))
         return np.asarray(np.linalg.det(np.nan_to_num(np.stack(columns, -1))))

@@ -255,9 +255,9 @@ def without_singular(found: Columns) -> Columns:
     """
     singular = found["status"] == SINGULAR
     for name, values in found.items():
-        if not (name.startswith("contribution") or name.endswith(("_first_order", "_bound"))):
-            if isinstance(values, np.ndarray) and values.dtype.kind == "f":
-                values[singular] = np.nan
+        is_linear = name.startswith("contribution") or name.endswith(("_first_order", "_bound"))
+        if not is_linear and isinstance(values, np.ndarray) and values.dtype.kind == "f":
+            values[singular] = np.nan
     return found
 
 

@@ -149,7 +149,9 @@ def compute(
     answer = Answer(m, base, items, without, limits, at, attributes)
     bad = np.max([np.where(place.counts, place.status, OK) for place in places.values()], axis=0)
     if not any(place.counts.any() for place in places.values()):
-        raise InputError("the machine can stand at no configuration; `jointplay solve` says why", file=m.file, key="drives")
+        raise InputError(
+            "the machine can stand at no configuration; `jointplay solve` says why", file=m.file, key="drives"
+        )
     if bad.any():
         return unassembled(answer, str(STATUSES[bad.max()]), np.flatnonzero(bad).tolist())
     search = Search(items, looking, progress)
