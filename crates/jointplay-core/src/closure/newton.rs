@@ -87,6 +87,17 @@ pub struct State {
     pub negative: bool,
 }
 
+/// What becomes of a step on a way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Step {
+    /// It is a part of the way.
+    Taken,
+    /// It is too long.
+    Shorter,
+    /// The way ends here.
+    End,
+}
+
 /// What a converged Newton solve did.
 struct Converged {
     first_move: f64,
@@ -347,7 +358,17 @@ impl<'m> Solver<'m> {
 
     /// As [`Self::follow`], giving the last state reached with the failure.
     pub(crate) fn follow_part(&self, from: &State, to: &Inputs<f64>) -> Result<State, (State, Status)> {
-        self.follow_in_parts(from, to, None)
+        self.follow_in_parts(from, to, None, &mut |_, _| Step::Taken)
+    }
+
+    /// As [`Self::follow_part`], by steps from one state to another that are accepted.
+    pub(crate) fn follow_accepted(
+        &self,
+        from: &State,
+        to: &Inputs<f64>,
+        accept: &mut dyn FnMut(&State, &State) -> Step,
+    ) -> Result<State, (State, Status)> {
+        self.follow_in_parts(from, to, None, accept)
     }
 
     /// As [`Self::follow_part`], as far as the budget reaches.
@@ -357,7 +378,7 @@ impl<'m> Solver<'m> {
         to: &Inputs<f64>,
         budget: &mut Budget,
     ) -> Result<State, (State, Status)> {
-        self.follow_in_parts(from, to, Some(budget))
+        self.follow_in_parts(from, to, Some(budget), &mut |_, _| Step::Taken)
     }
 
     fn follow_in_parts(
@@ -365,6 +386,7 @@ impl<'m> Solver<'m> {
         from: &State,
         to: &Inputs<f64>,
         mut budget: Option<&mut Budget>,
+        accept: &mut dyn FnMut(&State, &State) -> Step,
     ) -> Result<State, (State, Status)> {
         let mut state = from.clone();
         if from.inputs == *to {
@@ -375,7 +397,12 @@ impl<'m> Solver<'m> {
         for _ in 0..self.mechanism.most_steps(&from.inputs, to) {
             let last = done + part >= 1.0;
             let inputs = if last { to.clone() } else { between(&from.inputs, to, done + part) };
-            if let Some(next) = self.close_within(&state, &inputs, budget.as_deref_mut()) {
+            let next = self.close_within(&state, &inputs, budget.as_deref_mut());
+            let step = next.as_ref().map_or(Step::Shorter, |next| accept(&state, next));
+            if step == Step::End {
+                break;
+            }
+            if let Some(next) = next.filter(|_| step == Step::Taken) {
                 state = next;
                 if last {
                     return Ok(state);

@@ -138,7 +138,7 @@ class Asked:
             # Loads may go by the number of the configuration, and random numbers cost nothing there.
             all_of_it = everywhere or self.by_load
             with within_another():
-                result = COMPUTE[self.question](part, at=at if all_of_it else _only(at, places), **self.options)
+                result = COMPUTE[self.question](part, at=at if all_of_it else at.chosen(places), **self.options)
             used = self._of(part, result)
             status = result.get("status")
             if all_of_it:
@@ -183,10 +183,6 @@ def _places(parts: Sequence[Mechanism]) -> list[Nominal]:
     first = parts[0]
     known = nominal(first)
     return [known if part is first else carried(known, first, part) for part in parts]
-
-
-def _only(at: Nominal, places: NDArray[np.intp]) -> Nominal:
-    return replace(at, **{name: value[places] for name, value in vars(at).items() if name != "units"})
 
 
 def _has_error(codes: NDArray[np.uint8]) -> NDArray[np.bool_]:

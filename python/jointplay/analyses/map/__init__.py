@@ -85,8 +85,9 @@ def map(
     xarray.Dataset
         The variables of the question over the axes of the grid, with `status` per node; on a grid of output poses the
         drives are coordinates. `contact_change` (for ``loaded``): whether a contact changes sides between the node and
-        the next one along the axis `across`. `within_limits`: with ranges of drives or joints in the file, whether the
-        node is inside. With a path the dataset is read from the file when it is used.
+        the next one along the axis `across`. `singular_crossing`: at which part of the way to that one the mechanism
+        becomes singular. `leaves_range`: with ranges of drives or joints in the file, which of them leaves its range.
+        With a path the dataset is read from the file when it is used.
 
     Raises
     ------
