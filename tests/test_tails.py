@@ -14,7 +14,7 @@ from scipy import special, stats
 import jointplay as jp
 from answers import example
 from arms import ARM
-from jointplay.analyses import tails
+from jointplay.analyses import subset, tails
 from jointplay.analyses.nominal import nominal
 from jointplay.cli import run
 from jointplay.errors import InputError
@@ -127,7 +127,7 @@ def test_specimens_of_scores_have_the_law_of_random_specimens(name: str, law: st
     m = example(name)
     count = 20_000
     rng = np.random.default_rng(3)
-    search = tails.Search(m, np.empty((1, 0)), np.empty((1, 0, 0)), law, np.empty((0, 2)))
+    search = subset.Specimens(m, np.empty((1, 0)), np.empty((1, 0, 0)), law)
     _, u = search.first(count, rng)
     other = m.core.specimens(count, 5, law, "plain")
     assert not np.isnan(u).any()
