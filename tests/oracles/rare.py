@@ -200,11 +200,13 @@ class Chain:
     disc: tuple[float, str] | None = None
     #: a slider with its direction, degrees
     askew: tuple[Law, float] | None = None
-    #: of the first drives of two of the rows: their standard deviations are those of normal laws, and the rank correlation
+    #: two rows whose first drives are correlated and normal, and the rank correlation
     tied: tuple[str, str, float] | None = None
     #: where the output is on the arm
     at: tuple[float, float] = (0.0, 0.0)
     limits: Limits = field(default_factory=Limits)
+    #: what is common and the sums, by the fineness of their grids
+    _known: dict[float, tuple[Floats, Floats, dict[str, Sum]]] = field(default_factory=dict)
 
     def text(self) -> str:
         """The mechanism file."""
@@ -241,9 +243,9 @@ class Chain:
     def outside(self, limits: Limits | None = None, fine: float = 1.0) -> float:
         """The share of the specimens outside."""
         limits = self.limits if limits is None else limits
-        weights, moves, rows = self._common(fine)
-        sums = {name: Sum(laws, round(fine * CELLS)) for name, laws in rows.items()}
-        dx, dy, da = moves
+        if fine not in self._known:
+            self._known[fine] = self._common(fine)
+        weights, (dx, dy, da), sums = self._known[fine]
         box = [(limits.x[0] - dx, limits.x[1] - dx), (limits.y[0] - dy, limits.y[1] - dy)]
         if math.isfinite(limits.position):
             middles, masses = sums["x"].coarse(round(fine * ACROSS))
@@ -260,8 +262,12 @@ class Chain:
         turned = sums["angle"].outside(low - da, high - da)
         return float(weights @ (across + turned - across * turned))
 
-    def _common(self, fine: float) -> tuple[Floats, Floats, dict[str, list[Law]]]:
-        """Weights and moves of what is common to several components, and the laws that are left."""
+    def _common(self, fine: float) -> tuple[Floats, Floats, dict[str, Sum]]:
+        """Weights and moves of what is common to several components, and the sums that are left."""
+        weights, moves, rows = self._moved(fine)
+        return weights, moves, {name: Sum(laws, round(fine * CELLS)) for name, laws in rows.items()}
+
+    def _moved(self, fine: float) -> tuple[Floats, Floats, dict[str, list[Law]]]:
         rows = {"x": list(self.x), "y": list(self.y), "angle": list(self.angle)}
         count = round(fine * COMMON)
         if self.disc is not None:
@@ -374,10 +380,10 @@ def _with_limits(chain: Chain, rng: np.random.Generator) -> bool:
     """Give a chain two to four limits: some are missed by a share that is drawn, some cannot be reached."""
     names = ["x", "y", "angle", "rotation", "position"]
     chosen = rng.permutation(names)[: int(rng.integers(2, 5))].tolist()
-    reached, top = 0, rng.uniform(-8.8, -2.3)
-    for name in chosen:
-        kind = rng.choice(["rare", "edge", "never"], p=[0.6, 0.2, 0.2]) if reached else "rare"
-        share = 10.0 ** (top - rng.uniform(0.0, 2.0) * (reached > 0))
+    top = rng.uniform(-8.8, -2.3)
+    for k, name in enumerate(chosen):
+        kind = rng.choice(["rare", "edge", "never"], p=[0.6, 0.2, 0.2]) if k else "rare"
+        share = 10.0 ** (top - rng.uniform(0.0, 2.0) * (k > 0))
         sides = (0, 1) if rng.random() < 0.6 else (int(rng.integers(2)),)
         bound = _bound(chain, name, sides, kind, share, rng)
         if bound is None:
@@ -386,7 +392,6 @@ def _with_limits(chain: Chain, rng: np.random.Generator) -> bool:
             setattr(chain.limits, name, bound)
         else:
             setattr(chain.limits, name, (-bound if 0 in sides else -math.inf, bound if 1 in sides else math.inf))
-        reached += 1
     return True
 
 

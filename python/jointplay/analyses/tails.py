@@ -108,10 +108,11 @@ class _Known:
     rest: list[Way]
     small: list[Way]
 
-    def out(self, errors: Floats) -> tuple[dict[Way, Floats], Floats]:
-        """Which specimens are outside in each of the ways that were found, and in how many of these."""
-        out = {way: way.is_out(errors).astype(float) for way in self.found}
-        return out, np.sum(list(out.values()), axis=0) if out else np.zeros(len(errors))
+    def parts(self, errors: Floats, limited: Sequence[int]) -> dict[Way, Floats]:
+        """What specimens count in each of the ways that were found, for all quantities and for every limited one."""
+        outs = {way: way.is_out(errors)[:, None] * _touched([way], limited) for way in self.found}
+        often = np.maximum(sum(outs.values(), np.zeros((len(errors), 1 + len(limited)))), 1.0)
+        return {way: (out / often).mean(axis=0) for way, out in outs.items()}
 
 
 @dataclass(frozen=True)
@@ -146,9 +147,12 @@ def _sorted(specimens: Specimens, ways: Sequence[Way], reach: Reach, seed: np.ra
     return _Known(found, *([way for way in ways if way.quantity != NO_POSE] for ways in (rest, small)))
 
 
-def _columns(way: Way, limited: Sequence[int]) -> list[int]:
-    """The columns of the quantities that a specimen is beyond in this way; without a pose it is beyond all."""
-    return [1 + k for k, q in enumerate(limited) if way.quantity in (q, NO_POSE)]
+def _touched(ways: Iterable[Way], limited: Sequence[int]) -> NDArray[np.bool_]:
+    """Which shares these ways are a part of: that of all quantities, and those of their own; no pose is beyond all."""
+    touched = np.zeros(1 + len(limited), dtype=bool)
+    for way in ways:
+        touched |= [True, *(way.quantity in (q, NO_POSE) for q in limited)]
+    return touched
 
 
 def _shares(
@@ -165,17 +169,12 @@ def _shares(
     starts: dict[Way, list[tuple[float, Floats, Floats]]] = {way: [] for way in climbing}
     every = (*known.found, *known.rest, *known.small)
 
-    def add(row: Floats, way: Way, share: float, out: Floats, often: Floats) -> None:
-        row[0] += share * np.mean(out / np.maximum(often, 1.0))
-        row[_columns(way, limited)] += share * np.mean(out)
-
     for r in range(REPLICATES):
         z, errors = specimens.drawn(PLAIN // REPLICATES, rng)
         plain += _outside(every, errors, limited).sum(axis=0)
-        outs, often = known.out(errors)
-        for way, out in outs.items():
+        for way, part in known.parts(errors, limited).items():
             if way not in climbing:
-                add(shares[r], way, 1.0, out, often)
+                shares[r] += part
                 continue
             alive = way.beyond(errors) > climbing[way][0][0]
             chosen = going_on(alive, counts[way], rng)
@@ -183,13 +182,10 @@ def _shares(
     for way, one in zip(known.found, seeds, strict=True):
         if way not in climbing:
             continue
-        began, z, errors = (
-            np.concatenate(part) for part in zip(*((np.atleast_1d(a), b, c) for a, b, c in starts[way]), strict=True)
-        )
+        z, errors = (np.concatenate([start[k] for start in starts[way]]) for k in (1, 2))
         share, errors = ascend(specimens, way, climbing[way], z, errors, _generator(one))
         for r, last in enumerate(errors.reshape(REPLICATES, counts[way], -1)):
-            outs, often = known.out(last)
-            add(shares[r], way, float(began[r] * share[r]), outs[way], often)
+            shares[r] += starts[way][r][0] * share[r] * known.parts(last, limited)[way]
     return shares, _Counts(plain, REPLICATES * (PLAIN // REPLICATES))
 
 
@@ -197,7 +193,7 @@ def _outside(ways: Sequence[Way], errors: Floats, limited: Sequence[int]) -> NDA
     """Which specimens are outside in any of these ways, and in those of every limited quantity."""
     out = np.zeros((len(errors), 1 + len(limited)), dtype=bool)
     for way in ways:
-        out[:, [0, *_columns(way, limited)]] |= way.is_out(errors)[:, None]
+        out |= way.is_out(errors)[:, None] & _touched([way], limited)
     return out
 
 
@@ -215,20 +211,13 @@ def _counted_rest(specimens: Specimens, known: _Known, limited: Sequence[int], s
 
 def _joined(known: _Known, limited: Sequence[int], shares: Floats, plain: _Counts, rest: _Counts | None) -> Tail:
     """What was found by search, what was counted and what is negligible, together."""
-
-    def touches(ways: Iterable[Way]) -> NDArray[np.bool_]:
-        which = np.zeros(1 + len(limited), dtype=bool)
-        for way in ways:
-            which[[0, *_columns(way, limited)]] = True
-        return which
-
-    is_found = touches(known.found)
+    is_found = _touched(known.found, limited)
     searched, agree = _estimate(shares, plain)
     share, error, low, high = (np.where(is_found, part, 0.0) for part in searched)
-    error[~is_found & (touches(known.rest) | touches(known.small))] = np.nan
-    high += NEGLIGIBLE * touches(known.small)
+    error[~is_found & (_touched(known.rest, limited) | _touched(known.small, limited))] = np.nan
+    high += NEGLIGIBLE * _touched(known.small, limited)
     if rest is not None:
-        left = touches(known.rest)
+        left = _touched(known.rest, limited)
         below, above = confidence.of_counts(rest.outside, np.full(len(high), float(rest.samples)))
         share += rest.outside / rest.samples
         low += np.where(left, below, 0.0)

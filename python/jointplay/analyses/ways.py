@@ -1,14 +1,13 @@
 """Ways in which a specimen can be outside the limits, each searched by itself.
 
 A component e_c has a way to each limited side, f = e_c - high or low - e_c, and is outside where f > 0. The size of a
-vector e has a way along each axis to each side: it is outside there where |e| is beyond its limit L and its largest
-component is this one,
+vector e has a way along each axis to each side,
 
     f = |e| - L - (max_k |e_k| - s e_c),    s = 1 or -1
 
-so that the ways of a size are disjoint. No pose is a way of its own, f = s e_c, infinite where there is none. What can
-be reached along one way says nothing of another: specimens that are moved towards the nearest limit never see a
-farther one that alone can be missed.
+and is outside in that of its largest component where |e| is beyond its limit L. No pose is a way of its own, f = s e_c,
+infinite where there is none. What is reached along one way says nothing of another: specimens that are moved towards
+the nearest limit never see a farther one that alone can be missed.
 """
 
 from __future__ import annotations
