@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import jointplay as jp
-from oracles.rare import KINDS, case
+from oracles.rare import KINDS, Case, case, loop_case
 from pages import put_table
 
-#: what the shares of the oracle are known to, as a part of them
-KNOWN = 0.01
+#: loops with play besides, and the specimens by which their shares are known
+LOOPS, SAMPLES = 20, 20_000_000
 #: a share of the specimens that must not be overlooked
 SEEN = 1e-6
 #: part of the intervals that may exclude the share
@@ -31,6 +31,7 @@ WORDS = {
     "askew": "with a slider that runs askew",
     "tied": "with correlated drives",
     "arm": "with an arm, not linear",
+    "loop": "loops with play, counted by NumPy",
 }
 
 
@@ -39,7 +40,7 @@ class Found:
     """What was found in a file beside the share that is outside, of all quantities and of each."""
 
     seed: int
-    kind: str
+    known: Case
     method: str
     shares: np.ndarray
     outside: np.ndarray
@@ -51,7 +52,8 @@ class Found:
     @property
     def holds(self) -> np.ndarray:
         """Whether intervals hold the share."""
-        return (self.low <= self.shares * (1.0 + KNOWN)) & (self.shares * (1.0 - KNOWN) <= self.high)
+        part = self.known.known
+        return (self.low <= self.shares * (1.0 + part)) & (self.shares * (1.0 - part) <= self.high)
 
     @property
     def overlooks(self) -> bool:
@@ -64,9 +66,8 @@ class Found:
         return bool(self.low[0] > self.counted[1] or self.high[0] < self.counted[0])
 
 
-def find(seed: int) -> Found:
-    """Search in the file of a seed."""
-    known = case(seed)
+def find(known: Case, seed: int) -> Found:
+    """Search in a file whose share is known."""
     m = jp.loads(known.text)
     counted = jp.random(m, seed=seed, probabilities=()).isel(configuration=0)
     rare = jp.random(m, seed=seed, probabilities=(), rare=True).isel(configuration=0)
@@ -78,7 +79,7 @@ def find(seed: int) -> Found:
 
     return Found(
         seed,
-        known.kind,
+        known,
         str(rare.outside_method.item()),
         np.array([known.outside, *known.quantities.values()]),
         *map(of, ("", "_low", "_high")),
@@ -89,8 +90,8 @@ def find(seed: int) -> Found:
 def rows(found: list[Found]) -> list[list[object]]:
     """A row for each kind of file, and one for all."""
     table = []
-    for kind in (*KINDS, None):
-        some = [one for one in found if kind in (one.kind, None)]
+    for kind in (*KINDS, "loop", None):
+        some = [one for one in found if kind in (one.known.kind, None)]
         inside = [one for one in some if one.shares[0] > 0.0 and one.outside[0] > 0.0]
         ratio = [abs(one.outside[0] / one.shares[0] - 1.0) for one in inside]
         width = [one.high[0] / one.low[0] for one in inside if one.low[0] > 0.0]
@@ -124,20 +125,22 @@ HEADER = (
 
 def main(count: int = WHOLE, first: int = 0) -> int:
     found = []
-    for seed in range(first, first + count):
-        found.append(find(seed))
+    cases = [(seed, lambda seed=seed: case(seed)) for seed in range(first, first + count)]
+    cases += [(seed, lambda seed=seed: loop_case(seed, SAMPLES)) for seed in range(LOOPS * (count >= WHOLE))]
+    for seed, known in cases:
+        found.append(find(known(), seed))
         one = found[-1]
         if not one.holds.all() or one.overlooks or one.contradicts:
             pairs = zip(one.shares, one.outside, one.low, one.high, strict=True)
             told = "; ".join(f"{s:.4g}: {o:.4g} ({a:.4g} to {b:.4g})" for s, o, a, b in pairs)
-            print(f"seed {seed}, {one.kind}, {one.method}: {told}", flush=True)
+            print(f"seed {seed}, {one.known.kind}, {one.method}: {told}", flush=True)
     table = rows(found)
     for row in (HEADER, *table):
         print(" | ".join(map(str, row)))
     if count >= WHOLE:
         put_table("rare", HEADER, table)
     exclude = sum(not one.holds[0] for one in found)
-    return int(exclude > EXCLUDE * count or any(one.overlooks or one.contradicts for one in found))
+    return int(exclude > EXCLUDE * len(found) or any(one.overlooks or one.contradicts for one in found))
 
 
 if __name__ == "__main__":

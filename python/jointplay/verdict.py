@@ -180,7 +180,8 @@ def _of_shares(result: Result) -> Verdict:
     known = np.isfinite(outside)
     if not known.any():
         return Verdict(("Not known: no specimen has a pose.",), ("",) * len(outside))
-    at = int(np.nanargmax(np.where(known, high, -1.0)))
+    # Where nothing was found there may be a wide interval, which says less than a specimen that is outside elsewhere.
+    at = int(np.nanargmax(np.where(known, high + (outside > 0.0), -1.0)))
     where = f" at {place(result, at)}"
     method = str(result.get("outside_method")[at]) if "outside_method" in result.data else COUNTED
     how = "" if method == COUNTED else f", {method}"
@@ -196,14 +197,14 @@ def _of_shares(result: Result) -> Verdict:
     elif high[at] <= 0.0:
         said = "Outside the limits: none of the specimens; the worst case keeps to the limits."
     else:
-        said = f"Outside the limits: none of the specimens; less than {percent(high[at])} with 95 % confidence."
+        said = f"Outside the limits: none of the specimens; less than {percent(high[at])} with 95 % confidence{how}."
     sentences = [said]
     sentences += _of_path(result)
     required = float(result.attrs.get("required_yield", np.nan))
     missed = known & ~(1.0 - high >= required) if np.isfinite(required) else np.zeros(len(outside), bool)
     if np.isfinite(required):
         least = f"{percent(1.0 - outside[at])} are within{where}, {percent(1.0 - high[at])} to {percent(1.0 - low[at])}"
-        if not missed[at]:
+        if not missed.any():
             answer = "met"
         elif 1.0 - low[at] < required:
             answer = "missed"

@@ -24,6 +24,10 @@ Floats = NDArray[np.float64]
 
 #: cells of a sum, of what is common to several components, and of one component where another one depends on it
 CELLS, COMMON, ACROSS = 16_000, 1_500, 600
+#: a share that is none
+NOTHING = 1e-13
+#: specimens drawn at a time
+PART = 1_000_000
 #: points of a disc, around and outwards
 DISC = (120, 40)
 #: standard deviations after which a normal number ends
@@ -330,6 +334,8 @@ class Case:
     outside: float
     #: of every limited quantity by itself
     quantities: dict[str, float]
+    #: what the shares are known to, as a part of them
+    known: float = 0.005
 
 
 def case(seed: int) -> Case:
@@ -340,10 +346,14 @@ def case(seed: int) -> Case:
         chain = _random_chain(kind, rng)
         if not _with_limits(chain, rng):
             continue
-        rough, share = chain.outside(), chain.outside(fine=1.5)
-        if (1e-9 <= share <= 1e-2 and abs(share - rough) <= 4e-3 * share) or share == rough == 0.0:
-            alone = {name: chain.outside(Limits(**{name: value}), 1.5) for name, value in chain.limits.given()}
-            return Case(kind, chain.text(), share, alone)
+        single = {name: Limits(**{name: value}) for name, value in chain.limits.given()}
+        rough, fine = (
+            [chain.outside(limits, grid) for limits in (chain.limits, *single.values())] for grid in (1.0, 1.5)
+        )
+        # Nearer to the end of a sum than its cells are wide nothing is known.
+        known = all(abs(a - b) <= 4e-3 * b or a == b or max(a, b) < NOTHING for a, b in zip(rough, fine, strict=True))
+        if known and (1e-9 <= fine[0] <= 1e-2 or fine[0] < NOTHING):
+            return Case(kind, chain.text(), fine[0], dict(zip(single, fine[1:], strict=True)))
     raise ValueError(f"no case for seed {seed}")
 
 
@@ -418,3 +428,88 @@ def _bound(
     if kind == "never":
         high *= float(rng.choice([1.003, 1.02, 1.3, 2.0]))
     return float(f"{high:.6g}") if kind == "rare" else float(f"{high:.9g}")
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A crank, a rod and a slider with play in all pins; the output is the rod at its crank pin.
+
+    With offsets v of the pins the rod's end is at p = r (cos t, sin t) + v_1 + v_2, and its direction follows from the
+    height of the other end: sin w = -(p_y + v_3y) / l.
+    """
+
+    crank: float
+    rod: float
+    #: degrees
+    turn: float
+    play: tuple[float, float, float]
+    drive: float
+    length: float
+    limits: Limits
+
+    def text(self) -> str:
+        """The mechanism file."""
+        pins = ("ground = [0, 0], crank = [0, 0]", f"crank = [{self.crank}, 0], rod = [0, 0]")
+        pins = (*pins, f"rod = [{self.rod}, 0], slider = [0, 0]")
+        rise = -math.degrees(math.asin(self.crank * math.sin(math.radians(self.turn)) / self.rod))
+        joints = [
+            f'[joints.J{k}]\ntype = "revolute"\non = {{ {on} }}\nclearance = {{ radial = {play} }}'
+            for k, (on, play) in enumerate(zip(pins, self.play, strict=True))
+        ]
+        return "\n".join(
+            [
+                'format = 1\nunits = { length = "mm", angle = "deg" }',
+                *joints,
+                '[joints.guide]\ntype = "prismatic"\non = { ground = { at = [0, 0], axis = 0 }, slider = [0, 0] }',
+                f'[drives.turn]\njoint = "J0"\nvalues = [{self.turn}]\nerror = {{ sigma = {self.drive} }}',
+                '[dimensions.rod]\nbody = "rod"\nbetween = ["J1", "J2"]',
+                f"tolerance = {{ sigma = {self.length} }}",
+                f"[start]\ncrank = {{ angle = {self.turn} }}\nrod = {{ angle = {rise} }}",
+                '[output]\nbody = "rod"\nat = [0, 0]',
+                self.limits.text(),
+            ]
+        )
+
+    def errors(self, count: int, rng: np.random.Generator) -> Floats:
+        """Errors along x and y, mm, and of the direction, degrees, of so many specimens."""
+        moves = []
+        for play in self.play:
+            r, a = play * np.sqrt(rng.random(count)), 2.0 * np.pi * rng.random(count)
+            moves.append([r * np.cos(a), r * np.sin(a)])
+        first, second, third = np.array(moves)
+        t = np.radians(self.turn + self.drive * rng.standard_normal(count))
+        rod = self.rod + self.length * rng.standard_normal(count)
+        end = self.crank * np.array([np.cos(t), np.sin(t)]) + first + second
+        turn = math.radians(self.turn)
+        there = self.crank * np.array([math.cos(turn), math.sin(turn)])
+        w = -np.arcsin((end[1] + third[1]) / rod) + math.asin(there[1] / self.rod)
+        return np.array([*(end - there[:, None]), np.degrees(w)])
+
+    def outside(self, errors: Floats) -> tuple[float, dict[str, float]]:
+        """The share of such specimens outside, of all quantities and of each."""
+        values = {"position": np.hypot(errors[0], errors[1]), "rotation": np.abs(errors[2])}
+        values |= dict(zip(("x", "y", "angle"), errors, strict=True))
+        out = {}
+        for name, limit in self.limits.given():
+            low, high = limit if isinstance(limit, tuple) else (-math.inf, limit)
+            out[name] = (values[name] < low) | (values[name] > high)
+        return float(np.any(list(out.values()), axis=0).mean()), {name: float(one.mean()) for name, one in out.items()}
+
+
+def loop_case(seed: int, samples: int, share: float = 3e-4) -> Case:
+    """A random loop with two limits, of which each is missed by about this share, counted in so many specimens."""
+    rng = np.random.default_rng([seed, 1])
+    crank, rod, turn = float(rng.integers(30, 60)), float(rng.integers(90, 200)), float(rng.integers(20, 160))
+    play = tuple(_short(0.1 * x) for x in rng.random(3))
+    loop = Loop(crank, rod, turn, play, _short(0.02 * rng.random()), _short(0.05 * rng.random()), Limits())
+    errors = loop.errors(400_000, rng)
+    names = rng.permutation(["x", "y", "angle"])[:2]
+    bounds = {name: np.quantile(errors["xya".index(name[0])], [share / 2.0, 1.0 - share / 2.0]) for name in names}
+    limits = Limits(**{name: (_short(low), _short(high)) for name, (low, high) in bounds.items()})
+    loop = Loop(crank, rod, turn, play, loop.drive, loop.length, limits)
+    parts = [loop.outside(loop.errors(PART, rng)) for _ in range(max(1, samples // PART))]
+    outside = float(np.mean([one for one, _ in parts]))
+    alone = {name: float(np.mean([each[name] for _, each in parts])) for name, _ in limits.given()}
+    # Three standard deviations of what was counted.
+    known = 3.0 / math.sqrt(max(1.0, len(parts) * PART * min(alone.values())))
+    return Case("loop", loop.text(), outside, alone, known)
