@@ -151,7 +151,7 @@ def _outside(result: Result, one: _Contact) -> str:
         return f"{head}: {percent(share)} of the specimens{place} ({interval}){_most(result, one)}."
     if high <= 0.0:
         return f"{head}: none of the specimens; the worst case keeps to the limits."
-    return f"{head}: none of the specimens; less than {percent(high)} with 95 % confidence."
+    return f"{head}: none of the specimens; less than {percent(high)} with 95 % confidence{how}."
 
 
 def _most(result: Result, one: _Contact) -> str:
