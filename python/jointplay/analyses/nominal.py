@@ -13,7 +13,7 @@ from jointplay import poses
 from jointplay.answers import Solved
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError
-from jointplay.mobility import held_spins, require_determinate, spin_bodies
+from jointplay.mobility import held_spins, misfit_words, require_determinate, spin_bodies
 from jointplay.model import Mechanism
 from jointplay.result import Builder, Result
 from jointplay.units import Units
@@ -60,6 +60,8 @@ class Nominal:
         The motion that belongs to it, shape (configuration, body, component).
     units : Units or None
         Units that results are asked in, when not those of the mechanism's file.
+    misfit : str
+        What stays open of parts that are not drawn to fit, in a sentence.
     """
 
     drives: Floats
@@ -69,18 +71,22 @@ class Nominal:
     singular_value: Floats
     singular_motion: Floats
     units: Units | None = None
+    misfit: str = ""
 
     def __len__(self) -> int:
         return len(self.drives)
 
     def first(self, count: int) -> Nominal:
         """The first configurations only."""
-        return replace(self, **{name: value[:count] for name, value in vars(self).items() if name != "units"})
+        return self.part(slice(count))
 
     def at(self, configuration: int) -> Nominal:
         """One configuration only."""
-        places = slice(configuration, configuration + 1)
-        return replace(self, **{name: value[places] for name, value in vars(self).items() if name != "units"})
+        return self.part(slice(configuration, configuration + 1))
+
+    def part(self, places: slice | NDArray[Any]) -> Nominal:
+        """Some of the configurations only."""
+        return replace(self, **{name: value[places] for name, value in _arrays(self)})
 
     def worse(self, status: NDArray[Any], places: NDArray[np.intp] | slice = slice(None)) -> Codes:
         """Status of an analysis at some configurations, that of the nominal one where this is not ok already."""
@@ -96,7 +102,13 @@ def nominal(m: Mechanism) -> Nominal:
     InputError
         When the mechanism has too few or too many drives, or only has a grid.
     """
-    require_determinate(m, over_constrained=True)
+    misfit = require_determinate(m, over_constrained=True).misfit
+    if misfit is not None:
+        return replace(_nominal(m), misfit=misfit_words(m, misfit))
+    return _nominal(m)
+
+
+def _nominal(m: Mechanism) -> Nominal:
     if m.targets is not None and m.leader is not m:
         return carried(nominal(m.leader), m.leader, m)
     if m.drive_values is not None:
@@ -186,6 +198,8 @@ def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float)
     """A result that says at which drive values and nominal poses it was found."""
     builder = Builder(m, question, at.units, **attrs)
     builder.attrs["length"] = m.length / builder.units.length
+    if at.misfit:
+        builder.attrs["misfit"] = at.misfit
     spins = held_spins(m)
     if spins:
         builder.attrs["held_spins"] = ", ".join("-".join(spin_bodies(m, spin)) for spin in spins)

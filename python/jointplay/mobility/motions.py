@@ -35,9 +35,9 @@ class Motion:
     words: str
 
 
-def free_motions(probe: Probe, sample: Sample, null: Floats) -> list[Motion]:
-    """The null space as motions of one joint each, as far as joints distinguish them, and of few bodies each."""
-    rates = sample.coordinates @ null
+def free_motions(probe: Probe, sample: Sample, motions: Floats) -> list[Motion]:
+    """Motions over the relative coordinates as those of one joint each, and of few bodies each, as far as that goes."""
+    null, rates = sample.relative.twists @ motions, sample.rates @ motions
     left = list(range(null.shape[1]))
 
     def part(own: Floats, row: int, pivot: int) -> None:

@@ -181,7 +181,7 @@ def _places(parts: Sequence[Mechanism]) -> list[Nominal]:
 
 
 def _only(at: Nominal, places: NDArray[np.intp]) -> Nominal:
-    return replace(at, **{name: value[places] for name, value in vars(at).items() if name != "units"})
+    return at.part(places)
 
 
 def _has_error(codes: NDArray[np.uint8]) -> NDArray[np.bool_]:
