@@ -37,10 +37,14 @@ __all__ = [
     "Misfit",
     "Mobility",
     "Motion",
+    "Probe",
+    "Sample",
     "SelfStress",
     "attempt",
     "examine",
+    "generic",
     "held_spins",
+    "is_tree",
     "misfit_words",
     "motors",
     "require_determinate",
@@ -122,7 +126,12 @@ class Mobility:
     def words(self) -> str:
         """One sentence for people."""
         freedom = f"{count(self.degrees_of_freedom, 'degree')} of freedom, {count(self.drives, 'drive')}"
-        return "; ".join([freedom, *_drive_problems(self), *_redundancy(self), *self.remarks])
+        return "; ".join([freedom, *self.problems, *_redundancy(self), *self.remarks])
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """What the drives do not decide, or decide twice, for people."""
+        return tuple(_drive_problems(self))
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -130,6 +139,11 @@ class Mobility:
         if not self.special:
             return ()
         return (f"the start is a special pose, in which {count(self.special, 'motion')} are possible to first order",)
+
+
+def is_tree(m: Mechanism) -> bool:
+    """Whether the joints close no loop."""
+    return len(m.joints) == len(m.bodies)
 
 
 def examine(m: Mechanism) -> Mobility:
@@ -257,7 +271,7 @@ def require_determinate(m: Mechanism, *, over_constrained: bool = False) -> Mobi
         return mobility
     if over_constrained and mobility.is_decided:
         return mobility
-    problems = _drive_problems(mobility)
+    problems = [*mobility.problems]
     if mobility.joint_redundancy and not over_constrained:
         rows = listed(mobility.redundant_constraints)
         advice = "give one of these joints another freedom or take a joint away"

@@ -164,8 +164,9 @@ class Probe:
         rng = np.random.default_rng(int(1000 * perturbation))
         guess = np.array(self.spec["guess"])
         moved = poses.moved(guess, perturbation * self.unit * rng.uniform(-1.0, 1.0, (len(guess), len(self.unit))))
-        if self.at(moved).residual <= CLOSED:
-            return self.at(moved)
+        sample = self.at(moved)
+        if sample.residual <= CLOSED:
+            return sample
         return self.at(self._core([], moved.tolist()).assemble(np.zeros(0))["poses"])
 
     def _ways(self, start: Sample) -> Iterator[Sample]:

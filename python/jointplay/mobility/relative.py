@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 
 #: directions in which the rows of a joint, of length one, move its outer body by less are free
 FREE = 1e-6
+#: entries of a row below this are rounding, beside its largest one
+ROUNDING = 1e-11
 #: singular values above this, with rows and directions of length one, are not zero
 FIRM = 1e-3
 #: what is below is zero. A value between the two is zero if it is farther from the next larger one than from this: then
@@ -108,7 +110,10 @@ class Relative:
 
     def of(self, rows: Floats) -> Floats:
         """Rows over the twists of all bodies as rows over the relative coordinates."""
-        return np.asarray(rows @ self.twists)
+        found = rows @ self.twists
+        # A joint of the tree is moved by its own coordinates only: with nothing instead of rounding, parts come apart.
+        found[np.abs(found) < ROUNDING * np.maximum(np.abs(found).max(axis=1, initial=0.0, keepdims=True), 1.0)] = 0.0
+        return np.asarray(found)
 
     def step(self, residual: Floats, share: float) -> Floats:
         """Twists that take the residuals of the joints away, to first order; directions that close little are left out.
@@ -187,15 +192,23 @@ def _spanning(
 
 def rank(matrix: Floats, tolerance: float = 0.0) -> int:
     """Number of singular values that are not zero; with a tolerance, that are above it."""
-    return _rank(np.linalg.svd(matrix, compute_uv=False), tolerance) if matrix.size else 0
+    inside = matrix[:, matrix.any(axis=0)]
+    return _rank(np.linalg.svd(inside, compute_uv=False), tolerance) if inside.size else 0
 
 
 def null(matrix: Floats, tolerance: float = 0.0) -> Floats:
-    """Orthonormal null space, one column per dimension."""
-    if not matrix.size:
-        return np.eye(matrix.shape[1])
-    _, values, directions = np.linalg.svd(matrix)
-    return np.asarray(directions[_rank(values, tolerance) :].T)
+    """Orthonormal null space, one column per dimension; unknowns that are in no row have one each."""
+    used = matrix.any(axis=0)
+    inside = matrix[:, used]
+    if inside.size:
+        _, values, directions = np.linalg.svd(inside)
+        inside = directions[_rank(values, tolerance) :].T
+    else:
+        inside = np.zeros((0, 0))
+    found = np.zeros((len(used), inside.shape[1] + int((~used).sum())))
+    found[np.ix_(used, np.arange(inside.shape[1]))] = inside
+    found[~used, inside.shape[1] :] = np.eye(int((~used).sum()))
+    return found
 
 
 def _rank(values: Floats, tolerance: float) -> int:
