@@ -138,7 +138,7 @@ def answer(questions: Mapping[str, Callable[..., Result]], m: Mechanism, output:
 
 
 def _is_good(result: Result) -> bool:
-    """Whether every configuration is ok, with every joint closed where nothing but this is asked, and the limits hold."""
+    """Whether every configuration is ok, with every joint closed where that is asked, and the limits hold."""
     from jointplay.verdict import misses
 
     if result.attrs["question"] == "solve" and "misfit" in result.attrs:

@@ -1,9 +1,9 @@
 """The closure Jacobian of a mechanism at assembled configurations, and how many motions it leaves.
 
 The rank counts that a mechanism has nearly everywhere: where it can be assembled, a pose may be special, and one beside
-it is so to rounding. From the first assembled pose several ways lead on, each along a motion that is free there, and the
-largest rank on them counts. A direction that ends after a little way is no motion; rows that hold little are left open
-on the way, because closing them would lead back to the special pose.
+it is so to rounding. From the first assembled pose several ways lead on, each along a motion that is free there, and
+the largest rank on them counts. A direction that ends after a little way is no motion; rows that hold little are left
+open on the way, because closing them would lead back to the special pose.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from jointplay import _core, poses
 from jointplay.compile import ANGULAR, DRIVABLE, LENGTHS, TURNS
 from jointplay.model import Mechanism, in_core
-from jointplay.spec import ENDS, DriveSpec
+from jointplay.spec import DriveSpec
 
 from .relative import Relative, null, rank
 
@@ -136,9 +136,7 @@ class Probe:
         self.free = self._core([], self.spec["guess"])
         self.rows = self.core.rows
         points = self.spec["points"]
-        self.ends = [
-            (points[joint["first"]]["body"], points[joint["second"]]["body"]) for joint in self.spec["joints"]
-        ]
+        self.ends = [(points[joint["first"]]["body"], points[joint["second"]]["body"]) for joint in self.spec["joints"]]
         self.unit = np.where(np.isin(m.components, LENGTHS), m.length, 1.0)
         turns = np.array([component in TURNS for _, component in self.rows], dtype=bool)
         self.units = np.where(turns, 1.0, m.length)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +65,7 @@ class Relative:
         bodies = rows.shape[1] // size
         order = np.argsort(joints, kind="stable")
         bounds = np.searchsorted(joints[order], np.arange(len(ends) + 1))
-        own = [order[a:b] for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+        own = [order[a:b] for a, b in pairwise(bounds)]
         self.branches: list[_Branch] = []
         #: combinations of rows of the tree that say nothing of the outer body
         self.rest: list[tuple[NDArray[np.intp], Floats]] = []
