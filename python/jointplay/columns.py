@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,12 +27,12 @@ class Columns:
     header : list of str
         Names of the columns.
     rows : list
-        Words of the rows below.
+        Number, counted from 1 as a spreadsheet does, and words of the rows below that have any.
     """
 
     name: str
     header: list[str]
-    rows: list[list[str]]
+    rows: list[tuple[int, list[str]]]
 
     def numbers(self, column: str, key: str, *, whole: bool = False) -> list[float]:
         """The numbers below the name of a column.
@@ -58,24 +57,58 @@ class Columns:
                 else (f"the first row has {shown(column)} more than once")
             )
             raise InputError(problem, file=self.name, key=key)
-        values: list[float] = []
-        for number, word in self._words(self.header.index(column), whole):
-            value = _number(word)
+        found = self._words(self.header.index(column), whole)
+        if len(found) > MOST_VALUES:
+            problem = f"column {shown(column)} has more than {MOST_VALUES} values"
+            raise InputError(problem, file=self.name, key=key)
+        values = [_number(word) for _, word in found]
+        for (number, word), value in zip(found, values, strict=True):
             if not math.isfinite(value):
                 problem = f"row {number}, column {shown(column)}: a number is needed, not {shown(word)}"
                 raise InputError(problem, file=self.name, key=key)
-            values.append(value)
-            if len(values) > MOST_VALUES:
-                problem = f"column {shown(column)} has more than {MOST_VALUES} values"
-                raise InputError(problem, file=self.name, key=key)
         return values
 
-    def _words(self, place: int, whole: bool) -> Iterator[tuple[int, str]]:
-        """The words of a column with their rows, counted from 1 as a spreadsheet does."""
-        for number, row in enumerate(self.rows, 2):
-            word = row[place].strip() if place < len(row) else ""
-            if word or (whole and any(other.strip() for other in row)):
-                yield number, word
+    def _words(self, place: int, whole: bool) -> list[tuple[int, str]]:
+        """The words of a column with their rows."""
+        every = ((number, row[place].strip() if place < len(row) else "") for number, row in self.rows)
+        return [(number, word) for number, word in every if word or whole]
+
+
+class Tables:
+    """The tables in the folder of a mechanism file, each read once, however many drives or laws name it.
+
+    Parameters
+    ----------
+    path : str
+        The mechanism file.
+    file : str
+        Its name in messages.
+    """
+
+    def __init__(self, path: str, file: str) -> None:
+        self.path, self.file = path, file
+        self._known: dict[str, Columns] = {}
+
+    def beside(self, name: object, key: str) -> Columns:
+        """The table of a name.
+
+        Parameters
+        ----------
+        name : object
+            What the file says is the name of the table.
+        key : str
+            Where it says so.
+
+        Raises
+        ------
+        InputError
+            When it is not there, or is no table.
+        """
+        if not isinstance(name, str) or name not in self._known:
+            columns = beside(self.path, name, self.file, key)
+            self._known[str(name)] = columns
+            return columns
+        return self._known[name]
 
 
 def beside(path: str, name: object, file: str, key: str) -> Columns:
@@ -110,7 +143,9 @@ def beside(path: str, name: object, file: str, key: str) -> Columns:
         rows = [*csv.reader(lines, delimiter=separator)]
     except csv.Error as error:
         raise InputError(f"is no table: {error}", file=said, key=key) from None
-    return Columns(said, [word.strip() for word in rows[0]] if rows else [], rows[1:])
+    header = [word.strip() for word in rows[0]] if rows else []
+    below = [(number, row) for number, row in enumerate(rows[1:], 2) if any(word.strip() for word in row)]
+    return Columns(said, header, below)
 
 
 def _text(place: Path) -> str:

@@ -168,7 +168,7 @@ def examine(m: Mechanism) -> Mobility:
         return Mobility(True, free, free, (), 0, 0, (), ())
     probe = Probe(m)
     found = generic(probe)
-    mobility = _mobility(probe, found.sample, found.first)
+    mobility = replace(_mobility(probe, found.sample, found.first), assembled=found.assembled)
     if len(m.core.rows) <= len(m.components) * len(m.bodies):
         return mobility
     return _as_drawn(probe, mobility, found.smallest)
@@ -184,12 +184,15 @@ class Generic:
         The first one found.
     first : int
         Motions that are possible to first order at the start.
+    assembled : bool
+        Whether the joints could be closed.
     smallest : float
         The largest that the smallest singular value is, of all configurations with this rank.
     """
 
     sample: Sample
     first: int
+    assembled: bool
     smallest: float
 
 
@@ -202,11 +205,12 @@ def generic(probe: Probe, *, away: bool = False) -> Generic:
     away : bool
         Whether a configuration beside the start is wanted also where that has the largest rank that is possible.
     """
-    best, best_rank, first, smallest = None, (False, -1, -1), 0, 0.0
+    best, best_rank, first, assembled, smallest = None, (False, -1, -1), 0, False, 0.0
     for number, sample in enumerate(probe.samples()):
         motions = sample.freedoms(sample.rates[:0])
         held = sample.freedoms(sample.rates[probe.driven])
         found = (sample.counts, -motions, -held)
+        assembled = assembled or sample.assembled
         if not number and sample.counts:
             first = motions
         if best is None or found > best_rank or (away and number == 1 and found == best_rank):
@@ -218,7 +222,7 @@ def generic(probe: Probe, *, away: bool = False) -> Generic:
         if full and not (away and not number):
             break
     assert best is not None
-    return Generic(best, first, smallest)
+    return Generic(best, first, assembled, smallest)
 
 
 def _as_drawn(probe: Probe, mobility: Mobility, smallest: float) -> Mobility:

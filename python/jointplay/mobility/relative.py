@@ -137,7 +137,8 @@ class Relative:
         left, values, right = np.linalg.svd(self.closing, full_matrices=False)
         kept = values > share * max(1.0, float(values[0]))
         missing = self._of_loops(residual + self.rows @ twists)
-        return twists - self.twists @ (right[kept].T @ ((left[:, kept].T @ missing) / values[kept]))
+        rates = right[kept].T @ ((left[:, kept].T @ missing) / values[kept])
+        return np.asarray(twists - self.twists @ rates)
 
     def dependences(self, multipliers: Floats, further: Floats) -> Floats:
         """Left null vectors of all rows, by column, from those of the loops' equations with further rows below them.
@@ -193,13 +194,13 @@ def _spanning(
 
 def rank(matrix: Floats, tolerance: float = 0.0) -> int:
     """Number of singular values that are not zero; with a tolerance, that are above it."""
-    inside = matrix[:, matrix.any(axis=0)]
-    return _rank(np.linalg.svd(inside, compute_uv=False), tolerance) if inside.size else 0
+    inside = matrix[:, np.any(matrix, axis=0)]
+    return _rank(np.asarray(np.linalg.svd(inside, compute_uv=False)), tolerance) if inside.size else 0
 
 
 def null(matrix: Floats, tolerance: float = 0.0) -> Floats:
     """Orthonormal null space, one column per dimension; unknowns that are in no row have one each."""
-    used = matrix.any(axis=0)
+    used: NDArray[np.bool_] = np.asarray(np.any(matrix, axis=0))
     inside = matrix[:, used]
     if inside.size:
         _, values, directions = np.linalg.svd(inside)
