@@ -104,38 +104,20 @@ class Tables:
         InputError
             When it is not there, or is no table.
         """
-        if not isinstance(name, str) or name not in self._known:
-            columns = beside(self.path, name, self.file, key)
-            self._known[str(name)] = columns
-            return columns
+        if isinstance(name, str) and name in self._known:
+            return self._known[name]
+        if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name or "\\" in name:
+            problem = f"{shown(name)} is not the name of a file in the same folder, without its folder"
+            raise InputError(problem, file=self.file, key=key)
+        place = Path(self.path).parent / name
+        if not place.is_file():
+            raise InputError(f"there is no file {shown(name)} in the same folder", file=self.file, key=key)
+        self._known[name] = _read(place, key)
         return self._known[name]
 
 
-def beside(path: str, name: object, file: str, key: str) -> Columns:
-    """The table of a name in the folder of a mechanism file.
-
-    Parameters
-    ----------
-    path : str
-        The mechanism file.
-    name : object
-        What the file says is the name of the table.
-    file : str
-        Name of the mechanism file in messages.
-    key : str
-        Where it says so.
-
-    Raises
-    ------
-    InputError
-        When it is not there, or is no table.
-    """
-    if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name or "\\" in name:
-        problem = f"{shown(name)} is not the name of a file in the same folder, without its folder"
-        raise InputError(problem, file=file, key=key)
-    place = Path(path).parent / name
-    if not place.is_file():
-        raise InputError(f"there is no file {shown(name)} in the same folder", file=file, key=key)
+def _read(place: Path, key: str) -> Columns:
+    """A table; the key is for messages."""
     said = one_line(str(place))
     lines = _text(place).splitlines()
     separator = next((mark for mark in SEPARATORS if lines and mark in lines[0]), ",")
