@@ -42,6 +42,8 @@ def _notes(result: Result) -> Iterable[str]:
         yield sentence(str(result.attrs["incomplete"]))
     if "held_spins" in result.attrs:
         yield f"Held, because it moves neither the output nor a load: the spin of {result.attrs['held_spins']}."
+    if "misfit" in result.attrs and result.attrs["question"] != "solve":
+        yield sentence(str(result.attrs["misfit"]))
     status = result.get("status")
     for outcome, meaning in OUTCOMES.items():
         bad = status == outcome
@@ -51,6 +53,8 @@ def _notes(result: Result) -> Iterable[str]:
             which(np.flatnonzero(bad).tolist()) if bad.ndim == 1 else f"{int(bad.sum())} of {bad.size} configurations"
         )
         meaning = leaving(result) if outcome == "outside_limits" else meaning
+        if outcome == "not_assemblable" and "misfit" in result.attrs:
+            meaning = "the clearances cannot absorb what stays open as drawn, with the deviations"
         words = _unpressed(result, bad) or f"{meaning}{_motion(result, outcome, bad)}"
         yield f"{where}: {outcome.replace('_', ' ')}: {words}."
     yield from str(result.attrs.get("failure", "")).splitlines()
