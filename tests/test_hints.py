@@ -55,7 +55,7 @@ def test_files_of_other_programs_are_read_by_read(name: str, tmp_path: Path) -> 
     ("table", "said"),
     [
         ("theta1\n22,7\n30\n", "row 2 has 2 values for 1 column; decimals have a point"),
-        ("theta1;other\n22,7;1\n30;2\n", "a number is needed, not '22,7'; decimals have a point"),
+        ("theta1;other\n22,7;1\n30;2\n", 'a number is needed, not "22,7"; decimals have a point'),
     ],
 )
 def test_decimal_commas_in_a_table(table: str, said: str, tmp_path: Path) -> None:
