@@ -18,6 +18,7 @@ PLAIN = {
     "failures",
     "histogram",
     *(f"outside{which}{end}" for which in ("", "_quantity") for end in ("", "_low", "_high", "_standard_error")),
+    *(f"outside_loaded{end}" for end in ("", "_low", "_high")),
     *("cp", "cpk", "cp_standard_error", "cpk_standard_error"),
     *(f"yield_{which}{end}" for which in ("path", "specimen") for end in ("", "_low", "_high", "_standard_error")),
     "interference",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar, cast
 
@@ -13,7 +14,7 @@ from jointplay import poses
 from jointplay.answers import Solved
 from jointplay.compile import LENGTHS
 from jointplay.errors import InputError
-from jointplay.mobility import held_spins, require_determinate, spin_bodies
+from jointplay.mobility import held_spins, misfit_words, require_determinate, spin_bodies
 from jointplay.model import Mechanism
 from jointplay.result import STATUSES, Builder, Result, counted
 from jointplay.units import Units
@@ -46,6 +47,21 @@ class Interrupted(KeyboardInterrupt):
         self.partial = partial
 
 
+@contextmanager
+def within_another() -> Iterator[None]:
+    """A question that another one asks: part of its answer is no answer to the other.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        In place of `Interrupted`.
+    """
+    try:
+        yield
+    except Interrupted:
+        raise KeyboardInterrupt from None
+
+
 @dataclass(frozen=True)
 class Nominal:
     """Solved configurations, SI and radians; nan where a configuration is not assembled.
@@ -68,6 +84,8 @@ class Nominal:
         Units that results are asked in, when not those of the mechanism's file.
     leaves : ndarray or None
         With ranges in the file: the drive or joint that leaves its range, by its name, for every configuration.
+    misfit : str
+        What stays open of parts that are not drawn to fit, in a sentence.
     """
 
     drives: Floats
@@ -78,6 +96,7 @@ class Nominal:
     singular_motion: Floats
     units: Units | None = None
     leaves: Texts | None = None
+    misfit: str = ""
 
     def __len__(self) -> int:
         return len(self.drives)
@@ -124,7 +143,13 @@ def nominal(m: Mechanism) -> Nominal:
     InputError
         When the mechanism has too few or too many drives, or only has a grid.
     """
-    require_determinate(m, over_constrained=True)
+    misfit = require_determinate(m, over_constrained=True).misfit
+    if misfit is not None:
+        return replace(_nominal(m), misfit=misfit_words(m, misfit))
+    return _nominal(m)
+
+
+def _nominal(m: Mechanism) -> Nominal:
     if m.targets is not None and m.leader is not m:
         return bounded(m, carried(nominal(m.leader), m.leader, m), path=True)
     return bounded(m, _given(m), path=True)
@@ -233,6 +258,8 @@ def report(m: Mechanism, question: str, at: Nominal, **attrs: str | int | float)
     """A result that says at which drive values and nominal poses it was found."""
     builder = Builder(m, question, at.units, **attrs)
     builder.attrs["length"] = m.length / builder.units.length
+    if at.misfit:
+        builder.attrs["misfit"] = at.misfit
     spins = held_spins(m)
     if spins:
         builder.attrs["held_spins"] = ", ".join("-".join(spin_bodies(m, spin)) for spin in spins)

@@ -20,6 +20,7 @@ from jointplay.result import Result, to_dataset
 from jointplay.typed import typed
 
 from .nominal import Floats, Nominal, Progress, batched, finished, nominal, report, without_singular
+from .recorded import recorded
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ def region(m: Mechanism, *, directions: int | None = None) -> xr.Dataset:
     return to_dataset(compute(m, directions=directions))
 
 
+@recorded
 @of_each(lambda _: False)
 def compute(
     m: Mechanism, *, directions: int | None = None, at: Nominal | None = None, progress: Progress | None = None

@@ -15,6 +15,7 @@ from jointplay.typed import typed
 from .failure import failure
 from .nominal import Nominal, nominal, report
 from .ranges import coordinates
+from .recorded import recorded
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ def solve(m: Mechanism) -> xr.Dataset:
     return to_dataset(compute(m))
 
 
+@recorded
 @of_each(lambda _: False)
 def compute(m: Mechanism, *, at: Nominal | None = None) -> Result:
     """The light form of `solve`; at configurations that are solved already, without the targets of a path."""

@@ -23,6 +23,7 @@ from jointplay.verdict import judge
 from .certificate import MOST_PARTS, PARTS, add_bounds, certified
 from .linear_worst import is_linear, linear_worst
 from .nominal import ON_CLOSURE, TO_FIRST_ORDER, Nominal, Progress, batched, finished, nominal, report, without_singular
+from .recorded import recorded
 from .several import of_each
 
 if TYPE_CHECKING:
@@ -97,6 +98,7 @@ def worst(
     return to_dataset(compute(m, starts=starts, exact=exact, certify=certify, parts=parts))
 
 
+@recorded
 @of_each(lambda _: False)
 def compute(
     m: Mechanism,

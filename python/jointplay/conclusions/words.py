@@ -10,10 +10,8 @@ import numpy as np
 
 from jointplay.errors import listed
 from jointplay.result import Array, Result, first_largest
-from jointplay.verdict import place
+from jointplay.verdict import READABLE
 
-#: outcomes of configurations that have a pose whose numbers can be read
-READABLE = ("ok", "undetermined", "strained")
 OUTSIDE = "outside_limits"
 #: as many configurations are named one by one
 FEW = 8
@@ -34,6 +32,8 @@ class Sentence:
         Whether it stands in front where several questions are asked, as sentences of alarm do.
     is_common : bool
         Whether it holds whatever is asked, so that it is said once for all questions.
+    state : str
+        Of a verdict: ``held``, ``missed`` or ``not shown``.
     is_first : bool
         Whether it says that the machine cannot stand somewhere, so that it comes before what is said of the rest.
     """
@@ -42,6 +42,7 @@ class Sentence:
     is_alarm: bool = False
     is_answer: bool = False
     is_common: bool = False
+    state: str = ""
     is_first: bool = False
 
 
@@ -80,11 +81,6 @@ def rounded_up(values: Array) -> Array:
 def plural(count: int, one: str, more: str = "") -> str:
     """``1 configuration``, ``2 configurations``."""
     return f"{count} {one if count == 1 else more or one + 's'}"
-
-
-def at(result: Result, configuration: int) -> str:
-    """`` at configuration 3 (theta = 40 deg)``; nothing where there is only one."""
-    return f" at {place(result, configuration)}" if result.sizes.get("configuration", 1) > 1 else ""
 
 
 def which(places: Sequence[int]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from jointplay import files
 from jointplay.errors import InputError
-from jointplay.result import SEVERAL, Result, Variable, bounds, quantity
+from jointplay.result import SEVERAL, Result, Variable, bounds, origin_label, quantity
 from jointplay.typed import typed
 
 from .cells import boundaries, cell_edges, crossings
@@ -324,8 +325,10 @@ def draw(
     check_path(path)
     if path.suffix.lower() == ".html":
         shown = layers(result, variable)
+        shown = replace(shown, title=" | ".join(filter(None, (shown.title, origin_label(result)))))
         with using(style):
             text = page(shown, limits(shown.value.values))
         files.put(text.encode(), path)
         return
-    put(map(result, variable, style=style), path)
+    with using(style):
+        put(map(result, variable, style=style), path, result)

@@ -20,13 +20,13 @@ from jointplay.analyses.linear_worst import is_linear, linear_region
 from jointplay.analyses.nominal import WITHOUT_ERRORS, Floats, Nominal
 from jointplay.analyses.region import IN_PLANE, IN_SPACE, STARTS, around
 from jointplay.compile import ANGULAR, LENGTHS
-from jointplay.conclusions import conclude, rounding
+from jointplay.conclusions import Sentence, conclude, rests, rounding
 from jointplay.conclusions.errors import value_of
 from jointplay.errors import InputError
 from jointplay.model import Mechanism
 from jointplay.reporting.answers import reproduces, specimens
 from jointplay.result import STATUSES, Result, blame, in_words
-from jointplay.verdict import cause, place, verdict
+from jointplay.verdict import cause, verdict
 from jointplay.viewer import Displaced, scene
 
 from .knobs import drives, offsets
@@ -236,9 +236,7 @@ def _numbers(answers: Mapping[str, Result]) -> Json:
 def _one(question: str, result: Result) -> Json:
     said = conclude(result)
     told: Json = {"status": str(result.get("status")[0])}
-    # The position need not be one of the file's.
-    where = f" at {place(result, 0)}"
-    told["sentences"] = [{"text": one.text.replace(where, ""), "alarm": one.is_alarm} for one in said.sentences]
+    told["sentences"] = list(map(_sentence, said.sentences))
     for quantity in QUANTITIES:
         values, unit = value_of(result, quantity)
         blamed = cause(result, quantity, "high", 0)
@@ -248,7 +246,6 @@ def _one(question: str, result: Result) -> Json:
             "blame": in_words(*blamed) if blamed else "",
             "shares": _shares(result, quantity),
         }
-    told["missed"] = verdict(result).missed
     if question == "worst":
         found = result.get("worst_offset", extreme="position")[0]
         told["offsets"] = dict(zip(result.labels("parameter"), map(_number, found), strict=True))
@@ -297,17 +294,22 @@ def _path(answers: Mapping[str, Result]) -> Json:
     """Errors along the path, for plots, with sentences."""
     told: Json = {}
     for question, result in answers.items():
-        said = conclude(result)
+        said, judged = conclude(result), verdict(result)
         curves = {}
         for quantity in QUANTITIES:
             values, unit = value_of(result, quantity)
             limit = result.get("limit", quantity=quantity, side="high") if "limit" in result.data else np.nan
             curves[quantity] = {"values": [_number(v) for v in values], "unit": unit, "limit": _number(limit)}
         told[question] = curves | {
-            "sentences": [{"text": one.text, "alarm": one.is_alarm} for one in said.sentences],
-            "missed": verdict(result).missed,
+            "sentences": list(map(_sentence, said.sentences)),
+            "outcome": judged.outcome,
+            "rests": rests(question, result, judged),
         }
     return told
+
+
+def _sentence(one: Sentence) -> Json:
+    return {"text": one.text, "alarm": one.is_alarm, "state": one.state}
 
 
 def _number(value: Any) -> float | None:

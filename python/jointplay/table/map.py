@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.conclusions import READABLE, shares_over_nodes
+from jointplay.conclusions import shares_over_nodes
 from jointplay.result import UNREACHABLE, Result, quantities, quantity
+from jointplay.verdict import READABLE
 
 from .layout import NOTHING, Column, Table, commands, numbers, sentence, words
 from .notes import OUTCOMES, sizes_taken

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.analyses.nominal import OK, Interrupted, Nominal, Progress, nominal
+from jointplay.analyses.recorded import recorded
 from jointplay.analyses.worst import MOST_STARTS
 from jointplay.errors import InputError, in_range, not_known, shown
 from jointplay.model import Mechanism
@@ -111,6 +112,7 @@ def allocate(
     )
 
 
+@recorded
 def compute(
     m: Mechanism,
     question: str | None = None,

@@ -19,7 +19,7 @@ from jointplay.compile import Grid
 from jointplay.errors import InputError, listed
 from jointplay.mobility import require_determinate
 from jointplay.model import Mechanism
-from jointplay.result import Result, Variable, axes_of, coordinate_names
+from jointplay.result import Attribute, Origin, Result, Variable, axes_of, coordinate_names
 from jointplay.store import Stamps, Writer
 
 from .contact import Contacts
@@ -63,7 +63,7 @@ class Ask:
         """The answer at configurations that are solved."""
         ask, m = computation(self.question, QUESTIONS), self.m
         # Where contacts change sides is seen from the offsets. The nodes of a grid are no path.
-        also = {"loaded": {"offset": True}, "random": {"path": False}}.get(self.question, {})
+        also = {"loaded": {"offset": True, "plays": False}, "random": {"path": False}}.get(self.question, {})
         if self.whole is m:
             return ask(m, at=at, **self.options, **also)
         # The axes of the grid come first.
@@ -127,9 +127,17 @@ class Asking:
             return Answer(part, {}, contacts)
         return Answer(None, self.writer.write(self.lattice.region(number), part), contacts)
 
+    def _attributes(self, flat: Result) -> dict[str, Attribute]:
+        """Those of an answer, which say what the whole map is of: they are written with its first chunk."""
+        known = flat.origin.options if flat.origin is not None else {}
+        options = {"question": self.ask.question, **{name: v for name, v in known.items() if name != "path"}}
+        return {**flat.attrs, **Origin((self.ask.whole,), options).attributes()}
+
     def _part(self, number: int, at: Nominal, crossing: Floats) -> tuple[Result, Floats | None]:
         """The answer at the nodes of a chunk, over the axes of the grid, and under load the states of contact."""
-        result = _on_grid(self.ask(at), self.ask.m, self.lattice, number, self.names)
+        flat = self.ask(at)
+        flat = replace(flat, attrs=self._attributes(flat), origin=None)
+        result = _on_grid(flat, self.ask.m, self.lattice, number, self.names)
         axes = axis_names(self.lattice.grid, self.names)
         words = "part of the way to the next node along the axis at which the mechanism becomes singular"
         crossing = crossing.reshape(*self.lattice.size(number), len(axes))
@@ -199,7 +207,7 @@ def _configurations_first(result: Result) -> Result:
         return Variable(dims, np.moveaxis(variable.values, place, 0), variable.units, variable.long_name)
 
     coords = {name: moved(v) for name, v in result.coords.items()}
-    return Result(coords, {name: moved(v) for name, v in result.data.items()}, result.attrs)
+    return replace(result, coords=coords, data={name: moved(v) for name, v in result.data.items()})
 
 
 def unassembled(m: Mechanism, ask: Ask) -> Result:
