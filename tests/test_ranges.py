@@ -49,6 +49,11 @@ def test_the_first_sentence_says_how_many_and_what_leaves_its_range(question: st
     assert "J4 leaves its range" in first.text
 
 
+def test_the_nearness_to_singularities_tells_of_rows_outside_as_well() -> None:
+    held = example("four-bar", **RANGE)
+    np.testing.assert_array_equal(jp.singularities(held, path=False).status, jp.solve(held).status)
+
+
 def test_the_largest_error_is_that_of_the_rest() -> None:
     result = jp.worst(example("four-bar", **RANGE, limits__position=None))
     inside = (result.status == "ok").values
@@ -86,9 +91,11 @@ def test_a_map_with_strokes_counts_the_nodes_inside_only() -> None:
 def test_comparisons_and_sweeps_count_the_rest() -> None:
     held, free = example("four-bar", **RANGE), example("four-bar")
     outside = (jp.solve(held).status == "outside_limits").values
-    found = compare.compute(held, free, names=("held", "free"))
-    assert np.isnan(found.get("worst_position", mechanism="held")[outside]).all()
-    assert "J4 leaves its range" in conclude(found).sentences[0].text
+    for pair in ((held, free), (free, held)):
+        found = compare.compute(*pair, names=("first", "second"))
+        bounded = ("first", "second")[pair.index(held)]
+        np.testing.assert_array_equal(np.isnan(found.get("worst_position", mechanism=bounded)), outside)
+        assert "J4 leaves its range" in conclude(found).sentences[0].text
     swept = sweep.compute(held, "joints.J1.clearance.radial", [0.01, 0.02])
     assert np.isnan(swept.get("worst_position")[:, outside]).all()
     assert "outside limits (J4 leaves its range)" in conclude(swept).sentences[0].text

@@ -422,6 +422,8 @@ mod tests {
         assert_eq!(neighbours(&[2, 3], 4), [3, 5, 1]);
         assert_eq!(neighbours(&[3, 2, 2], 11), [10, 9, 7]);
         assert_eq!(neighbours(&[1], 0), [] as [usize; 0]);
-        assert_eq!(neighbours(&[3, 1, 2], 2).map(|other| axis_between(&[3, 1, 2], 2, other)), [2, 0, 0]);
+        let axes: Vec<usize> =
+            neighbours(&[3, 1, 2], 2).into_iter().map(|other| axis_between(&[3, 1, 2], 2, other)).collect();
+        assert_eq!(axes, [2, 0, 0]);
     }
 }
