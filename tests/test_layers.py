@@ -49,6 +49,7 @@ LAYERS = (
     "analyses",
     "spreadsheets",
     "write",
+    "pages",
     "table",
     "plot",
     "display",

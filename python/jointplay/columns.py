@@ -1,13 +1,20 @@
-"""Columns of a table in the folder of the mechanism: CSV with commas, semicolons or tabs, names in the first row."""
+"""Columns of a table in the folder of the mechanism: CSV with commas, semicolons or tabs, names in the first row.
+
+A spreadsheet takes a cell that begins with ``=``, ``+``, ``-`` or ``@`` for a formula, and runs it. So in every `.csv`
+that is written texts that do have an apostrophe in front of them, which says to a spreadsheet that what follows is
+text. Where a table is read it is taken away again.
+"""
 
 from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from jointplay import files
 from jointplay.errors import InputError, not_known, one_line, shown
 
 #: no column that somebody measured is longer
@@ -15,6 +22,34 @@ MOST_VALUES = 100_000
 LARGEST_FILE = 8_000_000
 #: what stands between the columns: the first of these that the first row has
 SEPARATORS = ";\t,"
+
+
+#: what a spreadsheet takes for a formula, also behind apostrophes of the text's own, so that reading undoes writing
+FORMULA = re.compile(r"'*[=+\-@\t\r]")
+#: what it takes for a number, which stays one
+NUMBER = re.compile(r"[+-]?[\d.,]+(?:[eE][+-]?\d+)?")
+
+
+def as_cell(text: str) -> str:
+    """A text as a cell of a table that is written.
+
+    Examples
+    --------
+    >>> as_cell("-arm"), as_cell("-1.5"), as_cell("arm"), as_cell("'=arm")
+    ("'-arm", '-1.5', 'arm', "''=arm")
+    """
+    return f"'{text}" if FORMULA.match(text) and not NUMBER.fullmatch(text) else text
+
+
+def from_cell(text: str) -> str:
+    """The text of a cell that is read.
+
+    Examples
+    --------
+    >>> from_cell("'-arm"), from_cell("'arm'")
+    ('-arm', "'arm'")
+    """
+    return text[1:] if text.startswith("'") and FORMULA.match(text) else text
 
 
 @dataclass(frozen=True)
@@ -73,7 +108,7 @@ class Columns:
     def _words(self, place: int, whole: bool) -> Iterator[tuple[int, str]]:
         """The words of a column with their rows, counted from 1 as a spreadsheet does."""
         for number, row in enumerate(self.rows, 2):
-            word = row[place].strip() if place < len(row) else ""
+            word = from_cell(row[place].strip()) if place < len(row) else ""
             if word or (whole and any(other.strip() for other in row)):
                 yield number, word
 
@@ -97,12 +132,7 @@ def beside(path: str, name: object, file: str, key: str) -> Columns:
     InputError
         When it is not there, or is no table.
     """
-    if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name or "\\" in name:
-        problem = f"{shown(name)} is not the name of a file in the same folder, without its folder"
-        raise InputError(problem, file=file, key=key)
-    place = Path(path).parent / name
-    if not place.is_file():
-        raise InputError(f"there is no file {shown(name)} in the same folder", file=file, key=key)
+    place = files.beside(path, name, file, key)
     said = one_line(str(place))
     lines = _text(place).splitlines()
     separator = next((mark for mark in SEPARATORS if lines and mark in lines[0]), ",")
@@ -110,7 +140,7 @@ def beside(path: str, name: object, file: str, key: str) -> Columns:
         rows = [*csv.reader(lines, delimiter=separator)]
     except csv.Error as error:
         raise InputError(f"is no table: {error}", file=said, key=key) from None
-    return Columns(said, [word.strip() for word in rows[0]] if rows else [], rows[1:])
+    return Columns(said, [from_cell(word.strip()) for word in rows[0]] if rows else [], rows[1:])
 
 
 def _text(place: Path) -> str:

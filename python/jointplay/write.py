@@ -20,6 +20,7 @@ import numpy as np
 
 from jointplay import files
 from jointplay.carried import beside
+from jointplay.columns import as_cell
 from jointplay.errors import InputError, not_known, one_line
 from jointplay.result import Column, Result, Variable, attributes, from_dataset, rows, to_dataset
 from jointplay.spreadsheets import to_parquet, to_xlsx
@@ -181,7 +182,7 @@ def to_csv(result: Result, dialect: str = "comma") -> str:
     columns |= {"text": _texts(found.text, point), "unit": _texts(found.unit, point)}
     stream = io.StringIO()
     table = csv.writer(stream, delimiter=between, lineterminator="\n")
-    table.writerow(columns)
+    table.writerow(map(as_cell, columns))
     table.writerows(zip(*columns.values(), strict=True))
     return stream.getvalue()
 
@@ -189,7 +190,7 @@ def to_csv(result: Result, dialect: str = "comma") -> str:
 def _texts(column: Column, point: str) -> list[str]:
     """The cells of a column of labels, empty where it has none."""
     entries = column.entries.tolist()
-    texts = [_number(entry, point) if isinstance(entry, float) else str(entry) for entry in entries]
+    texts = [_number(entry, point) if isinstance(entry, float) else as_cell(str(entry)) for entry in entries]
     # The last one stands for -1, the number of no entry.
     texts.append("")
     return [texts[k] for k in column.rows.tolist()]

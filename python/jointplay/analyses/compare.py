@@ -20,7 +20,7 @@ from jointplay.model import Mechanism
 from jointplay.result import Result, Variable, align, axes_of, split, stack, to_dataset
 from jointplay.typed import typed
 
-from .nominal import Interrupted, Nominal, follow, nominal, report
+from .nominal import Nominal, follow, nominal, report, within_another
 from .questions import check_options, computation
 from .recorded import recorded
 
@@ -101,11 +101,8 @@ def compute(
     # With the same drives it is looked for beside their values: the output may be at a place more than once.
     beside = first.drives if a.drives == b.drives else None
     second = replace(follow(b, first.output, followed, beside), units=a.units)
-    try:
+    with within_another():
         results = [_side(m, ask(m, at=at, **options), at, first) for m, at in ((a, first), (b, second))]
-    except Interrupted:
-        # Part of one mechanism is no comparison.
-        raise KeyboardInterrupt from None
     aligned = align(_without_clash(a, b, results))
     along = Variable(("mechanism",), np.array(labels, dtype=str), "", "mechanism")
     attrs = {**aligned[0].attrs, "title": " | ".join(m.title or Path(m.file).name for m in (a, b))}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar, cast
 
@@ -38,6 +39,21 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, partial: Result) -> None:
         super().__init__()
         self.partial = partial
+
+
+@contextmanager
+def within_another() -> Iterator[None]:
+    """A question that another one asks: part of its answer is no answer to the other.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        In place of `Interrupted`.
+    """
+    try:
+        yield
+    except Interrupted:
+        raise KeyboardInterrupt from None
 
 
 @dataclass(frozen=True)

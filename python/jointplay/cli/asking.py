@@ -78,6 +78,7 @@ def error(
     where limits.probability asks for a yield).
     """
     from jointplay.analyses import given, loaded, random, worst
+    from jointplay.analyses.nominal import within_another
 
     m = answer.mechanism(file, settings, output_point, load_case)
     put = answer.offsets(m, offset)
@@ -105,7 +106,9 @@ def error(
     def ask_given(m: Mechanism, progress: Any) -> Result:
         if put:
             return given.compute(m, put, sizes=sizes.value)
-        return given.at_worst(m, found.get("worst") or ask_worst(m, progress))
+        with within_another():
+            worst_of_it = found.get("worst") or ask_worst(m, progress)
+        return given.at_worst(m, worst_of_it)
 
     def ask_loaded(m: Mechanism) -> Result:
         return loaded.compute(m, sizes=sizes.value)

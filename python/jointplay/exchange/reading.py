@@ -17,6 +17,7 @@ from jointplay.schema.kinds import PLANAR, SPATIAL
 from jointplay.schema.values import is_number
 from jointplay.typed import typed
 
+from .bounds import require_bounded
 from .driving import choose, distances
 from .looping import with_loops
 from .options import Options
@@ -136,6 +137,7 @@ def imported(path: Path, options: Options) -> Imported:
 def _imported(path: Path, options: Options) -> Imported:
     skeleton = reader(path)(path, options)
     in_range(len(skeleton.joints), "", "a number of joints that is read", 0, MOST_JOINTS)
+    require_bounded(skeleton)
     if options.ground is not None:
         skeleton = grounded(skeleton, options.ground)
     skeleton = leading(bounded(merged(with_loops(renamed(skeleton), options.loops))))

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay import pages
 from jointplay.errors import JointplayError, one_line
 
 from .cells import boundaries, cell_edges
@@ -57,8 +58,9 @@ def page(layers: Layers, span: tuple[float, float]) -> str:
         When plotly is not installed.
     """
     figure = figure_of(layers, span)
-    text: str = figure.to_html(include_plotlyjs=True, full_html=True)
-    return text.replace("<body>", f'<body style="background: {theme().paper}">', 1)
+    style = f"html, body {{ height: 100%; margin: 0; background: {theme().paper} }}"
+    content = figure.to_html(include_plotlyjs=True, full_html=False, default_height="100%")
+    return f"{pages.head(layers.title, style)}<body>{content}</body></html>\n"
 
 
 def figure_of(layers: Layers, span: tuple[float, float]) -> Any:

@@ -14,7 +14,7 @@ from jointplay.errors import InputError
 from jointplay.result import Result, origin_label
 from jointplay.typed import typed
 
-from .style import boxes_for_letters, escape_texts, theme
+from .style import as_far_as_it_goes, escape_texts, theme
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,6 +46,6 @@ def put(figure: Figure, path: Path, result: Result | xr.Dataset | None = None) -
     escape_texts(figure)
     # Without a date the same drawing is the same file.
     undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
-    with boxes_for_letters():
+    with as_far_as_it_goes():
         figure.savefig(content, format=kind, metadata=undated)
     files.put(content.getbuffer(), path)

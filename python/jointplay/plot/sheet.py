@@ -27,6 +27,7 @@ from .corrections import correction
 from .figures import SIZES, blame, error, histogram, size_behind, worst_of
 from .layout import KEYS, Panel, lay_out
 from .linkage import VIEWS, mechanism
+from .paths import displaced_path
 from .put import check_path, put
 from .singular import KINDS, distance, nearness
 from .style import USUAL_STYLE, Style, using
@@ -41,6 +42,8 @@ BETWEEN = 8
 ASKED = ("worst", "loaded", "given", "random")
 #: panels with the sources of each size
 SOURCES = ("sources", "sources-rotation")
+#: a panel that is drawn where it is asked for
+PATH = "path"
 
 
 @dataclass(frozen=True)
@@ -98,7 +101,7 @@ def panel_names(m: Mechanism, asked: list[str]) -> tuple[str, ...]:
     if "singularities" in asked:
         return ("mechanism", "nearness", "distance")
     if set(asked) <= set(ASKED):
-        return ("mechanism", *SIZES, *SOURCES, *(("histogram",) if "random" in asked else ()))
+        return ("mechanism", *SIZES, *SOURCES, *(("histogram",) if "random" in asked else ()), PATH)
     return ()
 
 
@@ -314,6 +317,8 @@ def _errors(m: Mechanism, results: Mapping[str, Result], choice: Choice) -> dict
     for name, size in zip(SOURCES, SIZES, strict=True):
         if choice.quantity is None or size == size_behind(quantity):
             found[name] = Panel(partial(_blame, main, size))
+    if choice.panel == PATH:
+        found[PATH] = Panel(lambda axes: displaced_path(results, axes=axes), 5.0)
     if "random" in results:
         found["histogram"] = Panel(lambda axes: histogram(results["random"], quantity, choice.configuration, axes=axes))
     return found

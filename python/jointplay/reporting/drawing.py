@@ -19,8 +19,6 @@ from .answers import Chapter, reproduces, shown
 
 #: what the questions are called in headings and sentences
 WORDS = {"worst": "worst case", "loaded": "under load", "random": "random specimens"}
-#: nothing is fetched from anywhere, and nothing is sent
-POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 #: draws every scene of the page; what is folded is printed, too
 START = """
 addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((part) => (part.open = true)));
@@ -91,15 +89,6 @@ def embedded(data: Mapping[str, Any]) -> str:
     # Within a script a page ends at the first tag that closes one.
     text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return f'<div class="viewer" data-viewer></div><script type="application/json">{text}</script>'
-
-
-def head(style: str) -> str:
-    """The beginning of a page, up to its title."""
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}"><style>{style}{viewer.style()}</style>'
-    )
 
 
 def program() -> str:

@@ -7,11 +7,12 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
+from jointplay import pages, viewer
 from jointplay.errors import one_line
 
 from . import sections
 from .answers import Answers
-from .drawing import head, program
+from .drawing import program
 from .sections import Section
 
 
@@ -30,7 +31,7 @@ def page(answers: Answers, command: str) -> str:
         body = f"{sections.whole(answers.chapters)}{body}"
     style = files(__package__).joinpath("page.css").read_text(encoding="utf-8")
     return (
-        f"{head(style)}<title>{escape(title)}</title></head><body>"
+        f"{pages.head(title, style + viewer.style())}<body>"
         f"<header><h1>{escape(title)}</h1><nav>{contents}</nav></header><main>{body}</main>{program()}"
     )
 
