@@ -7,6 +7,10 @@ from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from jointplay import poses
 from jointplay.errors import InputError, listed, nearest, not_known
 from jointplay.schema import JointTable, MechanismFile, Mesh, Universal, with_coordinate
 from jointplay.spec import DisplacementSpec
@@ -288,6 +292,11 @@ class Graph:
             f" is missing (such as a revolute), or start.{body} with {keys}"
         )
         return self.refuse(problem, "joints")
+
+    def placed(self, guess: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Where all points are while the bodies are where they are guessed to be, in ground axes."""
+        every = np.vstack([guess, poses.ground(guess.shape[-1])])  # the ground has index -1
+        return np.array([poses.place(every[point.body], point.at) for point in self.points])
 
     def span(self) -> float:
         """The median size of the bodies and the ground, in metres; zero if none has two points apart.

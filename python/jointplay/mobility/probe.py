@@ -71,7 +71,8 @@ class Probe:
         rng = np.random.default_rng(int(1000 * perturbation))
         unit = np.where(np.isin(self.m.components, LENGTHS), self.m.length, 1.0)
         guess = np.array(self.spec["guess"])
-        guess = poses.moved(guess, perturbation * unit * rng.uniform(-1.0, 1.0, (len(guess), len(unit))))
+        twists = perturbation * unit * rng.uniform(-1.0, 1.0, (len(guess), len(unit)))
+        guess = poses.moved(guess, twists, self.core.origins)
         closed = self._core([], guess.tolist()).assemble(np.zeros(0))
         return self.at(closed["poses"], bool(closed["converged"]))
 

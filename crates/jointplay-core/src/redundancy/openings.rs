@@ -27,6 +27,8 @@ use crate::redundancy::system::{Element, System};
 /// Times that the displacements of flanks which open one another are computed: what is left shrinks by the part of
 /// the play that the smaller of two plays opens the other.
 const PASSES: usize = 8;
+/// What a clearance changes of a gap at most is rounding where it is a smaller part of it.
+const OPENS: f64 = 1e-12;
 
 /// A flank whose play opens.
 #[derive(Clone, Debug)]
@@ -131,6 +133,27 @@ impl Openings {
             change[own.row] = own.offset(displacement, gap) - offsets[own.row];
         }
         change
+    }
+}
+
+impl System<'_> {
+    /// The clearances that scatter together at a state, by the numbers of their elements: those that the equations tie,
+    /// and those that do nothing but open the flanks among these. With what opens them.
+    pub fn scattering(&self, c: &Ties, solver: &Solver<'_>, state: &State) -> (Vec<usize>, Option<Openings>) {
+        let clearances = || (0..self.elements.len()).filter(|&g| self.elements[g].source.is_some());
+        let tied: Vec<usize> = clearances().filter(|&g| Self::is_tied(&self.elements[g], c)).collect();
+        let Some(openings) = Openings::at(self, solver, state, &tied) else { return (tied, None) };
+        let opens = |g: &usize| openings.are_opened_by(&self.elements[*g]);
+        (clearances().filter(|g| tied.contains(g) || opens(g)).collect(), Some(openings))
+    }
+}
+
+impl Openings {
+    /// Whether any flank is opened by a clearance.
+    fn are_opened_by(&self, element: &Element) -> bool {
+        let Some(set) = element.kind.set() else { return false };
+        let by_row = |rates: Vec<f64>| set.support(&rates) > OPENS;
+        self.rates.row_iter().any(|row| by_row(element.columns.iter().map(|&column| row[column]).collect()))
     }
 }
 
