@@ -95,7 +95,7 @@ class Elsewhere:
         return Rotation.from_quat(np.where(np.isfinite(own[:, [4, 5, 6, 3]]), own[:, [4, 5, 6, 3]], 1.0))
 
     def places(self, poses: Floats) -> tuple[Floats, Floats]:
-        """Where all points are there in given poses of there, seen in the axes of the drawing, and the rotations of the bodies."""
+        """Places of all points of bodies in poses of there, as the drawing has them, and rotations of the bodies."""
         inverse = self.turns[0].inv()
         rotations = [inverse * self._rotations(poses[:, body]) * turn for body, turn in enumerate(self.turns[1:])]
         found = []

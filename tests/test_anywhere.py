@@ -66,7 +66,9 @@ def same_answers(spec: Any, drives: np.ndarray, rng: np.random.Generator, far: f
     beside = core(shifted.spec)
     cases = [(drives[ok][:1], found["poses"][ok][:1]) for found in (path, beside.trace(drives), other)]
     worst, same = here.worst(*cases[0]), beside.worst(*cases[1])
-    for name in ("position", "rotation", "component", "status"):
+    np.testing.assert_array_equal(same["status"], worst["status"])
+    # Where a singular pose is within the clearances the search ends anywhere.
+    for name in ("position", "rotation", "component") if (worst["status"] == OK).all() else ():
         np.testing.assert_allclose(same[name], worst[name], rtol=1e-6, atol=ROUNDING * spec["length"], err_msg=name)
     if spec["loads"]:
         loaded, same = here.loaded(*cases[0]), moved.loaded(*cases[2])

@@ -11,13 +11,9 @@
 //!
 //! Poses, outputs and targets that cross its border are those of the drawing; twists are of the bodies as they are in here.
 
-use std::borrow::Cow;
-
 use crate::math::space::Space;
 use crate::math::vector::{Vec3, add, norm, scale, sub};
-use crate::mechanism::answer::{Answer, Values};
 use crate::mechanism::spec::Spec;
-use crate::mechanism::{Body, Mechanism};
 
 /// How many characteristic lengths an origin may be from the nearest joint of its body.
 const FAR: f64 = 8.0;
@@ -27,13 +23,13 @@ const FAR: f64 = 8.0;
 pub(crate) struct Frames {
     space: Space,
     ground: Vec3<f64>,
-    bodies: Vec<Vec3<f64>>,
+    pub bodies: Vec<Vec3<f64>>,
 }
 
 impl Frames {
     /// Of a mechanism as it is drawn.
     pub fn new(spec: &Spec) -> Self {
-        let origin = |body: Body| {
+        let origin = |body: Option<usize>| {
             let is_own =
                 |point: &&usize| spec.points.get(**point).is_some_and(|at| usize::try_from(at.body).ok() == body);
             let ends: Vec<usize> = spec.joints.iter().flat_map(|joint| [joint.first, joint.second]).collect();
@@ -51,7 +47,7 @@ impl Frames {
     }
 
     /// The origin of a body, or of the ground.
-    pub fn of(&self, body: Body) -> Vec3<f64> {
+    pub fn of(&self, body: Option<usize>) -> Vec3<f64> {
         body.map_or(self.ground, |b| self.bodies[b])
     }
 
@@ -63,7 +59,7 @@ impl Frames {
     }
 
     /// Whether all of them are where they are drawn.
-    fn are_drawn(&self) -> bool {
+    pub fn are_drawn(&self) -> bool {
         self.bodies.iter().chain([&self.ground]).all(|origin| *origin == [0.0; 3])
     }
 
@@ -86,65 +82,5 @@ impl Frames {
                 own[..n].copy_from_slice(&moved[..n]);
             }
         }
-    }
-}
-
-impl Mechanism {
-    /// The origin of every body that twists are taken at, in the body's axes as they are drawn.
-    #[must_use]
-    pub fn origins(&self) -> Vec<Vec3<f64>> {
-        self.frames.bodies.clone()
-    }
-
-    /// Coordinates of the drawing, one pose of all bodies after the other, as the core has them.
-    #[must_use]
-    pub fn inside<'a>(&self, mut coordinates: Cow<'a, [f64]>) -> Cow<'a, [f64]> {
-        if !self.frames.are_drawn() {
-            self.frames.shift(coordinates.to_mut(), false);
-        }
-        coordinates
-    }
-
-    /// Coordinates of the core as they are drawn.
-    #[must_use]
-    pub fn outside(&self, mut coordinates: Vec<f64>) -> Vec<f64> {
-        self.frames.shift(&mut coordinates, true);
-        coordinates
-    }
-
-    /// What lies between the places of the output here and in the drawing, in the axes in which it is measured.
-    fn of_output(&self) -> Vec3<f64> {
-        self.frames.of(self.seen_from)
-    }
-
-    fn move_outputs(&self, outputs: &mut [f64], by: Vec3<f64>) {
-        for output in outputs.chunks_exact_mut(self.size()) {
-            output.iter_mut().zip(by).take(self.n_translations()).for_each(|(x, by)| *x += by);
-        }
-    }
-
-    /// Poses of the output, one after the other, as they are drawn.
-    #[must_use]
-    pub fn outputs_outside(&self, mut outputs: Vec<f64>) -> Vec<f64> {
-        self.move_outputs(&mut outputs, self.of_output());
-        outputs
-    }
-
-    /// Targets of the output as the core has them.
-    pub fn targets_inside(&self, targets: &mut [Vec<f64>]) {
-        targets.iter_mut().for_each(|target| self.move_outputs(target, scale(self.of_output(), -1.0)));
-    }
-
-    /// An answer with poses and outputs as they are drawn.
-    #[must_use]
-    pub fn answer_outside(&self, mut answer: Answer) -> Answer {
-        for column in &mut answer.columns {
-            match (column.name, &mut column.values) {
-                ("poses", Values::Numbers(values)) => self.frames.shift(values, true),
-                ("output", Values::Numbers(values)) => self.move_outputs(values, self.of_output()),
-                _ => {}
-            }
-        }
-        answer
     }
 }

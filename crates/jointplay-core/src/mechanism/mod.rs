@@ -8,6 +8,7 @@ pub(crate) mod columns;
 mod copula;
 pub(crate) mod coupling;
 pub(crate) mod dim;
+mod drawing;
 pub(crate) mod frames;
 pub(crate) mod gap;
 pub(crate) mod joint;
