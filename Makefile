@@ -83,6 +83,7 @@ verify: $(STAMPS)/build $(STAMPS)/develop  ## independent engines and long measu
 	$(BIN)/python tests/verify_certificate.py
 	$(BIN)/python tests/verify_loaded.py
 	$(BIN)/python tests/verify_reports.py
+	$(BIN)/python tests/verify_flanks.py
 	$(BIN)/python tests/verify_branches.py
 	$(BIN)/python tests/verify_verdicts.py
 	$(BIN)/python tests/verify_rare.py
